@@ -22,12 +22,12 @@ from typing import Any
 import gymnasium
 import numpy as np
 import psutil
+from vigil.integrations.gymnasium.sources import load_pack
 
 import vigil.integrations.gymnasium as integration
 from vigil.api import make_env
 from vigil.assets.database import AssetDatabase
 from vigil.env import Env
-from vigil.integrations.gymnasium.sources import load_pack
 from vigil.packs.even_draw import draw_evenly
 from vigil.packs.pack import Selection
 from vigil.protocol.actions import Reply

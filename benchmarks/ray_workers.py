@@ -90,7 +90,7 @@ def workers_cpu_seconds() -> float:
     total = 0.0
     for process in psutil.Process().children(recursive=True):
         try:
-            if process.name().startswith("ray::WorkerAct") or "vigil.processes" in process.cmdline():
+            if process.name().startswith("ray::WorkerAct") or "vigil.base.processes" in process.cmdline():
                 total += sum(process.cpu_times()[:2])
         except psutil.NoSuchProcess:
             continue

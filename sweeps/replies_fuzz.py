@@ -32,7 +32,8 @@ from vigil.protocol.actions import (
     ReplyPolicy,
 )
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.protocol.replies import parse_reply, parse_text
+from vigil.protocol.profile import Profile
+from vigil.protocol.replies import parse_text, read_reply
 from vigil.protocol.world import WorldState
 from vigil.records.record import StepRecord
 
@@ -116,7 +117,7 @@ def _bytes_agree(text: str | bytes, found: Parsed) -> list[tuple[str, str]]:
 
 def _stored(text: str | bytes, coordinates: Coordinates) -> list[tuple[str, str]]:
     reply = Reply.model_validate({"text": text})
-    found = parse_reply(reply, coordinates, "strict")
+    found = read_reply(reply, Profile(coordinates=coordinates)).parsed
     faults = [] if isinstance(found, InvalidAction) else _out_of_range(found)
     step = StepRecord(
         index=1,
@@ -130,7 +131,7 @@ def _stored(text: str | bytes, coordinates: Coordinates) -> list[tuple[str, str]
     again = StepRecord.model_validate_json(line)
     if again != step or dump_line(again) != line:
         faults.append(("stored and read again it differs", coordinates))
-    if parse_reply(again.reply, coordinates, "strict") != found:
+    if read_reply(again.reply, Profile(coordinates=coordinates)).parsed != found:
         faults.append(("the stored reply parses to something else", coordinates))
     return faults
 

@@ -22,8 +22,8 @@ from vigil.authoring.drafting.drafts import Draft, DraftFacts
 from vigil.authoring.streaming.stream import StreamItem
 from vigil.base.json_lines import dump_line
 from vigil.records.record import EPISODES_FILE, FRAMES_FOLDER, RunHeader
+from vigil.runner.plan import run_spec
 from vigil.runner.run_folder import new_nonce, write_header
-from vigil.runner.settings import run_spec
 from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.play import EpisodeObserver, play
 

@@ -29,8 +29,8 @@ from vigil.protocol.observation import Feedback, Observation, Quality
 from vigil.protocol.profile import Profile
 from vigil.records.record import EPISODES_FILE, EpisodeRecord
 from vigil.records.record_file import read_records
+from vigil.runner.plan import input_paths, run_spec
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.settings import input_paths, run_spec
 from vigil.runner.workers import play as playing
 from vigil.runner.workers.messages import SimulatorFacts
 from vigil.scoring import summary

@@ -16,13 +16,13 @@ from pydantic import ValidationError
 
 from vigil.base.versions import Versions
 from vigil.errors import SimulatorError, first_error
-from vigil.protocol.actions import InvalidAction, ParsedReply, Reply, Report
+from vigil.protocol.actions import Action, Reply, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
 from vigil.protocol.observation import Feedback, Observation
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import is_truncated_in_history, rendered_sha256
-from vigil.protocol.replies import parse_reply, truncate_for_record
+from vigil.protocol.replies import read_reply, truncate_for_record
 from vigil.protocol.world import Effect, WorldState
 from vigil.records.record import Boundary, End, EpisodeRecord, ErrorFact, StepRecord
 from vigil.sim.protocol import Simulator
@@ -99,24 +99,24 @@ class Env:
         """
         if self._episode is None or self._initial is None or self._end is not None:
             raise RuntimeError("Env.step: no episode has been started. Call reset first.")
-        parsed = parse_reply(reply, self.profile.coordinates, self.profile.reply_policy)
+        read = read_reply(reply, self.profile)
         try:
             frame_sha256 = self._frame_sha256()
-            effect, world = self._execute(parsed)
+            effect, world = self._execute(read.action)
         except SimulatorError as error:
             self.fail("simulator", str(error))
             return None
-        is_invalid = isinstance(parsed, InvalidAction)
-        self._invalid += is_invalid
-        recorded_reply = truncate_for_record(reply)
+        self._invalid += read.invalid is not None
+        recorded = truncate_for_record(reply, read.answer)
+        answer = read.answer if recorded is reply else read_reply(recorded, self.profile).answer
         step = StepRecord(
             index=len(self._steps) + 1,
             frame_sha256=frame_sha256,
-            reply=recorded_reply,
-            history_cut=is_truncated_in_history(recorded_reply.text, self.profile),
-            action=None if isinstance(parsed, InvalidAction) else parsed.action,
-            invalid=parsed if isinstance(parsed, InvalidAction) else None,
-            ignored_keys=() if isinstance(parsed, InvalidAction) else parsed.ignored_keys,
+            reply=recorded,
+            history_cut=is_truncated_in_history(answer, self.profile),
+            action=read.action,
+            invalid=read.invalid,
+            ignored_keys=read.ignored_keys,
             effect=effect,
             world=world,
         )
@@ -174,11 +174,11 @@ class Env:
         with self._reject_invalid_facts():
             self._initial = self._simulator.world(self._bound)
 
-    def _execute(self, parsed: ParsedReply | InvalidAction) -> tuple[Effect | None, WorldState]:
-        if isinstance(parsed, InvalidAction) or isinstance(parsed.action, Report):
+    def _execute(self, action: Action | None) -> tuple[Effect | None, WorldState]:
+        if action is None or isinstance(action, Report):
             return None, self._world()
         with self._reject_invalid_facts():
-            effect = self._simulator.step(parsed.action)
+            effect = self._simulator.step(action)
             return effect, self._simulator.world(self._bound)
 
     def _world(self) -> WorldState:

@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Any
 
 from vigil.base.json_lines import AppendFile
+from vigil.base.processes.group import WorkerGroup, given_state
+from vigil.base.processes.worker import WorkerLost, WorkerSettings
 from vigil.cli.progress import progress
 from vigil.errors import RecordError
-from vigil.processes.group import WorkerGroup, given_state
-from vigil.processes.worker import WorkerLost, WorkerSettings
 from vigil.runner.run_folder import source_state
 
 SHOWN_FAILURES = 20

@@ -25,7 +25,7 @@ from vigil.errors import ModelAPIError, SettingError
 from vigil.protocol.observation import Feedback, Observation
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import system_prompt
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 from vigil.runner.workers.play import play
 from vigil.sim import make_simulator
 
@@ -170,7 +170,7 @@ def test_an_action_may_stand_on_the_line_itself(make: Maker) -> None:
 def test_bad_lines_count_against_the_agent(make: Maker, written: str, reason: str) -> None:
     agent = make(f"for line in sys.stdin:\n    if FRAME in line: {written}; sys.stdout.flush()")
     reply = agent.act(look())
-    assert rejected(parse_reply(reply, "pixel", "strict")).reason == reason
+    assert rejected(read_reply(reply).parsed).reason == reason
     assert len(reply.raw) <= MAX_LINE_BYTES
     assert (reply.cut is not None and reply.cut.text_bytes >= 5_000_000) == (reason == "too_long")
     assert agent.act(look()).text == reply.text
@@ -224,7 +224,7 @@ def test_a_program_that_fails_after_it_saw_a_frame_has_failed_itself(make: Maker
         reply = agent.act(look())
         assert re.fullmatch(how, reply.agent_ended)
         assert reply.text == ("half" if "half" in deed else "")
-        invalid = rejected(parse_reply(reply, "pixel", "strict"))
+        invalid = rejected(read_reply(reply).parsed)
         assert (invalid.kind, invalid.reason, invalid.detail) == ("protocol_failure", "agent_ended", reply.agent_ended)
 
 
@@ -254,7 +254,7 @@ def test_a_program_that_reads_a_part_of_a_frame_has_seen_it(make: Maker) -> None
 def test_a_valid_line_does_not_save_a_reply_that_was_not_finished(make: Maker) -> None:
     line = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
     agent = make(f"for line in sys.stdin:\n    if FRAME in line: print({line!r}, end='', flush=True); sys.exit(0)")
-    assert rejected(parse_reply(agent.act(look()), "pixel", "strict")).reason == "agent_ended"
+    assert rejected(read_reply(agent.act(look())).parsed).reason == "agent_ended"
 
 
 def test_a_program_that_is_started_again_sees_the_current_frame_alone(make: Maker, tmp_path: Path) -> None:
@@ -300,7 +300,7 @@ def test_talking_out_of_turn_after_a_frame_is_a_failure_of_the_programs(make: Ma
     assert agent.act(look()).text == "{}"
     wait_until_it_has_written(agent)
     reply = agent.act(look())
-    assert (reply.text, rejected(parse_reply(reply, "pixel", "strict")).reason) == ("more\n", "agent_ended")
+    assert (reply.text, rejected(read_reply(reply).parsed).reason) == ("more\n", "agent_ended")
     assert agent.act(look()).text == "{}"
 
 

@@ -187,7 +187,7 @@ def test_an_episode_that_breaks_off_is_told_of_though_the_log_has_no_samples(
     async def broken(*given: object) -> None:
         raise RuntimeError("a fault of the program")
 
-    monkeypatch.setattr("vigil.runner.run._play_with_retries", broken)
+    monkeypatch.setattr("vigil.runner.run._RunSession.play", broken)
     with serving(lambda _: failure(500)) as server, pytest.raises(ModelAPIError, match="3 episodes broke off"):
         run_pack(quick(secret.pack.folder, tmp_path, model="openai/loopback", base_url=server.url, preflight=False))
 

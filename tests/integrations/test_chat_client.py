@@ -17,10 +17,11 @@ from vigil.integrations.chat_client import chat_sender
 from vigil.protocol.actions import Reply
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
 from vigil.records.record import EpisodeRecord
-from vigil.runner.models.ask import Ask, RequestRejected, RetryPolicy, with_retries
+from vigil.runner.models.ask import Ask, RequestRejected, with_retries
+from vigil.runner.retries import RetryPolicy
 from vigil.runner.run import run_pack
-from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import Assignment, WorkerPlan
+from vigil.runner.workers.players import ModelPlayer
 from vigil.runner.workers.pool import SimulatorPool
 
 pytestmark = INSPECT
@@ -41,7 +42,7 @@ def played(pack_folder: Path, server: ChatServer) -> EpisodeRecord:
     async def play(pool: SimulatorPool) -> EpisodeRecord:
         client, ask = asking(server)
         async with client:
-            return await play_live(pool.live(Assignment(pack.episode(EPISODE))), PROFILE, ask, "")
+            return await ModelPlayer(pool, PROFILE, ask, "").play(Assignment(pack.episode(EPISODE)))
 
     with SimulatorPool(WorkerPlan(pack.folder, "", PROFILE, backend="fake"), 1) as pool:
         return asyncio.run(play(pool))

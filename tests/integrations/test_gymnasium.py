@@ -31,7 +31,8 @@ from vigil.integrations.gymnasium.action_spaces import StructuredActions
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import SKILLS, STATUSES, Coordinates, ParsedReply
 from vigil.protocol.episode import Provenance
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.profile import Profile
+from vigil.protocol.replies import read_reply
 from vigil.sim.engines.mujoco.compiled import model_cache
 
 DA, SV, AI = "tiny-DA-000", "tiny-SV-002", "tiny-AI-003"
@@ -248,7 +249,7 @@ def test_every_word_of_a_structured_action_is_the_protocol_s() -> None:
         for argument in arguments:
             for index, word in enumerate(argument.values):
                 said = actions.reply({**STRUCTURED, "skill_name": number, argument.name: index})
-                parsed = parse_reply(said, "pixel", "strict")
+                parsed = read_reply(said).parsed
                 assert isinstance(parsed, ParsedReply)
                 assert parsed.ignored_keys == ()
                 assert parsed.action.skill_name == skill
@@ -260,7 +261,9 @@ def test_a_random_structured_action_is_an_action(coordinates: Coordinates) -> No
     actions = StructuredActions(coordinates)
     actions.space.seed(1)
     for _ in range(300):
-        assert isinstance(parse_reply(actions.reply(actions.space.sample()), coordinates, "strict"), ParsedReply)
+        assert isinstance(
+            read_reply(actions.reply(actions.space.sample()), Profile(coordinates=coordinates)).parsed, ParsedReply
+        )
 
 
 def test_both_variants_of_actions_do_the_same(pack: str) -> None:

@@ -16,9 +16,10 @@ from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.background import HousePool
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack
-from vigil.runner.models.ask import RetryPolicy, with_retries
-from vigil.runner.workers.live import play_live
+from vigil.runner.models.ask import with_retries
+from vigil.runner.retries import RetryPolicy
 from vigil.runner.workers.messages import Assignment
+from vigil.runner.workers.players import ModelPlayer
 from vigil.runner.workers.pool import SimulatorPool
 
 vf = pytest.importorskip("verifiers.v1", reason="verifiers is not installed: docs/verifiers.md says how")
@@ -89,8 +90,8 @@ def test_the_messages_reach_the_model_as_in_a_run_to_the_byte(pack: Pack) -> Non
     async def play(pool: SimulatorPool, url: str) -> None:
         async with AsyncOpenAI(base_url=url, api_key="none") as client:
             ask = with_retries(chat_sender(client, "model"), RetryPolicy())
-            live = pool.live(Assignment(pack.episode(DA)))
-            await play_live(live, env.taskset.config.condition, ask, "")
+            player = ModelPlayer(pool, env.taskset.config.condition, ask, "")
+            await player.play(Assignment(pack.episode(DA)))
 
     with serving(brain) as here, SimulatorPool(env.worker_plan(), 1) as pool:
         asyncio.run(play(pool, here.url))

@@ -22,7 +22,8 @@ from vigil.protocol.actions import (
     Report,
 )
 from vigil.protocol.json_text import MAX_DEPTH
-from vigil.protocol.replies import MAX_REPLY_BYTES, parse_reply, parse_text
+from vigil.protocol.profile import Profile
+from vigil.protocol.replies import MAX_REPLY_BYTES, parse_text, read_reply
 
 WALK = '{"skill_name": "navigate", "arguments": {"mode": "forward", "magnitude": 2}}'
 
@@ -263,7 +264,7 @@ def test_leniently_found_malformed_actions_are_malformed():
 
 def test_what_the_provider_said_counts():
     def of(text: str | bytes, **facts: Any) -> Any:
-        return parse_reply(Reply.model_validate({"text": text, **facts}), "pixel", "strict")
+        return read_reply(Reply.model_validate({"text": text, **facts})).parsed
 
     assert of(WALK, provider_rejected=True).reason == "provider_rejected"
     assert of(WALK[:-3], finish_reason="length").reason == "truncated"
@@ -277,17 +278,17 @@ def test_what_the_provider_said_counts():
     "word", ["length", "max_tokens", "MAX_TOKENS", "model_length", "max_output_tokens", "model_context_window_exceeded"]
 )
 def test_every_providers_word_for_a_cut_makes_a_torn_reply_truncated(word: str):
-    found = parse_reply(Reply(text=WALK[:-3], finish_reason=word), "pixel", "strict")
+    found = read_reply(Reply(text=WALK[:-3], finish_reason=word)).parsed
     assert isinstance(found, InvalidAction)
     assert (found.kind, found.reason) == ("protocol_failure", "truncated")
     assert found.detail.startswith("not_json ")
-    empty = parse_reply(Reply(text="", finish_reason=word), "pixel", "strict")
+    empty = read_reply(Reply(text="", finish_reason=word)).parsed
     assert isinstance(empty, InvalidAction)
     assert empty.detail.split()[0] == "empty"
 
 
 def test_what_a_program_did_instead_of_answering_is_its_failure():
-    found = parse_reply(Reply(text=WALK, agent_ended="it hung"), "pixel", "strict")
+    found = read_reply(Reply(text=WALK, agent_ended="it hung")).parsed
     assert isinstance(found, InvalidAction)
     assert (found.kind, found.reason, found.detail) == ("protocol_failure", "agent_ended", "it hung")
 
@@ -295,17 +296,17 @@ def test_what_a_program_did_instead_of_answering_is_its_failure():
 @pytest.mark.parametrize(("answer_bytes", "reason"), [(MAX_REPLY_BYTES, None), (MAX_REPLY_BYTES + 1, "too_long")])
 def test_a_reply_cut_for_the_record_is_judged_by_its_length_before(answer_bytes: int, reason: str | None):
     cut = ReplyCut(text_bytes=10**6, answer_bytes=answer_bytes, sha256="0" * 64)
-    found = parse_reply(Reply(text=WALK, cut=cut), "pixel", "strict")
+    found = read_reply(Reply(text=WALK, cut=cut)).parsed
     assert (found.reason if isinstance(found, InvalidAction) else None) == reason
 
 
 def test_modes_and_policy_are_handed_on():
     click = reply("interact_pixel", intent="ground", x=1000, y=1000)
-    found = parse_reply(Reply(text=click), "normalized_1000", "strict")
+    found = read_reply(Reply(text=click), Profile(coordinates="normalized_1000")).parsed
     assert isinstance(found, ParsedReply)
     assert found.action == InteractPixel(intent="ground", x=639, y=479)
-    assert isinstance(parse_reply(Reply(text=f"Sure: {WALK}"), "pixel", "lenient"), ParsedReply)
-    assert isinstance(parse_reply(Reply(text=click), "pixel", "strict"), InvalidAction)
+    assert isinstance(read_reply(Reply(text=f"Sure: {WALK}"), Profile(reply_policy="lenient")).parsed, ParsedReply)
+    assert isinstance(read_reply(Reply(text=click)).parsed, InvalidAction)
 
 
 @pytest.mark.parametrize(
@@ -403,7 +404,9 @@ def test_no_reply_ever_raises(text: str | bytes, policy: Any, coordinates: Any):
     parsed = parse_text(text, coordinates, policy)
     assert isinstance(parsed, ParsedReply | InvalidAction)
     answer = Reply.model_validate({"text": text})
-    assert isinstance(parse_reply(answer, coordinates, policy), ParsedReply | InvalidAction)
+    assert isinstance(
+        read_reply(answer, Profile(coordinates=coordinates, reply_policy=policy)).parsed, ParsedReply | InvalidAction
+    )
     assert Reply.model_validate_json(answer.model_dump_json()) == answer
     if isinstance(parsed, InvalidAction):
         assert parsed.model_dump_json()
@@ -439,7 +442,7 @@ def test_details_name_what_was_given_instead():
     two = rejected(parse_text(LOOK + WALK))
     assert (two.reason, two.detail) == ("several_objects", "")
     cut = ReplyCut(text_bytes=90_000, answer_bytes=80_000, sha256="0" * 64)
-    too_long = rejected(parse_reply(Reply(text="{", cut=cut), "pixel", "strict"))
+    too_long = rejected(read_reply(Reply(text="{", cut=cut)).parsed)
     assert (too_long.detail, too_long.would_parse_leniently) == ("80000 bytes, more than 65536", False)
 
 
@@ -448,12 +451,12 @@ def test_a_stray_brace_before_a_torn_object_is_no_part_of_it():
 
 
 def test_an_empty_answer_after_reasoning_says_so_and_no_other_does():
-    empty = rejected(parse_reply(Reply(text=" ", reasoning_chars=9), "pixel", "strict"))
+    empty = rejected(read_reply(Reply(text=" ", reasoning_chars=9)).parsed)
     assert (empty.reason, empty.detail) == ("empty", "all 9 characters came as reasoning, and no answer followed")
-    assert "came as reasoning" not in rejected(parse_reply(Reply(text=" "), "pixel", "strict")).detail
-    torn = rejected(parse_reply(Reply(text="{", reasoning_chars=9), "pixel", "strict"))
+    assert "came as reasoning" not in rejected(read_reply(Reply(text=" ")).parsed).detail
+    torn = rejected(read_reply(Reply(text="{", reasoning_chars=9)).parsed)
     assert "came as reasoning" not in torn.detail
-    assert parse_reply(Reply(text=LOOK, reasoning_chars=9), "pixel", "strict") == parse_text(LOOK)
+    assert read_reply(Reply(text=LOOK, reasoning_chars=9)).parsed == parse_text(LOOK)
 
 
 def test_one_malformed_object_is_not_searched_for_another():

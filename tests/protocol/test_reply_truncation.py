@@ -10,7 +10,7 @@ from vigil.protocol.replies import (
     MAX_REPLY_BYTES,
     RECORDED_ANSWER_BYTES,
     RECORDED_REASONING_BYTES,
-    parse_reply,
+    read_reply,
     truncate_for_record,
 )
 
@@ -18,8 +18,12 @@ LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 1}}
 EXACT = LOOK + " " * (MAX_REPLY_BYTES - len(LOOK))
 
 
+def truncated(reply: Reply) -> Reply:
+    return truncate_for_record(reply, read_reply(reply).answer)
+
+
 def parsed(reply: Reply) -> Any:
-    return parse_reply(reply, "pixel", "strict")
+    return read_reply(reply).parsed
 
 
 @pytest.mark.parametrize(
@@ -35,7 +39,7 @@ def parsed(reply: Reply) -> Any:
 )
 def test_a_reply_of_no_great_length_is_kept_whole(text: str | bytes) -> None:
     reply = Reply.model_validate({"text": text})
-    assert truncate_for_record(reply) is reply
+    assert truncated(reply) is reply
     assert reply.raw == (text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
 
 
@@ -56,7 +60,7 @@ def test_an_overlong_reply_is_cut_as_a_fact_and_judged_as_the_whole_was(
     text: str | bytes, most: int, reason: str | None
 ) -> None:
     reply = Reply.model_validate({"text": text, "finish_reason": "stop", "reply_source": "server"})
-    short = truncate_for_record(reply)
+    short = truncated(reply)
     raw = text.encode() if isinstance(text, str) else text
     assert most - 4 < len(short.raw) <= most
     assert (raw.startswith if most == RECORDED_ANSWER_BYTES else raw.endswith)(short.raw)
@@ -64,9 +68,11 @@ def test_an_overlong_reply_is_cut_as_a_fact_and_judged_as_the_whole_was(
     assert (short.cut.text_bytes, short.cut.sha256) == (len(raw), hashlib.sha256(raw).hexdigest())
     assert (short.finish_reason, short.reply_source) == ("stop", "server")
     read = Reply.model_validate_json(short.model_dump_json())
-    assert read == short == truncate_for_record(short)
+    assert read == short == truncated(short)
     assert parsed(read) == parsed(reply)
-    assert is_truncated_in_history(read.text, Profile()) == is_truncated_in_history(reply.text, Profile())
+    assert is_truncated_in_history(read_reply(read).answer, Profile()) == is_truncated_in_history(
+        read_reply(reply).answer, Profile()
+    )
     found = parsed(reply)
     assert (found.reason if isinstance(found, InvalidAction) else None) == reason
 
@@ -76,10 +82,10 @@ def test_an_overlong_reply_is_cut_as_a_fact_and_judged_as_the_whole_was(
 def test_of_a_long_reasoning_and_a_long_answer_the_answers_beginning_is_kept(marker: str, length: int) -> None:
     """So that the history of a run that is gone on with is that of one that was never stopped."""
     reply = Reply(text=f"{'é' * 100_000}{marker}{LOOK}{' ' * length}")
-    short = truncate_for_record(reply)
+    short = truncated(reply)
     assert short.text.startswith(f"{marker}{LOOK} ")
     assert len(short.raw) <= RECORDED_ANSWER_BYTES
     assert parsed(short) == parsed(reply)
-    assert truncate_for_record(short) == short
-    assert is_truncated_in_history(short.text, Profile())
+    assert truncated(short) == short
+    assert is_truncated_in_history(read_reply(short).answer, Profile())
     assert past_turn(None, short.text, Profile()) == past_turn(None, reply.text, Profile())

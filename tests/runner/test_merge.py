@@ -23,8 +23,9 @@ from vigil.records.record_file import read_records
 from vigil.runner.attempts import ATTEMPTS_FILE, Attempt, AttemptLog
 from vigil.runner.dry_run import estimate
 from vigil.runner.merge import MergeSettings, merge_runs
+from vigil.runner.plan import plan_run
 from vigil.runner.run import RunResult, run_pack
-from vigil.runner.settings import RunSettings, log_dir, plan_run
+from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.scoring.saved_run import read_run
 from vigil.scoring.summary import summarise
@@ -170,7 +171,7 @@ def test_a_shard_is_told_as_what_it_is(pack: Path, shards: list[Path], vigil: Vi
     assert "INCOMPLETE, 4 of 14 episodes scored" in said.out
     wanted = quick(pack, shards[1], shard=Shard(index=2, of=3), **PLAYED)
     assert run_pack(wanted).resumed == 4
-    assert estimate(wanted).episodes == 4
+    assert estimate(plan_run(wanted)).episodes == 4
 
 
 @pytest.mark.parametrize(
@@ -206,7 +207,7 @@ def test_a_row_of_another_shards_episode_is_not_counted(shards: list[Path]) -> N
 
 def test_each_shard_has_a_folder_of_its_own(pack: Path) -> None:
     parts = [RunSettings(pack=pack, agent="noop", shard=Shard(index=index, of=2)) for index in (1, 2)]
-    names = [log_dir(one, plan_run(one)[2]).name for one in (*parts, RunSettings(pack=pack, agent="noop"))]
+    names = [plan_run(one).execution.folder.name for one in (*parts, RunSettings(pack=pack, agent="noop"))]
     assert len(set(names)) == 3
     assert "-shard-2-of-2-" in names[1]
 

@@ -34,9 +34,10 @@ from vigil.records.record import EPISODES_FILE
 from vigil.records.record_file import read_records
 from vigil.runner import run as run_module
 from vigil.runner.inspect_task import task_settings, vigil, vigil_score
+from vigil.runner.plan import plan_run
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import read_header
-from vigil.runner.settings import RunSettings, log_dir
+from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 
 pytestmark = INSPECT
@@ -105,7 +106,7 @@ def test_a_cost_is_counted_over_all_sessions_and_is_no_part_of_what_the_run_is(p
     assert (again.resumed, again.header.prices) == (4, Prices(input=2, output=0))
     assert read_header(tmp_path / "run").prices == Prices(input=2, output=0)
     assert "prices" not in read_header(tmp_path / "run").spec.settings
-    assert log_dir(priced, later.header.spec) == log_dir(wanted, later.header.spec)
+    assert plan_run(priced).spec == plan_run(wanted).spec
 
 
 def test_what_a_model_is_sent_is_the_contract_and_no_more(pack: Path, tmp_path: Path) -> None:
@@ -352,7 +353,7 @@ def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, 
     def killing(asked: ChatRequest) -> ChatAnswer:
         if asked.turn == 3 and not killed:
             workers = [
-                child for child in psutil.Process().children() if "-m vigil.processes" in " ".join(child.cmdline())
+                child for child in psutil.Process().children() if "-m vigil.base.processes" in " ".join(child.cmdline())
             ]
             killed.extend(child.pid for child in workers)
             for child in workers:

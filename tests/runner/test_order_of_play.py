@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 from tests.support.quick_runs import quick
 from tests.support.tiny_pack import loose_pack, tiny_episode, tiny_house
 from vigil.packs.pack import Pack
-from vigil.protocol.profile import Profile
 from vigil.records.record import EPISODES_FILE
 from vigil.records.shards import play_order
+from vigil.runner.plan import plan_run
 from vigil.runner.play_queue import PlayQueue
 from vigil.runner.run import run_pack
-from vigil.runner.settings import worker_plan
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool
@@ -72,7 +71,7 @@ def test_each_worker_plays_its_own_sequence(tmp_path: Path) -> None:
     """Of several free workers an episode goes to that which is to play it: the queue knows what that one played."""
     houses = [tiny_house("one")]
     loose_pack(tmp_path / "pack", [tiny_episode(number, house=houses[0]) for number in range(4)], houses)
-    plan = worker_plan(quick(tmp_path / "pack", None, agent="noop"), Pack.load(tmp_path / "pack"), Profile())
+    plan = plan_run(quick(tmp_path / "pack", None, agent="noop")).worker
     with SimulatorPool(plan, 3) as pool:
         for wanted in pool.workers:
             assert pool.acquire(wanted) is wanted

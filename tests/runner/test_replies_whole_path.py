@@ -15,13 +15,14 @@ from tests.support.tiny_pack import loose_pack, tiny_episode, tiny_house
 from tests.support.wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, ModelMessage, ScriptedModel, WireServer
 from vigil.agents.conversation import Message
 from vigil.protocol.actions import InvalidAction, Reply
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 from vigil.records.record import EPISODES_FILE, EpisodeRecord
 from vigil.records.record_file import read_records
 from vigil.runner.inspect_task import vigil
-from vigil.runner.models.access import ModelAccess
-from vigil.runner.models.ask import RetryPolicy, with_retries
-from vigil.runner.models.inspect_model import Endpoint, sender
+from vigil.runner.models.access import Endpoint, ModelAccess
+from vigil.runner.models.ask import with_retries
+from vigil.runner.models.inspect_model import new_model, sender
+from vigil.runner.retries import RetryPolicy
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
@@ -112,7 +113,7 @@ def test_each_wire_format_brings_the_text_as_it_was_sent(wire: str, is_streamed:
         assert Reply.model_validate_json(reply.model_dump_json()) == reply
         assert reply.reasoning_chars == reasoning_sent(said)
         sent = Reply(text=text, finish_reason="length" if said.is_cut else "stop", reasoning_chars=reasoning_sent(said))
-        assert parse_reply(reply, "pixel", "strict") == parse_reply(sent, "pixel", "strict")
+        assert read_reply(reply).parsed == read_reply(sent).parsed
         if said.has_usage or wire == "anthropic":
             usage = present(reply.usage)
             assert (usage.input_tokens, usage.output_tokens) == (100, 10)
@@ -121,7 +122,7 @@ def test_each_wire_format_brings_the_text_as_it_was_sent(wire: str, is_streamed:
 
 
 async def ask_all(endpoint: Endpoint, count: int) -> list[Reply]:
-    model = endpoint.model()
+    model = new_model(endpoint)
     ask = with_retries(sender(model), RetryPolicy(retries=0))
     try:
         messages = [[Message("user", f"metres of it ({number})")] for number in range(count)]
@@ -136,6 +137,6 @@ def test_the_generator_draws_every_form_and_both_verdicts() -> None:
         name, said = draw(Random(number))
         names.add(name)
         reply = Reply.model_validate({"text": joined(said.text)})
-        verdicts[isinstance(parse_reply(reply, "pixel", "strict"), InvalidAction)] += 1
+        verdicts[isinstance(read_reply(reply).parsed, InvalidAction)] += 1
     assert names == set(FORMS)
     assert min(verdicts.values()) > 250

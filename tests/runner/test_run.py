@@ -27,10 +27,11 @@ from vigil.runner import run as run_module
 from vigil.runner import run_folder
 from vigil.runner import verify_run as verifying
 from vigil.runner.dry_run import estimate
+from vigil.runner.plan import plan_run
 from vigil.runner.progress import RunProgress
 from vigil.runner.run import run_pack
 from vigil.runner.run_folder import HEADER_FILE, RunFolder, host_facts, read_header
-from vigil.runner.settings import RunSettings, log_dir, plan_run
+from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.runner.workers.frames import FrameStore
 
@@ -305,7 +306,7 @@ def test_a_full_disk_stops_the_run(pack: Path, tmp_path: Path, monkeypatch: pyte
 
 def test_two_processes_cannot_write_one_run(pack: Path, tmp_path: Path) -> None:
     wanted = settings(pack, tmp_path / "run", limit=1)
-    folder = RunFolder.create_or_resume(tmp_path / "run", plan_run(wanted)[2], Pack.load(pack).episodes)
+    folder = RunFolder.create_or_resume(tmp_path / "run", plan_run(wanted).spec, Pack.load(pack).episodes)
     with pytest.raises(RecordError, match="being written by another process"):
         run_pack(wanted)
     folder.close()
@@ -442,7 +443,7 @@ def test_settings_that_make_no_sense_are_refused_before_anything_is_written(
 def test_without_a_folder_the_same_settings_find_the_same_one(pack: Path) -> None:
     def folder(**changes: Any) -> Path:
         wanted = settings(pack, None, **changes)
-        return log_dir(wanted, plan_run(wanted)[2])
+        return plan_run(wanted).execution.folder
 
     assert folder() == folder(workers=2)
     assert folder().parent == Path("runs")
@@ -464,11 +465,11 @@ def test_the_header_says_where_the_model_is_served_and_not_how_to_log_in(
     monkeypatch.delenv("OPENAI_BASE_URL", raising=False)
     if environment is not None:
         monkeypatch.setenv("OPENAI_BASE_URL", environment)
-    assert plan_run(settings(pack, None, agent=None, model=model, base_url=base_url))[2].base_url == kept
+    assert plan_run(settings(pack, None, agent=None, model=model, base_url=base_url)).spec.base_url == kept
 
 
 def test_a_dry_run_bounds_calls_and_tokens(pack: Path) -> None:
-    bounds = estimate(settings(pack, None, agent=None, model="openai/m", epochs=2))
+    bounds = estimate(plan_run(settings(pack, None, agent=None, model="openai/m", epochs=2)))
     assert bounds.episodes == 16
     assert bounds.calls == (16, 2 * 2 * (5 + 12 + 5 + 25))
     assert bounds.input_tokens[0] < bounds.input_tokens[1]
@@ -478,7 +479,7 @@ def test_a_dry_run_bounds_calls_and_tokens(pack: Path) -> None:
 
 def test_a_dry_run_honours_the_limit_on_tokens_and_thinking(pack: Path) -> None:
     def most(model: str = "vllm/m", **changes: Any) -> float:
-        bounds = estimate(settings(pack, None, agent=None, model=model, **changes))
+        bounds = estimate(plan_run(settings(pack, None, agent=None, model=model, **changes)))
         return bounds.output_tokens[1] / bounds.calls[1]
 
     assert most() == 400
@@ -487,7 +488,9 @@ def test_a_dry_run_honours_the_limit_on_tokens_and_thinking(pack: Path) -> None:
     assert most(thinking="on") == most(reasoning_effort="high") == most("vllm/Qwen3-VL-8B-Thinking") == 8400
     assert most(thinking="on", max_tokens=2000) == 2000
     assert most("vllm/Qwen3-VL-8B-Thinking", thinking="off") == most(reasoning_effort="none") == 400
-    plain, thinks = (estimate(settings(pack, None, agent=None, model="vllm/m", thinking=one)) for one in ("off", "on"))
+    plain, thinks = (
+        estimate(plan_run(settings(pack, None, agent=None, model="vllm/m", thinking=one))) for one in ("off", "on")
+    )
     assert plain.input_tokens == thinks.input_tokens, "reasoning enters no history"
 
 

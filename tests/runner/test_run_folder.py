@@ -12,14 +12,15 @@ from vigil.packs.pack import Pack
 from vigil.records.record import EPISODES_FILE, HEADER_FILE, RunSpec
 from vigil.records.record_file import RecordLog, read_records
 from vigil.runner import run_folder
+from vigil.runner.plan import plan_run
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.settings import RunSettings, plan_run
+from vigil.runner.settings import RunSettings
 
 
 @pytest.fixture(scope="module")
 def planned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Pack, RunSpec]:
     pack = tiny_pack(tmp_path_factory.mktemp("pack") / "tiny", 2)
-    return pack, plan_run(RunSettings(pack=pack.folder, agent="noop", backend="fake"))[2]
+    return pack, plan_run(RunSettings(pack=pack.folder, agent="noop", backend="fake")).spec
 
 
 def test_an_empty_folder_is_taken_away_while_it_is_locked(planned, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -14,7 +14,8 @@ from vigil.packs.pack import Pack
 from vigil.protocol.profile import Profile
 from vigil.records.costs import Prices
 from vigil.records.record import RunSpec, Shard
-from vigil.runner.settings import RunSettings, plan_run, worker_plan
+from vigil.runner.plan import plan_run
+from vigil.runner.settings import RunSettings
 from vigil.runner.workers.messages import RenderSettings, WorkerPlan
 from vigil.sim import BACKENDS
 
@@ -89,7 +90,7 @@ def pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def spec_of(folder: Path, **changes: Any) -> RunSpec:
-    return plan_run(RunSettings(**{"pack": folder, "model": "openai/one", **changes}))[2]
+    return plan_run(RunSettings(**{"pack": folder, "model": "openai/one", **changes})).spec
 
 
 def test_of_every_setting_is_known_whether_it_makes_another_run() -> None:
@@ -126,10 +127,18 @@ def test_a_header_without_a_field_is_of_a_run_with_that_settings_default(pack: P
     }
 
 
-def test_workers_are_told_the_settings_that_concern_them(pack: Path) -> None:
-    told = {"agent_factory": print, "asset_database": pack, "simulator_factory": print, "backend": "fake", "seed": 5}
+def test_workers_are_told_the_settings_that_concern_them(pack: Path, tmp_path: Path) -> None:
+    database = tmp_path / "asset-database.json"
+    database.write_text('{"Chair": []}', encoding="utf-8")
+    told = {
+        "agent_factory": print,
+        "asset_database": database,
+        "simulator_factory": print,
+        "backend": "fake",
+        "seed": 5,
+    }
     told |= {"agent": "noop", "reply_seconds": 9, "frame_interval_seconds": 2.5, "keep_program": True}
-    plan = worker_plan(RunSettings(**told, render_quality="fast"), Pack.load(pack), Profile())
+    plan = plan_run(RunSettings(pack=pack, **told, render_quality="fast")).worker
     assert {name: getattr(plan, name) for name in told} == told
     assert plan.quality == "fast"
     own = {"pack", "pack_sha256", "run_id", "profile", "frames", "quality"}
@@ -137,9 +146,9 @@ def test_workers_are_told_the_settings_that_concern_them(pack: Path) -> None:
 
 
 def test_workers_and_environments_have_the_defaults_of_a_runs_settings(pack: Path) -> None:
-    settings = RunSettings()
-    loaded = Pack.load(pack)
-    assert worker_plan(settings, loaded, Profile()) == WorkerPlan(pack, "", Profile(), pack_sha256=loaded.sha256)
+    settings = RunSettings(pack=pack, agent="noop")
+    same = WorkerPlan(pack, "", Profile(), agent="noop", pack_sha256=Pack.load(pack).sha256)
+    assert plan_run(settings).worker == same
     expected = RenderSettings(settings.backend, settings.render_quality, settings.asset_database)
     assert expected == RenderSettings()
     given = inspect.signature(make_env).parameters

@@ -18,7 +18,8 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset, Joint, Part, Solid, Surface
 from vigil.base.versions import GRAMMAR_VERSION, SHAPES_VERSION
 from vigil.protocol.actions import Coordinates, Reply, ReplyPolicy
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.profile import Profile
+from vigil.protocol.replies import read_reply
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 SHAPES, REPLIES = GOLDEN / "shapes.json", GOLDEN / "replies.json"
@@ -148,7 +149,9 @@ def read(text: str, how: dict[str, Any]) -> dict[str, Any]:
     """Return the parse of a text: the action, or the kind of fault without its wording."""
     reply = Reply(text=text, finish_reason=how.get("finish_reason"))
     coordinates = cast(Coordinates, how.get("coordinates", "pixel"))
-    parsed = parse_reply(reply, coordinates, cast(ReplyPolicy, how.get("policy", "strict")))
+    parsed = read_reply(
+        reply, Profile(coordinates=coordinates, reply_policy=cast(ReplyPolicy, how.get("policy", "strict")))
+    ).parsed
     return parsed.model_dump(mode="json", exclude={"thought", "cognitive_state", "detail"})
 
 

@@ -15,11 +15,10 @@ from vigil.assets.database import AssetDatabase
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.protocol.profile import Profile
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.runner import run
-from vigil.runner.settings import worker_plan
+from vigil.runner.plan import plan_run
 from vigil.runner.workers.pool import SimulatorPool
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
@@ -78,7 +77,7 @@ def without_pictures(assets: AssetDatabase, quality: str) -> PrivilegedSimulator
 @contextmanager
 def shared_simulator(pack: Pack) -> Iterator[None]:
     """Let all runs of `pack` within the block share one simulator."""
-    plan = worker_plan(quick(pack.folder, None, model="vllm/m", simulator_factory=without_pictures), pack, Profile())
+    plan = plan_run(quick(pack.folder, None, model="vllm/m", simulator_factory=without_pictures)).worker
     with SimulatorPool(plan, 1) as pool, pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "SimulatorPool", lambda *_, **__: nullcontext(pool))
         # At the end of each run Inspect makes a table that it never shows; that takes half the time of a short run.
@@ -138,7 +137,7 @@ def check_judged(name: str, step: StepRecord) -> None:
 
 def check_reply(name: str, reply: Reply) -> None:
     """Assert that a reply in this form is read and parsed as the protocol says."""
-    form, parsed = REASONING_FORMS[name], parse_reply(reply, "pixel", "strict")
+    form, parsed = REASONING_FORMS[name], read_reply(reply).parsed
     assert reply.text == form.said.text, name
     assert reply.reasoning_chars >= len(THOUGHT) or form.reason is not None, name
     assert getattr(parsed, "reason", None) == form.reason, name

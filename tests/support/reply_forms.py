@@ -11,7 +11,7 @@ from random import Random
 from tests.support.wire_server import ModelMessage
 from vigil.protocol.actions import ParsedReply, Reply
 from vigil.protocol.reasoning import split_reasoning
-from vigil.protocol.replies import MAX_REPLY_BYTES, parse_reply
+from vigil.protocol.replies import MAX_REPLY_BYTES, read_reply
 from vigil.records.record import StepRecord
 
 ODD = (
@@ -160,7 +160,7 @@ def mistakes(said: ModelMessage, step: StepRecord, finish_reason: str) -> list[s
     """Return the faults in the record of a reply; empty if it has none."""
     text, chars = joined(said.text), reasoning_sent(said)
     sent = Reply.model_validate({"text": text, "finish_reason": finish_reason, "reasoning_chars": chars})
-    wanted = parse_reply(sent, "pixel", "strict")
+    wanted = read_reply(sent).parsed
     found = []
     if step.reply.reasoning_chars != chars:
         found.append(f"counted {step.reply.reasoning_chars} characters of reasoning, not {chars}")

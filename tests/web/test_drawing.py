@@ -15,9 +15,9 @@ import pytest
 
 from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.agents.frame_encoding import decode_frame
+from vigil.base.processes import worker
 from vigil.errors import HouseError, SimulatorError
 from vigil.packs.pack import Pack
-from vigil.processes import worker
 from vigil.protocol.actions import Navigate
 from vigil.protocol.profile import Profile
 from vigil.runner.workers.drawing import MomentRenderer

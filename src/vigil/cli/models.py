@@ -18,12 +18,13 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.profile import COORDINATES_BY_MODEL, coordinates_for, known_coordinates
 from vigil.protocol.prompt import policy_sha256, policy_version, rendered_sha256
 from vigil.protocol.prompt_file import INSTRUCTION_SLOT
-from vigil.runner.calibrate import calibrate_model
 from vigil.runner.models.access import model_access
+from vigil.runner.models.completion import calibrate_model
 from vigil.runner.models.pointing import SPOTS, PointingCalibration
 from vigil.runner.models.providers import PROVIDERS, Provider, parse_model_name
 from vigil.runner.models.thinking import describe_switch, flatten_fields
-from vigil.runner.settings import RunSettings, profile_of
+from vigil.runner.plan import endpoint_of, profile_of
+from vigil.runner.settings import RunSettings
 from vigil.runner.shared_settings import (
     ApiKeyEnv,
     BaseUrl,
@@ -89,8 +90,8 @@ def calibrate(
     system_role: SystemRoleOption = "system",
 ) -> None:
     """Example: vigil calibrate --model vllm/moonshotai/Kimi-VL-A3B-Instruct"""
-    asked = {"base_url": base_url, "api_key_env": api_key_env, "thinking": thinking, "system_role": system_role}
-    found = calibrate_model(RunSettings(model=model, **asked))
+    asked = RunSettings(model=model, base_url=base_url, api_key_env=api_key_env, thinking=thinking)
+    found = calibrate_model(endpoint_of(asked), system_role)
     for number, (spot, answer) in enumerate(zip(SPOTS, found.answers, strict=True), 1):
         said = "no point" if answer is None else f"({answer.x:g}, {answer.y:g})"
         print(f"picture {number}  spot at ({spot.x:g}, {spot.y:g})  answered {said}")

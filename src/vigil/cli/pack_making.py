@@ -39,6 +39,7 @@ from vigil.errors import SettingError
 from vigil.packs.freeze import check_can_freeze
 from vigil.packs.private import NEW_SEED, is_secret
 from vigil.protocol.families import FAMILIES
+from vigil.runner.models.access import Endpoint, model_access
 from vigil.runner.models.completion import open_completion
 from vigil.runner.shared_settings import AssetFile, Workers
 from vigil.runner.workers.pool import worker_count
@@ -94,8 +95,8 @@ def propose(
     with ExitStack() as stack:
         show = stack.enter_context(progress("houses"))
         if model is not None:
-            access = open_completion(model, proposing.base_url, api_key_env=proposing.api_key_env)
-            proposer = model_proposer(stack.enter_context(access), proposing.per_house, model)
+            endpoint = Endpoint(model_access(model, proposing.base_url, {}, proposing.api_key_env))
+            proposer = model_proposer(stack.enter_context(open_completion(endpoint)), proposing.per_house, model)
             asked = replace(FAMILY_GRAMMAR, author=model, make_proposer=lambda seed: proposer)
             settings, workers = replace(settings, grammar=asked), 1  # a proposer that asks a model stays here
         generate_drafts(file, sources, settings, workers=workers, on_progress=progress_callback(show))

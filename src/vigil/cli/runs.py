@@ -16,14 +16,14 @@ from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import print_run
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
-from vigil.packs.pack import manifest_of
 from vigil.records.costs import describe_costs
 from vigil.runner.dry_run import estimate
 from vigil.runner.merge import MergeSettings, merge_runs
+from vigil.runner.plan import RunPlan, plan_run
 from vigil.runner.progress import OnProgress, RunProgress
-from vigil.runner.run import RunResult, run_pack
+from vigil.runner.run import RunResult, play_run
 from vigil.runner.run_folder import LOGS_FOLDER
-from vigil.runner.settings import RunSettings, access_of, profile_of
+from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import Verification, VerifySettings, verify_run
 from vigil.scoring.saved_run import read_run
 
@@ -46,21 +46,17 @@ def run(
     vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
     """
     del imports  # done when it was read
-    settings = _with_agent(settings)
-    print_notes(manifest_of(settings.pack).version_notes)
+    plan = plan_run(_with_agent(settings))
+    print_notes(plan.pack.manifest.version_notes)
+    if plan.endpoint is not None:
+        print(f"Model: {plan.endpoint.access.description}.")
+        is_given = settings.coordinates is not None
+        why = "as --coordinates says" if is_given else source_of_coordinates(plan.spec.agent)
+        print(f"Coordinates: {plan.spec.profile.coordinates} ({why}).")
     if dry_run:
-        _print_estimate(settings)
+        _print_estimate(plan)
     else:
-        _play(settings)
-
-
-def print_asked(settings: RunSettings) -> None:
-    """Print which model is asked, where, with which key, and its coordinates."""
-    print(f"Model: {access_of(settings).description}.")
-    mode = profile_of(settings).coordinates
-    told = settings.coordinates is not None
-    why = "as --coordinates says" if told else source_of_coordinates(settings.model or "")
-    print(f"Coordinates: {mode} ({why}).")
+        _play(plan)
 
 
 def verify(run: RunArgument, settings: VerifySettings) -> None:
@@ -100,12 +96,10 @@ def _print_what_was_verified(found: Verification, settings: VerifySettings) -> N
     print(f"{found.checked} episodes played again{pictures}, compared {kind}: {faults}")
 
 
-def _play(settings: RunSettings) -> None:
-    if settings.model is not None:
-        print_asked(settings)
-    with run_progress(settings.player) as show:
-        result = run_pack(settings, on_progress=_with_warnings(show))
-    _print_result(result, settings.pack)
+def _play(plan: RunPlan) -> None:
+    with run_progress(plan.spec.agent) as show:
+        result = play_run(plan, on_progress=_with_warnings(show))
+    _print_result(result, plan.pack.folder)
     if not result.is_complete:
         raise typer.Exit(1)
 
@@ -142,24 +136,23 @@ def _with_agent(settings: RunSettings) -> RunSettings:
     return settings
 
 
-def _print_estimate(settings: RunSettings) -> None:
-    expected = estimate(settings)
-    if settings.model is None:
-        print(f"{expected.episodes} episodes; {settings.player} calls no model.")
+def _print_estimate(plan: RunPlan) -> None:
+    expected, prices = estimate(plan), plan.execution.prices
+    if plan.endpoint is None:
+        print(f"{expected.episodes} episodes; {plan.spec.agent} calls no model.")
         return
-    print_asked(settings)
-    missing = access_of(settings).missing
+    missing = plan.endpoint.access.missing
     print_notes([missing] if missing else [])
     print(f"{expected.episodes} episodes; nothing was sent. Bounds, from an immediate report to every step used:")
     for name in ("calls", "input_tokens", "output_tokens"):
         low, high = getattr(expected, name)
         print(f"{name.replace('_', ' '):14} {low:>14,} .. {high:>14,}")
-    if settings.prices is not None:
-        low, high = expected.cost(settings.prices)
+    if prices is not None:
+        low, high = expected.cost(prices)
         print(f"{'cost':14} {low:>14,.2f} .. {high:>14,.2f}")
 
 
-def _print_result(result: RunResult, pack: str | Path) -> None:
+def _print_result(result: RunResult, pack: Path) -> None:
     print_notes((*result.header.spec.program_notes, *result.notes))
     print_run(result.folder, pack)
     if result.partial_line_file is not None:

@@ -12,11 +12,11 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
 from vigil.assets.drawers import split_drawer_id
+from vigil.base.processes.group import given_state, map_in_workers
 from vigil.errors import HouseError, SettingError
 from vigil.housegen.base.spec import spec_for
 from vigil.housegen.checking.check import check_house
 from vigil.housegen.generate import generate
-from vigil.processes.group import given_state, map_in_workers
 from vigil.protocol.house import House, canonical_json
 
 PART_CATEGORIES = frozenset({"Drawer", "StoveBurner", "StoveKnob"})

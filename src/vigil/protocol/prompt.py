@@ -117,9 +117,9 @@ def past_turn(feedback: Feedback | None, reply_text: str, profile: Profile) -> T
     return Turn(frame_stub("past", feedback), answer[: profile.history_reply_chars])
 
 
-def is_truncated_in_history(reply_text: str, profile: Profile) -> bool:
-    """Whether a reply is longer than the history allows, so that it is cut there."""
-    return len(split_reasoning(reply_text)[0]) > profile.history_reply_chars
+def is_truncated_in_history(answer: str, profile: Profile) -> bool:
+    """Whether an answer is longer than the history allows, so that it is cut there."""
+    return len(answer) > profile.history_reply_chars
 
 
 def recent_turns(turns: Sequence[Turn], profile: Profile) -> list[Turn]:

@@ -8,6 +8,7 @@ aliases. No reply raises an exception, whatever its bytes. Source: `protocol.md`
 import hashlib
 import math
 import re
+from dataclasses import dataclass
 from typing import Any, Literal, cast
 
 from vigil.base.json_files import is_object
@@ -16,6 +17,7 @@ from vigil.protocol.actions import (
     INTENTS,
     SKILLS,
     STATUSES,
+    Action,
     Argument,
     Coordinates,
     Intent,
@@ -32,6 +34,7 @@ from vigil.protocol.actions import (
 from vigil.protocol.finish_reasons import hit_token_limit
 from vigil.protocol.json_text import JsonFault, decode
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.profile import Profile
 from vigil.protocol.reasoning import CLOSING_MARKERS, is_unclosed, split_reasoning
 
 MAX_REPLY_BYTES = 64 * 1024
@@ -41,6 +44,7 @@ RECORDED_ANSWER_BYTES = 2 * MAX_REPLY_BYTES
 RECORDED_REASONING_BYTES = 1024 * 1024
 """Bytes stored from the end of a reply whose answer is short enough but whose reasoning is too long."""
 MAX_LENIENT_TRIES = 64
+_STANDARD = Profile()
 
 _BRACE = re.compile(r"[{}]")
 _FENCE = re.compile(r"```[A-Za-z0-9_+-]*[ \t]*\r?\n?(.*?)```", re.DOTALL)
@@ -57,8 +61,38 @@ class _Fault(Exception):
         self.detail = detail
 
 
-def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> ParsedReply | InvalidAction:
-    """Return the action in `reply`, or why it is invalid, taking the provider's facts about it into account."""
+@dataclass(frozen=True, slots=True)
+class ReadReply:
+    """A reply taken apart."""
+
+    answer: str
+    """Text of the reply without the reasoning before it."""
+    parsed: ParsedReply | InvalidAction
+    """The action in the answer, or the reason why there is none."""
+
+    @property
+    def action(self) -> Action | None:
+        """The action; None if the reply is invalid."""
+        return self.parsed.action if isinstance(self.parsed, ParsedReply) else None
+
+    @property
+    def invalid(self) -> InvalidAction | None:
+        """The reason why the reply is not an action; None if it is one."""
+        return self.parsed if isinstance(self.parsed, InvalidAction) else None
+
+    @property
+    def ignored_keys(self) -> tuple[str, ...]:
+        """Keys of the answer that have no meaning."""
+        return self.parsed.ignored_keys if isinstance(self.parsed, ParsedReply) else ()
+
+
+def read_reply(reply: Reply, profile: Profile = _STANDARD) -> ReadReply:
+    """Return the answer of a reply and what it means, taking the provider's facts about it into account."""
+    answer = split_reasoning(reply.text)[0]
+    return ReadReply(answer, _meaning(reply, answer, profile))
+
+
+def _meaning(reply: Reply, answer: str, profile: Profile) -> ParsedReply | InvalidAction:
     if reply.provider_rejected:
         return InvalidAction(kind="protocol_failure", reason="provider_rejected")
     if reply.agent_ended:
@@ -67,7 +101,7 @@ def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> 
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
     if reply.cut is not None and reply.cut.answer_bytes > MAX_REPLY_BYTES:
         return _invalid(_too_long(reply.cut.answer_bytes))
-    parsed = parse_text(reply.text, coordinates, policy)
+    parsed = _parse_answer(answer, profile.coordinates, profile.reply_policy)
     if isinstance(parsed, InvalidAction) and parsed.reason == "empty":
         parsed = parsed.model_copy(update={"detail": _describe_empty(reply)})
     if hit_token_limit(reply.finish_reason) and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":
@@ -89,9 +123,17 @@ def parse_text(
 ) -> ParsedReply | InvalidAction:
     """Return the action in a raw reply, or why there is none; never raises."""
     try:
-        answer = _answer(text)
-    except _Fault as fault:
-        return _invalid(fault)
+        whole = text.decode("utf-8") if isinstance(text, bytes) else text
+        whole.encode("utf-8")  # the reasoning too: a string may hold lone surrogates, which UTF-8 cannot encode
+    except UnicodeError:
+        return InvalidAction(kind="protocol_failure", reason="not_utf8")
+    return _parse_answer(split_reasoning(whole)[0], coordinates, policy)
+
+
+def _parse_answer(answer: str, coordinates: Coordinates, policy: ReplyPolicy) -> ParsedReply | InvalidAction:
+    size, answer = len(answer.encode("utf-8")), answer.strip()
+    if size > MAX_REPLY_BYTES:
+        return _invalid(_too_long(size))
     try:
         return _action_of(_only_object(answer), coordinates)
     except _Fault as fault:
@@ -99,19 +141,6 @@ def parse_text(
         if loose is not None and policy == "lenient":
             return loose
         return _invalid(fault, would_parse_leniently=isinstance(loose, ParsedReply))
-
-
-def _answer(text: str | bytes) -> str:
-    try:
-        whole = text.decode("utf-8") if isinstance(text, bytes) else text
-        whole.encode("utf-8")  # the reasoning too: a string may hold lone surrogates, which UTF-8 cannot encode
-    except UnicodeError:
-        raise _Fault("protocol_failure", "not_utf8") from None
-    answer = split_reasoning(whole)[0]
-    size = len(answer.encode("utf-8"))
-    if size > MAX_REPLY_BYTES:
-        raise _too_long(size)
-    return answer.strip()
 
 
 def _too_long(size: int) -> _Fault:
@@ -338,34 +367,27 @@ def _quoted(value: Any) -> str:
     return ascii(value)[:80] if isinstance(value, str | int | float) else type(value).__name__
 
 
-def truncate_for_record(reply: Reply) -> Reply:
+def truncate_for_record(reply: Reply, answer: str) -> Reply:
     """Return `reply` as a record stores it: whole, or with `cut` set if it is far longer than any valid answer.
 
     The whole reply is always what is parsed. The stored part parses to the same result, because the record also has
     the length of the whole. The beginning of the reasoning can be dropped, because its closing marker suffices to
-    recognize it.
+    recognize it. `answer` is the text without reasoning.
     """
     raw = reply.raw
     if len(raw) <= RECORDED_ANSWER_BYTES:
         return reply
-    cut = reply.cut or _full_size(reply, raw)
-    is_too_long = cut.answer_bytes > MAX_REPLY_BYTES
-    if not is_too_long and len(raw) <= RECORDED_REASONING_BYTES:
+    answer_bytes = len(answer.encode()) if reply.is_utf8 else len(raw)
+    cut = reply.cut or ReplyCut(text_bytes=len(raw), answer_bytes=answer_bytes, sha256=hashlib.sha256(raw).hexdigest())
+    if cut.answer_bytes > MAX_REPLY_BYTES:
+        reasoning = reply.text[: len(reply.text) - len(answer)] if reply.is_utf8 else ""
+        marker = next((marker for marker in CLOSING_MARKERS if reasoning.endswith(marker)), "")
+        start = len(reasoning.removesuffix(marker).encode()) if marker else 0
+        part = raw[start : start + RECORDED_ANSWER_BYTES]
+    elif len(raw) <= RECORDED_REASONING_BYTES:
         return reply
-    part = _answer_start(reply, raw) if is_too_long else raw[-RECORDED_REASONING_BYTES:]
+    else:
+        part = raw[-RECORDED_REASONING_BYTES:]
     text: str | bytes = part.decode("utf-8", "ignore") if reply.is_utf8 else part
     facts = reply.model_dump(exclude={"text", "raw_base64"})
     return Reply.model_validate({**facts, "text": text, "cut": cut, "reasoning": reply.reasoning})
-
-
-def _answer_start(reply: Reply, raw: bytes) -> bytes:
-    answer = split_reasoning(reply.text)[0]
-    reasoning = reply.text[: len(reply.text) - len(answer)]
-    marker = next((marker for marker in CLOSING_MARKERS if reasoning.endswith(marker)), "") if reply.is_utf8 else ""
-    start = len(reasoning.removesuffix(marker).encode()) if marker else 0
-    return raw[start : start + RECORDED_ANSWER_BYTES]
-
-
-def _full_size(reply: Reply, raw: bytes) -> ReplyCut:
-    answer_bytes = len(split_reasoning(reply.text)[0].encode()) if reply.is_utf8 else len(raw)
-    return ReplyCut(text_bytes=len(raw), answer_bytes=answer_bytes, sha256=hashlib.sha256(raw).hexdigest())

@@ -33,18 +33,14 @@ def store_reasoning(folder: Path, record: EpisodeRecord) -> EpisodeRecord:
 
     It is on disk on return. Raises RecordError if it cannot be written.
     """
-    steps = {step.index: _utf8_tail(step.reply.reasoning) for step in record.steps if step.reply.reasoning}
+    tails = {step.index: step.reply.reasoning[-MAX_CHARS:] for step in record.steps if step.reply.reasoning}
+    steps = {index: tail.encode("utf-8", "replace").decode() for index, tail in tails.items()}
     if not steps:
         return record
     found = EpisodeReasoning(episode_id=record.episode_id, epoch=record.epoch, attempt=record.attempt, steps=steps)
     append_line(folder / REASONING_FILE, dump_line(found))
     bare = [step.model_copy(update={"reply": step.reply.model_copy(update={"reasoning": ""})}) for step in record.steps]
     return record.model_copy(update={"steps": tuple(bare)})
-
-
-def _utf8_tail(reasoning: str) -> str:
-    """Return the end of a reasoning text, with invalid UTF-8 replaced."""
-    return reasoning[-MAX_CHARS:].encode("utf-8", "replace").decode()
 
 
 def reasoning_by_step(folder: Path, record: EpisodeRecord) -> dict[int, str]:

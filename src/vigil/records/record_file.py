@@ -13,7 +13,7 @@ from vigil.base.json_lines import AppendFile, Line, LineReader, dump_line
 from vigil.base.versions import schema_mismatch
 from vigil.errors import RecordError, first_error
 from vigil.records.costs import RunTokens
-from vigil.records.record import SCHEMA_VERSION, EpisodeRecord, Key, RowResolver, effective_records
+from vigil.records.record import SCHEMA_VERSION, EpisodeRecord, Key, RowResolver
 from vigil.records.row_check import REPEATED, UNREADABLE, LeftOutRow, RowCheck
 
 
@@ -131,8 +131,8 @@ class RecordLog:
 
     def _read_rows(self, check: RowCheck | None) -> None:
         rows = RowFilter(check)
-        records = (record for row in self._read if (record := rows.accept(row)) is not None)
-        self.rows = effective_records(records)
+        accepted = map(rows.accept, self._read)
+        self.rows = {record.key: record for record in accepted if record is not None}
         self.tokens = rows.tokens
         self.left_out = tuple(rows.left_out)
 

@@ -96,39 +96,51 @@ class RowCheck:
         return record.prompt_sha256 == self._prompts[episode.id]
 
 
-def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
-    """Return how a record violates the budgets, the ending rules or the bound objects of its episode."""
+def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
+    """Return how the steps of a record contradict its end or the budgets, which makes a verdict impossible."""
     reports = [step.index for step in record.steps if isinstance(step.action, Report)]
-    invalid = [step.index for step in record.steps if step.invalid is not None]
-    steps, last = len(record.steps), episode.max_invalid + 1
-    over = invalid[last - 1] if len(invalid) >= last else None
+    steps, last, over = len(record.steps), episode.max_invalid + 1, _last_invalid(episode, record)
     faults = {
         f"it goes on after the report of step {reports[0] if reports else 0}": bool(reports) and reports[0] != steps,
         f"it has {steps} steps of at most {episode.max_steps}": steps > episode.max_steps,
         f"it goes on after invalid reply {last} of step {over}": over is not None and over != steps,
+        "it ended by a report, but its last action is not a report": record.end == "report" and not reports,
+        f"it ended as {record.end}, but its last action is a report": record.end != "report" and bool(reports),
     }
+    return [fault for fault, is_so in faults.items() if is_so]
+
+
+def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
+    """Return how a record violates the budgets, the ending rules or the bound objects of its episode."""
+    steps, over = len(record.steps), _last_invalid(episode, record)
+    invalid = sum(step.invalid is not None for step in record.steps)
+    found = contradictions(episode, record)
     match record.end:
-        case "report":
-            faults["it ended by a report, but its last action is not a report"] = not reports
-            faults["it ended by a report, and its invalid replies were used up"] = over is not None
-        case "fail_no_report":
-            named = f"it ended as fail_no_report after {steps} of {episode.max_steps} steps"
-            faults[named] = steps < episode.max_steps
-            faults["it ended as fail_no_report, but its last action is a report"] = bool(reports)
-            faults["it ended as fail_no_report, and its invalid replies were used up"] = over is not None
-        case "invalid_action_limit_exceeded":
-            faults[f"it ended by its invalid replies, but has {len(invalid)} of more than {last - 1}"] = over is None
-        case "error":
-            is_over = bool(reports) or over is not None or steps >= episode.max_steps
-            faults["it ended as an error after it had ended"] = is_over
-    found = [fault for fault, is_so in faults.items() if is_so]
-    worlds = record.worlds if record.initial else ()
-    for index, world in enumerate(worlds):
-        missing = [object_id for object_id in episode.bound_ids() if object_id not in world.objects]
+        case "report" if over is not None:
+            found.append("it ended by a report, and its invalid replies were used up")
+        case "fail_no_report" if steps < episode.max_steps:
+            found.append(f"it ended as fail_no_report after {steps} of {episode.max_steps} steps")
+        case "fail_no_report" if over is not None:
+            found.append("it ended as fail_no_report, and its invalid replies were used up")
+        case "invalid_action_limit_exceeded" if over is None:
+            found.append(f"it ended by its invalid replies, but has {invalid} of more than {episode.max_invalid}")
+        case "error" if over is not None or steps >= episode.max_steps:
+            found.append("it ended as an error after it had ended")
+        case _:
+            pass
+    bound = episode.bound_ids()
+    for index, world in enumerate(record.worlds if record.initial else ()):
+        missing = [object_id for object_id in bound if object_id not in world.objects]
         if missing:
             found.append(f"object {missing[0]!r} is missing from the world after step {index}")
             break
     return found
+
+
+def _last_invalid(episode: Episode, record: EpisodeRecord) -> int | None:
+    """Return the step of the invalid reply that must end the episode; None if there are fewer."""
+    invalid = [step.index for step in record.steps if step.invalid is not None]
+    return invalid[episode.max_invalid] if len(invalid) > episode.max_invalid else None
 
 
 def summarize_left_out(left_out: Sequence[LeftOutRow]) -> list[str]:

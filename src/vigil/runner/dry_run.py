@@ -3,7 +3,6 @@
 Tokens are estimates (`vigil.runner.models.context`).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vigil.agents.conversation import Conversation
@@ -12,10 +11,9 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.profile import Profile
 from vigil.records.costs import Prices
 from vigil.records.record import RunSpec
-from vigil.records.shards import shard_episodes
 from vigil.runner.models.context import CHARS_PER_TOKEN, PICTURE_TOKENS, REASONING_TOKENS, REPLY_TOKENS
 from vigil.runner.models.thinking import may_think
-from vigil.runner.settings import RunSettings, plan_run
+from vigil.runner.plan import RunPlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,36 +35,31 @@ class CostEstimate:
         return low, high
 
 
-def estimate(settings: RunSettings) -> CostEstimate:
-    """Return the bounds for a run of these settings. Raises InputError."""
-    _, episodes, spec = plan_run(settings)
-    return _estimate(shard_episodes(episodes, spec.shard), spec, output_tokens(settings))
-
-
-def output_tokens(settings: RunSettings) -> tuple[int, int]:
-    """Return the least and the most tokens of one reply, including reasoning."""
-    least, most = REPLY_TOKENS
-    if may_think(settings.thinking, settings.reasoning_effort, settings.model or ""):
-        least, most = least + REASONING_TOKENS[0], most + REASONING_TOKENS[1]
-    limit = settings.max_tokens
-    return (least, most) if limit is None else (min(least, limit), limit)
-
-
-def _estimate(episodes: Sequence[Episode], spec: RunSpec, outputs: tuple[int, int]) -> CostEstimate:
-    profile, epochs = spec.profile, spec.epochs
+def estimate(plan: RunPlan) -> CostEstimate:
+    """Return the bounds for a planned run."""
+    profile, epochs, outputs = plan.spec.profile, plan.spec.epochs, _output_tokens(plan.spec)
     answers = min(REPLY_TOKENS[0], outputs[0]), min(REPLY_TOKENS[1], outputs[1])
-    least_input = sum(_input_tokens(episode, profile, 1, (answers[0], PICTURE_TOKENS[0])) for episode in episodes)
+    least_input = sum(_input_tokens(episode, profile, 1, (answers[0], PICTURE_TOKENS[0])) for episode in plan.episodes)
     most_input = sum(
-        _input_tokens(episode, profile, episode.max_steps, (answers[1], PICTURE_TOKENS[1])) for episode in episodes
+        _input_tokens(episode, profile, episode.max_steps, (answers[1], PICTURE_TOKENS[1])) for episode in plan.episodes
     )
-    steps = sum(episode.max_steps for episode in episodes)
-    count = len(episodes)
+    steps = sum(episode.max_steps for episode in plan.episodes)
+    count = len(plan.episodes)
     return CostEstimate(
         episodes=count * epochs,
         calls=(count * epochs, steps * epochs),
         input_tokens=(least_input * epochs, most_input * epochs),
         output_tokens=(count * epochs * outputs[0], steps * epochs * outputs[1]),
     )
+
+
+def _output_tokens(spec: RunSpec) -> tuple[int, int]:
+    """Return the least and the most tokens of one reply, including reasoning."""
+    least, most = REPLY_TOKENS
+    if may_think(spec.thinking, spec.sampling.get("reasoning_effort"), spec.agent):
+        least, most = least + REASONING_TOKENS[0], most + REASONING_TOKENS[1]
+    limit = spec.sampling.get("max_tokens")
+    return (least, most) if limit is None else (min(least, limit), limit)
 
 
 def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[int, int]) -> int:

@@ -21,7 +21,6 @@ from inspect_ai._util.error import PrerequisiteError
 from inspect_ai.dataset import MemoryDataset, Sample
 from inspect_ai.log import EvalLog
 from inspect_ai.model import (
-    ChatMessage,
     ChatMessageAssistant,
     ChatMessageUser,
     GenerateConfig,
@@ -34,22 +33,24 @@ from rich.markup import escape
 
 from vigil.base.settings import declared_settings
 from vigil.errors import InputError, ModelAPIError, SettingError, VigilError, did_you_mean
-from vigil.packs.pack import Pack
 from vigil.packs.private import check_revealed, is_private
+from vigil.protocol.actions import Coordinates
 from vigil.protocol.episode import Episode
-from vigil.protocol.profile import Profile
+from vigil.protocol.profile import Profile, coordinates_for
 from vigil.protocol.prompt import frame_stub
 from vigil.records.record import EpisodeRecord
 from vigil.runner.models.access import hiding_other_keys, model_access
-from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
-from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
+from vigil.runner.models.ask import with_retries
+from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, ModelClient, model_at, sender
 from vigil.runner.models.network import disable_redirects
 from vigil.runner.models.preflight import check_model
 from vigil.runner.models.providers import parse_model_name
 from vigil.runner.models.redaction import without_login
-from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
-from vigil.runner.workers.live import play_live
+from vigil.runner.plan import RunPlan, plan_run
+from vigil.runner.retries import RetryPolicy
+from vigil.runner.settings import RunSettings
 from vigil.runner.workers.messages import Assignment
+from vigil.runner.workers.players import ModelPlayer
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.scoring.outcomes import score
 
@@ -70,12 +71,12 @@ TASK_SETTINGS = {
 _KEYWORD_ONLY = inspect.Parameter.KEYWORD_ONLY
 PLACEHOLDER_MODEL = "mockllm/model"
 """Model in settings that are made before Inspect's model is known."""
-PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
-"""Function that plays one episode with a model and saves the record. Raises VigilError to stop the run."""
+PlayOne = Callable[[Assignment], Awaitable[EpisodeRecord]]
+"""Function that plays one episode with a model. Raises VigilError to stop the run."""
 
 
 def evaluate(
-    endpoint: Endpoint,
+    client: ModelClient,
     assignments: Sequence[Assignment],
     play_one: PlayOne,
     log_dir: Path,
@@ -86,19 +87,18 @@ def evaluate(
 
     Without samples (for a private pack) Inspect's log has only rates, and numbers instead of ids.
     """
-    model = endpoint.model()
-    send = sender(model, identity_log=endpoint.identity_log, keep_reasoning=endpoint.keep_reasoning)
-    ask = with_retries(send, endpoint.retry_policy)
     stop: list[VigilError] = []
-    closer = _ConnectionCloser(model, play_one, len(assignments))
-    with _rare_garbage_collection(), _no_warnings():
+    closer = _ConnectionCloser(client.model, play_one, len(assignments))
+    with _rare_garbage_collection(), warnings.catch_warnings():
+        # pydantic warns about unusual answers of a server when Inspect writes its log
+        warnings.filterwarnings("ignore", message="Pydantic serializer warnings", category=UserWarning)
         logs = inspect_eval(
-            _task(assignments, closer.play_one, lambda: ask, stop, is_numbered=not keep_samples),
-            model=endpoint.loggable(model),
+            _task(assignments, closer.play_one, stop, is_numbered=not keep_samples),
+            model=client.loggable_model(),
             log_dir=str(log_dir),
             display="none",
             score_display=False,
-            max_samples=endpoint.max_connections,
+            max_samples=client.endpoint.max_connections,
             fail_on_error=False,
             log_images=False,
             log_samples=keep_samples,
@@ -110,14 +110,6 @@ def evaluate(
     if stop:
         raise stop[0]
     _check(logs, 0 if keep_samples else len(assignments) - closer.played)
-
-
-@contextmanager
-def _no_warnings() -> Generator[None, None, None]:
-    """Suppress pydantic's warnings about unusual answers of a server."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Pydantic serializer warnings", category=UserWarning)
-        yield
 
 
 @contextmanager
@@ -145,11 +137,11 @@ class _ConnectionCloser:
         self.played = 0
         """Number of episodes that have ended, including infrastructure errors."""
 
-    async def play_one(self, assignment: Assignment, ask: Ask) -> EpisodeRecord:
+    async def play_one(self, assignment: Assignment) -> EpisodeRecord:
         self._left -= 1
         self._alive += 1
         try:
-            record = await self._play_one(assignment, ask)
+            record = await self._play_one(assignment)
             self.played += 1
             return record
         except VigilError:
@@ -175,15 +167,16 @@ def _check(logs: list[EvalLog], missing: int) -> None:
 def _task(
     assignments: Sequence[Assignment],
     play_one: PlayOne,
-    ask_of: Callable[[], Ask],
     stop: list[VigilError] | None = None,
     *,
     is_numbered: bool = False,
     **more: Any,
 ) -> Task:
     """Return Inspect's task; with `is_numbered` its samples have numbers, because ids must not be revealed."""
-    pairs = enumerate(assignments, start=1) if is_numbered else ((_sample_id(each), each) for each in assignments)
-    by_id = {str(name): assignment for name, assignment in pairs}
+    by_id: dict[str, Assignment] = {}
+    for number, assignment in enumerate(assignments, start=1):
+        name = assignment.episode.id if assignment.epoch == 1 else f"{assignment.episode.id}@{assignment.epoch}"
+        by_id[str(number) if is_numbered else name] = assignment
     samples = [
         Sample(
             id=name,
@@ -192,20 +185,11 @@ def _task(
         )
         for name, assignment in by_id.items()
     ]
-    agent = _agent(by_id, play_one, ask_of, stop)
+    agent = _agent(by_id, play_one, stop)
     return Task(dataset=MemoryDataset(samples, name="vigil"), solver=agent, scorer=vigil_score(), name="vigil", **more)
 
 
-def _sample_id(assignment: Assignment) -> str:
-    return assignment.episode.id if assignment.epoch == 1 else f"{assignment.episode.id}@{assignment.epoch}"
-
-
-def _agent(
-    by_id: Mapping[str, Assignment],
-    play_one: PlayOne,
-    ask_of: Callable[[], Ask],
-    stop: list[VigilError] | None = None,
-) -> Solver:
+def _agent(by_id: Mapping[str, Assignment], play_one: PlayOne, stop: list[VigilError] | None) -> Solver:
     """Return Inspect's solver; an error that stops the run is appended to `stop`, or raised when `stop` is None."""
 
     @solver(name="vigil_agent")
@@ -215,31 +199,25 @@ def _agent(
                 return state
             assignment = by_id[str(state.sample_id)]
             if state.epoch > 1:
-                assignment = Assignment(assignment.episode, state.epoch, assignment.attempt)
+                assignment = replace(assignment, epoch=state.epoch)
             try:
-                record = await play_one(assignment, ask_of())
+                record = await play_one(assignment)
             except VigilError as error:
                 if stop is None:
                     raise
                 stop.append(error)
                 return state
             state.metadata["record"] = record.model_dump(mode="json")
-            state.messages = _dialogue(record)
+            state.messages = []  # the episode as Inspect's viewer shows it
+            for step in record.steps:
+                frame = ChatMessageUser(content=frame_stub("past", None))
+                state.messages += [frame, ChatMessageAssistant(content=step.reply.text)]
             state.completed = True
             return state
 
         return solve
 
     return vigil_agent()
-
-
-def _dialogue(record: EpisodeRecord) -> list[ChatMessage]:
-    """Return the episode as Inspect's viewer shows it."""
-    messages: list[ChatMessage] = []
-    for step in record.steps:
-        messages.append(ChatMessageUser(content=frame_stub("past", None)))
-        messages.append(ChatMessageAssistant(content=step.reply.text))
-    return messages
 
 
 @scorer(name=f"{_PREFIX}vigil_score", metrics={"*": [grouped(mean(), "family")]})
@@ -277,20 +255,20 @@ def vigil(**given: Any) -> Task:
     """
     try:
         settings = RunSettings(model=PLACEHOLDER_MODEL, **task_settings(given))
-        pack, episodes, spec = plan_run(settings)
+        plan = plan_run(settings)
         check_revealed(
-            pack.name,
-            is_private(pack.manifest.meta),
+            plan.pack.name,
+            is_private(plan.pack.manifest.meta),
             "Inspect's log, with each prompt, reply and hidden state,",
             reveals=settings.reveal_private_pack,
             by="-T reveal_private_pack=true (`vigil run` plays it and keeps a log without them)",
         )
     except InputError as error:
         raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # Inspect prints it without a traceback
-    assignments = [Assignment(episode) for episode in episodes]
-    metadata = {"pack_sha256": spec.pack_sha256, "prompt_policy_sha256": spec.prompt_policy_sha256}
-    session = _InspectSession(settings)
-    return _task(assignments, session.play_one, session.ask, metadata=metadata)
+    assignments = [Assignment(episode) for episode in plan.episodes]
+    metadata = {"pack_sha256": plan.spec.pack_sha256, "prompt_policy_sha256": plan.spec.prompt_policy_sha256}
+    session = _InspectSession(plan, settings.coordinates, settings.api_key_env)
+    return _task(assignments, session.play_one, metadata=metadata)
 
 
 def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -315,8 +293,14 @@ class _InspectSession:
     event loop still runs, whenever no episode is being played.
     """
 
-    def __init__(self, settings: RunSettings) -> None:
-        self._settings = settings
+    def __init__(self, plan: RunPlan, coordinates: Coordinates | None, api_key_env: str | None) -> None:
+        """`coordinates` of all models are None to use the published table's entry for each.
+
+        `api_key_env` names the variable with the key for an address that is not the provider's.
+        """
+        self._plan = plan
+        self._coordinates = coordinates
+        self._api_key_env = api_key_env
         self._pools: dict[Profile, SimulatorPool] = {}
         self._checked: set[str] = set()
         self._models: dict[str, Model] = {}
@@ -325,33 +309,35 @@ class _InspectSession:
         self._alive = 0
         self._one_at_a_time = asyncio.Lock()
 
-    async def play_one(self, assignment: Assignment, ask: Ask) -> EpisodeRecord:
+    async def play_one(self, assignment: Assignment) -> EpisodeRecord:
         self._alive += 1
         try:
-            return await self._play(assignment, ask)
+            return await self._play(assignment)
         finally:
             self._alive -= 1
             if self._alive == 0:
                 await self._close_models()
 
-    async def _play(self, assignment: Assignment, ask: Ask) -> EpisodeRecord:
-        settings = replace(self._settings, model=str(get_model()))
-        profile = profile_of(settings)
-        await self._check(self.model(), profile)
+    async def _play(self, assignment: Assignment) -> EpisodeRecord:
+        model = self._model()
+        coordinates = self._coordinates or coordinates_for(str(get_model()))
+        profile = self._plan.spec.profile.model_copy(update={"coordinates": coordinates})
+        await self._check(model, profile)
         if profile not in self._pools:
-            plan = worker_plan(settings, Pack.load(settings.pack), profile, run_id="inspect")
-            self._pools[profile] = SimulatorPool(plan, worker_count(settings.workers))
-        record = await play_live(self._pools[profile].live(assignment), profile, ask, "inspect")
+            plan = replace(self._plan.worker, run_id="inspect", profile=profile)
+            self._pools[profile] = SimulatorPool(plan, worker_count(self._plan.execution.workers))
+        player = ModelPlayer(self._pools[profile], profile, with_retries(sender(model), RetryPolicy()), "inspect")
+        record = await player.play(assignment)
         if record.error is not None:
             raise RuntimeError(f"{record.error.boundary}: {record.error.message}")
         return record
 
-    def model(self) -> Model:
+    def _model(self) -> Model:
         """Return Inspect's active model, with the key that may be sent to its address. Raises SettingError."""
         active = get_model()
         name = str(active)
         if name not in self._models:
-            self._models[name] = _with_key(active, self._settings.api_key_env)
+            self._models[name] = _with_key(active, self._api_key_env)
             if self._models[name] is not active:
                 self._made.add(name)
         return self._models[name]
@@ -363,17 +349,14 @@ class _InspectSession:
         for model in made:
             await model.api.aclose()
 
-    def ask(self) -> Ask:
-        """Return the function that asks the model for a reply."""
-        return with_retries(sender(self.model()), RetryPolicy())
-
     async def _check(self, model: Model, profile: Profile) -> None:
+        execution = self._plan.execution
         async with self._one_at_a_time:
-            if self._settings.preflight and str(model) not in self._checked:
+            if execution.preflight and str(model) not in self._checked:
                 send = sender(model, GenerateConfig(max_retries=0))  # Inspect's default is without limit
                 ask = with_retries(send, RetryPolicy(retries=PREFLIGHT_RETRIES))
                 address = without_login(model.api.base_url or "")
-                await check_model(ask, str(model), profile, address, force=self._settings.force)
+                await check_model(ask, str(model), profile, address, force=execution.force)
                 self._checked.add(str(model))
 
 
@@ -385,13 +368,6 @@ def _with_key(active: Model, api_key_env: str | None) -> Model:
     model = active
     if found.is_foreign or api_key_env is not None:
         with hiding_other_keys(found):
-            model = get_model(
-                found.name,
-                config=active.config,
-                base_url=found.base_url,
-                api_key=found.api_key,
-                memoize=False,
-                **dict(found.arguments),
-            )
+            model = model_at(found, active.config)
     disable_redirects(model.api)
     return model

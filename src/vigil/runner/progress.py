@@ -112,9 +112,13 @@ class ProgressCounter:
             self.errors_in_a_row = 0
             outcome = score(episode, record)
             self._add(outcome)
+        first_error = None
+        if record.error is not None and self._errors == 1:
+            where, message = record.error.boundary, record.error.message
+            first_error = f"Episode {record.episode_id!r} ended as an error at the {where}: {message}"
         self._report(
             outcome,
-            self._first_error_warning(record)
+            first_error
             or self._invalid_replies_warning()
             or self._cut_dialogue_warning(record)
             or self._coordinates_warning(),
@@ -124,11 +128,6 @@ class ProgressCounter:
         """Report the reason why something is retried."""
         self._retry_reason = retry_reason
         self._report(None)
-
-    def _first_error_warning(self, record: EpisodeRecord) -> str | None:
-        if record.error is None or self._errors > 1:
-            return None
-        return f"Episode {record.episode_id!r} ended as an error at the {record.error.boundary}: {record.error.message}"
 
     def _invalid_replies_warning(self) -> str | None:
         """Return the warning about invalid replies, once, when more than half are invalid after the first episodes."""

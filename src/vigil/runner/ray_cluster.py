@@ -24,9 +24,9 @@ from vigil import __version__
 from vigil.agents.exec_agent import file_hashes
 from vigil.agents.registry import is_exec
 from vigil.base.files import file_sha256
+from vigil.base.processes.worker import StartProcess
 from vigil.errors import MAX_FAULT_CHARS, InputError, SettingError, shorten
 from vigil.packs.pack import PACKAGED, find_pack, manifest_sha256
-from vigil.processes.worker import StartProcess
 from vigil.records.record import read_header
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.ray_worker import CPUS, RayProcess

@@ -54,14 +54,16 @@ _IGNORED_DIFFERENCES = frozenset({"base_url"})
 class RunFolder:
     """A run on disk, open for writing. Use `create_or_resume`, and close it."""
 
-    def __init__(self, path: Path, header: RunHeader, log: RecordLog, notes: tuple[str, ...] = ()) -> None:
-        """`notes` say which rows could not be checked."""
+    def __init__(
+        self, path: Path, header: RunHeader, log: RecordLog, notes: tuple[str, ...], agent_files: dict[str, str]
+    ) -> None:
+        """`notes` say which rows could not be checked; `agent_files` are those of this session."""
         self.path = path
         self.header = header
         self._log = log
         self._notes = notes
         self._is_resumed = False
-        self._agent_files = header.spec.agent_files
+        self._agent_files = agent_files
         self.attempts = AttemptLog(path / ATTEMPTS_FILE, header.spec)
 
     @classmethod
@@ -95,9 +97,7 @@ class RunFolder:
             raise
         check = RowCheck(header, episodes)
         log.check(check)
-        folder = cls(path, header, log, check.notes)
-        folder._agent_files = spec.agent_files
-        return folder
+        return cls(path, header, log, check.notes, spec.agent_files)
 
     @property
     def partial_line_file(self) -> Path | None:
@@ -206,23 +206,16 @@ class RunFolder:
     def close(self) -> None:
         """Release the folder to other processes; remove a new folder in which nothing was recorded or logged."""
         try:
-            is_empty = not self._log.count and not any(file.stat().st_size for file in self._other_files())
+            files = (file for file in self.path.rglob("*") if file.is_file())
+            others = (file for file in files if file.name not in (HEADER_FILE, EPISODES_FILE))
+            is_empty = not self._log.count and not any(file.stat().st_size for file in others)
             if self._log.made_folder and is_empty:
-                self._remove()
+                # While it is locked; it is renamed first, so that no process opens a partly removed folder.
+                gone = self.path.with_name(f"{self.path.name}.empty-{os.getpid()}")
+                self.path.rename(gone)
+                shutil.rmtree(gone)
         finally:
             self._log.close()
-
-    def _remove(self) -> None:
-        """Remove the folder while it is locked. It is renamed first, so that no process opens a partly removed one."""
-        gone = self.path.with_name(f"{self.path.name}.empty-{os.getpid()}")
-        self.path.rename(gone)
-        shutil.rmtree(gone)
-
-    def _other_files(self) -> Iterator[Path]:
-        """Yield the files other than the header and the rows, e.g. frames and logs."""
-        for file in self.path.rglob("*"):
-            if file.is_file() and file.name not in (HEADER_FILE, EPISODES_FILE):
-                yield file
 
     def _update(self, **fields: Any) -> None:
         self.header = self.header.model_copy(update=fields)

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Annotated
 
 from vigil.assets.database import AssetDatabase
+from vigil.base.processes.worker import WORKER_TIMEOUT_S
 from vigil.base.settings import Setting, check_settings
 from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.packs.pack import Pack
-from vigil.processes.worker import WORKER_TIMEOUT_S
-from vigil.protocol.actions import InvalidAction
 from vigil.protocol.profile import Profile
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 from vigil.records.record import EpisodeRecord, RunHeader
 from vigil.runner.run_folder import host_facts
 from vigil.runner.shared_settings import AssetFile, PackLocation, Workers
@@ -109,11 +108,16 @@ def verify_run(
     pack = Pack.load(saved.pack_folder, header.spec.pack_sha256)
     scored = sorted(key for key, row in table.rows.items() if row.outcome is not None)
     records = [table.record(key) for key in scored[: settings.limit]]
-    is_exact = settings.exact if settings.exact is not None else _is_same_host(header)
+    here = host_facts()
+    is_same_host = all(host.get(name) == here[name] for host in header.hosts for name in SAME_HOST)
+    is_exact = is_same_host if settings.exact is None else settings.exact
     if settings.records_only:
         found = [fault for record in records for fault in check_replies(record, header.spec.profile)]
     else:
-        found = _resimulate_all(pack, header, records, settings, is_exact, on_progress)
+        workers = max(1, min(worker_count(settings.workers), len(records)))
+        with SimulatorPool(_worker_plan(pack, header, settings), workers, timeout_s=settings.timeout_s) as pool:
+            verifier = _Verifier(pool, pack, settings.frames, is_exact)
+            found = asyncio.run(verifier.all(records, on_progress))
     seen = sum(step.frame_sha256 is not None for record in records for step in record.steps) if settings.frames else 0
     return Verification(
         header,
@@ -131,31 +135,19 @@ def verify_run(
 def check_replies(record: EpisodeRecord, profile: Profile) -> Iterator[FactDifference]:
     """Yield the recorded facts about a reply's meaning that do not follow from the reply."""
     for step in record.steps:
-        parsed = parse_reply(step.reply, profile.coordinates, profile.reply_policy)
-        is_invalid = isinstance(parsed, InvalidAction)
-        found = {
-            "action": None if is_invalid else parsed.action,
-            "invalid": parsed if is_invalid else None,
-            "ignored_keys": () if is_invalid else parsed.ignored_keys,
-        }
-        for fact, value in found.items():
-            recorded = getattr(step, fact)
+        read = read_reply(step.reply, profile)
+        for fact in ("action", "invalid", "ignored_keys"):
+            recorded, value = getattr(step, fact), getattr(read, fact)
             if recorded != value:
                 yield FactDifference(record.episode_id, record.epoch, step.index, fact, recorded, value)
 
 
-def _resimulate_all(
-    pack: Pack,
-    header: RunHeader,
-    records: Sequence[EpisodeRecord],
-    settings: VerifySettings,
-    is_exact: bool,
-    on_progress: Callable[[int, int], None],
-) -> list[FactDifference]:
+def _worker_plan(pack: Pack, header: RunHeader, settings: VerifySettings) -> WorkerPlan:
+    """Return the plan of the workers. Raises SettingError or RecordError if the simulator or assets are missing."""
     backend = settings.backend or header.spec.simulator
     if backend == "thor":
         require_engine(header.simulator_version, instead="--records-only checks what needs no simulator.")
-    plan = WorkerPlan(
+    return WorkerPlan(
         pack=pack.folder,
         run_id=header.run_id,
         profile=header.spec.profile,
@@ -164,10 +156,6 @@ def _resimulate_all(
         asset_database=_asset_database(header, settings),
         pack_sha256=pack.sha256,
     )
-    workers = max(1, min(worker_count(settings.workers), len(records)))
-    with SimulatorPool(plan, workers, timeout_s=settings.timeout_s) as pool:
-        verify = _Verifier(pool, pack, settings.frames, is_exact)
-        return asyncio.run(verify.all(records, workers, on_progress))
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,8 +166,9 @@ class _Verifier:
     is_exact: bool
 
     async def all(
-        self, records: Sequence[EpisodeRecord], workers: int, on_progress: Callable[[int, int], None]
+        self, records: Sequence[EpisodeRecord], on_progress: Callable[[int, int], None]
     ) -> list[FactDifference]:
+        """Return the differences of all records, in their order."""
         found: dict[int, list[FactDifference]] = {}
         by_house = sorted(enumerate(records), key=lambda pair: self.pack.episode(pair[1].episode_id).house.name)
         waiting = iter(by_house)
@@ -189,7 +178,7 @@ class _Verifier:
                 found[number] = await self.one(record)
                 on_progress(len(found), len(records))
 
-        await asyncio.gather(*(work() for _ in range(workers)))
+        await asyncio.gather(*(work() for _ in self.pool.workers))
         return [difference for number in sorted(found) for difference in found[number]]
 
     async def one(self, record: EpisodeRecord) -> list[FactDifference]:
@@ -212,8 +201,3 @@ def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:
             f"{str(path)!r} is not that file. Give the file with --assets."
         )
     return path
-
-
-def _is_same_host(header: RunHeader) -> bool:
-    here = host_facts()
-    return all(host.get(name) == here[name] for host in header.hosts for name in SAME_HOST)

@@ -18,6 +18,7 @@ from vigil.protocol.family import TargetSize, Tier
 from vigil.protocol.finish_reasons import hit_token_limit
 from vigil.protocol.goals import STATE_LABELS, TOLERANCE, ReportStatus
 from vigil.records.record import End, EpisodeRecord, StepRecord
+from vigil.records.row_check import contradictions
 from vigil.scoring.goal_check import GoalCheck, check, label_at_reset
 
 Label = Literal["B", "FR", "NR", "IL", "Other"]
@@ -144,9 +145,14 @@ def score(episode: Episode, record: EpisodeRecord) -> Outcome:
         raise RecordError(f"Record of episode {record.episode_id!r} cannot be scored as episode {episode.id!r}.")
     if record.end == "error":
         raise RecordError(f"Record of episode {episode.id!r} ended as an error; it is never scored. Run it again.")
-    _reject_impossible(episode, record)
+    faults = contradictions(episode, record)
+    if faults:
+        raise RecordError(
+            f"Record of episode {episode.id!r} contradicts the protocol: {'; '.join(faults)}. It has been altered, "
+            "or is of another version of the episode; run the episode again."
+        )
     goal = check(episode.goal, record)
-    report = _report(record)
+    report = next((step.action for step in record.steps[-1:] if isinstance(step.action, Report)), None)
     expected = expected_status(episode, record)
     matches = report is not None and report_matches(report.status, expected, goal.semantic)
     label = _label(record.end, matches, goal.semantic)
@@ -200,34 +206,6 @@ def credit(outcome: Outcome, policy: ReportPolicy) -> float:
             return float(outcome.W)
 
 
-def _reject_impossible(episode: Episode, record: EpisodeRecord) -> None:
-    """Raise RecordError if the record violates the protocol."""
-    steps, invalid = len(record.steps), sum(step.invalid is not None for step in record.steps)
-    early = next((n for n, step in enumerate(record.steps[:-1], 1) if isinstance(step.action, Report)), None)
-    faults = {
-        f"goes on after the report of step {early}": early is not None,
-        f"has {steps} steps of at most {episode.max_steps}": steps > episode.max_steps,
-        f"has {invalid} invalid replies of at most {episode.max_invalid + 1}": invalid > episode.max_invalid + 1,
-    }
-    found = [fault for fault, is_so in faults.items() if is_so]
-    if found:
-        raise RecordError(
-            f"Record of episode {record.episode_id!r} {' and '.join(found)}. It has been altered, or is of another "
-            "version of the episode; run the episode again."
-        )
-
-
-def _report(record: EpisodeRecord) -> Report | None:
-    last = record.steps[-1].action if record.steps else None
-    is_report = isinstance(last, Report)
-    if is_report != (record.end == "report"):
-        raise RecordError(
-            f"Record of episode {record.episode_id!r} ended as {record.end!r}, but its last action is "
-            f"{'a' if is_report else 'no'} report. The record has been altered; run the episode again."
-        )
-    return last if isinstance(last, Report) else None
-
-
 def _label(end: End, matches: bool, holds: bool) -> Label:
     if end == "fail_no_report":
         return "NR"
@@ -278,7 +256,12 @@ def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict[str, Any]:
         "protocol_failures": sum(invalid.kind == "protocol_failure" for invalid in invalids),
         "malformed_actions": sum(invalid.kind == "malformed_action" for invalid in invalids),
         "invalid_reasons": dict(sorted(Counter(invalid.reason for invalid in invalids).items())),
-        "truncated": sum(_is_truncated(step) for step in steps),
+        "truncated": sum(
+            hit_token_limit(step.reply.finish_reason)
+            and step.invalid is not None
+            and step.invalid.kind == "protocol_failure"
+            for step in steps
+        ),
         "would_parse_leniently": sum(invalid.would_parse_leniently for invalid in invalids),
         "library_replies": sum(step.reply.reply_source == "library" for step in steps),
         "too_far": sum(effect.too_far for effect in effects),
@@ -290,14 +273,6 @@ def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict[str, Any]:
         "output_tokens": sum(usage.output_tokens for usage in usages),
         "seconds": (record.ended - record.started).total_seconds(),
     }
-
-
-def _is_truncated(step: StepRecord) -> bool:
-    return (
-        hit_token_limit(step.reply.finish_reason)
-        and step.invalid is not None
-        and step.invalid.kind == "protocol_failure"
-    )
 
 
 def _kinds(steps: Sequence[StepRecord]) -> dict[ActionKind, int]:

@@ -236,29 +236,25 @@ def pack_folder(
 
     Raises PackMismatch.
     """
+    spec = header.spec
     places = [place for place in _candidate_folders(header) if may_read(place)] if pack is None else [find_pack(pack)]
-    faults = (
-        [] if places else [PackMismatch(f"Pack {header.spec.pack!r} is in a folder that may not be read. Give it.")]
-    )
+    faults = [] if places else [PackMismatch(f"Pack {spec.pack!r} is in a folder that may not be read. Give it.")]
     for place in places:
         try:
             found = manifest_sha256(place)
         except PackMismatch as fault:
             faults.append(fault)
             continue
-        if found == header.spec.pack_sha256:
+        if found == spec.pack_sha256:
             return place
-        faults.append(_pack_mismatch(header, place, found))
+        faults.append(
+            PackMismatch(
+                f"Run {header.run_id!r} was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}..., "
+                f"{str(place)!r} has {found[:12]}.... Give the pack that it was played on; another one's episodes "
+                "cannot be compared."
+            )
+        )
     raise faults[0]
-
-
-def _pack_mismatch(header: RunHeader, place: Path, found: str) -> PackMismatch:
-    spec = header.spec
-    return PackMismatch(
-        f"Run {header.run_id!r} was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}..., "
-        f"{str(place)!r} has {found[:12]}.... Give the pack that it was played on; another one's episodes cannot be "
-        "compared."
-    )
 
 
 def _candidate_folders(header: RunHeader) -> list[Path]:

@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 
 from cachetools import LRUCache
 
+from vigil.base.processes.worker import Worker
 from vigil.errors import SimulatorError
-from vigil.processes.worker import Worker
 from vigil.protocol.actions import PhysicalAction
 from vigil.runner.workers.drawing import MomentRenderer
 from vigil.runner.workers.messages import EpisodeMoment, WalkResult

@@ -28,11 +28,11 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE, Profile
 from vigil.protocol.prompt import system_prompt
 from vigil.records.record import EpisodeRecord, RunSpec
+from vigil.runner.plan import RUNS_FOLDER, input_paths, run_spec
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.settings import RUNS_FOLDER, input_paths, run_spec
 from vigil.runner.shared_settings import AssetFile, Backend, Families, LogDir, PackName, RenderQuality
-from vigil.runner.workers.live import boundary_of, error_record
 from vigil.runner.workers.messages import Assignment, EncodedObservation, WorkerPlan
+from vigil.runner.workers.players import error_record
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
 from vigil.scoring.outcomes import score
 from vigil.web.phrases import verdict_words
@@ -217,8 +217,7 @@ class PlaySession:
         self._count_reply(answer, counts=False)
 
     def _failed_record(self, assignment: Assignment, error: SimulatorError) -> EpisodeRecord:
-        run_id = self._folder.header.run_id
-        return error_record(assignment, run_id, boundary_of(error), str(error), datetime.now(UTC))
+        return error_record(assignment, self._folder.header.run_id, error, datetime.now(UTC))
 
     def _count_reply(self, answer: EncodedObservation | EpisodeRecord, *, counts: bool = True) -> None:
         self._since = time.monotonic()

@@ -6,14 +6,13 @@ A model's output is kept as plain strings; templates must escape it.
 import json
 from typing import Any
 
-from vigil.base.geometry import Box
 from vigil.errors import RecordError
 from vigil.protocol.actions import InteractPixel
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import describe_goal
 from vigil.protocol.profile import Profile
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 from vigil.protocol.world import WorldState
 from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.scoring.goal_check import GoalRow, check
@@ -48,7 +47,7 @@ def _goal_rows(episode: Episode, record: EpisodeRecord) -> tuple[GoalRow, ...]:
 
 
 def _step(step: StepRecord, profile: Profile, rows: tuple[GoalRow, ...]) -> dict[str, Any]:
-    parsed = parse_reply(step.reply, profile.coordinates, profile.reply_policy)
+    parsed = read_reply(step.reply, profile).parsed
     action, reply = step.action, step.reply
     return {
         "index": step.index,
@@ -114,7 +113,7 @@ def _world(world: WorldState, episode: Episode) -> dict[str, Any]:
         "visible_px": None if target is None else target.visible_px,
         "objects": {
             name: {
-                "corners": _corners(state.box),
+                "corners": " ".join(f"{corner.x:.3f},{-corner.z:.3f}" for corner in state.box.corners()[:4]),
                 "openness": state.openness,
                 "is_toggled": state.is_toggled,
                 "is_held": state.is_held,
@@ -122,10 +121,6 @@ def _world(world: WorldState, episode: Episode) -> dict[str, Any]:
             for name, state in sorted(world.objects.items())
         },
     }
-
-
-def _corners(box: Box) -> str:
-    return " ".join(f"{corner.x:.3f},{-corner.z:.3f}" for corner in box.corners()[:4])
 
 
 def _text(value: Any) -> str | None:

@@ -24,10 +24,9 @@ from vigil.errors import SettingError, SimulatorError
 from vigil.packs.freeze import freeze
 from vigil.protocol.actions import ParsedReply, Reply, Report
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
-from vigil.protocol.replies import parse_reply
-from vigil.runner.settings import RunSettings, worker_plan
-from vigil.runner.workers.live import play_live
-from vigil.runner.workers.messages import Assignment
+from vigil.protocol.replies import read_reply
+from vigil.runner.workers.messages import Assignment, WorkerPlan
+from vigil.runner.workers.players import ModelPlayer
 from vigil.runner.workers.pool import SimulatorPool
 from vigil.scoring.outcomes import score
 
@@ -62,8 +61,9 @@ def test_the_messages_are_those_that_a_model_is_sent(
         sent.append(messages)
         return Reply(text=answers[len(sent) - 1])
 
-    with SimulatorPool(worker_plan(RunSettings(render_quality="fast"), pack, PROFILE), 1) as pool:
-        record = asyncio.run(play_live(pool.live(Assignment(pack.episodes[0])), PROFILE, ask, "run"))
+    plan = WorkerPlan(pack.folder, "run", PROFILE, quality="fast", pack_sha256=pack.sha256)
+    with SimulatorPool(plan, 1) as pool:
+        record = asyncio.run(ModelPlayer(pool, PROFILE, ask, "run").play(Assignment(pack.episodes[0])))
     assert score(item.episode, record).B
     assert [list(example.messages) for example in shown] == [list(messages) for messages in sent]
     assert len(sent) > 2
@@ -75,7 +75,7 @@ def test_answers_are_the_solver_s_actions_with_a_sentence(
 ) -> None:
     for item in items:
         for example, action in zip(demonstrated(examples[item.episode.family]), item.draft.actions, strict=True):
-            parsed = parse_reply(Reply(text=example.answer), PROFILE.coordinates, PROFILE.reply_policy)
+            parsed = read_reply(Reply(text=example.answer), PROFILE).parsed
             assert isinstance(parsed, ParsedReply)
             said = parsed.thought
             assert said[0].isupper()

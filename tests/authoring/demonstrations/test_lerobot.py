@@ -20,7 +20,7 @@ from vigil.authoring.streaming.stream import Stream, StreamItem
 from vigil.integrations.gymnasium.action_spaces import StructuredActions
 from vigil.protocol.actions import INTENTS, Action, InteractPixel, ParsedReply, Report
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 
 PROFILE = Profile(name=ACTION_FEEDBACK)
 CAMERA = "observation.images.ego"
@@ -183,7 +183,7 @@ def test_numbers_say_the_very_action(folder: Path, items: list[StreamItem]) -> N
     frames = frames_in(folder).to_pylist()
     for frame, action in zip(frames, actions_of(items), strict=True):
         reply = spaces.reply(structured(np.array(frame["action"], np.float32), ACTION_NAMES, spaces.space))
-        parsed = parse_reply(reply, "pixel", "strict")
+        parsed = read_reply(reply).parsed
         assert isinstance(parsed, ParsedReply)
         right = action.model_copy(update={"summary": ""}) if isinstance(action, Report) else action
         assert parsed.action.model_dump() == pytest.approx(right.model_dump())
@@ -194,7 +194,7 @@ def test_every_pixel_and_intent_comes_back() -> None:
     for x in range(640):
         action = InteractPixel(intent=list(INTENTS)[x % 7], x=x, y=x % 480)
         again = structured(np.array(numbers_of(action), np.float32), ACTION_NAMES, spaces.space)
-        parsed = parse_reply(spaces.reply(again), "pixel", "strict")
+        parsed = read_reply(spaces.reply(again)).parsed
         assert isinstance(parsed, ParsedReply)
         assert parsed.action == action
     assert numbers_of(InteractPixel(intent="drop")) == [2, 0, 0, 0, 7, 0, 0, 0]

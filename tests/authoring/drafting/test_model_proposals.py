@@ -14,6 +14,7 @@ from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.model_proposals import inventory, model_proposer, question
 from vigil.authoring.drafting.sources import HouseInFile
 from vigil.packs.pack import Pack
+from vigil.runner.models.access import Endpoint, model_access
 from vigil.runner.models.completion import open_completion
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -73,7 +74,10 @@ def test_answers_are_drafted_validated_and_counted(source: HouseInFile, context:
         assert picks[0]["id"] in asked.texts[-1]
         return ChatAnswer(f"```json\n{json.dumps({'drafts': [*bad, *good]})}\n```")
 
-    with serving(brain) as server, open_completion("openai/anything", server.url) as complete:
+    with (
+        serving(brain) as server,
+        open_completion(Endpoint(model_access("openai/anything", server.url, {}))) as complete,
+    ):
         _, lines = worker(model_proposer(complete, 4, "openai/anything")).work(source, ("AI",))
         assert len(server.asked) == 1
     drafts = [line for line in lines if isinstance(line, Draft)]

@@ -6,15 +6,8 @@ import pytest
 from vigil.agents.conversation import Message
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import Reply
-from vigil.runner.models.ask import (
-    MAX_REJECTIONS,
-    Ask,
-    AttemptFailed,
-    RequestRejected,
-    RetryPolicy,
-    is_rejection,
-    with_retries,
-)
+from vigil.runner.models.ask import Ask, AttemptFailed, RequestRejected, is_rejection, with_retries
+from vigil.runner.retries import MAX_REJECTIONS, RetryPolicy
 
 MESSAGES = [Message("user", "hello")]
 GOOD = Reply(text="good")

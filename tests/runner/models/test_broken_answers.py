@@ -27,9 +27,10 @@ from tests.support.wire_server import (
 from vigil.agents.conversation import Message
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import Reply
-from vigil.runner.models.access import ModelAccess
-from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
-from vigil.runner.models.inspect_model import Endpoint, sender
+from vigil.runner.models.access import Endpoint, ModelAccess
+from vigil.runner.models.ask import RequestRejected, with_retries
+from vigil.runner.models.inspect_model import new_model, sender
+from vigil.runner.retries import RetryPolicy
 
 pytestmark = INSPECT
 LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
@@ -52,7 +53,7 @@ def ask_each(
         endpoint = Endpoint(ModelAccess(name, server.url + path, "key", tuple(given.items())), {"max_tokens": 1000})
 
         async def main() -> dict[str, tuple[Reply, int]]:
-            model, found = endpoint.model(), {}
+            model, found = new_model(endpoint), {}
             asking = with_retries(sender(model), RetryPolicy(retries=retries, first_wait_s=0.001))
             try:
                 for one, said in answers.items():

@@ -16,10 +16,11 @@ from vigil.agents.conversation import Message
 from vigil.agents.frame_encoding import encode_frame
 from vigil.errors import ModelAPIError, SettingError
 from vigil.protocol.actions import ParsedReply, Reply
-from vigil.protocol.replies import parse_reply
-from vigil.runner.models.access import ModelAccess, model_access
-from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
-from vigil.runner.models.inspect_model import Endpoint, sender
+from vigil.protocol.replies import read_reply
+from vigil.runner.models.access import Endpoint, ModelAccess, model_access
+from vigil.runner.models.ask import RequestRejected, with_retries
+from vigil.runner.models.inspect_model import new_model, sender
+from vigil.runner.retries import RetryPolicy
 
 pytestmark = INSPECT
 PICTURE = encode_frame(np.zeros((480, 640, 3), np.uint8))
@@ -36,7 +37,7 @@ def ask(brain: ChatResponder, reply_seconds: int = 600, **sampling: object) -> t
         endpoint = Endpoint(model_access("openai/m", server.url, {}), sampling, 4, reply_seconds)
 
         async def main() -> Reply:
-            model = endpoint.model()
+            model = new_model(endpoint)
             try:
                 return await with_retries(sender(model), SHORT_WAITS)(MESSAGES)
             finally:
@@ -52,7 +53,7 @@ def after(*first: ChatAnswer) -> ChatResponder:
 
 
 def reason(reply: Reply) -> str | None:
-    parsed = parse_reply(reply, "pixel", "strict")
+    parsed = read_reply(reply).parsed
     return None if isinstance(parsed, ParsedReply) else parsed.reason
 
 
@@ -190,7 +191,7 @@ def test_a_request_that_can_never_work_is_not_repeated(answer: ChatAnswer) -> No
 
 def test_nobody_at_the_address_is_an_infrastructure_failure() -> None:
     async def main() -> Reply:
-        model = Endpoint(model_access("openai/m", "http://127.0.0.1:9/v1", {})).model()
+        model = new_model(Endpoint(model_access("openai/m", "http://127.0.0.1:9/v1", {})))
         return await with_retries(sender(model), RetryPolicy(retries=1, first_wait_s=0.01))(MESSAGES)
 
     with pytest.raises(ModelAPIError, match="Connection error"):
@@ -222,13 +223,13 @@ def test_a_rejection_that_goes_away_is_not(answer: ChatAnswer) -> None:
 
 def test_a_provider_that_does_not_exist_is_a_setting_error() -> None:
     with pytest.raises(SettingError, match=r"'opnai/m' cannot be used: .*\. Did you mean 'openai'\?$"):
-        Endpoint(ModelAccess("opnai/m")).model()
+        new_model(Endpoint(ModelAccess("opnai/m")))
 
 
 def test_a_key_that_is_missing_is_named_in_one_plain_line(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("OPENAI_API_KEY", "AZUREAI_OPENAI_API_KEY", "AZURE_OPENAI_API_KEY"):
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(SettingError, match=r"'openai/m' cannot be used: .*No OPENAI_API_KEY.*\.$") as raised:
-        Endpoint(ModelAccess("openai/m")).model()
+        new_model(Endpoint(ModelAccess("openai/m")))
     said = str(raised.value)
     assert not {"[", "\n", "ERROR"} & {said[index : index + size] for index in range(len(said)) for size in (1, 5)}

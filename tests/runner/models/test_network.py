@@ -8,9 +8,10 @@ import pytest
 from tests.support.chat_server import REPORT, ChatAnswer, serving
 from tests.support.inspect_marks import INSPECT
 from vigil.errors import ModelAPIError, SettingError
-from vigil.runner.models.ask import RetryPolicy
+from vigil.runner.models.access import Endpoint, model_access
 from vigil.runner.models.completion import open_completion
 from vigil.runner.models.network import check_network, is_loopback, proxy_note, without_proxies
+from vigil.runner.retries import RetryPolicy
 
 pytestmark = INSPECT
 NAMES = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY", "SSL_CERT_FILE", "SSL_CERT_DIR", "SSLKEYLOGFILE")
@@ -21,6 +22,10 @@ def _no_network_settings(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in NAMES:
         monkeypatch.delenv(name, raising=False)
         monkeypatch.delenv(name.lower(), raising=False)
+
+
+def endpoint(url: str) -> Endpoint:
+    return Endpoint(model_access("vllm/m", url, {}), retry_policy=RetryPolicy(retries=0))
 
 
 @pytest.mark.parametrize(
@@ -36,8 +41,7 @@ def test_a_server_on_this_machine_is_asked_past_any_proxy(
     monkeypatch: pytest.MonkeyPatch, name: str, value: str
 ) -> None:
     monkeypatch.setenv(name, value)
-    policy = RetryPolicy(retries=0)
-    with serving(lambda asked: ChatAnswer(REPORT)) as server, open_completion("vllm/m", server.url, policy) as complete:
+    with serving(lambda asked: ChatAnswer(REPORT)) as server, open_completion(endpoint(server.url)) as complete:
         assert complete("hello") == REPORT
     assert os.environ[name] == value
 
@@ -71,7 +75,7 @@ def test_certificates_that_are_not_there_are_named_before_the_run(
     monkeypatch.setenv("SSL_CERT_FILE", "/none")
     with (
         pytest.raises(SettingError, match=r"^SSL_CERT_FILE is '/none', which does not exist\. Unset it"),
-        open_completion("vllm/m", "http://127.0.0.1:9/v1"),
+        open_completion(endpoint("http://127.0.0.1:9/v1")),
     ):
         pass
     monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "empty.pem"))
@@ -86,10 +90,9 @@ def test_certificates_that_are_not_there_are_named_before_the_run(
 
 def test_a_connection_that_fails_says_through_which_proxy_it_went(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HTTP_PROXY", "http://me:secret@127.0.0.1:9")
-    policy = RetryPolicy(retries=0)
     said = r"through the proxy of HTTP_PROXY \(http://127\.0\.0\.1:9\)"
     with (
-        open_completion("vllm/m", "http://server.example.org/v1", policy) as complete,
+        open_completion(endpoint("http://server.example.org/v1")) as complete,
         pytest.raises(ModelAPIError, match=said) as raised,
     ):
         complete("hello")

@@ -12,7 +12,7 @@ from vigil.agents.frame_encoding import encode_frame
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import InvalidAction, Reply, Usage
 from vigil.protocol.profile import Profile
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 from vigil.runner.models.ask import RequestRejected
 from vigil.runner.models.preflight import (
     EXAMPLE_INSTRUCTION,
@@ -163,7 +163,7 @@ def test_the_example_has_something_to_walk_to() -> None:
 def test_a_model_that_points_in_other_coordinates_is_told_how_to_find_them(x: float, y: float) -> None:
     text = json.dumps({"skill_name": "interact_pixel", "arguments": {"intent": "ground", "x": x, "y": y}})
     reply = Reply(text=text)
-    invalid = parse_reply(reply, "pixel", "strict")
+    invalid = read_reply(reply).parsed
     assert isinstance(invalid, InvalidAction)
     assert "other coordinates" in advice(invalid, reply)
     assert "vigil calibrate --model NAME" in advice(invalid, reply)

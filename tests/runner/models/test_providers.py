@@ -15,11 +15,12 @@ from tests.support.wire_server import ModelMessage, RawAnswer, Request, WireServ
 from vigil.agents.conversation import Message
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
-from vigil.runner.models.access import ModelAccess, hiding_other_keys, model_access
-from vigil.runner.models.ask import RetryPolicy, with_retries
-from vigil.runner.models.inspect_model import Endpoint, sender
+from vigil.runner.models.access import Endpoint, ModelAccess, hiding_other_keys, model_access
+from vigil.runner.models.ask import with_retries
+from vigil.runner.models.inspect_model import new_model, sender
 from vigil.runner.models.providers import PROVIDERS, parse_model_name
 from vigil.runner.models.thinking import with_thinking
+from vigil.runner.retries import RetryPolicy
 from vigil.runner.run import run_pack
 
 pytestmark = INSPECT
@@ -50,7 +51,7 @@ def endpoint(model: str, url: str, **sampling: Any) -> Endpoint:
 
 def ask(one: Endpoint, times: int = 1) -> list[Reply]:
     async def main() -> list[Reply]:
-        model = one.model()
+        model = new_model(one)
         try:
             send = with_retries(sender(model), one.retry_policy)
             return [await send([Message("user", "hello")]) for _ in range(times)]

@@ -20,11 +20,12 @@ from vigil.agents.frame_encoding import encode_frame
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.finish_reasons import FINISH_REASONS, MEANINGS, REFERENCES, stop_cause
-from vigil.protocol.replies import parse_reply
-from vigil.runner.models.access import ModelAccess
-from vigil.runner.models.ask import Ask, RequestRejected, RetryPolicy, with_retries
-from vigil.runner.models.inspect_model import Endpoint, sender
+from vigil.protocol.replies import read_reply
+from vigil.runner.models.access import Endpoint, ModelAccess
+from vigil.runner.models.ask import Ask, RequestRejected, with_retries
+from vigil.runner.models.inspect_model import new_model, sender
 from vigil.runner.models.preflight import advice, check_sight
+from vigil.runner.retries import RetryPolicy
 
 pytestmark = INSPECT
 LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
@@ -48,7 +49,7 @@ def asked(
         endpoint = Endpoint(ModelAccess(name, server.url + path, "key", tuple(arguments.items())), sampling)
 
         async def main() -> Reply:
-            model = endpoint.model()
+            model = new_model(endpoint)
             try:
                 return await question(with_retries(sender(model), RetryPolicy(retries=1, first_wait_s=0.001)))
             finally:
@@ -180,7 +181,7 @@ def test_a_finish_reason_that_is_an_object_is_read() -> None:
 )
 def test_a_tool_call_in_the_place_of_a_text_is_an_invalid_reply_that_says_so(wire: str, document: Any) -> None:
     reply, times = asked(wire, always(document), max_tokens=1000)
-    invalid = parse_reply(reply, "pixel", "strict")
+    invalid = read_reply(reply).parsed
     assert isinstance(invalid, InvalidAction)
     assert (invalid.reason, times) == ("empty", 1)
     assert invalid.detail == "the server sent a tool call ('navigate') in the place of text"
@@ -376,7 +377,7 @@ def test_an_answer_that_broke_off_is_asked_for_again(name: str) -> None:
 def test_a_message_without_content_that_the_limit_cut_is_the_models() -> None:
     """As Gemini sends it in OpenAI's style when thinking has used up the limit."""
     reply, times = asked("chat", always(chat(None, "length", message={"role": "assistant"})))
-    invalid = parse_reply(reply, "pixel", "strict")
+    invalid = read_reply(reply).parsed
     assert isinstance(invalid, InvalidAction)
     assert (invalid.reason, times) == ("truncated", 1)
 

@@ -5,7 +5,8 @@ import pytest
 from vigil.errors import SettingError
 from vigil.runner.models.providers import PROVIDERS, parse_model_name
 from vigil.runner.models.thinking import describe_switch, with_thinking
-from vigil.runner.settings import RunSettings, plan_run
+from vigil.runner.plan import plan_run
+from vigil.runner.settings import RunSettings
 
 
 @pytest.mark.parametrize(
@@ -60,7 +61,7 @@ def test_what_contradicts_is_refused(thinking: Any, sampling: dict[str, Any], mo
 
 
 def test_a_run_says_how_its_model_was_told_to_think() -> None:
-    spec = plan_run(RunSettings(model="doubao/m", thinking="off", temperature=0.0))[2]
+    spec = plan_run(RunSettings(model="doubao/m", thinking="off", temperature=0.0)).spec
     assert spec.thinking == "off"
     assert spec.sampling == {"temperature": 0.0, "extra_body": {"thinking": {"type": "disabled"}}}
     with pytest.raises(SettingError, match="contradicts"):

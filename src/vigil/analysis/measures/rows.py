@@ -19,10 +19,10 @@ import pandas as pd
 from vigil.analysis.measures.columns import run_columns
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.analysis.measures.paper import paper
+from vigil.base.processes.group import given_state, map_in_workers
 from vigil.errors import SettingError
 from vigil.packs.pack import count_rooms, frozen_episodes, manifest_of
 from vigil.packs.private import is_private, redact_ids
-from vigil.processes.group import given_state, map_in_workers
 from vigil.protocol.families import Family
 from vigil.records.record import EPISODES_FILE, RunHeader
 from vigil.scoring.levels import EpisodeLevel, read_pack_levels

@@ -36,8 +36,8 @@ from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import HouseSource
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.review.validate import Finding, Validator
+from vigil.base.processes.group import map_in_workers
 from vigil.errors import EpisodeError, HouseError, SettingError
-from vigil.processes.group import map_in_workers
 from vigil.protocol.actions import Action, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES, Family

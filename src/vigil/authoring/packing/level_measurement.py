@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 
 from vigil.authoring.packing.episode_measures import measures_of_episode
 from vigil.authoring.packing.verify import HouseBatch, VerificationSettings, house_batches, pack_tasks
+from vigil.base.processes.group import map_in_workers
 from vigil.packs.pack import Pack
-from vigil.processes.group import map_in_workers
 from vigil.protocol.house import House
 from vigil.scoring.levels import EpisodeLevel, grade_episode
 from vigil.sim.privileged import PrivilegedSimulator

@@ -21,9 +21,9 @@ from vigil.authoring.packing.selection import Candidate, CandidateCheck
 from vigil.authoring.review.rules import RULES, binds
 from vigil.authoring.review.validate import Finding, Validator
 from vigil.base.json_lines import AppendFile, dump_line, parse_line
+from vigil.base.processes.group import map_in_workers
 from vigil.base.versions import RULES_VERSION, PackVersions
 from vigil.packs.pack import Pack
-from vigil.processes.group import map_in_workers
 from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode, Solution
 from vigil.protocol.house import House, canonical_json

@@ -7,9 +7,9 @@ from concurrent.futures import Future
 from functools import partial
 
 from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker, StreamSettings
+from vigil.base.processes.group import WorkerGroup
+from vigil.base.processes.worker import WorkerSettings
 from vigil.errors import SimulatorError
-from vigil.processes.group import WorkerGroup
-from vigil.processes.worker import WorkerSettings
 
 MAX_DEATHS = 3
 """Number of processes that end while they make one house after which the stream gives up."""

@@ -11,7 +11,8 @@ from vigil.authoring.streaming.address import seed_in
 from vigil.authoring.streaming.stream import Stream
 from vigil.cli.progress import progress
 from vigil.cli.training.streams import Difficulties, Houses, house_range
-from vigil.runner.settings import RunSettings, profile_of
+from vigil.runner.plan import profile_of
+from vigil.runner.settings import RunSettings
 from vigil.runner.shared_settings import (
     CoordinatesOption,
     Families,

@@ -18,9 +18,9 @@ from gymnasium.error import ClosedEnvironmentError
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, create_shared_memory, iterate, read_from_shared_memory
 
+from vigil.base.processes.group import end_workers
 from vigil.errors import SettingError
 from vigil.integrations.gymnasium.vector_worker import Environments, EnvShard, MakeEnv, start_shards
-from vigil.processes.group import end_workers
 from vigil.runner.workers.pool import worker_count
 
 ENV_ID = "vigil.integrations.gymnasium:Vigil-v0"

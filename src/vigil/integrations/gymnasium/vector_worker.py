@@ -15,9 +15,9 @@ from gymnasium.spaces import Text
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.vector.utils import CloudpickleWrapper, batch_space, iterate, write_to_shared_memory
 
+from vigil.base.processes.child import MakeState, serve
+from vigil.base.processes.worker import Worker, WorkerSettings
 from vigil.errors import SettingError
-from vigil.processes.child import MakeState, serve
-from vigil.processes.worker import Worker, WorkerSettings
 
 MakeEnv = Callable[[], gymnasium.Env[Any, Any]]
 Infos = dict[Any, dict[str, Any]]

@@ -13,8 +13,8 @@ from vigil.integrations.verifiers.config import TASKSET_ID, VigilEnvConfig, Vigi
 from vigil.integrations.verifiers.harness import VigilHarness
 from vigil.integrations.verifiers.taskset import VigilData, VigilTaskset
 from vigil.runner.models.ask import Ask
-from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import WorkerPlan
+from vigil.runner.workers.players import ModelPlayer
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.scoring.outcomes import Outcome, score
 
@@ -74,7 +74,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
         if self._pool is None:
             raise SettingError("The simulators are not running: play inside `async with env.serving():`.")
         assignment = await source.assignment(str(data.id), data.house)
-        record = await play_live(self._pool.live(assignment), condition, ask, RUN_ID)
+        record = await ModelPlayer(self._pool, condition, ask, RUN_ID).play(assignment)
         if record.error is not None:
             raise VigilError(f"{record.error.boundary}: {record.error.message}")
         return score(assignment.episode, record)

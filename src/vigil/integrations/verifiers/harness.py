@@ -10,7 +10,8 @@ from vigil.agents.agent import REPLY_SECONDS
 from vigil.errors import VigilError
 from vigil.integrations.chat_client import chat_sender
 from vigil.integrations.verifiers.taskset import VigilData, store_outcome
-from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
+from vigil.runner.models.ask import Ask, with_retries
+from vigil.runner.retries import RetryPolicy
 from vigil.scoring.outcomes import Outcome
 
 PlayTask = Callable[[VigilData, Ask], Awaitable[Outcome]]

@@ -11,10 +11,12 @@ from dataclasses import dataclass, field
 from typing import Any
 from urllib.parse import urlsplit
 
+from vigil.agents.agent import REPLY_SECONDS
 from vigil.errors import SettingError
 from vigil.runner.models.network import check_network, without_proxies
 from vigil.runner.models.providers import ANY_SERVICE, ModelName, Provider, parse_model_name, provider_hint
 from vigil.runner.models.redaction import is_secret_name, without_key_patterns, without_login
+from vigil.runner.retries import RetryPolicy
 
 NO_KEY = "EMPTY"
 """Placeholder that is sent instead of a key."""
@@ -102,6 +104,20 @@ class ModelAccess:
         return ""
 
 
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """A model and how it is called."""
+
+    access: ModelAccess
+    sampling: dict[str, Any] = field(default_factory=dict[str, Any])
+    """Fields of Inspect's GenerateConfig; only what the user set."""
+    max_connections: int = 16
+    reply_seconds: int = REPLY_SECONDS
+    retry_policy: RetryPolicy = field(default_factory=RetryPolicy)
+    keep_reasoning: bool = False
+    """Whether replies include the reasoning that was sent apart from them."""
+
+
 def model_access(
     model: str, base_url: str | None, model_args: Mapping[str, Any], api_key_env: str | None = None
 ) -> ModelAccess:
@@ -114,12 +130,17 @@ def model_access(
     provider = found.provider
     address = base_url or _from_environment(found) or provider.address or None
     if not found.is_known and address is None:
-        raise SettingError(_unknown(model))
+        prefix, sign, _ = model.partition("/")
+        what = f"names the provider {prefix!r}, which is not known" if sign else "does not name a provider"
+        raise SettingError(
+            f"Model {model!r} {what}.{provider_hint(model)} Write provider/model (`vigil models` lists the providers), "
+            "or add --base-url for your own server."
+        )
     if not found.name:
         raise SettingError(
             f"Model {model!r} has only a provider. Write e.g. openai/NAME; `vigil models` lists providers."
         )
-    key = _key_in(api_key_env)
+    key, arguments = _key_in(api_key_env), tuple(sorted(model_args.items()))
     if address is None and provider.is_openai_style and not model.startswith("openai/"):
         raise SettingError(
             f"Model {model!r} has no address. Add --base-url, or set {provider.addresses[0]} to it, e.g. "
@@ -127,7 +148,7 @@ def model_access(
         )
     if address is None:
         variable = api_key_env or provider.key_variable
-        return ModelAccess(model, api_key=key, arguments=_sorted(model_args), model_name=found, key_variable=variable)
+        return ModelAccess(model, api_key=key, arguments=arguments, model_name=found, key_variable=variable)
     if not _is_address(address):
         shown = without_key_patterns(address)
         raise SettingError(f"Base URL {shown!r} is not an http(s) address. Give e.g. http://localhost:8000/v1.")
@@ -140,20 +161,11 @@ def model_access(
                 f"{without_login(address)!r}. Name the variable with a key for that address by --api-key-env."
             )
         own = None if is_at_home else NO_KEY
-        return ModelAccess(model, address, key or own, _sorted(model_args), not is_at_home, found, variable)
+        return ModelAccess(model, address, key or own, arguments, not is_at_home, found, variable)
     own = os.environ.get(variable) if is_at_home else None
-    arguments = _sorted({"max_retries": 0, **model_args})
+    arguments = tuple(sorted({"max_retries": 0, **model_args}.items()))
     name = f"{ANY_SERVICE}/{found.prefix or 'local'}/{found.name}"
     return ModelAccess(name, address, key or own or NO_KEY, arguments, not is_at_home, found, variable)
-
-
-def _unknown(model: str) -> str:
-    prefix, sign, _ = model.partition("/")
-    what = f"names the provider {prefix!r}, which is not known" if sign else "does not name a provider"
-    return (
-        f"Model {model!r} {what}.{provider_hint(model)} Write provider/model (`vigil models` lists the providers), or "
-        "add --base-url for your own server."
-    )
 
 
 @contextmanager
@@ -188,10 +200,6 @@ def _key_in(variable: str | None) -> str | None:
             f"name of the variable with the key, e.g. `export MY_KEY=...` and --api-key-env MY_KEY."
         )
     return key
-
-
-def _sorted(arguments: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
-    return tuple(sorted(arguments.items()))
 
 
 def is_own_address(address: str, home: Provider) -> bool:

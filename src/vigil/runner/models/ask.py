@@ -1,23 +1,13 @@
-"""Asking a model for one reply: which failures are retried, how long to wait, and which count as the agent's.
+"""Asking a model for one reply: which failures are retried (`vigil.runner.retries`), and which count as the agent's.
 
-Source: `protocol.md` section 2.3. Transport failures, rate limits, outages and time-outs are retried and then raise
-ModelAPIError, which ends an episode as `error`. So does a rejection because of content or length that repeats three
-times before the agent's first reply. After that reply, such a rejection is a protocol failure of the agent
-(`vigil.runner.workers.live`).
+Source: `protocol.md` section 2.3.
 """
 
 import re
 from collections.abc import Awaitable, Callable, Coroutine, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from tenacity import (
-    AsyncRetrying,
-    RetryCallState,
-    retry_if_exception_type,
-    wait_exponential,
-    wait_random_exponential,
-)
+from tenacity import AsyncRetrying, retry_if_exception_type
 
 from vigil.agents.conversation import Message
 from vigil.errors import ModelAPIError
@@ -27,6 +17,7 @@ from vigil.protocol.reasoning import split_reasoning
 from vigil.runner.models.answers import ModelAnswer, NoAnswer, Wire, read_answer
 from vigil.runner.models.context import CONTEXT_OVERFLOW
 from vigil.runner.models.provider_errors import hint_for
+from vigil.runner.retries import MAX_REJECTIONS, RetryPolicy
 
 Ask = Callable[[Sequence[Message]], Coroutine[Any, Any, Reply]]
 """Function that sends messages to a model, with retries, and returns its reply.
@@ -36,8 +27,6 @@ Raises ModelAPIError; after rejections, RequestRejected.
 Send = Callable[[Sequence[Message]], Awaitable[Reply]]
 """Function that sends messages to a model once and returns its reply. Raises AttemptFailed."""
 
-MAX_REJECTIONS = 3
-"""Number of rejections after which a request is not sent again."""
 TRANSIENT_STATUS = frozenset({408, 409, 425, 429})
 """Status of HTTP errors below 500 that may not occur again."""
 _REJECTION_STATUS = frozenset({400, 403, 413, 422})
@@ -130,32 +119,6 @@ def reply_from_answer(answer: ModelAnswer, seconds: float, *, keep_reasoning: bo
         usage=answer.usage,
         seconds=seconds,
     )
-
-
-@dataclass(frozen=True, slots=True)
-class RetryPolicy:
-    """Number of retries and waits between them: doubling, with jitter, and longer if the provider asks for it."""
-
-    retries: int = 8
-    first_wait_s: float = 1.0
-    longest_wait_s: float = 60.0
-    on_retry: Callable[[str], None] = lambda _: None
-    """Function that is called with a line about each failure before it is retried."""
-
-    def wait_s(self, state: RetryCallState) -> float:
-        """Return the seconds to wait after a failed attempt: half of them fixed, half of them random."""
-        half = {"multiplier": self.first_wait_s / 2, "max": self.longest_wait_s / 2}
-        own = (wait_exponential(**half) + wait_random_exponential(**half))(state)
-        asked_s = getattr(_failure(state), "wait_s", None)
-        return own if asked_s is None else max(own, min(asked_s, self.longest_wait_s))
-
-    def report_retry(self, state: RetryCallState) -> None:
-        """Report a failed attempt before the wait."""
-        self.on_retry(f"try {state.attempt_number + 1} in {state.upcoming_sleep:.0f} s after {_failure(state)}")
-
-
-def _failure(state: RetryCallState) -> BaseException | None:
-    return state.outcome.exception() if state.outcome else None
 
 
 def with_retries(send: Send, retry_policy: RetryPolicy) -> Ask:

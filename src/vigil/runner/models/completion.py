@@ -1,33 +1,25 @@
-"""Completion of one text by a model, for other work than episodes (proposals), with the same client and retries."""
+"""A model asked outside of a run: for the completion of a text (proposals), and for a pointing calibration."""
 
 import asyncio
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
 from vigil.agents.conversation import Message
-from vigil.runner.models.access import hiding_other_keys, model_access
-from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
+from vigil.protocol.profile import SystemRole
+from vigil.runner.models.access import Endpoint, hiding_other_keys
+from vigil.runner.models.ask import Ask, RequestRejected
+from vigil.runner.models.pointing import PointingCalibration, calibrate
 from vigil.runner.models.redaction import Secrets, redacted_errors
 
 
 @contextmanager
-def open_completion(
-    model: str, base_url: str | None, retry_policy: RetryPolicy | None = None, *, api_key_env: str | None = None
-) -> Generator[Callable[[str], str], None, None]:
+def open_completion(endpoint: Endpoint) -> Generator[Callable[[str], str], None, None]:
     """Yield a function that returns the model's answer to a text; it is empty when the provider rejects the text.
 
-    The function raises ModelAPIError when the provider fails after all retries. `api_key_env` names the variable with
-    the key for an address that is not the provider's. Raises SettingError when the model cannot be used.
+    The function raises ModelAPIError when the provider fails after all retries. Raises SettingError when the model
+    cannot be used.
     """
-    # Inspect takes a second or two to import, and only models need it.
-    from vigil.runner.models.inspect_model import Endpoint, sender  # noqa: PLC0415
-
-    found = model_access(model, base_url, {}, api_key_env)
-    found.check()
-    secrets = Secrets.of(url=found.base_url, key=found.api_key or "")
-    with redacted_errors(secrets), hiding_other_keys(found), asyncio.Runner() as runner:
-        client = Endpoint(found).model()
-        ask = with_retries(sender(client), retry_policy or RetryPolicy())
+    with _asking(endpoint) as (ask, runner):
 
         async def answer(text: str) -> str:
             try:
@@ -35,7 +27,27 @@ def open_completion(
             except RequestRejected:
                 return ""
 
+        yield lambda text: runner.run(answer(text))
+
+
+def calibrate_model(endpoint: Endpoint, system_role: SystemRole) -> PointingCalibration:
+    """Return the pointing calibration of a model. Raises SettingError and ModelAPIError."""
+    with _asking(endpoint) as (ask, runner):
+        return runner.run(calibrate(ask, system_role))
+
+
+@contextmanager
+def _asking(endpoint: Endpoint) -> Generator[tuple[Ask, asyncio.Runner], None, None]:
+    """Yield the function that asks the model, and the event loop in which it runs."""
+    # Inspect takes a second or two to import, and only models need it.
+    from vigil.runner.models.inspect_model import ModelClient  # noqa: PLC0415
+
+    access = endpoint.access
+    access.check()
+    secrets = Secrets.of(url=access.base_url, key=access.api_key or "")
+    with redacted_errors(secrets), hiding_other_keys(access), asyncio.Runner() as runner:
+        client = ModelClient(endpoint)
         try:
-            yield lambda text: runner.run(answer(text))
+            yield client.ask, runner
         finally:
-            runner.run(client.api.aclose())
+            runner.run(client.model.api.aclose())

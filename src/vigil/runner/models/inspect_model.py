@@ -4,8 +4,7 @@ import json
 import time
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import replace
 
 from inspect_ai._util.error import PrerequisiteError
 from inspect_ai.event import ModelEvent
@@ -21,23 +20,20 @@ from inspect_ai.model import (
     GenerateConfig,
     Model,
     ModelOutput,
-    ModelUsage,
     get_model,
 )
 from inspect_ai.model._model import use_model_event_sink
 from inspect_ai.util import LimitExceededError
 from rich.text import Text
 
-from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.conversation import Message
 from vigil.errors import SettingError
 from vigil.protocol.actions import Reply, Usage
 from vigil.protocol.profile import Profile
-from vigil.runner.models.access import KEY_HINT, ModelAccess
+from vigil.runner.models.access import KEY_HINT, Endpoint, ModelAccess
 from vigil.runner.models.ask import (
     TRANSIENT_STATUS,
     AttemptFailed,
-    RetryPolicy,
     Send,
     check_ending,
     is_rejection,
@@ -60,53 +56,62 @@ _HTTP_LIBRARIES = frozenset({"httpx", "httpx2", "aiohttp"})
 """Libraries whose exceptions are failures of transport."""
 
 
-@dataclass(frozen=True, slots=True)
-class Endpoint:
-    """A model and how it is called."""
+class ModelClient:
+    """Client of a model, which retries failed requests; leaving its `async with` block closes its connections."""
 
-    access: ModelAccess
-    sampling: dict[str, Any] = field(default_factory=dict[str, Any])
-    """Fields of Inspect's GenerateConfig; only what the user set."""
-    max_connections: int = 16
-    reply_seconds: int = REPLY_SECONDS
-    retry_policy: RetryPolicy = field(default_factory=RetryPolicy)
-    identity_log: ModelIdentityLog = field(default_factory=ModelIdentityLog)
-    """Log of the models that answer."""
-    keep_reasoning: bool = False
-    """Whether replies include the reasoning that was sent apart from them."""
+    def __init__(self, endpoint: Endpoint, identity_log: ModelIdentityLog | None = None) -> None:
+        """Each answer is added to `identity_log`. Raises SettingError when the provider cannot be used."""
+        self.endpoint = endpoint
+        self.model = new_model(endpoint)
+        send = sender(self.model, identity_log=identity_log, keep_reasoning=endpoint.keep_reasoning)
+        self.ask = with_retries(send, endpoint.retry_policy)
 
-    def model(self) -> Model:
-        """Return a new client. Raises SettingError when the provider cannot be used."""
-        try:
-            config = GenerateConfig(
-                **self.sampling,
-                max_connections=self.max_connections,
-                max_retries=0,
-                attempt_timeout=self.reply_seconds,
-            )
-            model = get_model(
-                self.access.name,
-                config=config,
-                base_url=self.access.base_url,
-                api_key=self.access.api_key,
-                memoize=False,
-                **dict(self.access.arguments),
-            )
-            disable_redirects(model.api)
-            return model
-        except Exception as error:
-            hint = provider_hint(self.access.name)
-            raise SettingError(f"Model {self.access.display_name!r} cannot be used: {_plain(error)}{hint}") from error
+    async def __aenter__(self) -> "ModelClient":
+        return self
 
-    def loggable(self, model: Model) -> Model:
-        """Return a copy of `model` for Inspect's log, whose address and settings are without secrets.
+    async def __aexit__(self, *_: object) -> None:
+        await self.model.api.aclose()
 
-        It is only for the log; requests go through `model`.
+    def loggable_model(self) -> Model:
+        """Return a copy of the model for Inspect's log, whose address and settings are without secrets.
+
+        It is only for the log; requests go through `ask`.
         """
-        api = copy(model.api)
+        api = copy(self.model.api)
         api.base_url = without_login(api.base_url) if api.base_url else None
-        config = GenerateConfig(**without_secrets(self.sampling), max_connections=self.max_connections)
-        return Model(api, config, without_secrets(dict(self.access.arguments)))
+        endpoint = self.endpoint
+        config = GenerateConfig(**without_secrets(endpoint.sampling), max_connections=endpoint.max_connections)
+        return Model(api, config, without_secrets(dict(endpoint.access.arguments)))
+
+
+def new_model(endpoint: Endpoint) -> Model:
+    """Return a new client of Inspect's. Raises SettingError when the provider cannot be used."""
+    access = endpoint.access
+    try:
+        config = GenerateConfig(
+            **endpoint.sampling,
+            max_connections=endpoint.max_connections,
+            max_retries=0,
+            attempt_timeout=endpoint.reply_seconds,
+        )
+        model = model_at(access, config)
+        disable_redirects(model.api)
+        return model
+    except Exception as error:
+        hint = provider_hint(access.name)
+        raise SettingError(f"Model {access.display_name!r} cannot be used: {_plain(error)}{hint}") from error
+
+
+def model_at(access: ModelAccess, config: GenerateConfig) -> Model:
+    """Return Inspect's model that is reached in a given way; it is not shared with other callers."""
+    return get_model(
+        access.name,
+        config=config,
+        base_url=access.base_url,
+        api_key=access.api_key,
+        memoize=False,
+        **dict(access.arguments),
+    )
 
 
 def _plain(error: Exception) -> str:
@@ -222,6 +227,10 @@ def _library_reply(output: ModelOutput, *, keep_reasoning: bool) -> Reply:
     is_refused_request = output.stop_reason == "model_length" and output.usage is None
     if is_refused_request:
         raise AttemptFailed(output.completion, is_rejection=True)
+    usage, used = output.usage, None
+    if usage is not None:
+        cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
+        used = Usage(input_tokens=usage.input_tokens + cached, output_tokens=usage.output_tokens)
     tool_call = next((call.function for call in output.message.tool_calls or ()), None)
     check_ending(output.stop_reason, output.completion, tool_call)
     parts = output.message.content
@@ -233,28 +242,20 @@ def _library_reply(output: ModelOutput, *, keep_reasoning: bool) -> Reply:
         tool_call=tool_call,
         reasoning_chars=sum(len(part.reasoning) for part in reasoning),
         reasoning="".join(part.reasoning for part in reasoning) if keep_reasoning else "",
-        usage=_usage(output.usage),
+        usage=used,
         seconds=output.time or 0.0,
     )
 
 
-def _usage(usage: ModelUsage | None) -> Usage | None:
-    if usage is None:
-        return None
-    cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
-    return Usage(input_tokens=usage.input_tokens + cached, output_tokens=usage.output_tokens)
-
-
-async def preflight(endpoint: Endpoint, name: str, profile: Profile, *, force: bool = False) -> None:
+async def preflight(
+    endpoint: Endpoint, identity_log: ModelIdentityLog, name: str, profile: Profile, *, force: bool = False
+) -> None:
     """Carry out the check before a run (`vigil.runner.models.preflight`), and log its results.
 
     Raises ModelAPIError.
     """
-    model = endpoint.model()
-    try:
-        retry_policy = replace(endpoint.retry_policy, retries=min(endpoint.retry_policy.retries, PREFLIGHT_RETRIES))
-        ask = with_retries(sender(model, identity_log=endpoint.identity_log), retry_policy)
+    retries = min(endpoint.retry_policy.retries, PREFLIGHT_RETRIES)
+    endpoint = replace(endpoint, retry_policy=replace(endpoint.retry_policy, retries=retries))
+    async with ModelClient(endpoint, identity_log) as client:
         address = without_login(endpoint.access.base_url or "")
-        endpoint.identity_log.check = await check_model(ask, name, profile, address, force=force)
-    finally:
-        await model.api.aclose()
+        identity_log.check = await check_model(client.ask, name, profile, address, force=force)

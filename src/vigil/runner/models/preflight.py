@@ -16,7 +16,7 @@ from vigil.errors import ModelAPIError
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.profile import ImageFormat, Profile
-from vigil.protocol.replies import looks_like_other_coordinates, parse_reply
+from vigil.protocol.replies import looks_like_other_coordinates, read_reply
 from vigil.runner.models.access import KEY_HINT
 from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import CONTEXT_ERROR, CONTEXT_OPTIONS, size_hint
@@ -112,13 +112,14 @@ async def check_contract(ask: Ask, model: str, profile: Profile, *, force: bool 
         reply, invalid = await _try_example(ask, model, profile)
     if invalid is None:
         return PASSED
-    what = f"{invalid.reason} {invalid.detail}".strip()
+    what, half = f"{invalid.reason} {invalid.detail}".strip(), SHOWN_CHARS // 2
     if force:
         return f"failed: {what}"
+    excerpt = reply.text if len(reply.text) <= SHOWN_CHARS else f"{reply.text[:half]} ... {reply.text[-half:]}"
     raise ModelAPIError(
         f"Model {model!r} was asked for an action in an example observation, but its answer is not an action ({what}; "
         f"finish reason {reply.finish_reason}, {reply.reasoning_chars} characters of reasoning): "
-        f"{_excerpt(reply.text)}. {advice(invalid, reply)} {_FORCE_HINT}"
+        f"{excerpt!r}. {advice(invalid, reply)} {_FORCE_HINT}"
     )
 
 
@@ -131,8 +132,7 @@ async def _try_example(ask: Ask, model: str, profile: Profile) -> tuple[Reply, I
     except RequestRejected as error:
         hint = f" {size_hint(messages)}" if CONTEXT_ERROR.search(str(error)) else ""
         raise ModelAPIError(f"Model {model!r} was asked about an example observation. {error}.{hint}") from error
-    parsed = parse_reply(reply, profile.coordinates, profile.reply_policy)
-    return reply, parsed if isinstance(parsed, InvalidAction) else None
+    return reply, read_reply(reply, profile).invalid
 
 
 def advice(invalid: InvalidAction, reply: Reply) -> str:
@@ -169,8 +169,3 @@ def advice(invalid: InvalidAction, reply: Reply) -> str:
         "Check that the server's chat template passes on the system prompt (`vigil prompt` shows it), and that the "
         "model follows instructions."
     )
-
-
-def _excerpt(text: str) -> str:
-    cut = len(text) > SHOWN_CHARS
-    return repr(f"{text[: SHOWN_CHARS // 2]} ... {text[-SHOWN_CHARS // 2 :]}" if cut else text)

@@ -42,7 +42,10 @@ def play(
                 _ = observation.rgb  # the record says which frames were looked at
                 observation = env.step(reply)
         if observation is not None:
-            _start(agent, episode.instruction, earlier is not None)
+            if earlier is not None and isinstance(agent, Resumable):
+                agent.resume(episode.instruction)
+            else:
+                agent.start(episode.instruction)
             if earlier is None:
                 observer.on_first_frame()
         while observation is not None:
@@ -55,10 +58,3 @@ def play(
         env.fail("agent", str(error))
     except Exception:  # noqa: BLE001 - a fault in a program is not a result of the agent
         env.fail("worker", traceback.format_exc(limit=-8))
-
-
-def _start(agent: Agent, instruction: str, is_going_on: bool) -> None:
-    if is_going_on and isinstance(agent, Resumable):
-        agent.resume(instruction)
-    else:
-        agent.start(instruction)

@@ -17,9 +17,8 @@ from typing import Any
 
 from tenacity import AsyncRetrying, Retrying, retry_if_exception_type, stop_after_delay
 
-from vigil.errors import SettingError, SimulatorError, VigilError
-from vigil.processes.group import end_workers
-from vigil.processes.worker import (
+from vigil.base.processes.group import end_workers
+from vigil.base.processes.worker import (
     START_TIMEOUT_S,
     WORKER_TIMEOUT_S,
     LocalProcess,
@@ -29,15 +28,15 @@ from vigil.processes.worker import (
     WorkerLost,
     WorkerSettings,
 )
+from vigil.errors import SettingError, SimulatorError, VigilError
 from vigil.protocol.actions import Reply
 from vigil.records.record import Boundary, EpisodeRecord
+from vigil.runner.retries import MAX_RESTORES
 from vigil.runner.workers.messages import FIRST_FRAME, Assignment, EncodedObservation, SimulatorFacts, WorkerPlan
 from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference
 from vigil.runner.workers.worker import EpisodeWorker
 from vigil.sim.protocol import WORKER_NUMBER
 
-MAX_RESTORES = 2
-"""Maximum number of times that an episode is restored in another worker before it counts as lost."""
 _RETRY_ON_ANOTHER: dict[str, Any] = {
     "retry": retry_if_exception_type(NoCapacity),
     "stop": stop_after_delay(START_TIMEOUT_S),

@@ -22,9 +22,9 @@ import ray
 from ray.exceptions import RayError
 
 from vigil.base.imports import ENVIRONMENT_VARIABLE, import_modules_from_environment
+from vigil.base.processes.child import MakeState, serve
+from vigil.base.processes.worker import NoCapacity, shut_down
 from vigil.errors import SettingError
-from vigil.processes.child import MakeState, serve
-from vigil.processes.worker import NoCapacity, shut_down
 
 PLACEMENT_TIMEOUT_S = 10.0
 """Time that a request waits for an actor to start before another worker is asked, in seconds."""
@@ -62,7 +62,7 @@ class WorkerActor:
 
 
 class RayProcess:
-    """Worker in an actor; implements `vigil.processes.worker.WorkerProcess`."""
+    """Worker in an actor; implements `vigil.base.processes.worker.WorkerProcess`."""
 
     def __init__(
         self, node_check: NodeCheck, make_state: MakeState, log: Path | None, environment: Mapping[str, str]

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from vigil.base.json_files import is_array, is_object
+from vigil.base.processes.child import report
 from vigil.env import Env
-from vigil.processes.child import report
 from vigil.protocol.episode import Episode
 from vigil.records.record import EpisodeRecord, StepRecord
 

@@ -11,11 +11,11 @@ from vigil.agents.exec_agent import ProgramSettings
 from vigil.agents.frame_encoding import encode_frame
 from vigil.agents.registry import is_exec, make_agent
 from vigil.assets.database import AssetDatabase
+from vigil.base.processes.child import report
+from vigil.base.processes.worker import WorkerLost
 from vigil.env import Env
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack
-from vigil.processes.child import report
-from vigil.processes.worker import WorkerLost
 from vigil.protocol.actions import Reply
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House

@@ -20,8 +20,8 @@ from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from vigil.base.processes.child import MakeState, Message
 from vigil.errors import SettingError, SimulatorError, VigilError
-from vigil.processes.child import MakeState, Message
 
 WORKER_TIMEOUT_S = 120.0
 """Time limit for one request, or for one step of a whole episode, in seconds."""
@@ -86,7 +86,7 @@ class LocalProcess(subprocess.Popen[bytes]):
         ours, theirs = socket.socketpair()
         with ours, theirs, nullcontext() if log is None else log.open("ab") as output:
             super().__init__(
-                [sys.executable, "-m", "vigil.processes", str(theirs.fileno())],
+                [sys.executable, "-m", "vigil.base.processes", str(theirs.fileno())],
                 pass_fds=(theirs.fileno(),),
                 stdin=subprocess.DEVNULL,
                 stdout=output,

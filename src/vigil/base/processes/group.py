@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from typing import Any, TypeVar
 
-from vigil.processes.child import MakeState
-from vigil.processes.worker import Requests, Worker, WorkerSettings
+from vigil.base.processes.child import MakeState
+from vigil.base.processes.worker import Requests, Worker, WorkerSettings
 
 _State = TypeVar("_State")
 _Item = TypeVar("_Item")

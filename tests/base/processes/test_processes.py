@@ -11,16 +11,16 @@ import psutil
 import pytest
 
 from tests.support.waiting import HANGS_AFTER_S
+from vigil.base.processes.child import report
+from vigil.base.processes.group import given_state, map_in_workers
+from vigil.base.processes.worker import Worker, WorkerLost, WorkerSettings
 from vigil.errors import SettingError, SimulatorError
-from vigil.processes.child import report
-from vigil.processes.group import given_state, map_in_workers
-from vigil.processes.worker import Worker, WorkerLost, WorkerSettings
 
 SCRIPT = """
 import time
 from functools import partial
 from operator import call
-from vigil.processes.group import given_state, map_in_workers
+from vigil.base.processes.group import given_state, map_in_workers
 
 answers = map_in_workers(partial(given_state, time.sleep), call, [0.2] * 1000, 2)
 next(answers)

@@ -1,4 +1,4 @@
-"""`python -m vigil.processes FD`: a worker process; `vigil.processes.worker` starts it."""
+"""`python -m vigil.base.processes FD`: a worker process; `vigil.base.processes.worker` starts it."""
 
 import faulthandler
 import importlib
@@ -7,7 +7,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from vigil.base.imports import import_modules_from_environment
-from vigil.processes.child import serve
+from vigil.base.processes.child import serve
 
 MAIN_MODULE: str | None = None
 """Module that the main process was started with by `python -m`; None if it was started otherwise."""

@@ -1,0 +1,248 @@
+"""Plan of a run: everything that its settings decide, worked out once, before anything is started.
+
+Only this module and the command line read `RunSettings`. What plays, writes or estimates a run reads its plan.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, Literal
+
+from vigil.agents.exec_agent import file_hashes
+from vigil.agents.registry import is_exec, make_agent
+from vigil.assets.database import AssetDatabase
+from vigil.base.versions import Versions
+from vigil.errors import SettingError, did_you_mean
+from vigil.packs.pack import Pack, Selection
+from vigil.protocol.episode import Episode
+from vigil.protocol.profile import PROFILE_NAMES, Profile, coordinates_for
+from vigil.protocol.prompt import policy_sha256, policy_version
+from vigil.protocol.prompt_file import variant_of
+from vigil.records.costs import Prices
+from vigil.records.record import AgentKind, RunSpec
+from vigil.records.shards import shard_episodes
+from vigil.runner.models.access import Endpoint, model_access
+from vigil.runner.models.providers import parse_model_name
+from vigil.runner.models.redaction import Secrets, redacted_errors, without_login, without_secrets
+from vigil.runner.models.thinking import with_thinking
+from vigil.runner.option_parsing import public_name
+from vigil.runner.retries import RetryPolicy
+from vigil.runner.settings import RunSettings
+from vigil.runner.workers.messages import WorkerPlan
+from vigil.sim import BACKENDS
+
+RUNS_FOLDER = Path("runs")
+"""Folder of runs for which none is set."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Execution:
+    """How a run is carried out, which is not part of its identity. Fields named as in `RunSettings` mean the same."""
+
+    folder: Path
+    """Folder of the run."""
+    input_paths: Mapping[str, str]
+    """Paths of the run's inputs, for its header."""
+    timeout_s: float
+    """Time limit of a worker's answer, in seconds."""
+    first_wait_s: float
+    workers: int | None
+    executor: Literal["local", "ray"]
+    ray_address: str | None
+    save_frames: bool
+    prices: Prices | None
+    preflight: bool
+    force: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunPlan:
+    """Everything that is known about a run before it starts."""
+
+    pack: Pack
+    episodes: tuple[Episode, ...]
+    """Episodes to play, sorted by id; for a shard, its part of them."""
+    spec: RunSpec
+    """Identity of the run: the condition, the player, and the ids of all shards' episodes."""
+    worker: WorkerPlan
+    """Plan of each simulator worker, with the agent that plays inside; the run's folder adds its id and frames."""
+    endpoint: Endpoint | None
+    """Model that plays from the main process; None when an agent plays inside the workers."""
+    execution: Execution
+    secrets: Secrets = field(repr=False)
+    """Values that must not be in a file, message or table of the run."""
+
+
+def plan_run(settings: RunSettings) -> RunPlan:
+    """Return the plan of a run. Raises InputError, without secrets in its message."""
+    endpoint = None if settings.model is None else endpoint_of(settings)
+    secrets = _secrets(settings, endpoint)
+    with redacted_errors(secrets):
+        kind = _check_player(settings)
+        pack, assets = Pack.load(settings.pack), AssetDatabase.from_file(settings.asset_database)
+        pack.check_assets(assets)
+        selected = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
+        part = shard_episodes(selected, settings.shard)
+        url = None if endpoint is None else endpoint.access.base_url
+        spec = _spec(
+            settings,
+            pack,
+            agent_kind=kind,
+            base_url=None if url is None else without_login(url),
+            episode_ids=tuple(episode.id for episode in selected),
+            asset_database_sha256=assets.sha256,
+        )
+        worker = WorkerPlan(
+            pack=pack.folder,
+            pack_sha256=pack.sha256,
+            run_id="",
+            profile=spec.profile,
+            agent=settings.agent or "",
+            quality=settings.render_quality,
+            **_same_fields(settings, WorkerPlan),
+        )
+        execution = Execution(
+            folder=settings.log_dir or RUNS_FOLDER / _folder_name(spec),
+            input_paths=input_paths(pack, settings.asset_database),
+            timeout_s=settings.timeout_s + (settings.reply_seconds if kind == "exec" else 0.0),
+            **_same_fields(settings, Execution),
+        )
+        return RunPlan(
+            pack=pack,
+            episodes=tuple(part),
+            spec=spec,
+            worker=worker,
+            endpoint=endpoint,
+            execution=execution,
+            secrets=secrets,
+        )
+
+
+def _secrets(settings: RunSettings, endpoint: Endpoint | None) -> Secrets:
+    return Secrets.of(
+        command=settings.agent or "",
+        url=None if endpoint is None else endpoint.access.base_url,
+        settings=({"model_args": settings.model_args, "extra_body": settings.extra_body},),
+        key="" if endpoint is None else endpoint.access.api_key or "",
+    )
+
+
+def _same_fields(settings: RunSettings, plan: type) -> dict[str, Any]:
+    """Return the values of the settings that a part of the plan takes unchanged, under the same names."""
+    changed = {"pack", "profile", "agent", "timeout_s"}
+    shared = {one.name for one in fields(plan)} & {one.name for one in fields(settings)} - changed
+    return {name: getattr(settings, name) for name in shared}
+
+
+def _spec(settings: RunSettings, pack: Pack, **facts: Any) -> RunSpec:
+    """Return the identity of the settings' run; `facts` are the fields that do not follow from settings alone."""
+    if facts["agent_kind"] == "exec" and settings.agent is not None:
+        facts["agent_files"] = file_hashes(settings.agent, Path.cwd())
+        facts["keep_program"] = settings.keep_program
+        facts["frame_interval_seconds"] = settings.frame_interval_seconds
+    return run_spec(
+        pack,
+        profile_of(settings),
+        agent=settings.model or public_name(settings.agent or ""),
+        sampling=without_secrets(_sampling_of(settings)),
+        thinking=settings.thinking,
+        model_args=without_secrets(settings.model_args),
+        shard=settings.shard,
+        epochs=settings.epochs,
+        seed=settings.seed,
+        simulator=settings.backend,
+        render_quality=settings.render_quality,
+        **facts,
+    )
+
+
+def run_spec(pack: Pack, profile: Profile, **facts: Any) -> RunSpec:
+    """Return the identity of a run on `pack` under `profile` with the current versions; `facts` are other fields."""
+    return RunSpec(
+        profile=profile,
+        versions=Versions.current(),
+        prompt_policy=policy_version(profile),
+        prompt_policy_sha256=policy_sha256(profile),
+        pack=pack.name,
+        pack_sha256=pack.sha256,
+        pack_versions=pack.manifest.versions,
+        **facts,
+    )
+
+
+def input_paths(pack: Pack, asset_database: Path | None) -> dict[str, str]:
+    """Return the paths of a run's inputs for its header, so that `vigil verify` finds them on the same machine."""
+    places = {"pack_folder": str(pack.folder.resolve())}
+    if asset_database is not None:
+        places["asset_database"] = str(asset_database.resolve())
+    return places
+
+
+def profile_of(settings: RunSettings) -> Profile:
+    """Return the evaluation profile of the settings. Raises SettingError on an unknown one."""
+    asked = settings.profile
+    if asked not in PROFILE_NAMES:
+        hint = did_you_mean(asked, PROFILE_NAMES)
+        raise SettingError(f"Profile {asked!r} does not exist.{hint} Choose {' or '.join(PROFILE_NAMES)}.")
+    own = settings.prompt_template
+    return Profile(
+        name=PROFILE_NAMES[asked],
+        prompt_variant=settings.prompt_variant if own is None else variant_of(own),
+        prompt_template=own,
+        coordinates=settings.coordinates or coordinates_for(settings.model or ""),
+        reply_policy=settings.reply_policy,
+        image_format=settings.image_format,
+        system_role=settings.system_role,
+    )
+
+
+def endpoint_of(settings: RunSettings) -> Endpoint:
+    """Return how the model of the settings is reached and called. Raises SettingError."""
+    return Endpoint(
+        model_access(settings.model or "", settings.base_url, settings.model_args, settings.api_key_env),
+        _sampling_of(settings),
+        settings.max_connections,
+        settings.reply_seconds,
+        RetryPolicy(settings.retries, settings.first_wait_s, settings.longest_wait_s),
+        settings.keep_reasoning,
+    )
+
+
+def _sampling_of(settings: RunSettings) -> dict[str, Any]:
+    """Return the fields of each request other than its messages: those that were set, and the thinking switch.
+
+    Raises SettingError when settings contradict each other.
+    """
+    given = {
+        "temperature": settings.temperature,
+        "top_p": settings.top_p,
+        "max_tokens": settings.max_tokens,
+        "reasoning_effort": settings.reasoning_effort,
+        "extra_body": dict(settings.extra_body) or None,
+    }
+    sampling = {name: value for name, value in given.items() if value is not None}
+    return with_thinking(sampling, settings.thinking, parse_model_name(settings.model)) if settings.model else sampling
+
+
+def _check_player(settings: RunSettings) -> AgentKind:
+    """Return the kind of the run's player. Raises SettingError when the player or its simulator does not exist."""
+    if (settings.agent is None) == (settings.model is None):
+        raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
+    if settings.backend not in BACKENDS and settings.simulator_factory is None:
+        raise SettingError(f"Simulator {settings.backend!r} does not exist. Choose one of: {', '.join(BACKENDS)}.")
+    if settings.agent is None:
+        return "model"
+    if settings.agent_factory is not None:
+        return "privileged"
+    make_agent(settings.agent, Profile())
+    return "exec" if is_exec(settings.agent) else "scripted"
+
+
+def _folder_name(spec: RunSpec) -> str:
+    """Return the name of a run's folder if none is set: it depends only on the run's identity."""
+    identity = spec.model_copy(update={"base_url": None, "agent_files": {}}).model_dump_json()
+    words = "".join(char if char.isalnum() or char in "._" else "-" for char in f"{spec.pack}-{spec.agent}")
+    if spec.shard is not None:
+        words = f"{words[:60]}-shard-{spec.shard.index}-of-{spec.shard.of}"
+    return f"{words[:80].strip('-')}-{hashlib.sha256(identity.encode()).hexdigest()[:8]}"

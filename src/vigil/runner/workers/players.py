@@ -1,0 +1,123 @@
+"""Players of a run: an agent inside a worker, or a model in the main process with its Env in a worker."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Protocol
+
+from vigil.agents.conversation import Conversation, Message
+from vigil.base.processes.worker import Worker, WorkerLost
+from vigil.base.versions import Versions
+from vigil.errors import InfrastructureError, SimulatorError
+from vigil.protocol.actions import Reply
+from vigil.protocol.finish_reasons import stop_cause
+from vigil.protocol.profile import Profile
+from vigil.records.record import Boundary, EpisodeRecord, ErrorFact
+from vigil.runner.models.ask import Ask, RequestRejected
+from vigil.runner.models.context import CONTEXT_ERROR, size_hint
+from vigil.runner.workers.messages import Assignment, EncodedObservation
+from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
+
+
+class Player(Protocol):
+    """What plays one episode at a time."""
+
+    async def play(self, assignment: Assignment, on_first_frame: Callable[[], None]) -> EpisodeRecord:
+        """Play one episode and return its record; a failure outside the agent ends it as `error`. Raises InputError.
+
+        `on_first_frame` is called before the agent is shown the first frame.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class WorkerPlayer:
+    """Player for a scripted agent, a privileged agent or a program, which play inside the workers."""
+
+    pool: SimulatorPool
+    worker: Worker
+    """Worker that is preferred among equally busy ones."""
+    run_id: str
+    may_resume: bool
+    """Whether the agent continues in another worker when its own is lost, as a program does."""
+
+    async def play(self, assignment: Assignment, on_first_frame: Callable[[], None]) -> EpisodeRecord:
+        """Play one episode in a worker."""
+        started = datetime.now(UTC)
+        try:
+            return await self.pool.play(assignment, on_first_frame, may_resume=self.may_resume, worker=self.worker)
+        except SimulatorError as error:
+            return error_record(assignment, self.run_id, error, started)
+
+
+@dataclass(frozen=True, slots=True)
+class ModelPlayer:
+    """Player for a model, which is asked from the main process."""
+
+    pool: SimulatorPool
+    profile: Profile
+    ask: Ask
+    run_id: str
+
+    async def play(self, assignment: Assignment, on_first_frame: Callable[[], None] = lambda: None) -> EpisodeRecord:
+        """Play one episode, as many at the same time as are asked for."""
+        started, live = datetime.now(UTC), self.pool.live(assignment)
+        try:
+            return await self._play(live, on_first_frame)
+        except InfrastructureError as error:
+            record = await live.fail(boundary_of(error), str(error))
+            return record or error_record(assignment, self.run_id, error, started)
+        finally:
+            live.close()
+
+    async def _play(self, live: LiveEpisode, on_first_frame: Callable[[], None]) -> EpisodeRecord:
+        conversation = Conversation(self.profile, live.assignment.episode.instruction)
+        answer = await live.begin()
+        has_replied = False
+        if isinstance(answer, EncodedObservation):
+            on_first_frame()
+        while isinstance(answer, EncodedObservation):
+            messages = conversation.messages(answer.picture, answer.feedback)
+            reply = await _reply(self.ask, messages, has_replied=has_replied)
+            has_replied = True
+            conversation.add(answer.feedback, reply.text)
+            answer = await live.advance(reply)
+        return answer
+
+
+async def _reply(ask: Ask, messages: Sequence[Message], *, has_replied: bool) -> Reply:
+    """Return the agent's reply. A rejected request counts as a reply once the agent has replied before."""
+    try:
+        reply = await ask(messages)
+    except RequestRejected as error:
+        if not has_replied:
+            hint = f" {size_hint(messages)}" if CONTEXT_ERROR.search(str(error)) else ""
+            raise RequestRejected(f"{error}{hint}") from error
+        return Reply(text="", finish_reason="rejected", provider_rejected=True)
+    if not has_replied and stop_cause(reply.finish_reason) == "full":
+        raise RequestRejected(f"The first answer ended with {reply.finish_reason}. {size_hint(messages)}")
+    return reply
+
+
+def boundary_of(error: InfrastructureError) -> Boundary:
+    """Return the boundary at which a failure happened."""
+    if isinstance(error, WorkerLost):
+        return "worker"
+    return "simulator" if isinstance(error, SimulatorError) else "model"
+
+
+def error_record(assignment: Assignment, run_id: str, error: InfrastructureError, started: datetime) -> EpisodeRecord:
+    """Return the record of an episode of which only the failure is known."""
+    return EpisodeRecord(
+        versions=Versions.current(),
+        run_id=run_id,
+        episode_id=assignment.episode.id,
+        epoch=assignment.epoch,
+        attempt=assignment.attempt,
+        started=started,
+        ended=datetime.now(UTC),
+        initial=None,
+        steps=(),
+        end="error",
+        error=ErrorFact(boundary=boundary_of(error), message=str(error)),
+    )
