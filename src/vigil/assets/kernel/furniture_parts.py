@@ -12,11 +12,16 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Mesh
-from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.builder import Builder, PartStyle, Range
+from vigil.assets.kernel.materials import material
 from vigil.assets.kernel.palette import COLOURS, one_of
 
 Corner = tuple[float, float, float]
 BOARD_M = 0.018
+_PLAY_M = 0.001
+"""Gap (m) between a drawer's box and the plate behind its front."""
+_SEAM = 0.62
+"""Colour of what shows in the seams between fronts, as a share of the fronts' colour."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +71,12 @@ def cloth(rng: np.random.Generator) -> Finish:
     kind = one_of(rng, ("fabric", "fabric", "velvet", "leather"))
     word, code = one_of(rng, HIDES if kind == "leather" else CLOTHS)
     return Finish(f"{kind}/{code}", word)
+
+
+def seam_material(front: str) -> str:
+    """Return the material of a plate behind fronts: darker, so that one sees the seams between them."""
+    red, green, blue = (round(255 * _SEAM * part) for part in material(front).rgba[:3])
+    return f"paint/#{red:02x}{green:02x}{blue:02x}"
 
 
 def boards(low: Corner, high: Corner, wall: float, missing: str) -> list[tuple[Corner, Corner]]:
@@ -271,8 +282,8 @@ def add_drawer(
     builder.add(PartStyle(fronts.front, joint), front_board(board, high, is_framed=fronts.is_framed))
     x0, y0, z0 = low[0] + overlay, low[1] + overlay, low[2]
     x1, y1, z1 = high[0] - overlay, high[1] - overlay, high[2]
-    rim = min(0.012, 0.1 * (y1 - y0))
-    inner_low, inner_high = (x0 + 0.012, y0 + rim, z0), (x1 - 0.012, y1 - 0.12 * (y1 - y0) - rim, z1 - BOARD_M)
+    (across, up), rim = _behind_front((x0, x1), (y0, y1)), _rim(y0, y1)
+    inner_low, inner_high = (across[0], up[0], z0), (across[1], up[1], z1 - BOARD_M)
     builder.add(PartStyle(fronts.inner, joint), hollow(inner_low, inner_high, 0.01, "+y"))
     if fronts.knob != "none":
         builder.add(PartStyle(fronts.metal, joint), *_drawer_handles(low, high, fronts.knob))
@@ -289,6 +300,37 @@ def add_drawer(
         builder.solid(board, high, joint)
 
 
+def _rim(bottom: float, top: float) -> float:
+    """Return how far (m) a drawer's box stays above the lower edge of its front."""
+    return min(0.012, 0.1 * (top - bottom))
+
+
+def _behind_front(x: Range, y: Range) -> tuple[Range, Range]:
+    """Return the extent (x, y) of the box behind a drawer's front of an extent."""
+    rim = _rim(*y)
+    return (x[0] + 0.012, x[1] - 0.012), (y[0] + rim, y[1] - 0.12 * (y[1] - y[0]) - rim)
+
+
+def add_back_plate(
+    builder: Builder, fronts: Fronts, low: Corner, high: Corner, grid: tuple[Sequence[Range], Sequence[Range]]
+) -> None:
+    """Add a plate across low..high behind a grid of drawers, so that their seams do not show the dark inside.
+
+    `grid` has the extents of the fronts along x and along y; their faces are at high z. The plate leaves free what the
+    drawers' boxes pass through.
+    """
+    columns = [_behind_front(x, grid[1][0])[0] for x in grid[0]]
+    rows = [_behind_front(grid[0][0], y)[1] for y in grid[1]]
+    look, z = seam_material(fronts.front), (high[2] - BOARD_M - 0.004, high[2] - BOARD_M - 0.001)
+    posts = [low[0], *(edge for column in columns for edge in (column[0] - _PLAY_M, column[1] + _PLAY_M)), high[0]]
+    rails = [low[1], *(edge for row in rows for edge in (row[0] - _PLAY_M, row[1] + _PLAY_M)), high[1]]
+    for x in zip(posts[::2], posts[1::2], strict=True):
+        builder.block(look, x, (low[1], high[1]), z)
+    for x in zip(posts[1:-1:2], posts[2:-1:2], strict=True):
+        for y in zip(rails[::2], rails[1::2], strict=True):
+            builder.block(look, x, y, z)
+
+
 def _drawer_handles(low: Corner, high: Corner, kind: HandleKind) -> list[Mesh]:
     width, y = high[0] - low[0], low[1] + 0.55 * (high[1] - low[1])
     middle, z = (low[0] + high[0]) / 2, high[2]
@@ -297,13 +339,14 @@ def _drawer_handles(low: Corner, high: Corner, kind: HandleKind) -> list[Mesh]:
     return [handle(kind, (middle, y, z), min(0.14, 0.5 * width))]
 
 
-def add_leaf(
-    builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, *, hinge: int, degrees: float = 95.0
-) -> None:
-    """Add a door leaf that fills low..high (z = its thickness), hinged at its -x (hinge=-1) or +x (1) edge."""
+def add_leaf(builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, *, hinge: int) -> None:
+    """Add a door leaf that fills low..high (z = its thickness), hinged at its -x (hinge=-1) or +x (1) edge.
+
+    It turns about a line as far in front as its handle reaches, so that the handle does not leave the furniture's side.
+    """
     (x0, y0, _), (x1, y1, z1) = low, high
-    origin = (x0 if hinge < 0 else x1, 0.0, z1 - 0.5 * (z1 - low[2]))
-    joint = builder.hinge(name, (0, 1, 0), origin, hinge * degrees)
+    origin = (x0 if hinge < 0 else x1, 0.0, z1 + handle_room(fronts.knob))
+    joint = builder.hinge(name, (0, 1, 0), origin, hinge * 90.0)
     builder.add(PartStyle(fronts.front, joint), front_board(low, high, is_framed=fronts.is_framed))
     if fronts.knob != "none":
         inset = min(0.05, 0.2 * (x1 - x0))

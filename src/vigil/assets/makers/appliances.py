@@ -13,7 +13,15 @@ from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker
 from vigil.assets.kernel.asset import Asset, Glow
 from vigil.assets.kernel.builder import Builder, PartStyle, Range
-from vigil.assets.kernel.furniture_parts import Corner, Finish, add_case, add_shelves, lining, shelf_heights
+from vigil.assets.kernel.furniture_parts import (
+    Corner,
+    Finish,
+    add_case,
+    add_shelves,
+    lining,
+    seam_material,
+    shelf_heights,
+)
 from vigil.assets.kernel.palette import one_of
 from vigil.base.geometry import Vec3
 
@@ -94,18 +102,20 @@ def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Ran
     """Add one door, or two next to or above each other; return them, the largest first."""
     (x0, x1), height, body = builder.across, builder.height, z[0]
     base, wall, gap = _FRIDGE_BASE, _FRIDGE_WALL, 0.006
+    back = (body - 0.012, body)
     if style == "double":
-        doors = [
-            _Door("left", (0.5 * gap, x1), (base, height), 1),
-            _Door("right", (x0, -0.5 * gap), (base, height), -1),
-        ]
-        seal = PartStyle(_LINER, "left")  # nothing shows through the gap between the doors
-        builder.block(seal, (-0.02, 0.02), (base + wall, height - wall), (body - 0.012, body + 0.006))
+        doors = [_Door("left", (gap, x1), (base, height), 1), _Door("right", (x0, -gap), (base, height), -1)]
+        plate = PartStyle(seam_material(shell.material), "left")
+        builder.block(plate, (-0.03, 0.03), (base + wall, height - wall), back)
     else:
         split = {"top": 0.68, "bottom": 0.36}[style] * height
-        lower = _Door("lower", (x0, x1), (base, split - gap / 2), side)
-        upper = _Door("upper", (x0, x1), (split + gap / 2, height), side)
+        # The free edge swings out a little at first, and stays within the fridge's sides all the same.
+        x = (x0 + gap, x1) if side > 0 else (x0, x1 - gap)
+        lower = _Door("lower", x, (base, split - gap / 2), side)
+        upper = _Door("upper", x, (split + gap / 2, height), side)
         doors = [upper, lower] if style == "bottom" else [lower, upper]
+        plate = seam_material(shell.material)
+        builder.block(plate, (x0 + wall, x1 - wall), (split - 0.03, split + 0.03), back)
     for door in doors:
         _fridge_door(builder, shell, door, z)
     return doors
@@ -118,9 +128,12 @@ def _crisper(builder: Builder, low: Corner, high: Corner) -> None:
 
 
 def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None:
-    """Add a thick door with a handle and, on its inside, racks."""
+    """Add a thick door with a handle and, on its inside, racks.
+
+    It turns about an edge of the fridge's box, so that nothing of it, the handle included, leaves the fridge's sides.
+    """
     (x0, x1), (y0, y1), (z0, z1), hinge = door.x, door.y, z, door.hinge
-    joint = builder.hinge(door.name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, (z0 + z1) / 2), hinge * 92.0)
+    joint = builder.hinge(door.name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, builder.through[1]), hinge * 90.0)
     skin = PartStyle(shell.material, joint)
     builder.block(skin, (x0, x1), (y0, y1), (z0 + 0.006, z1), 0.012)
     inner = PartStyle(_LINER, joint)
@@ -358,7 +371,7 @@ def _door(machine: _Machine) -> str:
     """Add the joint at a door's edge at +x (the left, seen from the front) and the door's solid; return the joint's
     name."""
     builder, radius, (front, end) = machine.builder, _LID * machine.radius, (machine.front, machine.builder.through[1])
-    joint = builder.hinge("door", (0, 1, 0), (radius, 0, front), 100.0)
+    joint = builder.hinge("door", (0, 1, 0), (radius, 0, front), 90.0)
     builder.solid((-radius, machine.middle - radius, front), (radius, machine.middle + radius, end), joint)
     return joint
 

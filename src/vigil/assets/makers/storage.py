@@ -15,6 +15,7 @@ from vigil.assets.kernel.furniture_parts import (
     WOODS,
     Fronts,
     HandleKind,
+    add_back_plate,
     add_case,
     add_drawer,
     add_leaf,
@@ -22,6 +23,7 @@ from vigil.assets.kernel.furniture_parts import (
     add_shelves,
     handle_room,
     lining,
+    seam_material,
     shelf_heights,
     wood,
 )
@@ -86,15 +88,15 @@ def _drawers(
     grid: tuple[int, list[float]],
 ) -> None:
     """Add columns of drawers between heights; lower ones come out farther, so that the inside of each can be seen."""
-    columns, heights = grid
-    wide, rows = (high[0] - low[0]) / columns, len(heights) - 1
-    for row, (bottom, top) in enumerate(pairwise(heights)):
-        share = 0.32 + 0.38 * (rows - 1 - row) / max(rows - 1, 1)
-        for column in range(columns):
-            x = low[0] + column * wide
-            corner, opposite = (x + 0.004, bottom + 0.004, low[2]), (x + wide - 0.004, top - 0.004, high[2])
-            travel = share * (high[2] - low[2])
-            add_drawer(builder, f"drawer{row * columns + column}", corner, opposite, fronts, travel)
+    wide = (high[0] - low[0]) / grid[0]
+    columns = [(low[0] + k * wide + 0.004, low[0] + (k + 1) * wide - 0.004) for k in range(grid[0])]
+    rows = [(bottom + 0.004, top - 0.004) for bottom, top in pairwise(grid[1])]
+    add_back_plate(builder, fronts, (low[0] - 0.002, low[1] - 0.006, 0), high, (columns, rows))
+    for row, (bottom, top) in enumerate(rows):
+        travel = (0.32 + 0.38 * (len(rows) - 1 - row) / max(len(rows) - 1, 1)) * (high[2] - low[2])
+        for column, (left, right) in enumerate(columns):
+            name = f"drawer{row * len(columns) + column}"
+            add_drawer(builder, name, (left, bottom, low[2]), (right, top, high[2]), fronts, travel)
 
 
 def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -131,10 +133,10 @@ def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     add_shelves(builder, fronts.inner, low, high, shelf_heights(levels, low[1], high[1], count), needs_opening=True)
     builder.surface("top", (0, height, (leaf - depth / 2) / 2), (width - 0.02, depth - 0.06))
     if width > 0.55:
-        add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (-0.002, height - 0.004, front), fronts, hinge=-1)
-        add_leaf(builder, "leaf1", (0.002, 0.004, leaf), (width / 2, height - 0.004, front), fronts, hinge=1)
-        lip = PartStyle(finish.material, "leaf0")  # nothing shows through the gap between the leaves
-        builder.block(lip, (-0.012, 0.01), (BOARD_M, height - BOARD_M), (leaf - 0.008, leaf))
+        add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (-0.003, height - 0.004, front), fronts, hinge=-1)
+        add_leaf(builder, "leaf1", (0.003, 0.004, leaf), (width / 2, height - 0.004, front), fronts, hinge=1)
+        plate = PartStyle(seam_material(finish.material), "leaf0")
+        builder.block(plate, (-0.012, 0.01), (BOARD_M, height - BOARD_M), (leaf - 0.008, leaf))
     else:
         side = 1 if rng.random() < 0.5 else -1
         add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (width / 2, height - 0.004, front), fronts, hinge=side)
@@ -161,10 +163,12 @@ def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> A
         for index, (x0, x1) in enumerate(((low[0], low[0] + end - 0.009), (high[0] - end + 0.009, high[0]))):
             rows = 2 if high[1] - low[1] > 0.3 else 1
             tall = (high[1] - low[1]) / rows
-            for row in range(rows):
-                y = low[1] + row * tall
-                add_drawer(builder, f"drawer{index * rows + row}", (x0 + 0.003, y + 0.003, low[2]),
-                           (x1 - 0.003, y + tall - 0.003, front), fronts, (0.6 - 0.25 * row) * depth)  # fmt: skip
+            column = (x0 + 0.003, x1 - 0.003)
+            spans = [(low[1] + row * tall + 0.003, low[1] + (row + 1) * tall - 0.003) for row in range(rows)]
+            add_back_plate(builder, fronts, (x0, low[1], 0), (x1, high[1], front), ([column], spans))
+            for row, (bottom, top) in enumerate(spans):
+                add_drawer(builder, f"drawer{index * rows + row}", (column[0], bottom, low[2]),
+                           (column[1], top, front), fronts, (0.6 - 0.25 * row) * depth)  # fmt: skip
     middle_low, middle_high = (low[0] + end + 0.009, low[1], low[2]), (high[0] - end - 0.009, high[1], high[2])
     count = 1 if height - base > 0.3 else 0
     shelves = shelf_heights(inner, low[1], high[1], count)

@@ -13,6 +13,7 @@ from vigil.assets.kernel.furniture_parts import (
     Finish,
     Fronts,
     HandleKind,
+    add_back_plate,
     add_case,
     add_drawer,
     add_legs,
@@ -197,10 +198,14 @@ def _nightstand(builder: Builder, rng: np.random.Generator, finish: Finish) -> N
     builder.surface("top", (0, height, middle[1]), (width - 0.02, depth - 0.05))
     rows = 2 if height - foot > 0.34 else 1
     tall = (height - 0.026 - foot - 0.02) / rows
-    for row in range(rows):
-        y = foot + 0.02 + row * tall
-        add_drawer(builder, f"drawer{row}", (-width / 2 + 0.024, y + 0.002, -depth / 2 + 0.03),
-                   (width / 2 - 0.024, y + tall - 0.004, front), fronts, (0.65 - 0.25 * row) * depth)  # fmt: skip
+    x0, x1 = -width / 2 + 0.024, width / 2 - 0.024
+    spans = [(foot + 0.022 + row * tall, foot + 0.016 + (row + 1) * tall) for row in range(rows)]
+    add_back_plate(
+        builder, fronts, (x0 - 0.002, foot + 0.016, 0), (x1 + 0.002, height - 0.022, front), ([(x0, x1)], spans)
+    )
+    for row, (bottom, top) in enumerate(spans):
+        low, high = (x0, bottom, -depth / 2 + 0.03), (x1, top, front)
+        add_drawer(builder, f"drawer{row}", low, high, fronts, (0.65 - 0.25 * row) * depth)
 
 
 def _fronts(rng: np.random.Generator, front: str) -> Fronts:
@@ -254,9 +259,12 @@ def _drawer_block(builder: Builder, fronts: Fronts, reach: float, face: tuple[fl
     add_case(builder, fronts.front, (x0, 0.04, z0), (x0 + reach, top, front - 0.004), 0.016)
     builder.block(fronts.front, (x0 + 0.02, x0 + reach - 0.02), (0, 0.04), (z0 + 0.02, front - 0.05))
     tall = (top - 0.08) / 3
-    for row in range(3):
-        y = 0.06 + row * tall
-        low, high = (x0 + 0.02, y + 0.003, z0 + 0.03), (x0 + reach - 0.02, y + tall - 0.003, front)
+    x1 = x0 + reach
+    spans = [(0.063 + row * tall, 0.057 + (row + 1) * tall) for row in range(3)]
+    low, high = (x0 + 0.016, 0.056, 0), (x1 - 0.016, top - 0.016, front)
+    add_back_plate(builder, fronts, low, high, ([(x0 + 0.02, x1 - 0.02)], spans))
+    for row, (bottom, roof) in enumerate(spans):
+        low, high = (x0 + 0.02, bottom, z0 + 0.03), (x1 - 0.02, roof, front)
         add_drawer(builder, f"drawer{row}", low, high, fronts, (0.6, 0.45, 0.3)[row] * (front - z0))
 
 
