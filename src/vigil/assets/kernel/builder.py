@@ -156,7 +156,7 @@ def _part(name: str, look: PartStyle, whole: Mesh) -> Part:
         joint=look.joint,
         bears_open=look.opens or look.joint is not None,
         bears_toggle=look.toggles or look.lit is not None or look.shown != "always",
-        is_glass=look.material.partition("/")[0] == "glass",
+        is_glass=look.material.partition("/")[0] in ("glass", "smoked_glass"),
         shown=look.shown,
     )
 

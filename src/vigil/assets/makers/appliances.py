@@ -115,7 +115,7 @@ def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Ran
         upper = _Door("upper", x, (split + gap / 2, height), side)
         doors = [upper, lower] if style == "bottom" else [lower, upper]
         plate = seam_material(shell.material)
-        builder.block(plate, (x0 + wall, x1 - wall), (split - 0.03, split + 0.03), back)
+        builder.block(plate, (x0 + wall, x1 - wall), (split - 0.012, split + 0.012), back)
     for door in doors:
         _fridge_door(builder, shell, door, z)
     return doors
@@ -347,7 +347,7 @@ def _porthole(machine: _Machine) -> None:
     joint = _door(machine)
     profile = [(0.72 * radius, 0.0), (radius, 0.0), (0.97 * radius, 0.7 * thick), (0.86 * radius, thick),
                (0.74 * radius, 0.8 * thick), (0.72 * radius, 0.0)]  # fmt: skip
-    ring, pane = _looks(joint, "chrome", "glass/#5d6a72")
+    ring, pane = _looks(joint, "chrome", "smoked_glass/#3a4248")
     machine.builder.add(ring, machine.face(shapes.lathe(profile, segments=24), machine.front))
     window = 0.75 * radius
     bowl = [(0, 0.25 * thick), (window, 0.25 * thick), (0.6 * window, 0.75 * thick), (0, 0.85 * thick)]
@@ -359,7 +359,7 @@ def _flat_door(machine: _Machine) -> None:
     """Add a dryer's door: a squarish frame about a flat squarish window."""
     radius, thick = _LID * machine.radius, _DOOR_M - 0.012
     joint = _door(machine)
-    frame, pane = _looks(joint, _GREY, "glass/#3c4146")
+    frame, pane = _looks(joint, _GREY, "smoked_glass/#2c3034")
     outer = shapes.rounded_rectangle(2 * radius, 2 * radius, 0.16 * radius)
     hole = shapes.rounded_rectangle(1.4 * radius, 1.4 * radius, 0.42 * radius)
     machine.builder.add(frame, machine.face(shapes.extrude(_framed(outer, hole), 0.0, thick), machine.front))
