@@ -56,8 +56,8 @@ def geometry_of(scene: RenderScene) -> Geometry:
     for edge in (LONGEST_EDGE_M, BOARD_EDGE_M):
         coarse = np.flatnonzero(longest == edge).tolist()
         made |= zip(coarse, refined([made[number] for number in coarse], edge), strict=True)
-    hand = np.arange(len(scene.bodies), len(scene.bodies) + HAND_BOXES)
-    is_in_atlas = np.zeros(len(scene.bodies) + HAND_BOXES, dtype=bool)
+    hand = np.arange(len(scene.geom_meshes), len(scene.geom_meshes) + HAND_BOXES)
+    is_in_atlas = np.zeros(len(scene.geom_meshes) + HAND_BOXES, dtype=bool)
     is_in_atlas[: len(kinds)] = np.isin(kinds, ATLAS_KINDS)
     meshes = [*(made[number] for number in scene.geom_meshes.tolist()), *[_box()] * HAND_BOXES]
     counts = [len(mesh.vertices) for mesh in meshes]

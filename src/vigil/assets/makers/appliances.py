@@ -19,7 +19,6 @@ from vigil.assets.kernel.furniture_parts import (
     add_case,
     add_shelves,
     lining,
-    seam_material,
     shelf_heights,
 )
 from vigil.assets.kernel.palette import one_of
@@ -105,8 +104,7 @@ def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Ran
     back = (body - 0.012, body)
     if style == "double":
         doors = [_Door("left", (gap, x1), (base, height), 1), _Door("right", (x0, -gap), (base, height), -1)]
-        plate = PartStyle(seam_material(shell.material), "left")
-        builder.block(plate, (-0.03, 0.03), (base + wall, height - wall), back)
+        builder.block(PartStyle(shell.material, "left"), (-0.03, 0.03), (base + wall, height - wall), back)
     else:
         split = {"top": 0.68, "bottom": 0.36}[style] * height
         # The free edge swings out a little at first, and stays within the fridge's sides all the same.
@@ -114,8 +112,7 @@ def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Ran
         lower = _Door("lower", x, (base, split - gap / 2), side)
         upper = _Door("upper", x, (split + gap / 2, height), side)
         doors = [upper, lower] if style == "bottom" else [lower, upper]
-        plate = seam_material(shell.material)
-        builder.block(plate, (x0 + wall, x1 - wall), (split - 0.012, split + 0.012), back)
+        builder.block(shell.material, (x0 + wall, x1 - wall), (split - 0.012, split + 0.012), back)
     for door in doors:
         _fridge_door(builder, shell, door, z)
     return doors

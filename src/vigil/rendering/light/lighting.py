@@ -40,7 +40,7 @@ class BakedLight:
         self.lightmap_atlas, self._samples = _atlas_of(self.geometry)
         self._lamps, self._portals = list(scene.lamps), scene.portals
         self.occluders = occluders_of(self.geometry, scene.initial, scene.static_occluders)
-        self._is_cast = np.zeros(len(scene.furniture), dtype=bool)
+        self._is_cast = np.zeros(len(scene.geom_meshes), dtype=bool)
         self.vertices = np.zeros((len(self.geometry.vertices), 3 + len(self._lamps)), np.float16)
         """(vertices, 3 + lamps): the light from all around, and the share of each lamp's light."""
         self.planes = np.zeros((self.lightmap_atlas.is_used.size, 3 + len(self._lamps)), np.float16)
@@ -142,7 +142,7 @@ class Lighting:
         """The state of the last update."""
         self._displaced, self._occluders = np.zeros(len(scene.static_occluders), dtype=bool), self._baked.occluders
         """Which furniture has been moved or removed, and what stops light on moved objects: all other furniture."""
-        self._is_lit = np.zeros(len(scene.furniture), dtype=bool)
+        self._is_lit = np.zeros(len(scene.geom_meshes), dtype=bool)
         """Whether each geom has been lit since its object last moved."""
         self._lamp_colours = np.zeros(0)
         self.vertices = np.zeros((len(self.geometry.vertices), 4), np.uint8)
