@@ -18,8 +18,6 @@ from vigil.assets.kernel.palette import COLOURS, one_of
 
 Corner = tuple[float, float, float]
 BOARD_M = 0.018
-_PLAY_M = 0.001
-"""Gap (m) between a drawer's box and the plate behind its front."""
 _SEAM = 0.62
 """Colour of what shows in the seams between fronts, as a share of the fronts' colour."""
 
@@ -282,8 +280,8 @@ def add_drawer(
     builder.add(PartStyle(fronts.front, joint), front_board(board, high, is_framed=fronts.is_framed))
     x0, y0, z0 = low[0] + overlay, low[1] + overlay, low[2]
     x1, y1, z1 = high[0] - overlay, high[1] - overlay, high[2]
-    (across, up), rim = _behind_front((x0, x1), (y0, y1)), _rim(y0, y1)
-    inner_low, inner_high = (across[0], up[0], z0), (across[1], up[1], z1 - BOARD_M)
+    rim = _rim(y0, y1)
+    inner_low, inner_high = (x0 + 0.012, y0 + rim, z0), (x1 - 0.012, y1 - 0.12 * (y1 - y0) - rim, z1 - BOARD_M)
     builder.add(PartStyle(fronts.inner, joint), hollow(inner_low, inner_high, 0.01, "+y"))
     if fronts.knob != "none":
         builder.add(PartStyle(fronts.metal, joint), *_drawer_handles(low, high, fronts.knob))
@@ -300,35 +298,27 @@ def add_drawer(
         builder.solid(board, high, joint)
 
 
-def _rim(bottom: float, top: float) -> float:
-    """Return how far (m) a drawer's box stays above the lower edge of its front."""
-    return min(0.012, 0.1 * (top - bottom))
-
-
-def _behind_front(x: Range, y: Range) -> tuple[Range, Range]:
-    """Return the extent (x, y) of the box behind a drawer's front of an extent."""
-    rim = _rim(*y)
-    return (x[0] + 0.012, x[1] - 0.012), (y[0] + rim, y[1] - 0.12 * (y[1] - y[0]) - rim)
-
-
 def add_back_plate(
     builder: Builder, fronts: Fronts, low: Corner, high: Corner, grid: tuple[Sequence[Range], Sequence[Range]]
 ) -> None:
     """Add a plate across low..high behind a grid of drawers, so that their seams do not show the dark inside.
 
     `grid` has the extents of the fronts along x and along y; their faces are at high z. The plate leaves free what the
-    drawers' boxes pass through.
+    drawers' boxes and contents pass through.
     """
-    columns = [_behind_front(x, grid[1][0])[0] for x in grid[0]]
-    rows = [_behind_front(grid[0][0], y)[1] for y in grid[1]]
     look, z = seam_material(fronts.front), (high[2] - BOARD_M - 0.004, high[2] - BOARD_M - 0.001)
-    posts = [low[0], *(edge for column in columns for edge in (column[0] - _PLAY_M, column[1] + _PLAY_M)), high[0]]
-    rails = [low[1], *(edge for row in rows for edge in (row[0] - _PLAY_M, row[1] + _PLAY_M)), high[1]]
+    posts = [low[0], *(edge for x0, x1 in grid[0] for edge in (x0 + 0.011, x1 - 0.011)), high[0]]
+    rails = [low[1], *(edge for y0, y1 in grid[1] for edge in (y0 + _rim(y0, y1) - 0.001, y1 - 0.004)), high[1]]
     for x in zip(posts[::2], posts[1::2], strict=True):
         builder.block(look, x, (low[1], high[1]), z)
     for x in zip(posts[1:-1:2], posts[2:-1:2], strict=True):
         for y in zip(rails[::2], rails[1::2], strict=True):
             builder.block(look, x, y, z)
+
+
+def _rim(bottom: float, top: float) -> float:
+    """Return how far (m) the box of a drawer between two heights is from its front's edges."""
+    return min(0.012, 0.1 * (top - bottom))
 
 
 def _drawer_handles(low: Corner, high: Corner, kind: HandleKind) -> list[Mesh]:
