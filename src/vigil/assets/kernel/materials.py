@@ -98,7 +98,7 @@ _KINDS: dict[str, _Kind] = {
     "grass": _Kind("grass", 2.0, 0.0, 0.0, colour="ffffff"),
     "sky": _Kind("sky/0", 1.0, 0.0, 0.0, 0.9, colour="ffffff"),
     "glass": _Kind(None, 1.0, 0.9, 0.9, alpha=0.25, colour="cfe3e6"),
-    "smoked_glass": _Kind(None, 1.0, 0.9, 0.9, alpha=0.6, colour="2c3033"),
+    "smoked_glass": _Kind(None, 1.0, 0.9, 0.9, alpha=0.5, colour="2c3033"),
     "water": _Kind(None, 1.0, 0.9, 0.9, alpha=0.6, colour="9cc7dc"),
     "mirror": _Kind(None, 1.0, 0.9, 0.9, colour="b7c4cc"),
     "gleam": _Kind(None, 1.0, 0.0, 0.0, alpha=0.06, colour="ffffff"),

@@ -139,7 +139,12 @@ def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
         builder.block(plate, (-0.012, 0.01), (BOARD_M, height - BOARD_M), (leaf - 0.008, leaf))
     else:
         side = 1 if rng.random() < 0.5 else -1
-        add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (width / 2, height - 0.004, front), fronts, hinge=side)
+        # The free edge swings out a little at first.
+        low, high = (
+            (-width / 2 + 0.005 * (side > 0), 0.004, leaf),
+            (width / 2 - 0.005 * (side < 0), height - 0.004, front),
+        )
+        add_leaf(builder, "leaf0", low, high, fronts, hinge=side)
     return builder.build((finish.word,))
 
 
