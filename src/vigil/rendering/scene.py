@@ -9,8 +9,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from vigil.assets.kernel.asset import Mesh
 from vigil.assets.kernel.materials import Material
-from vigil.rendering.meshes import DrawnMesh
 from vigil.scene.portals import Portals
 
 MAX_POINT_LIGHTS = 2
@@ -66,7 +66,8 @@ class RenderState:
 class RenderScene:
     """The unchanging description of a scene. The first geoms are its structure."""
 
-    meshes: list[DrawnMesh]
+    meshes: list[Mesh]
+    """With uvs in repeats of the texture."""
     geom_meshes: np.ndarray
     """(geoms,) index of each geom's mesh."""
     structure_kinds: tuple[str, ...]

@@ -43,7 +43,6 @@ WOODS = (
     Finish("wood/grey", "grey"),
 )
 PAINTS = ("white", "cream", "grey", "dark grey", "black", "teal", "navy", "green", "light blue", "red")
-METALS = (Finish("metal/brushed", "metal"), Finish("metal/black", "black"), Finish("chrome", "chrome"))
 HANDLES = (Finish("metal/steel", "steel"), Finish("metal/black", "black"), Finish("metal/brass", "brass"))
 CLOTHS = (
     ("grey", "#8b8f95"), ("dark grey", "#565a61"), ("blue", "#41618f"), ("navy", "#2f3d5c"), ("red", "#9b3a38"),
@@ -252,6 +251,12 @@ class Fronts:
     """A raised frame around a sunken panel."""
 
 
+def random_fronts(rng: np.random.Generator, front: str, inner: str, framed_share: float) -> Fronts:
+    """Return fronts with handles and perhaps frames drawn at random."""
+    kinds: tuple[HandleKind, ...] = ("knob", "bar", "cup")
+    return Fronts(front, inner, one_of(rng, HANDLES).material, one_of(rng, kinds), bool(rng.random() < framed_share))
+
+
 def front_board(low: Corner, high: Corner, *, is_framed: bool) -> Mesh:
     """Return a front: a bevelled board, or a frame around a thinner panel."""
     (x0, y0, z0), (x1, y1, z1) = low, high
@@ -298,22 +303,32 @@ def add_drawer(
         builder.solid(board, high, joint)
 
 
-def add_back_plate(
-    builder: Builder, fronts: Fronts, low: Corner, high: Corner, grid: tuple[Sequence[Range], Sequence[Range]]
+def add_drawers(
+    builder: Builder,
+    fronts: Fronts,
+    box: tuple[Corner, Corner],
+    grid: tuple[Sequence[Range], Sequence[tuple[Range, float]]],
+    first: int = 0,
 ) -> None:
-    """Add a plate across low..high behind a grid of drawers, so that their seams do not show the dark inside.
+    """Add drawers, numbered row by row from `first`, and a plate behind the seams between their fronts.
 
-    `grid` has the extents of the fronts along x and along y; their faces are at high z. The plate leaves free what the
-    drawers' boxes and contents pass through.
+    `grid` has the extents of columns along x, and for each row its extent along y and how far (m) its drawers come out.
+    The `box` reaches from the drawers' backs to their faces. The plate covers it, so that seams do not show the dark
+    inside, but leaves free what the drawers' boxes and contents pass through.
     """
-    look, z = seam_material(fronts.front), (high[2] - BOARD_M - 0.004, high[2] - BOARD_M - 0.001)
-    posts = [low[0], *(edge for x0, x1 in grid[0] for edge in (x0 + 0.011, x1 - 0.011)), high[0]]
-    rails = [low[1], *(edge for y0, y1 in grid[1] for edge in (y0 + _rim(y0, y1) - 0.001, y1 - 0.004)), high[1]]
+    (x0, y0, back), (x1, y1, front), columns = *box, grid[0]
+    look, z = seam_material(fronts.front), (front - BOARD_M - 0.004, front - BOARD_M - 0.001)
+    posts = [x0, *(edge for left, right in columns for edge in (left + 0.011, right - 0.011)), x1]
+    rails = [y0, *(edge for (low, high), _ in grid[1] for edge in (low + _rim(low, high) - 0.001, high - 0.004)), y1]
     for x in zip(posts[::2], posts[1::2], strict=True):
-        builder.block(look, x, (low[1], high[1]), z)
+        builder.block(look, x, (y0, y1), z)
     for x in zip(posts[1:-1:2], posts[2:-1:2], strict=True):
         for y in zip(rails[::2], rails[1::2], strict=True):
             builder.block(look, x, y, z)
+    for row, ((low, high), travel) in enumerate(grid[1]):
+        for column, (left, right) in enumerate(columns):
+            name = f"drawer{first + row * len(columns) + column}"
+            add_drawer(builder, name, (left, low, back), (right, high, front), fronts, travel)
 
 
 def _rim(bottom: float, top: float) -> float:

@@ -87,8 +87,9 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     builder.add(
         _LINER, *(shapes.span((low[0], y - 0.022, body - 0.125), (high[0], y + 0.004, body - 0.11)) for y in heights)
     )
-    if not levels:
-        _crisper(builder, low, (high[0], heights[0] - 0.04, body - 0.13))
+    if not levels and heights[0] - 0.04 - low[1] > 0.08:  # a clear vegetable drawer
+        crisper = shapes.span((low[0] + 0.01, low[1], body - 0.14), (high[0], heights[0] - 0.04, body - 0.13))
+        builder.add(_GLASS_SHELF, crisper)
     builder.solid((x0, 0, z0), (x1, base, body))
     builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
     doors = _fridge_doors(builder, shell, style, 1 if rng.random() < 0.5 else -1, (body, face))
@@ -116,12 +117,6 @@ def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Ran
     for door in doors:
         _fridge_door(builder, shell, door, z)
     return doors
-
-
-def _crisper(builder: Builder, low: Corner, high: Corner) -> None:
-    """Add a clear vegetable drawer on a fridge's floor."""
-    if high[1] - low[1] > 0.08:
-        builder.add(_GLASS_SHELF, shapes.span((low[0] + 0.01, low[1], high[2] - 0.01), high))
 
 
 def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None:
@@ -344,7 +339,7 @@ def _porthole(machine: _Machine) -> None:
     joint = _door(machine)
     profile = [(0.72 * radius, 0.0), (radius, 0.0), (0.97 * radius, 0.7 * thick), (0.86 * radius, thick),
                (0.74 * radius, 0.8 * thick), (0.72 * radius, 0.0)]  # fmt: skip
-    ring, pane = _looks(joint, "chrome", "smoked_glass/#3a4248")
+    ring, pane = PartStyle("chrome", joint), PartStyle("smoked_glass/#3a4248", joint)
     machine.builder.add(ring, machine.face(shapes.lathe(profile, segments=24), machine.front))
     window = 0.75 * radius
     bowl = [(0, 0.25 * thick), (window, 0.25 * thick), (0.6 * window, 0.75 * thick), (0, 0.85 * thick)]
@@ -356,7 +351,7 @@ def _flat_door(machine: _Machine) -> None:
     """Add a dryer's door: a squarish frame about a flat squarish window."""
     radius, thick = _LID * machine.radius, _DOOR_M - 0.012
     joint = _door(machine)
-    frame, pane = _looks(joint, _GREY, "smoked_glass/#2c3034")
+    frame, pane = PartStyle(_GREY, joint), PartStyle("smoked_glass/#2c3034", joint)
     outer = shapes.rounded_rectangle(2 * radius, 2 * radius, 0.16 * radius)
     hole = shapes.rounded_rectangle(1.4 * radius, 1.4 * radius, 0.42 * radius)
     machine.builder.add(frame, machine.face(shapes.extrude(_framed(outer, hole), 0.0, thick), machine.front))
@@ -371,10 +366,6 @@ def _door(machine: _Machine) -> str:
     joint = builder.hinge("door", (0, 1, 0), (radius, 0, front), 90.0)
     builder.solid((-radius, machine.middle - radius, front), (radius, machine.middle + radius, end), joint)
     return joint
-
-
-def _looks(joint: str, frame: str, pane: str) -> tuple[PartStyle, PartStyle]:
-    return PartStyle(frame, joint), PartStyle(pane, joint)
 
 
 def _grip(machine: _Machine, joint: str, length: float) -> None:

@@ -14,15 +14,15 @@ from vigil.assets.kernel.furniture_parts import (
     HANDLES,
     WOODS,
     Fronts,
-    HandleKind,
-    add_back_plate,
     add_case,
     add_drawer,
+    add_drawers,
     add_leaf,
     add_legs,
     add_shelves,
     handle_room,
     lining,
+    random_fronts,
     seam_material,
     shelf_heights,
     wood,
@@ -32,12 +32,11 @@ from vigil.base.geometry import Vec3
 
 _DRAWER_FLOOR_M = 0.026
 """Height (m) of a drawer's floor above the lower edge of its row."""
-_KNOBS: tuple[HandleKind, ...] = ("knob", "bar", "cup")
 
 
 def _fronts(rng: np.random.Generator, front: str) -> Fronts:
     inner = one_of(rng, ("paint/#efeade", "paint/#f4f2ec", "paint/#e6e8ea"))
-    return Fronts(front, inner, one_of(rng, HANDLES).material, one_of(rng, _KNOBS), bool(rng.random() < 0.4))
+    return random_fronts(rng, front, inner, 0.4)
 
 
 def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: float, lowest: float = 1.0) -> float:
@@ -76,27 +75,15 @@ def dresser(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     rows = int(np.clip(round((height - base) / 0.22), 2, 6))
     low, high = (-width / 2 + 0.028, base + 0.024, -depth / 2 + 0.03), (width / 2 - 0.028, height - top - 0.006, front)
     floors = shelf_heights([level - _DRAWER_FLOOR_M for level in inner], low[1], high[1], rows - 1)
-    _drawers(builder, fronts, low, high, (columns, [low[1], *floors, high[1]]))
+    wide = (high[0] - low[0]) / columns
+    across = [(low[0] + k * wide + 0.004, low[0] + (k + 1) * wide - 0.004) for k in range(columns)]
+    last = len(floors)
+    up = [  # lower drawers come out farther, so that the inside of each can be seen
+        ((bottom + 0.004, top - 0.004), (0.32 + 0.38 * (last - row) / max(last, 1)) * (high[2] - low[2]))
+        for row, (bottom, top) in enumerate(pairwise([low[1], *floors, high[1]]))
+    ]
+    add_drawers(builder, fronts, ((low[0] - 0.002, low[1] - 0.006, low[2]), high), (across, up))
     return builder.build((finish.word,))
-
-
-def _drawers(
-    builder: Builder,
-    fronts: Fronts,
-    low: tuple[float, float, float],
-    high: tuple[float, float, float],
-    grid: tuple[int, list[float]],
-) -> None:
-    """Add columns of drawers between heights; lower ones come out farther, so that the inside of each can be seen."""
-    wide = (high[0] - low[0]) / grid[0]
-    columns = [(low[0] + k * wide + 0.004, low[0] + (k + 1) * wide - 0.004) for k in range(grid[0])]
-    rows = [(bottom + 0.004, top - 0.004) for bottom, top in pairwise(grid[1])]
-    add_back_plate(builder, fronts, (low[0] - 0.002, low[1] - 0.006, 0), high, (columns, rows))
-    for row, (bottom, top) in enumerate(rows):
-        travel = (0.32 + 0.38 * (len(rows) - 1 - row) / max(len(rows) - 1, 1)) * (high[2] - low[2])
-        for column, (left, right) in enumerate(columns):
-            name = f"drawer{row * len(columns) + column}"
-            add_drawer(builder, name, (left, bottom, low[2]), (right, top, high[2]), fronts, travel)
 
 
 def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -168,12 +155,12 @@ def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> A
         for index, (x0, x1) in enumerate(((low[0], low[0] + end - 0.009), (high[0] - end + 0.009, high[0]))):
             rows = 2 if high[1] - low[1] > 0.3 else 1
             tall = (high[1] - low[1]) / rows
-            column = (x0 + 0.003, x1 - 0.003)
-            spans = [(low[1] + row * tall + 0.003, low[1] + (row + 1) * tall - 0.003) for row in range(rows)]
-            add_back_plate(builder, fronts, (x0, low[1], 0), (x1, high[1], front), ([column], spans))
-            for row, (bottom, top) in enumerate(spans):
-                add_drawer(builder, f"drawer{index * rows + row}", (column[0], bottom, low[2]),
-                           (column[1], top, front), fronts, (0.6 - 0.25 * row) * depth)  # fmt: skip
+            up = [
+                ((low[1] + row * tall + 0.003, low[1] + (row + 1) * tall - 0.003), (0.6 - 0.25 * row) * depth)
+                for row in range(rows)
+            ]
+            box = (x0, low[1], low[2]), (x1, high[1], front)
+            add_drawers(builder, fronts, box, ([(x0 + 0.003, x1 - 0.003)], up), index * rows)
     middle_low, middle_high = (low[0] + end + 0.009, low[1], low[2]), (high[0] - end - 0.009, high[1], high[2])
     count = 1 if height - base > 0.3 else 0
     shelves = shelf_heights(inner, low[1], high[1], count)

@@ -123,18 +123,13 @@ class BakedLight:
         return np.column_stack([ambient, *lamps]), is_buried
 
 
-def baked_light(scene: RenderScene) -> BakedLight:
-    """Return the light of a scene, made once."""
-    if "light" not in scene.cache:
-        scene.cache["light"] = BakedLight(scene)
-    return scene.cache["light"]
-
-
 class Lighting:
     """The light on the vertices and the planes that are in view, as objects move and lamps are switched."""
 
     def __init__(self, scene: RenderScene) -> None:
-        self._scene, self._baked = scene, baked_light(scene)
+        if "light" not in scene.cache:
+            scene.cache["light"] = BakedLight(scene)
+        self._scene, self._baked = scene, scene.cache["light"]
         self.geometry = self._baked.geometry
         self._moved = np.zeros_like(self._baked.vertices)
         """Light on objects that have moved."""

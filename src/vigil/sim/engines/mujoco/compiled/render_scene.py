@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from vigil.assets.kernel.asset import Mesh
 from vigil.assets.kernel.materials import material
-from vigil.rendering.meshes import DrawnMesh
 from vigil.rendering.scene import RenderScene, RenderState
 from vigil.scene.portals import Portals
 from vigil.scene.things import Scene, Thing
@@ -85,25 +85,25 @@ def _shades_little(thing: Thing, height: float) -> bool:
     return hangs or (min(size) < THIN_M and thing.position.y - half > OFF_FLOOR_M)
 
 
-def _mesh(native: NativeModel, number: int) -> DrawnMesh:
-    # Vertices, normals and uvs have the same numbers, as in `Triangles`.
+def _mesh(native: NativeModel, number: int) -> Mesh:
+    # Vertices, normals and uvs have the same numbers, as in `Mesh`.
     first, last = native.mesh_vertadr[number], native.mesh_vertadr[number] + native.mesh_vertnum[number]
     face = native.mesh_faceadr[number]
-    return DrawnMesh(
+    return Mesh(
         native.mesh_vert[first:last],
+        native.mesh_face[face : face + native.mesh_facenum[number]],
         native.mesh_normal[first:last],
         native.mesh_texcoord[first:last],
-        native.mesh_face[face : face + native.mesh_facenum[number]],
     )
 
 
-def _lawn() -> DrawnMesh:
+def _lawn() -> Mesh:
     """Return the ground, as large as its plane."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32) * LAWN_HALF_M
     up = np.broadcast_to(np.array([0, 0, 1], np.float32), (4, 3))
-    return DrawnMesh(
+    return Mesh(
         np.column_stack([corners, np.zeros(4, np.float32)]),
+        np.array([[0, 1, 2], [0, 2, 3]], np.int32),
         up,
         corners / material("grass").metres,
-        np.array([[0, 1, 2], [0, 2, 3]], np.int32),
     )
