@@ -3,18 +3,15 @@
 import numpy as np
 import pytest
 
-from tests.support.cabinet_scene import INSIDE, block, drawn_block, drawn_mesh
-from vigil.assets.kernel.asset import Asset, Joint, Part, Surface
+from tests.support.cabinet_scene import drawn_block
 from vigil.base.geometry import Vec3
 from vigil.rendering.geometry import BOARD_EDGE_M, geometry_of
-from vigil.rendering.light import crevice_occlusion, irradiance, lightmap_atlas, occluders
+from vigil.rendering.light import irradiance, lightmap_atlas, occluders
 from vigil.rendering.light import lighting as lighting_module
 from vigil.rendering.light.irradiance import Samples
-from vigil.rendering.light.lighting import FULL, Lighting, mixed, shaded
+from vigil.rendering.light.lighting import Lighting, mixed, shaded
 from vigil.rendering.light.smoothing import (
     INSET_M,
-    are_on_strips,
-    lightened,
     move_inward,
     smooth_edges,
     smoothed,
@@ -137,23 +134,6 @@ def test_light_on_a_face_does_not_come_from_the_corners_of_its_rim() -> None:
         assert np.linalg.norm(step) <= INSET_M + 1e-6
 
 
-def test_the_sides_of_a_panel_are_strips_and_its_front_is_none() -> None:
-    (slim,) = refined([panel := drawn_mesh((-0.4, -0.01, -0.9), (0.4, 0.01, 0.9))], 0.12)
-    both = np.zeros(len(slim.vertices), int)
-    assert are_on_strips(slim.vertices, slim.normals, both).tolist() == (np.abs(slim.normals[:, 1]) < 0.5).tolist()
-    small = 0.04 * panel.vertices
-    assert not are_on_strips(small, panel.normals, np.zeros(len(small), int)).any()
-
-
-def test_strips_have_the_light_of_the_whole_from_afar_and_their_own_near_by() -> None:
-    light = np.array([[1.0, 0.2], [1.0, 0.2], [0.1, 0.2], [0.1, 0.2]])
-    owners = np.array([0, 0, 0, 1])
-    afar, near_by = lightened(light, np.array([False, True, True, True]), owners)
-    assert afar[:, 0] == pytest.approx([1.0, 1.0, 0.7, 0.1])
-    assert near_by * afar.sum(axis=1) == pytest.approx(light.sum(axis=1))
-    assert near_by.max() == 1.0
-
-
 def test_behind_what_stands_in_its_way_a_lamp_leaves_some_light_in_its_own_room() -> None:
     scene = occluders_at(0.5)
     places = np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (3.0, 0.0, 0.0)], np.float32)
@@ -218,50 +198,6 @@ def test_a_leaf_stops_light_unless_it_opens(scene: Scene) -> None:
     (leaf,) = shut - ajar
     assert ajar < shut
     assert leaf in model_cache.model_of(scene).things["cabinet"].geoms
-
-
-def case(*, is_enclosed: bool, surfaces: tuple[Surface, ...]) -> Asset:
-    """Return a leaf 0.8 m wide and high before a back, with or without sides between them."""
-    back = Part("body", block((-0.4, -0.4, -0.2), (0.4, 0.4, -0.15)), "plastic/#8888aa")
-    sides = [
-        ((-0.4, -0.4), (-0.38, 0.4)),
-        ((0.38, -0.4), (0.4, 0.4)),
-        ((-0.4, -0.4), (0.4, -0.38)),
-        ((-0.4, 0.38), (0.4, 0.4)),
-    ]
-    boards = [
-        Part(f"board{number}", block((*low, -0.15), (*high, 0.15)), "plastic/#8888aa")
-        for number, (low, high) in enumerate(sides)
-    ]
-    leaf = Part("leaf", block((-0.4, -0.4, 0.16), (0.4, 0.4, 0.2)), "plastic/#aa4444", joint="leaf", bears_open=True)
-    hinge = Joint("leaf", "hinge", Vec3(0.0, 1.0, 0.0), Vec3(-0.4, 0.0, 0.2), -90.0)
-    parts = (back, *(boards if is_enclosed else []), leaf)
-    return Asset("Cabinet", Vec3(0.8, 0.8, 0.4), parts, (), (hinge,), surfaces)
-
-
-def test_little_light_gets_into_what_is_shut_until_it_opens(scene: Scene) -> None:
-    cabinet = scene.things["cabinet"]
-    cabinet.asset = case(is_enclosed=True, surfaces=(INSIDE,))
-    model = model_cache.model_of(scene)
-    lighting, every = Lighting(model.render_scene), np.arange(model.native.ngeom)
-    body = model.things["cabinet"].geoms[0]
-    part = lighting.geometry.vertex_slices[body]
-
-    def behind_leaf() -> float:
-        lighting.update(model.render_state(), every)
-        _, normals = lighting.geometry.world(model.render_state(), body)
-        light = lighting.vertices[part].astype(float)[normals[:, 1] < -0.9]
-        return float((light[:, :3] * light[:, 3:] / FULL).min())
-
-    shut = behind_leaf()
-    cabinet.openness = 1.0
-    model.place(cabinet)
-    model.update_kinematics()
-    assert behind_leaf() > 1.5 * shut
-    cabinet.openness = 0.0
-    model.place(cabinet)
-    model.update_kinematics()
-    assert behind_leaf() == shut
 
 
 def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> None:
@@ -384,87 +320,3 @@ def test_a_room_is_drawn_darker_while_its_lamp_is_dim(scene: Scene) -> None:
     model.lamps.dim_rooms = frozenset()
     lighting.update(model.render_state(), every)
     assert np.array_equal(lighting.planes, bright)
-
-
-@pytest.mark.parametrize(("is_enclosed", "surfaces"), [(True, (INSIDE,)), (False, (INSIDE,)), (True, ())])
-def test_only_what_is_inside_a_case_is_dark_behind_a_leaf(
-    scene: Scene, *, is_enclosed: bool, surfaces: tuple[Surface, ...]
-) -> None:
-    scene.things["cabinet"].asset = case(is_enclosed=is_enclosed, surfaces=surfaces)
-    model = model_cache.model_of(scene)
-    lighting = Lighting(model.render_scene)
-    body = model.things["cabinet"].geoms[0]
-    points, normals = lighting.geometry.world(model.render_state(), body)
-    samples = Samples(points, normals)
-    shut = (
-        crevice_occlusion.light_shares(lighting.geometry, model.render_state(), np.full(len(points), body), samples)
-        < 1.0
-    )
-    faces_leaf = normals[:, 1] < -0.9
-    inside = faces_leaf & (np.abs(points[:, [0, 2]] - (0.0, 0.4)) < 0.35).all(axis=1)
-    is_dark = is_enclosed and bool(surfaces)
-    assert shut[faces_leaf].any() == is_dark
-    assert shut[inside].all() == is_dark
-
-
-def test_the_dark_of_a_gap_does_not_run_out_along_a_long_edge() -> None:
-    points = np.array([(0.0, 0.0, 0.0), (0.01, 0.0, 0.0), (0.02, 0.0, 0.0), (0.3, 0.0, 0.0)], np.float32)
-    edges = np.array([(0, 1), (1, 2), (2, 3)])
-    assert crevice_occlusion.without_long_gradients(np.array([True, True, True, False]), points, edges).tolist() == [
-        True,
-        True,
-        False,
-        False,
-    ]
-    assert crevice_occlusion.without_long_gradients(np.array([False, True, True, True]), points, edges).tolist() == [
-        False,
-        True,
-        True,
-        True,
-    ]
-
-
-def test_a_gap_between_leaves_is_dim_at_its_lips_and_dark_behind(scene: Scene) -> None:
-    back = Part("body", block((-0.4, -0.4, -0.2), (0.4, 0.4, -0.15)), "plastic/#8888aa")
-    left = Part("left", block((-0.4, -0.4, 0.16), (-0.002, 0.4, 0.2)), "wood", joint="left", bears_open=True)
-    strip = Part("strip", block((-0.012, -0.4, 0.15), (0.01, 0.4, 0.16)), "paint", joint="left", bears_open=True)
-    right = Part("right", block((0.002, -0.4, 0.16), (0.4, 0.4, 0.2)), "wood", joint="right", bears_open=True)
-    up, hinges = Vec3(0.0, 1.0, 0.0), (("left", -0.4, -90.0), ("right", 0.4, 90.0))
-    joints = tuple(Joint(name, "hinge", up, Vec3(at, 0.0, 0.2), swing) for name, at, swing in hinges)
-    asset = Asset("Cabinet", Vec3(0.8, 0.8, 0.4), (back, left, strip, right), (), joints, (INSIDE,))
-    scene.things["cabinet"].asset = asset
-    model = model_cache.model_of(scene)
-    geometry = Lighting(model.render_scene).geometry
-    geoms = model.things["cabinet"].geoms
-    case = model.native.geom_bodyid[geoms[0]]
-    axes = model.data.xmat[case].reshape(3, 3)
-    lips, fronts = [], []
-    for geom in geoms[1:].tolist():
-        points, normals = geometry.world(model.render_state(), geom)
-        shares = crevice_occlusion.light_shares(
-            geometry, model.render_state(), np.full(len(points), geom), Samples(points, normals)
-        )
-        from_middle = np.abs((points - model.data.xpos[case]) @ axes[:, crevice_occlusion.SIDES[0]])
-        lips.append(
-            set(shares[(np.abs(normals @ axes[:, crevice_occlusion.SIDES[0]]) > 0.9) & (from_middle < 0.003)].tolist())
-        )
-        fronts.append(set(shares[normals @ axes[:, crevice_occlusion.FRONT] > 0.9].tolist()))
-    assert [crevice_occlusion.LIP_SHARE in lip for lip in lips] == [True, False, True]
-    assert [crevice_occlusion.CLOSED_SHARE in front for front in fronts] == [False, True, False]
-
-
-def test_a_narrow_gap_is_no_brighter_than_a_front_before_a_paler_box(scene: Scene) -> None:
-    back = Part("body", block((-0.4, -0.4, -0.2), (0.4, 0.4, -0.15)), "plastic/#8888aa")
-    front = Part("front", block((-0.2, -0.1, 0.18), (0.2, 0.1, 0.2)), "wood/walnut", joint="drawer", bears_open=True)
-    box = Part("box", block((-0.2, -0.1, -0.15), (0.2, 0.1, 0.18)), "paint/#f4f2ec", joint="drawer", bears_open=True)
-    slide = Joint("drawer", "slide", Vec3(0.0, 0.0, 1.0), Vec3(0.0, 0.0, 0.0), 0.3)
-    asset = Asset("Cabinet", Vec3(0.8, 0.8, 0.4), (back, front, box), (), (slide,), (INSIDE,))
-    scene.things["cabinet"].asset = asset
-    model = model_cache.model_of(scene)
-    wood, paint = (model.things["cabinet"].geoms[[1, 2]]).tolist()
-    assert model.native.geom_rbound[paint] > model.native.geom_rbound[wood]
-    on_wood, on_paint = crevice_occlusion.distant_light_shares(
-        model.render_scene, np.array([wood, paint]), np.array([0.01, 0.01])
-    ).tolist()
-    assert 0.01 < on_paint < 0.2
-    assert on_wood == pytest.approx(crevice_occlusion.DISTANT_SHARE)

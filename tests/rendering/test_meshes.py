@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from tests.support.cabinet_scene import drawn_block
-from vigil.rendering.meshes import DrawnMesh, refined
+from vigil.assets.kernel.asset import Mesh
+from vigil.rendering.meshes import refined
 
 
-def areas(mesh: DrawnMesh) -> np.ndarray:
+def areas(mesh: Mesh) -> np.ndarray:
     a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
     return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
 

@@ -5,7 +5,6 @@ import numpy as np
 from vigil.assets.kernel.asset import Asset, Joint, Mesh, Part, Surface
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import MaterialRef
-from vigil.rendering.meshes import DrawnMesh
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 
 
@@ -77,10 +76,5 @@ def make_scene() -> Scene:
     return Scene(rooms=[room], panels=panels, things={thing.id: thing for thing in things})
 
 
-def drawn_mesh(low: tuple[float, float, float], high: tuple[float, float, float]) -> DrawnMesh:
-    mesh = block(low, high)
-    return DrawnMesh(mesh.vertices, mesh.normals, mesh.uvs, mesh.faces)
-
-
-def drawn_block() -> DrawnMesh:
-    return drawn_mesh((-1.0, -0.2, -0.1), (1.0, 0.2, 0.1))
+def drawn_block() -> Mesh:
+    return block((-1.0, -0.2, -0.1), (1.0, 0.2, 0.1))

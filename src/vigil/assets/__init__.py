@@ -59,7 +59,10 @@ def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()
     object.
     """
     standard = _make_cached(category, size, variant, ())
-    return standard if _has_levels(standard, levels) else _make_cached(category, size, variant, tuple(sorted(levels)))
+    tops = [surface.center.y + standard.size.y / 2 for surface in standard.surfaces]
+    if all(any(abs(level - top) < _LEVEL_TOLERANCE_M for top in tops) for level in levels):
+        return standard
+    return _make_cached(category, size, variant, tuple(sorted(levels)))
 
 
 def register(category: Category, maker: Maker) -> None:
@@ -78,11 +81,6 @@ def register(category: Category, maker: Maker) -> None:
             )
     CATALOG[category.name], MAKERS[category.name] = category, maker
     _make_cached.cache_clear()
-
-
-def _has_levels(asset: Asset, levels: tuple[float, ...]) -> bool:
-    tops = [surface.center.y + asset.size.y / 2 for surface in asset.surfaces]
-    return all(any(abs(level - top) < _LEVEL_TOLERANCE_M for top in tops) for level in levels)
 
 
 @lru_cache(maxsize=4096)

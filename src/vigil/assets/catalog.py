@@ -89,10 +89,6 @@ def _listed(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> tuple[
     return tuple(each for name in names for each in (groups[name[1:]] if name.startswith("@") else (name,)))
 
 
-def _read() -> dict[str, Category]:
-    table = tomllib.loads(ROWS.read_text(encoding="utf-8"))
-    return {name: category_of(name, row, table["groups"]) for name, row in table["categories"].items()}
-
-
-CATALOG = _read()
+_TABLE = tomllib.loads(ROWS.read_text(encoding="utf-8"))
+CATALOG = {name: category_of(name, row, _TABLE["groups"]) for name, row in _TABLE["categories"].items()}
 """Category name -> category."""

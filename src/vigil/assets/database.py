@@ -135,7 +135,7 @@ class AssetDatabase:
             note = f"asset {asset_id!r} is of no known category; it is shown as the nearest one, {category}"
         elif note is None and size is None and (own or self._known):
             note = f"asset {asset_id!r} is not known; it is shown as a {category} of usual size"
-        variant, is_measured = _variant(asset_id), size is not None
+        variant, is_measured = zlib.crc32(asset_id.encode()), size is not None
         return AssetEntry(category, size or _guessed_size(category, asset_id), variant, note, is_measured)
 
 
@@ -202,7 +202,7 @@ def _side(value: Any) -> float | None:
 @lru_cache(maxsize=4096)
 def _own_entry(asset_id: str, category: str) -> AssetEntry:
     row = CATALOG[category]
-    variant = _variant(asset_id)
+    variant = zlib.crc32(asset_id.encode())
     rng = np.random.default_rng(variant)
     whole, *each = (float(share) * row.size_spread for share in rng.uniform(-1.0, 1.0, 4))
     scales = (1.0 + 0.7 * whole + 0.3 * extra for extra in each)
@@ -219,10 +219,6 @@ def _own_drawer(asset_id: str) -> AssetEntry | None:
     chest = _own_entry(chest_id, own[1])
     asset = make(chest.category, chest.size, chest.variant)
     return AssetEntry(DRAWER, drawer_of(asset, name)[0].size, chest.variant) if name in drawer_names(asset) else None
-
-
-def _variant(asset_id: str) -> int:
-    return zlib.crc32(asset_id.encode())
 
 
 def _names() -> dict[str, str]:

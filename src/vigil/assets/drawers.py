@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from vigil.assets.kernel.asset import Asset, Joint, Part, Solid, Surface
+from vigil.assets.kernel.asset import Asset, Mesh, Solid
 from vigil.base.geometry import Vec3
 
 DRAWER = "Drawer"
@@ -65,35 +65,28 @@ def drawer_of(asset: Asset, name: str) -> tuple[Asset, Vec3]:
     low, high = points.min(axis=0), points.max(axis=0)
     middle = (low + high) / 2
     reach = max(abs(joint.travel) for joint in asset.joints)
+    x, y, z = middle.tolist()
+
+    def moved(point: Vec3) -> Vec3:
+        return Vec3(*(np.array(point) - middle).tolist())
+
+    def moved_mesh(mesh: Mesh) -> Mesh:
+        return replace(mesh, vertices=(mesh.vertices - middle).astype(np.float32))
+
+    def moved_solid(solid: Solid) -> Solid:
+        polygon = tuple((corner_x - x, corner_z - z) for corner_x, corner_z in solid.polygon)
+        return replace(solid, polygon=polygon, bottom=solid.bottom - y, top=solid.top - y)
+
     drawer = Asset(
         category=DRAWER,
         size=Vec3(*(high - low).tolist()),
-        parts=tuple(_moved_part(part, middle) for part in parts),
-        solids=tuple(_moved_solid(solid, middle) for solid in asset.solids if solid.joint == name),
-        joints=tuple(_moved_joint(joint, middle, reach) for joint in asset.joints if joint.name == name),
-        surfaces=tuple(_moved_surface(surface, middle) for surface in asset.surfaces if surface.joint == name),
+        parts=tuple(replace(part, mesh=moved_mesh(part.mesh)) for part in parts),
+        solids=tuple(moved_solid(solid) for solid in asset.solids if solid.joint == name),
+        joints=tuple(
+            replace(joint, origin=moved(joint.origin), travel=float(np.copysign(reach, joint.travel)))
+            for joint in asset.joints
+            if joint.name == name
+        ),
+        surfaces=tuple(replace(each, center=moved(each.center)) for each in asset.surfaces if each.joint == name),
     )
-    return drawer, Vec3(*middle.tolist())
-
-
-def _moved_part(part: Part, middle: np.ndarray) -> Part:
-    vertices = (part.mesh.vertices - middle).astype(np.float32)
-    return replace(part, mesh=replace(part.mesh, vertices=vertices))
-
-
-def _moved_solid(solid: Solid, middle: np.ndarray) -> Solid:
-    x, y, z = middle.tolist()
-    polygon = tuple((corner_x - x, corner_z - z) for corner_x, corner_z in solid.polygon)
-    return replace(solid, polygon=polygon, bottom=solid.bottom - y, top=solid.top - y)
-
-
-def _moved_joint(joint: Joint, middle: np.ndarray, reach: float) -> Joint:
-    return replace(joint, origin=_subtract(joint.origin, middle), travel=float(np.copysign(reach, joint.travel)))
-
-
-def _moved_surface(surface: Surface, middle: np.ndarray) -> Surface:
-    return replace(surface, center=_subtract(surface.center, middle))
-
-
-def _subtract(point: Vec3, middle: np.ndarray) -> Vec3:
-    return Vec3(*(np.array(point) - middle).tolist())
+    return drawer, Vec3(x, y, z)

@@ -3,6 +3,7 @@
 The engines add it to the asset that a maker built, so that it does not change shapes or their fingerprints.
 """
 
+import re
 from collections.abc import Iterable
 from functools import lru_cache
 
@@ -162,17 +163,7 @@ def _strokes(line: str, number: int) -> Iterable[tuple[float, float, int, float,
     top = HEIGHT_M * _LINES_AT[number] + tall * _ROWS / 2
     for place, letter in enumerate(line):
         for row, dots in enumerate(_GLYPHS[letter]):
-            for start, run in _runs(dots):
+            for found in re.finditer("#+", dots):
+                start, run = found.start(), len(found[0])
                 x = left + (_COLUMNS * place + start + run / 2) * width
                 yield -x, top - (row + 0.5) * tall, run, width, tall
-
-
-def _runs(dots: str) -> Iterable[tuple[int, int]]:
-    """Yield the start and the length of each run of dots."""
-    start = None
-    for place, dot in enumerate(f"{dots}."):
-        if dot == "#" and start is None:
-            start = place
-        elif dot != "#" and start is not None:
-            yield start, place - start
-            start = None

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.rendering.meshes import LONGEST_EDGE_M, DrawnMesh, refined
+from vigil.assets.kernel.asset import Mesh
+from vigil.rendering.meshes import LONGEST_EDGE_M, refined
 from vigil.rendering.scene import RenderScene, RenderState
 
 ATLAS_KINDS = ("wall", "floor", "ceiling")
@@ -56,8 +57,8 @@ def geometry_of(scene: RenderScene) -> Geometry:
     for edge in (LONGEST_EDGE_M, BOARD_EDGE_M):
         coarse = np.flatnonzero(longest == edge).tolist()
         made |= zip(coarse, refined([made[number] for number in coarse], edge), strict=True)
-    hand = np.arange(len(scene.bodies), len(scene.bodies) + HAND_BOXES)
-    is_in_atlas = np.zeros(len(scene.bodies) + HAND_BOXES, dtype=bool)
+    hand = np.arange(len(scene.geom_meshes), len(scene.geom_meshes) + HAND_BOXES)
+    is_in_atlas = np.zeros(len(scene.geom_meshes) + HAND_BOXES, dtype=bool)
     is_in_atlas[: len(kinds)] = np.isin(kinds, ATLAS_KINDS)
     meshes = [*(made[number] for number in scene.geom_meshes.tolist()), *[_box()] * HAND_BOXES]
     counts = [len(mesh.vertices) for mesh in meshes]
@@ -81,7 +82,7 @@ def _slices(starts: np.ndarray) -> list[slice]:
     return [slice(a, b) for a, b in itertools.pairwise(starts.tolist())]
 
 
-def _box() -> DrawnMesh:
+def _box() -> Mesh:
     """Return a cube with sides of 1 m about the origin."""
     vertices, normals, faces = [], [], []
     for axis, sign in itertools.product(range(3), (-0.5, 0.5)):
@@ -92,4 +93,4 @@ def _box() -> DrawnMesh:
         vertices += [outward + corner for corner in (corners if sign > 0 else corners[::-1])]
         normals += [2 * outward] * 4
         faces += [(first, first + 1, first + 2), (first, first + 2, first + 3)]
-    return DrawnMesh(np.array(vertices), np.array(normals), np.zeros((len(vertices), 2)), np.array(faces))
+    return Mesh(np.array(vertices), np.array(faces), np.array(normals), np.zeros((len(vertices), 2)))

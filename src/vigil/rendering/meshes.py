@@ -1,57 +1,34 @@
 """Triangles for drawing, small enough that light known at the vertices can vary across a large face."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
+
+from vigil.assets.kernel.asset import Mesh
+from vigil.assets.kernel.meshes import merge
 
 LONGEST_EDGE_M = 0.5
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DrawnMesh:
-    """Triangles with one normal and one texture coordinate for each vertex."""
-
-    vertices: np.ndarray
-    """(n, 3) float32 metres."""
-    normals: np.ndarray
-    """(n, 3) float32, unit."""
-    uvs: np.ndarray
-    """(n, 2) float32, in repeats of the texture."""
-    faces: np.ndarray
-    """(m, 3) int32."""
-
-
-def refined(meshes: Sequence[DrawnMesh], longest: float = LONGEST_EDGE_M) -> list[DrawnMesh]:
+def refined(meshes: Sequence[Mesh], longest: float = LONGEST_EDGE_M) -> list[Mesh]:
     """Return the same surfaces with edges halved until none is longer than `longest` metres.
 
     Whether an edge is halved depends only on that edge, so that neighbours agree and no seam opens. Refining many
     meshes together is much faster than one at a time.
     """
-    is_coarse = [_longest_possible(mesh) > longest for mesh in meshes]
+    # The diagonal of the box around a mesh is at least as long as its edges.
+    is_coarse = [
+        len(mesh.vertices) > 0 and float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) > longest for mesh in meshes
+    ]
     coarse = [mesh for mesh, chosen in zip(meshes, is_coarse, strict=True) if chosen]
     if not coarse:
         return list(meshes)
-    fine = iter(_apart(*_refined_together(_together(coarse), longest), [len(mesh.vertices) for mesh in coarse]))
+    fine = iter(_apart(*_refined_together(merge(coarse), longest), [len(mesh.vertices) for mesh in coarse]))
     return [next(fine) if chosen else mesh for mesh, chosen in zip(meshes, is_coarse, strict=True)]
 
 
-def _longest_possible(mesh: DrawnMesh) -> float:
-    """Return the diagonal of the box around a mesh, in metres."""
-    return float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) if len(mesh.vertices) else 0.0
-
-
-def _together(meshes: Sequence[DrawnMesh]) -> DrawnMesh:
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    return DrawnMesh(
-        np.concatenate([mesh.vertices for mesh in meshes]),
-        np.concatenate([mesh.normals for mesh in meshes]),
-        np.concatenate([mesh.uvs for mesh in meshes]),
-        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]).astype(np.int32),
-    )
-
-
-def _refined_together(mesh: DrawnMesh, longest: float) -> tuple[DrawnMesh, np.ndarray]:
+def _refined_together(mesh: Mesh, longest: float) -> tuple[Mesh, np.ndarray]:
     """Return the refined mesh, and for each of its vertices (n,) a connected vertex of the first mesh."""
     origins = np.arange(len(mesh.vertices))
     done = []
@@ -66,7 +43,7 @@ def _refined_together(mesh: DrawnMesh, longest: float) -> tuple[DrawnMesh, np.nd
         origins = np.concatenate([origins, origins[chosen]])
 
 
-def _apart(mesh: DrawnMesh, origins: np.ndarray, counts: list[int]) -> Iterator[DrawnMesh]:
+def _apart(mesh: Mesh, origins: np.ndarray, counts: list[int]) -> Iterator[Mesh]:
     """Yield the meshes that were refined together; `counts` are their numbers of vertices before."""
     owners = np.repeat(np.arange(len(counts)), counts)[origins]
     order = np.argsort(owners, kind="stable")
@@ -79,10 +56,10 @@ def _apart(mesh: DrawnMesh, origins: np.ndarray, counts: list[int]) -> Iterator[
     starts = [0, *ends.tolist()]
     parts = np.split(faces, face_ends)
     for points, facing, uv, start, part in zip(vertices, normals, uvs, starts, parts, strict=True):
-        yield DrawnMesh(points, facing, uv, part - np.int32(start))
+        yield Mesh(points, part - np.int32(start), facing, uv)
 
 
-def _halved(mesh: DrawnMesh, is_long: np.ndarray) -> tuple[DrawnMesh, np.ndarray]:
+def _halved(mesh: Mesh, is_long: np.ndarray) -> tuple[Mesh, np.ndarray]:
     """Return the mesh with the marked edges (m, 3) halved, and an end (k,) of the edge of each new vertex.
 
     Edge i runs from corner i to corner i + 1.
@@ -96,11 +73,11 @@ def _halved(mesh: DrawnMesh, is_long: np.ndarray) -> tuple[DrawnMesh, np.ndarray
     middles[is_long] = len(mesh.vertices) + place.reshape(-1)
     normals = mesh.normals[chosen].sum(axis=1)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
-    halved = DrawnMesh(
+    halved = Mesh(
         np.concatenate([mesh.vertices, mesh.vertices[chosen].mean(axis=1)]),
+        _pieces(faces, middles),
         np.concatenate([mesh.normals, normals]),
         np.concatenate([mesh.uvs, mesh.uvs[chosen].mean(axis=1)]),
-        _pieces(faces, middles),
     )
     return halved, chosen[:, 0]
 

@@ -13,7 +13,7 @@ from vigil.rendering.scene import PointLight, RenderScene, RenderState
 from vigil.rendering.sky import SKY_PIXELS, sky
 from vigil.rendering.ssao import AmbientOcclusion, Canvas, release
 from vigil.rendering.surfaces import Surfaces
-from vigil.rendering.viewer import FAR_M, NEAR_M, HeldGeoms, Mirror, Viewer
+from vigil.rendering.viewer import FAR_M, NEAR_M, HeldGeoms, Viewer
 
 _CLIP_DISTANCE = 0x3000
 """GL_CLIP_DISTANCE0, for which moderngl does not have a name."""
@@ -46,7 +46,11 @@ class Painter:
         shown = self._surfaces.shown(viewer)
         mirrors = self._surfaces.mirrors(viewer, shown)
         shown = np.setdiff1d(shown, [mirror.geom for mirror in mirrors])
-        mirrored = [self._mirrored(viewer.behind(mirror), mirror) for mirror in mirrors]
+        behind = [viewer.behind(mirror) for mirror in mirrors]
+        mirrored = [
+            (camera, np.setdiff1d(self._surfaces.shown(camera), [mirror.geom]))
+            for camera, mirror in zip(behind, mirrors, strict=True)
+        ]
         self._surfaces.light(np.unique(np.concatenate([shown, *(sight for _, sight in mirrored)])))
         targets = self._target(MirrorTargets, viewer, self._samples) if mirrors else None
         if targets is not None:
@@ -87,10 +91,6 @@ class Painter:
         """Free the OpenGL objects."""
         for each in (self._surfaces, self._sky, *self._targets.values()):
             each.release()
-
-    def _mirrored(self, behind: Viewer, mirror: Mirror) -> tuple[Viewer, np.ndarray]:
-        """Return a camera behind a mirror with the geoms that may be in its view."""
-        return behind, np.setdiff1d(self._surfaces.shown(behind), [mirror.geom])
 
     def _reflect(
         self,

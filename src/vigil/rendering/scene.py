@@ -9,8 +9,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from vigil.assets.kernel.asset import Mesh
 from vigil.assets.kernel.materials import Material
-from vigil.rendering.meshes import DrawnMesh
 from vigil.scene.portals import Portals
 
 MAX_POINT_LIGHTS = 2
@@ -43,8 +43,6 @@ class RenderState:
     """(geoms, 3)"""
     rotations: np.ndarray
     """(geoms, 3, 3)"""
-    body_rotations: np.ndarray
-    """(bodies, 3, 3)"""
     is_visible: np.ndarray
     """(geoms,) whether each geom is drawn where it is in view."""
     is_held: np.ndarray
@@ -68,23 +66,16 @@ class RenderState:
 class RenderScene:
     """The unchanging description of a scene. The first geoms are its structure."""
 
-    meshes: list[DrawnMesh]
+    meshes: list[Mesh]
+    """With uvs in repeats of the texture."""
     geom_meshes: np.ndarray
     """(geoms,) index of each geom's mesh."""
     structure_kinds: tuple[str, ...]
     """Kind of each structural geom: `wall`, `floor`, `ceiling`, `skirting`, `exterior` or `ground`."""
     structure_rooms: np.ndarray
     """(geoms,) number of the only room from which a structural geom is visible; -1 for all others."""
-    bodies: np.ndarray
-    """(geoms,) index of the rigid body to which each geom belongs."""
     furniture: np.ndarray
     """(geoms,) number of the object to which each geom belongs, a drawer to its chest; -1 for structure."""
-    is_in_case: np.ndarray
-    """(geoms,) whether the object has room inside that is reached by opening it."""
-    is_door: np.ndarray
-    """(geoms,) whether the object has moving parts but no room inside, such as a door or a curtain."""
-    is_glass: np.ndarray
-    """(geoms,) whether each geom is a pane."""
     boxes: np.ndarray
     """(geoms, 6) centre and half size of the box around each geom, in the geom's frame."""
     radii: np.ndarray

@@ -9,7 +9,6 @@ import numpy as np
 
 from vigil.rendering.context import context_in, moderngl, program
 from vigil.rendering.culling import invisible_geoms
-from vigil.rendering.light import crevice_occlusion
 from vigil.rendering.light.lighting import Lighting
 from vigil.rendering.mirrors import mirrors_before
 from vigil.rendering.scene import PointLight, RenderScene, RenderState
@@ -204,15 +203,13 @@ class Surfaces:
                 form = f"3f {'3f' if 'normal' in made else '12x'} 2f {'2f' if kind.is_in_atlas else '8x'}"
                 contents = [(self._vertices, form, *names, *(["place"] if kind.is_in_atlas else [])), owners]
                 if not kind.is_in_atlas:
-                    contents.append((self._light, "4f1", "light"))
+                    contents.append((self._light, "3f1 1x1", "light"))
             self._arrays[kind, point_lights] = self._context.vertex_array(made, contents, self._corners)
         return self._arrays[kind, point_lights]
 
 
 def _set(made: Any, viewer: Viewer, lamp: np.ndarray, point_lights: list[PointLight]) -> None:
-    pixel_m = 2.0 * viewer.slopes[1] / viewer.height  # its size at one metre
     values: dict[str, Any] = {
-        "gaps_dark_m": crevice_occlusion.WIDTH_M / pixel_m,
         "eye": tuple(viewer.eye), "lamp": tuple(lamp), "geoms": 0, "pictures": 1, "planes": 2,
         "light_places": [tuple(light.place) for light in point_lights],
         "light_colours": [tuple(light.colour) for light in point_lights],

@@ -7,6 +7,7 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset, Mesh, Solid, Surface
+from vigil.assets.kernel.builder import box_solid
 from vigil.assets.kernel.meshes import cross
 from vigil.base.geometry import Vec3
 
@@ -47,8 +48,8 @@ def quarter_turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
         return Vec3(*(float(part) for part in matrix @ np.asarray(value)))
 
     def solid(old: Solid) -> Solid:
-        corners = [(x, y, z) for x, z in old.polygon for y in (old.bottom, old.top)]
-        return _box_around(np.array([point(corner) for corner in corners]), old.joint)
+        corners = np.array([point((x, y, z)) for x, z in old.polygon for y in (old.bottom, old.top)])
+        return box_solid(corners.min(0), corners.max(0), old.joint)
 
     def surface(old: Surface) -> Surface:
         return replace(old, center=point(old.center), size_x=old.size_z, size_z=old.size_x)
@@ -145,8 +146,3 @@ def drape(width: float, height: float, waves: float, depth: float, *, thickness:
     z = swing * np.sin(2 * np.pi * waves * (x / width + 0.5))
     front, back = np.c_[x, z + thickness / 2], np.c_[x, z - thickness / 2]
     return shapes.extrude(np.concatenate([front, back[::-1]]), 0.0, height)
-
-
-def _box_around(points: np.ndarray, joint: str | None) -> Solid:
-    (x0, y0, z0), (x1, y1, z1) = points.min(0).tolist(), points.max(0).tolist()
-    return Solid(((x0, z0), (x1, z0), (x1, z1), (x0, z1)), y0, y1, joint)

@@ -131,7 +131,7 @@ class Builder:
         box = bounds(still or [part.mesh for part in parts])
         solids = tuple(clipped for solid in self._solids if (clipped := fit.solid(solid)) is not None)
         if takes_room and all(solid.joint is not None for solid in solids):
-            solids = (_box_solid(*box), *solids)
+            solids = (box_solid(*box), *solids)
         half = np.asarray(self._size) / 2
         whole = bool(np.allclose(box[0], -half, atol=1e-4) and np.allclose(box[1], half, atol=1e-4))
         return Asset(
@@ -156,7 +156,7 @@ def _part(name: str, look: PartStyle, whole: Mesh) -> Part:
         joint=look.joint,
         bears_open=look.opens or look.joint is not None,
         bears_toggle=look.toggles or look.lit is not None or look.shown != "always",
-        is_glass=look.material.partition("/")[0] == "glass",
+        is_glass=look.material.partition("/")[0] in ("glass", "smoked_glass"),
         shown=look.shown,
     )
 
@@ -209,9 +209,10 @@ class _BoxFit:
         return replace(solid, polygon=tuple((x, z) for x, z in corners.tolist()), bottom=bottom, top=top)
 
 
-def _box_solid(low: np.ndarray, high: np.ndarray) -> Solid:
+def box_solid(low: np.ndarray, high: np.ndarray, joint: str | None = None) -> Solid:
+    """Return the solid between two corners (3,)."""
     (x0, y0, z0), (x1, y1, z1) = low.tolist(), high.tolist()
-    return Solid(((x0, z0), (x1, z0), (x1, z1), (x0, z1)), y0, y1)
+    return Solid(((x0, z0), (x1, z0), (x1, z1), (x0, z1)), y0, y1, joint)
 
 
 def _vec(point: Point3) -> Vec3:

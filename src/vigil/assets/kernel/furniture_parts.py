@@ -12,11 +12,14 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Mesh
-from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.builder import Builder, PartStyle, Range
+from vigil.assets.kernel.materials import material
 from vigil.assets.kernel.palette import COLOURS, one_of
 
 Corner = tuple[float, float, float]
 BOARD_M = 0.018
+_SEAM = 0.62
+"""Colour of what shows in the seams between fronts, as a share of the fronts' colour."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +43,6 @@ WOODS = (
     Finish("wood/grey", "grey"),
 )
 PAINTS = ("white", "cream", "grey", "dark grey", "black", "teal", "navy", "green", "light blue", "red")
-METALS = (Finish("metal/brushed", "metal"), Finish("metal/black", "black"), Finish("chrome", "chrome"))
 HANDLES = (Finish("metal/steel", "steel"), Finish("metal/black", "black"), Finish("metal/brass", "brass"))
 CLOTHS = (
     ("grey", "#8b8f95"), ("dark grey", "#565a61"), ("blue", "#41618f"), ("navy", "#2f3d5c"), ("red", "#9b3a38"),
@@ -66,6 +68,12 @@ def cloth(rng: np.random.Generator) -> Finish:
     kind = one_of(rng, ("fabric", "fabric", "velvet", "leather"))
     word, code = one_of(rng, HIDES if kind == "leather" else CLOTHS)
     return Finish(f"{kind}/{code}", word)
+
+
+def seam_material(front: str) -> str:
+    """Return the material of a plate behind fronts: darker, so that one sees the seams between them."""
+    red, green, blue = (round(255 * _SEAM * part) for part in material(front).rgba[:3])
+    return f"paint/#{red:02x}{green:02x}{blue:02x}"
 
 
 def boards(low: Corner, high: Corner, wall: float, missing: str) -> list[tuple[Corner, Corner]]:
@@ -243,6 +251,12 @@ class Fronts:
     """A raised frame around a sunken panel."""
 
 
+def random_fronts(rng: np.random.Generator, front: str, inner: str, framed_share: float) -> Fronts:
+    """Return fronts with handles and perhaps frames drawn at random."""
+    kinds: tuple[HandleKind, ...] = ("knob", "bar", "cup")
+    return Fronts(front, inner, one_of(rng, HANDLES).material, one_of(rng, kinds), bool(rng.random() < framed_share))
+
+
 def front_board(low: Corner, high: Corner, *, is_framed: bool) -> Mesh:
     """Return a front: a bevelled board, or a frame around a thinner panel."""
     (x0, y0, z0), (x1, y1, z1) = low, high
@@ -271,7 +285,7 @@ def add_drawer(
     builder.add(PartStyle(fronts.front, joint), front_board(board, high, is_framed=fronts.is_framed))
     x0, y0, z0 = low[0] + overlay, low[1] + overlay, low[2]
     x1, y1, z1 = high[0] - overlay, high[1] - overlay, high[2]
-    rim = min(0.012, 0.1 * (y1 - y0))
+    rim = _rim(y0, y1)
     inner_low, inner_high = (x0 + 0.012, y0 + rim, z0), (x1 - 0.012, y1 - 0.12 * (y1 - y0) - rim, z1 - BOARD_M)
     builder.add(PartStyle(fronts.inner, joint), hollow(inner_low, inner_high, 0.01, "+y"))
     if fronts.knob != "none":
@@ -289,6 +303,39 @@ def add_drawer(
         builder.solid(board, high, joint)
 
 
+def add_drawers(
+    builder: Builder,
+    fronts: Fronts,
+    box: tuple[Corner, Corner],
+    grid: tuple[Sequence[Range], Sequence[tuple[Range, float]]],
+    first: int = 0,
+) -> None:
+    """Add drawers, numbered row by row from `first`, and a plate behind the seams between their fronts.
+
+    `grid` has the extents of columns along x, and for each row its extent along y and how far (m) its drawers come out.
+    The `box` reaches from the drawers' backs to their faces. The plate covers it, so that seams do not show the dark
+    inside, but leaves free what the drawers' boxes and contents pass through.
+    """
+    (x0, y0, back), (x1, y1, front), columns = *box, grid[0]
+    look, z = seam_material(fronts.front), (front - BOARD_M - 0.004, front - BOARD_M - 0.001)
+    posts = [x0, *(edge for left, right in columns for edge in (left + 0.011, right - 0.011)), x1]
+    rails = [y0, *(edge for (low, high), _ in grid[1] for edge in (low + _rim(low, high) - 0.001, high - 0.004)), y1]
+    for x in zip(posts[::2], posts[1::2], strict=True):
+        builder.block(look, x, (y0, y1), z)
+    for x in zip(posts[1:-1:2], posts[2:-1:2], strict=True):
+        for y in zip(rails[::2], rails[1::2], strict=True):
+            builder.block(look, x, y, z)
+    for row, ((low, high), travel) in enumerate(grid[1]):
+        for column, (left, right) in enumerate(columns):
+            name = f"drawer{first + row * len(columns) + column}"
+            add_drawer(builder, name, (left, low, back), (right, high, front), fronts, travel)
+
+
+def _rim(bottom: float, top: float) -> float:
+    """Return how far (m) the box of a drawer between two heights is from its front's edges."""
+    return min(0.012, 0.1 * (top - bottom))
+
+
 def _drawer_handles(low: Corner, high: Corner, kind: HandleKind) -> list[Mesh]:
     width, y = high[0] - low[0], low[1] + 0.55 * (high[1] - low[1])
     middle, z = (low[0] + high[0]) / 2, high[2]
@@ -297,13 +344,14 @@ def _drawer_handles(low: Corner, high: Corner, kind: HandleKind) -> list[Mesh]:
     return [handle(kind, (middle, y, z), min(0.14, 0.5 * width))]
 
 
-def add_leaf(
-    builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, *, hinge: int, degrees: float = 95.0
-) -> None:
-    """Add a door leaf that fills low..high (z = its thickness), hinged at its -x (hinge=-1) or +x (1) edge."""
+def add_leaf(builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, *, hinge: int) -> None:
+    """Add a door leaf that fills low..high (z = its thickness), hinged at its -x (hinge=-1) or +x (1) edge.
+
+    It turns about a line as far in front as its handle reaches, so that the handle does not leave the furniture's side.
+    """
     (x0, y0, _), (x1, y1, z1) = low, high
-    origin = (x0 if hinge < 0 else x1, 0.0, z1 - 0.5 * (z1 - low[2]))
-    joint = builder.hinge(name, (0, 1, 0), origin, hinge * degrees)
+    origin = (x0 if hinge < 0 else x1, 0.0, z1 + handle_room(fronts.knob))
+    joint = builder.hinge(name, (0, 1, 0), origin, hinge * 90.0)
     builder.add(PartStyle(fronts.front, joint), front_board(low, high, is_framed=fronts.is_framed))
     if fronts.knob != "none":
         inset = min(0.05, 0.2 * (x1 - x0))

@@ -28,7 +28,6 @@ class Material:
     texture_name: str | None
     metres: float
     """Length of one repeat of the texture (m)."""
-    specular: float
     shininess: float
     emission: float
     is_metal: bool
@@ -49,7 +48,6 @@ _METAL_KINDS = frozenset({"metal", "chrome", "mirror"})
 class _Kind:
     texture: str | None = None
     metres: float = 1.0
-    specular: float = 0.1
     shininess: float = 0.2
     emission: float = 0.0
     alpha: float = 1.0
@@ -58,55 +56,55 @@ class _Kind:
 
 
 _KINDS: dict[str, _Kind] = {
-    "wood": _Kind("wood", 0.7, 0.15, 0.3, colour="a87848"),
-    "paint": _Kind("paint", 0.7, 0.15, 0.3, colour="f2f1ee"),
-    "planks": _Kind("planks", 1.4, 0.12, 0.3, colour="b08a5c"),
-    "parquet": _Kind("parquet", 1.6, 0.12, 0.3, colour="b08a5c"),
-    "wicker": _Kind("wicker", 0.24, 0.05, 0.1, colour="c9a56b"),
-    "metal": _Kind("brushed", 0.5, 0.5, 0.6, colour="b9bcc0"),
-    "chrome": _Kind(None, 1.0, 0.9, 0.9, colour="c9ccd0"),
-    "plastic": _Kind(None, 1.0, 0.3, 0.5, colour="d8d6d2"),
-    "rubber": _Kind(None, 1.0, 0.05, 0.1, colour="2c2c2e"),
-    "ceramic": _Kind(None, 1.0, 0.6, 0.8, colour="f4f2ee"),
-    "wax": _Kind(None, 1.0, 0.15, 0.3, colour="f0e6cc"),
-    "fabric": _Kind("weave", 0.3, 0.02, 0.05, colour="8a8f96"),
-    "velvet": _Kind("velvet", 0.5, 0.08, 0.1, colour="6d4a63"),
-    "knit": _Kind("knit", 0.25, 0.02, 0.05, colour="b7aa98"),
-    "stripes": _Kind("stripes", 0.4, 0.02, 0.05, colour="8fa3b8"),
-    "plaid": _Kind("plaid", 0.4, 0.02, 0.05, colour="b05a4a"),
-    "dots": _Kind("dots", 0.4, 0.02, 0.05, colour="a9b8c4"),
-    "leather": _Kind("leather", 0.35, 0.25, 0.3, colour="5f4030"),
-    "carpet": _Kind("carpet", 0.6, 0.0, 0.0, colour="a39a8c"),
-    "plaster": _Kind("plaster", 2.0, 0.02, 0.05, colour="eceae4"),
-    "concrete": _Kind("concrete", 1.5, 0.03, 0.1, colour="b4b2ae"),
-    "brick": _Kind("brick", 1.0, 0.02, 0.05, colour="b0654c"),
-    "tiles": _Kind("tiles", 0.8, 0.3, 0.6, colour="e2ded6"),
-    "small_tiles": _Kind("small_tiles", 0.9, 0.3, 0.6, colour="dcd8d0"),
-    "subway": _Kind("subway", 0.8, 0.35, 0.6, colour="eeece6"),
-    "hexagons": _Kind("hexagons", 0.7, 0.3, 0.6, colour="e6e4de"),
-    "checker": _Kind("checker", 1.2, 0.3, 0.6, colour="f2f1ee"),
-    "marble": _Kind("marble", 1.2, 0.35, 0.6, colour="eceae6"),
-    "marble_tiles": _Kind("marble_tiles", 1.2, 0.35, 0.6, colour="eceae6"),
-    "granite": _Kind("granite", 0.5, 0.35, 0.6, colour="a5a29d"),
-    "stone": _Kind("concrete", 0.6, 0.08, 0.2, colour="a39d92"),
-    "cardboard": _Kind("cardboard", 0.4, 0.02, 0.05, colour="b98e5f"),
-    "paper": _Kind("paper", 0.3, 0.02, 0.05, colour="f3f1ea"),
-    "foam": _Kind("bumps", 0.06, 0.02, 0.05, colour="e9d45f"),
-    "skin": _Kind("speckle", 0.12, 0.2, 0.4, colour="c9553a"),
-    "streaks": _Kind("streaks", 0.12, 0.15, 0.3, colour="b03a2e"),
-    "leaf": _Kind("leaf", 0.1, 0.1, 0.2, colour="4f8a3f"),
-    "grass": _Kind("grass", 2.0, 0.0, 0.0, colour="ffffff"),
-    "sky": _Kind("sky/0", 1.0, 0.0, 0.0, 0.9, colour="ffffff"),
-    "glass": _Kind(None, 1.0, 0.9, 0.9, alpha=0.25, colour="cfe3e6"),
-    "water": _Kind(None, 1.0, 0.9, 0.9, alpha=0.6, colour="9cc7dc"),
-    "mirror": _Kind(None, 1.0, 0.9, 0.9, colour="b7c4cc"),
-    "gleam": _Kind(None, 1.0, 0.0, 0.0, alpha=0.06, colour="ffffff"),
-    "glow": _Kind(None, 1.0, 0.0, 0.0, 0.7, colour="ffeecc"),
-    "flame": _Kind(None, 1.0, 0.0, 0.0, 0.7, colour="ffb347"),
-    "picture": _Kind("picture", 1.0, 0.05, 0.1, colour="ffffff"),
-    "screen": _Kind("screen", 1.0, 0.1, 0.3, 0.6, colour="ffffff"),
-    "cover": _Kind("cover", 1.0, 0.1, 0.3, colour="ffffff"),
-    "print": _Kind("print", 1.0, 0.02, 0.05, colour="ffffff"),
+    "wood": _Kind("wood", 0.7, 0.3, colour="a87848"),
+    "paint": _Kind("paint", 0.7, 0.3, colour="f2f1ee"),
+    "planks": _Kind("planks", 1.4, 0.3, colour="b08a5c"),
+    "parquet": _Kind("parquet", 1.6, 0.3, colour="b08a5c"),
+    "wicker": _Kind("wicker", 0.24, 0.1, colour="c9a56b"),
+    "metal": _Kind("brushed", 0.5, 0.6, colour="b9bcc0"),
+    "chrome": _Kind(None, 1.0, 0.9, colour="c9ccd0"),
+    "plastic": _Kind(None, 1.0, 0.5, colour="d8d6d2"),
+    "rubber": _Kind(None, 1.0, 0.1, colour="2c2c2e"),
+    "ceramic": _Kind(None, 1.0, 0.8, colour="f4f2ee"),
+    "wax": _Kind(None, 1.0, 0.3, colour="f0e6cc"),
+    "fabric": _Kind("weave", 0.3, 0.05, colour="8a8f96"),
+    "velvet": _Kind("velvet", 0.5, 0.1, colour="6d4a63"),
+    "knit": _Kind("knit", 0.25, 0.05, colour="b7aa98"),
+    "stripes": _Kind("stripes", 0.4, 0.05, colour="8fa3b8"),
+    "plaid": _Kind("plaid", 0.4, 0.05, colour="b05a4a"),
+    "dots": _Kind("dots", 0.4, 0.05, colour="a9b8c4"),
+    "leather": _Kind("leather", 0.35, 0.3, colour="5f4030"),
+    "carpet": _Kind("carpet", 0.6, 0.0, colour="a39a8c"),
+    "plaster": _Kind("plaster", 2.0, 0.05, colour="eceae4"),
+    "concrete": _Kind("concrete", 1.5, 0.1, colour="b4b2ae"),
+    "brick": _Kind("brick", 1.0, 0.05, colour="b0654c"),
+    "tiles": _Kind("tiles", 0.8, 0.6, colour="e2ded6"),
+    "small_tiles": _Kind("small_tiles", 0.9, 0.6, colour="dcd8d0"),
+    "subway": _Kind("subway", 0.8, 0.6, colour="eeece6"),
+    "hexagons": _Kind("hexagons", 0.7, 0.6, colour="e6e4de"),
+    "checker": _Kind("checker", 1.2, 0.6, colour="f2f1ee"),
+    "marble": _Kind("marble", 1.2, 0.6, colour="eceae6"),
+    "marble_tiles": _Kind("marble_tiles", 1.2, 0.6, colour="eceae6"),
+    "granite": _Kind("granite", 0.5, 0.6, colour="a5a29d"),
+    "stone": _Kind("concrete", 0.6, 0.2, colour="a39d92"),
+    "cardboard": _Kind("cardboard", 0.4, 0.05, colour="b98e5f"),
+    "paper": _Kind("paper", 0.3, 0.05, colour="f3f1ea"),
+    "foam": _Kind("bumps", 0.06, 0.05, colour="e9d45f"),
+    "skin": _Kind("speckle", 0.12, 0.4, colour="c9553a"),
+    "streaks": _Kind("streaks", 0.12, 0.3, colour="b03a2e"),
+    "leaf": _Kind("leaf", 0.1, 0.2, colour="4f8a3f"),
+    "grass": _Kind("grass", 2.0, 0.0, colour="ffffff"),
+    "glass": _Kind(None, 1.0, 0.9, alpha=0.25, colour="cfe3e6"),
+    "smoked_glass": _Kind(None, 1.0, 0.9, alpha=0.5, colour="2c3033"),
+    "water": _Kind(None, 1.0, 0.9, alpha=0.6, colour="9cc7dc"),
+    "mirror": _Kind(None, 1.0, 0.9, colour="b7c4cc"),
+    "gleam": _Kind(None, 1.0, 0.0, alpha=0.06, colour="ffffff"),
+    "glow": _Kind(None, 1.0, 0.0, 0.7, colour="ffeecc"),
+    "flame": _Kind(None, 1.0, 0.0, 0.7, colour="ffb347"),
+    "picture": _Kind("picture", 1.0, 0.1, colour="ffffff"),
+    "screen": _Kind("screen", 1.0, 0.3, 0.6, colour="ffffff"),
+    "cover": _Kind("cover", 1.0, 0.3, colour="ffffff"),
+    "print": _Kind("print", 1.0, 0.05, colour="ffffff"),
 }
 _FITTED = frozenset({"picture", "screen", "cover", "print"})
 
@@ -132,7 +130,9 @@ def material(name: str, tint: Rgb | None = None) -> Material:
     """Return the material of a name; a `tint` (r, g, b in 0..1) replaces the name's own colour."""
     kind_name, slash, variant = name.partition("/")
     if slash and kind_name in _KINDS:
-        return _made(name, kind_name, tint or _own_colour(kind_name, variant), variant)
+        table = _COLOURS_OF.get(kind_name, {})
+        own = None if kind_name in _FITTED else colours.rgb(table.get(variant, variant))
+        return _made(name, kind_name, tint or own, variant)
     if name in _KINDS:
         return _made(name, name, tint, "0")
     return _made(name, *_by_words(name, tint), "0")
@@ -147,19 +147,11 @@ def _made(name: str, kind_name: str, colour: Rgb | None, variant: str) -> Materi
         rgba=(red, green, blue, kind.alpha),
         texture_name=texture_name,
         metres=kind.metres,
-        specular=kind.specular,
         shininess=kind.shininess,
         emission=kind.emission,
         is_metal=kind_name in _METAL_KINDS,
         is_mirror=kind_name == "mirror",
     )
-
-
-def _own_colour(kind_name: str, variant: str) -> Rgb | None:
-    if kind_name in _FITTED:
-        return None
-    table = _COLOURS_OF.get(kind_name, {})
-    return colours.rgb(table.get(variant, variant))
 
 
 _WHOLE_NAMES: dict[str, tuple[str, str]] = {

@@ -33,8 +33,6 @@ LIGHTNESS_WEIGHT = 0.5
 _XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 _WHITE = np.array([0.9505, 1.0, 1.089])
 
-HOT = "glow/#ff5a1f"
-"""Material of a heating element while it is on."""
 T = TypeVar("T")
 
 

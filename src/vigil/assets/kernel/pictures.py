@@ -1,4 +1,4 @@
-"""Pictures that fill a face once: paintings, screens, book covers, printed paper, the sky.
+"""Pictures that fill a face once: paintings, screens, book covers and printed paper.
 
 They are drawn with numpy and PIL from a fixed random stream and do not tile. Row 0 is the top.
 """
@@ -364,16 +364,6 @@ def _title(brush: ImageDraw.ImageDraw, rng: np.random.Generator, y: int, height:
         x += width + 6
 
 
-def _sky(rng: np.random.Generator) -> np.ndarray:
-    image = np.asarray(_gradient((108, 164, 222), (214, 232, 244), 256, 256), np.float64)
-    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 256, endpoint=False), np.linspace(0, 1, 256))
-    cloud = sum(
-        np.sin(k * u + rng.uniform(0, 6.3)) * np.sin(k * 5 * v + rng.uniform(0, 6.3)) / k for k in (1, 2, 3, 5, 8)
-    )
-    cover = np.clip(np.asarray(cloud) - 0.35, 0, 1)[..., None]
-    return np.clip(image * (1 - 0.8 * cover) + 250 * 0.8 * cover, 0, 255).astype(np.uint8)
-
-
 KINDS: dict[str, dict[str, Drawing]] = {
     "picture": {
         str(index): (_mountains, _portrait, _abstract, _seascape, _flowers, _city)[index % 6] for index in range(24)
@@ -398,6 +388,5 @@ KINDS: dict[str, dict[str, Drawing]] = {
         "dryer": _lettering("DRYER", (30, 32, 36), (213, 215, 217)),
         "washer": _lettering("WASHER", (30, 32, 36), (196, 199, 202)),
     },
-    "sky": {"0": _sky},
 }
 """Kind -> variant -> drawing; numbers wrap around, so that every number gives a picture."""

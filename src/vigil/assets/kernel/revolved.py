@@ -98,12 +98,8 @@ def cylinder(
     """Return a capped cylinder about `axis`; `top`, if given, is the radius at its upper end."""
     upper = radius if top is None else top
     profile = [(0.0, -length / 2), (radius, -length / 2), (upper, length / 2), (0.0, length / 2)]
-    return translate(_stand(lathe(profile, segments=segments), axis), at)
-
-
-def _stand(part: Mesh, axis: Axis) -> Mesh:
-    """Return a mesh made along y, turned to lie along `axis`."""
-    return part if axis == "y" else rotate(part, "z", -90) if axis == "x" else rotate(part, "x", 90)
+    part = lathe(profile, segments=segments)
+    return translate(part if axis == "y" else rotate(part, "z", -90) if axis == "x" else rotate(part, "x", 90), at)
 
 
 def ellipsoid(size: Point3, at: Point3 = ORIGIN, segments: int = 16, rings: int = 8) -> Mesh:

@@ -80,14 +80,6 @@ def _tinted(dark: np.ndarray, strength: float = 1.0) -> np.ndarray:
     return 1 - strength * dark[..., None] * np.array([0.38, 0.47, 0.55])
 
 
-def _wood(rng: np.random.Generator) -> np.ndarray:
-    return _tinted(_grain(rng))
-
-
-def _painted_wood(rng: np.random.Generator) -> np.ndarray:
-    return 1 - 0.1 * _grain(rng)
-
-
 def _planks(rng: np.random.Generator) -> np.ndarray:
     size, rows = 512, 8
     band = size // rows
@@ -123,10 +115,6 @@ def _parquet(rng: np.random.Generator) -> np.ndarray:
                 tile if (i + j) % 2 else tile.transpose(1, 0, 2)
             )
     return image
-
-
-def _plaster(rng: np.random.Generator) -> np.ndarray:
-    return 0.955 + 0.03 * noise(rng, 6, 6) + 0.03 * (noise(rng, 90, 90) - 0.5)
 
 
 def _concrete(rng: np.random.Generator) -> np.ndarray:
@@ -205,18 +193,10 @@ def _granite(rng: np.random.Generator) -> np.ndarray:
     return specks * (0.94 + 0.06 * noise(rng, 16, 16))
 
 
-def _carpet(rng: np.random.Generator) -> np.ndarray:
-    return 0.72 + 0.2 * rng.random((SIZE, SIZE)) + 0.08 * noise(rng, 10, 10)
-
-
 def _weave(rng: np.random.Generator) -> np.ndarray:
     wave = np.arange(SIZE) * 2 * np.pi * 32 / SIZE
     over = np.sin(wave[:, None]) * np.sin(wave[None, :])
     return 0.86 + 0.07 * over + 0.05 * rng.random((SIZE, SIZE)) + 0.05 * noise(rng, 8, 8)
-
-
-def _velvet(rng: np.random.Generator) -> np.ndarray:
-    return 0.8 + 0.16 * noise(rng, 7, 7) + 0.04 * rng.random((SIZE, SIZE))
 
 
 def _knit(rng: np.random.Generator) -> np.ndarray:
@@ -228,10 +208,6 @@ def _knit(rng: np.random.Generator) -> np.ndarray:
 def _leather(rng: np.random.Generator) -> np.ndarray:
     folds = np.abs(noise(rng, 40, 40) - 0.5) + np.abs(noise(rng, 70, 70) - 0.5)
     return 0.82 + 0.2 * folds + 0.06 * (noise(rng, 5, 5) - 0.5)
-
-
-def _brushed(rng: np.random.Generator) -> np.ndarray:
-    return 0.86 + 0.1 * noise(rng, 3, 128) + 0.05 * noise(rng, 2, 6)
 
 
 def _wicker(rng: np.random.Generator) -> np.ndarray:
@@ -247,17 +223,9 @@ def _cardboard(rng: np.random.Generator) -> np.ndarray:
     return 0.93 + 0.015 * ribs + 0.06 * (noise(rng, 30, 60) - 0.5) + 0.05 * noise(rng, 4, 4)
 
 
-def _paper(rng: np.random.Generator) -> np.ndarray:
-    return 0.96 + 0.04 * rng.random((SIZE, SIZE))
-
-
 def _speckle(rng: np.random.Generator) -> np.ndarray:
     spots = np.clip((noise(rng, 40, 40) - 0.78) * 4, 0, 1)
     return 0.9 + 0.1 * noise(rng, 6, 6) - 0.28 * spots
-
-
-def _streaks(rng: np.random.Generator) -> np.ndarray:
-    return 0.82 + 0.18 * noise(rng, 48, 2) * (0.7 + 0.3 * noise(rng, 6, 6))
 
 
 def _bumps(rng: np.random.Generator) -> np.ndarray:
@@ -299,10 +267,10 @@ def _leaf(rng: np.random.Generator) -> np.ndarray:
 
 PATTERNS: dict[str, Callable[[np.random.Generator], np.ndarray]] = {
     "brick": _brick,
-    "brushed": _brushed,
+    "brushed": lambda rng: 0.86 + 0.1 * noise(rng, 3, 128) + 0.05 * noise(rng, 2, 6),
     "bumps": _bumps,
     "cardboard": _cardboard,
-    "carpet": _carpet,
+    "carpet": lambda rng: 0.72 + 0.2 * rng.random((SIZE, SIZE)) + 0.08 * noise(rng, 10, 10),
     "checker": _checker,
     "concrete": _concrete,
     "dots": _dots,
@@ -314,20 +282,20 @@ PATTERNS: dict[str, Callable[[np.random.Generator], np.ndarray]] = {
     "leather": _leather,
     "marble": _marble,
     "marble_tiles": _marble_tiles,
-    "paint": _painted_wood,
-    "paper": _paper,
+    "paint": lambda rng: 1 - 0.1 * _grain(rng),
+    "paper": lambda rng: 0.96 + 0.04 * rng.random((SIZE, SIZE)),
     "parquet": _parquet,
     "plaid": _plaid,
     "planks": _planks,
-    "plaster": _plaster,
+    "plaster": lambda rng: 0.955 + 0.03 * noise(rng, 6, 6) + 0.03 * (noise(rng, 90, 90) - 0.5),
     "small_tiles": _tiled(8, 8, 0.006, vary=0.1),
     "speckle": _speckle,
-    "streaks": _streaks,
+    "streaks": lambda rng: 0.82 + 0.18 * noise(rng, 48, 2) * (0.7 + 0.3 * noise(rng, 6, 6)),
     "stripes": _stripes,
     "subway": _tiled(4, 8, 0.005, 0.5),
     "tiles": _tiled(2, 2, 0.003),
-    "velvet": _velvet,
+    "velvet": lambda rng: 0.8 + 0.16 * noise(rng, 7, 7) + 0.04 * rng.random((SIZE, SIZE)),
     "weave": _weave,
     "wicker": _wicker,
-    "wood": _wood,
+    "wood": lambda rng: _tinted(_grain(rng)),
 }

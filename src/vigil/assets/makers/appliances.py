@@ -13,7 +13,14 @@ from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker
 from vigil.assets.kernel.asset import Asset, Glow
 from vigil.assets.kernel.builder import Builder, PartStyle, Range
-from vigil.assets.kernel.furniture_parts import Corner, Finish, add_case, add_shelves, lining, shelf_heights
+from vigil.assets.kernel.furniture_parts import (
+    Corner,
+    Finish,
+    add_case,
+    add_shelves,
+    lining,
+    shelf_heights,
+)
 from vigil.assets.kernel.palette import one_of
 from vigil.base.geometry import Vec3
 
@@ -80,8 +87,9 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     builder.add(
         _LINER, *(shapes.span((low[0], y - 0.022, body - 0.125), (high[0], y + 0.004, body - 0.11)) for y in heights)
     )
-    if not levels:
-        _crisper(builder, low, (high[0], heights[0] - 0.04, body - 0.13))
+    if not levels and heights[0] - 0.04 - low[1] > 0.08:  # a clear vegetable drawer
+        crisper = shapes.span((low[0] + 0.01, low[1], body - 0.14), (high[0], heights[0] - 0.04, body - 0.13))
+        builder.add(_GLASS_SHELF, crisper)
     builder.solid((x0, 0, z0), (x1, base, body))
     builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
     doors = _fridge_doors(builder, shell, style, 1 if rng.random() < 0.5 else -1, (body, face))
@@ -94,33 +102,30 @@ def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Ran
     """Add one door, or two next to or above each other; return them, the largest first."""
     (x0, x1), height, body = builder.across, builder.height, z[0]
     base, wall, gap = _FRIDGE_BASE, _FRIDGE_WALL, 0.006
+    back = (body - 0.012, body)
     if style == "double":
-        doors = [
-            _Door("left", (0.5 * gap, x1), (base, height), 1),
-            _Door("right", (x0, -0.5 * gap), (base, height), -1),
-        ]
-        seal = PartStyle(_LINER, "left")  # nothing shows through the gap between the doors
-        builder.block(seal, (-0.02, 0.02), (base + wall, height - wall), (body - 0.012, body + 0.006))
+        doors = [_Door("left", (gap, x1), (base, height), 1), _Door("right", (x0, -gap), (base, height), -1)]
+        builder.block(PartStyle(shell.material, "left"), (-0.03, 0.03), (base + wall, height - wall), back)
     else:
         split = {"top": 0.68, "bottom": 0.36}[style] * height
-        lower = _Door("lower", (x0, x1), (base, split - gap / 2), side)
-        upper = _Door("upper", (x0, x1), (split + gap / 2, height), side)
+        # The free edge swings out a little at first, and stays within the fridge's sides all the same.
+        x = (x0 + gap, x1) if side > 0 else (x0, x1 - gap)
+        lower = _Door("lower", x, (base, split - gap / 2), side)
+        upper = _Door("upper", x, (split + gap / 2, height), side)
         doors = [upper, lower] if style == "bottom" else [lower, upper]
+        builder.block(shell.material, (x0 + wall, x1 - wall), (split - 0.012, split + 0.012), back)
     for door in doors:
         _fridge_door(builder, shell, door, z)
     return doors
 
 
-def _crisper(builder: Builder, low: Corner, high: Corner) -> None:
-    """Add a clear vegetable drawer on a fridge's floor."""
-    if high[1] - low[1] > 0.08:
-        builder.add(_GLASS_SHELF, shapes.span((low[0] + 0.01, low[1], high[2] - 0.01), high))
-
-
 def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None:
-    """Add a thick door with a handle and, on its inside, racks."""
+    """Add a thick door with a handle and, on its inside, racks.
+
+    It turns about an edge of the fridge's box, so that nothing of it, the handle included, leaves the fridge's sides.
+    """
     (x0, x1), (y0, y1), (z0, z1), hinge = door.x, door.y, z, door.hinge
-    joint = builder.hinge(door.name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, (z0 + z1) / 2), hinge * 92.0)
+    joint = builder.hinge(door.name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, builder.through[1]), hinge * 90.0)
     skin = PartStyle(shell.material, joint)
     builder.block(skin, (x0, x1), (y0, y1), (z0 + 0.006, z1), 0.012)
     inner = PartStyle(_LINER, joint)
@@ -334,7 +339,7 @@ def _porthole(machine: _Machine) -> None:
     joint = _door(machine)
     profile = [(0.72 * radius, 0.0), (radius, 0.0), (0.97 * radius, 0.7 * thick), (0.86 * radius, thick),
                (0.74 * radius, 0.8 * thick), (0.72 * radius, 0.0)]  # fmt: skip
-    ring, pane = _looks(joint, "chrome", "glass/#5d6a72")
+    ring, pane = PartStyle("chrome", joint), PartStyle("smoked_glass/#3a4248", joint)
     machine.builder.add(ring, machine.face(shapes.lathe(profile, segments=24), machine.front))
     window = 0.75 * radius
     bowl = [(0, 0.25 * thick), (window, 0.25 * thick), (0.6 * window, 0.75 * thick), (0, 0.85 * thick)]
@@ -346,7 +351,7 @@ def _flat_door(machine: _Machine) -> None:
     """Add a dryer's door: a squarish frame about a flat squarish window."""
     radius, thick = _LID * machine.radius, _DOOR_M - 0.012
     joint = _door(machine)
-    frame, pane = _looks(joint, _GREY, "glass/#3c4146")
+    frame, pane = PartStyle(_GREY, joint), PartStyle("smoked_glass/#2c3034", joint)
     outer = shapes.rounded_rectangle(2 * radius, 2 * radius, 0.16 * radius)
     hole = shapes.rounded_rectangle(1.4 * radius, 1.4 * radius, 0.42 * radius)
     machine.builder.add(frame, machine.face(shapes.extrude(_framed(outer, hole), 0.0, thick), machine.front))
@@ -358,13 +363,9 @@ def _door(machine: _Machine) -> str:
     """Add the joint at a door's edge at +x (the left, seen from the front) and the door's solid; return the joint's
     name."""
     builder, radius, (front, end) = machine.builder, _LID * machine.radius, (machine.front, machine.builder.through[1])
-    joint = builder.hinge("door", (0, 1, 0), (radius, 0, front), 100.0)
+    joint = builder.hinge("door", (0, 1, 0), (radius, 0, front), 90.0)
     builder.solid((-radius, machine.middle - radius, front), (radius, machine.middle + radius, end), joint)
     return joint
-
-
-def _looks(joint: str, frame: str, pane: str) -> tuple[PartStyle, PartStyle]:
-    return PartStyle(frame, joint), PartStyle(pane, joint)
 
 
 def _grip(machine: _Machine, joint: str, length: float) -> None:

@@ -21,7 +21,9 @@ def bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     builder = Builder("Bed", size)
     finish = wood(rng)
     width, height, depth = size
-    lying = _lying_height(height, levels)
+    fitting = [level for level in levels if level > 0.25 * height]
+    usual = min(0.54, 0.62 * height if height > 0.5 else height)
+    lying = min(fitting[0], height) if fitting and fitting[0] <= _HIGHEST_M else usual
     has_head = height > lying + 0.08
     frame = rng.uniform(0.45, 0.6) * lying
     (x0, x1), (z0, z1) = builder.across, builder.through
@@ -42,13 +44,6 @@ def bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     builder.solid((x0, 0.02, z0), (x1, lying, z1))
     builder.surface("mattress", (0, lying, sum(inner) / 2), (width - 0.14, inner[1] - inner[0] - 0.1))
     return builder.build((word, finish.word))
-
-
-def _lying_height(height: float, levels: Sequence[float]) -> float:
-    fitting = [level for level in levels if level > 0.25 * height]
-    if fitting and fitting[0] <= _HIGHEST_M:
-        return min(fitting[0], height)
-    return min(0.54, 0.62 * height if height > 0.5 else height)
 
 
 def _headboard(builder: Builder, rng: np.random.Generator, finish: Finish, thick: float) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker, lathed_oval, lengthwise
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.meshes import cross
 from vigil.assets.kernel.palette import colour, one_of
 from vigil.base.geometry import Vec3
@@ -34,12 +34,14 @@ def vase(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     outer = VASE_FORMS[form]
     mouth = outer[-1][0]
     inner = [(0.85 * mouth, 1.0), (0.75 * mouth, 0.85), (0.5 * mouth, 0.3), (0.0, 0.3)]
-    _turned(builder, material, [*outer, *inner])
+    width, height, depth = size
+    builder.add(material, lathed_oval([(r, y * height) for r, y in [*outer, *inner]], width, depth))
     if rng.random() < 0.45 and not glass:
         _, other = colour(rng, *names)
         k = len(outer) // 2
         (r0, y0), (r1, y1) = outer[k], outer[k + 1]
-        _turned(builder, f"ceramic/{other}", [(1.015 * r0, y0), (1.015 * r1, y1)])
+        band = lathed_oval([(1.015 * r0, y0 * height), (1.015 * r1, y1 * height)], width, depth)
+        builder.add(f"ceramic/{other}", band)
     return builder.build([name, form])
 
 
@@ -73,15 +75,6 @@ def watering_can(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
     return builder.build([name])
 
 
-def _turned(builder: Builder, look: PartStyle | str, profile: list[tuple[float, float]], segments: int = 18) -> None:
-    """Add a turned part: radii as shares of half the width, heights as shares of the height."""
-    points = [(radius, y * builder.height) for radius, y in profile]
-    builder.add(look, lathed_oval(points, builder.width, builder.depth, segments))
-
-
-PLASTIC_SOIL = "carpet/#4a3526"
-
-
 def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Return a plant in a pot: broad leaves, sword leaves, a small tree, a palm or, when small, a cactus."""
     builder = Builder("HousePlant", size)
@@ -98,7 +91,7 @@ def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     pot = [(0.0, 0.0), (0.66, 0.0), (0.92, 0.82), (1.0, 0.84), (1.0, 1.0), (0.88, 1.0), (0.86, 0.9)]
     look = f"stone/{'#b8674a' if name == 'orange' else tint}" if rng.random() < 0.4 else f"ceramic/{tint}"
     builder.add(look, lathed_oval([(r, y * pot_top) for r, y in pot], across, across, 16))
-    builder.add(PLASTIC_SOIL, shapes.disc(0.44 * across, (0, 0.9 * pot_top, 0), segments=14))
+    builder.add("carpet/#4a3526", shapes.disc(0.44 * across, (0, 0.9 * pot_top, 0), segments=14))
     green = one_of(rng, ("leaf/#4f8a3f", "leaf/#3c7a46", "leaf/#6b9a44", "leaf/#2f6b3a"))
     spread = (width / 2, height - pot_top, depth / 2)
     grow = {"broad": _broad, "sword": _swords, "tree": _tree, "palm": _palm, "bush": _bush, "cactus": _cactus}[kind]

@@ -60,13 +60,8 @@ def _runs(size: Vec3) -> list[tuple[tuple[Range, Range], str]]:
     right = ((x[1] - _RUN_M, x[1]), (z[0] + _RUN_M, z[1]))
     left = ((x[0], x[0] + _RUN_M), (z[0] + _RUN_M, z[1]))
     runs = [(back, "+z"), (right, "-x")]
-    return [*runs, (left, "+x")] if _is_u_shaped(size) else runs
-
-
-def _is_u_shaped(size: Vec3) -> bool:
-    """Return whether a deep counter has two legs: AI2-THOR's U counters are two centimetres deeper than whole
-    modules."""
-    return size.x > 2.3 and 0.012 < size.z % 0.3048 < 0.06
+    # AI2-THOR's U-shaped counters are two centimetres deeper than whole modules.
+    return [*runs, (left, "+x")] if size.x > 2.3 and 0.012 < size.z % 0.3048 < 0.06 else runs
 
 
 def _counter_run(

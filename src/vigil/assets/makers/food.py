@@ -1,6 +1,6 @@
 """Food."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,7 +18,10 @@ def tomato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     width, height, depth = size
     tint = one_of(rng, ("#cf2b1f", "#d9441f", "#b9201c"))
     ball = shapes.ellipsoid((width, 0.93 * height, depth), (0, 0.465 * height, 0), segments=20, rings=8)
-    builder.add(f"plastic/{tint}", _swell(ball, lambda angle: 1 - 0.035 * (1 + np.cos(5 * angle))))
+    vertices = ball.vertices.astype(np.float64)
+    ribs = 1 - 0.035 * (1 + np.cos(5 * np.arctan2(vertices[:, 0], vertices[:, 2])))
+    vertices[:, [0, 2]] *= ribs[:, None]
+    builder.add(f"plastic/{tint}", shapes.mesh(vertices, ball.faces, ball.normals, ball.uvs))
     green = "plastic/#4f8a35"
     for k in range(5):
         leaf = shapes.extrude([(0.0, -0.05), (0.2, -0.06), (0.34, 0.0), (0.2, 0.06), (0.0, 0.05)], 0.0, 0.012)
@@ -34,7 +37,11 @@ def potato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     tint = one_of(rng, ("#b08a52", "#9c7443", "#c2a066", "#8f4f43"))
     lump = shapes.ellipsoid(size, (0, size.y / 2, 0), segments=16, rings=9)
     phase = rng.uniform(0, 6, 3)
-    builder.add(f"skin/{tint}", _lumpy(lump, phase, 0.09))
+    low, high = shapes.bounds([lump])
+    unit = (lump.vertices - (low + high) / 2) / (high - low)
+    waves = np.sin(7 * unit[:, 0] + phase[0]) + np.sin(8 * unit[:, 1] + phase[1]) + np.sin(9 * unit[:, 2] + phase[2])
+    vertices = (low + high) / 2 + unit * (high - low) * (1 + 0.09 * waves / 3)[:, None]
+    builder.add(f"skin/{tint}", shapes.mesh(vertices, lump.faces, lump.normals, lump.uvs))
     for _ in range(5):
         angle, along = rng.uniform(0.3, 2.8), rng.uniform(-0.3, 0.3)
         radius = np.sqrt(1 - (2 * along) ** 2) / 2
@@ -64,7 +71,9 @@ def bread(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
         builder.add(crumb, shapes.extrude(face, 0.499 * length, 0.502 * length, "z"))
     else:
         loaf = shapes.ellipsoid((width, 1.5 * height, length), (0, 0.25 * height, 0), segments=18, rings=10)
-        builder.add(crust, _flat_bottom(loaf))
+        vertices = loaf.vertices.astype(np.float64)
+        vertices[:, 1] = np.maximum(vertices[:, 1], 0.0)  # it lies flat
+        builder.add(crust, shapes.mesh(vertices, loaf.faces, loaf.normals, loaf.uvs))
     for z in (-0.3, -0.1, 0.1, 0.3):
         if kind == "oval":
             cut = shapes.ellipsoid((0.5 * width, 0.05 * height, 0.05 * length), segments=8, rings=4)
@@ -106,30 +115,6 @@ def _leaf_bowl(rng: np.random.Generator) -> shapes.Mesh:
         back = front[::-1] - [0, 0, 0.06]
         rings.append(np.concatenate([front, back, front[:1]]))
     return creased(shapes.loft(np.array(rings)))
-
-
-def _swell(part: shapes.Mesh, factor: Callable[[np.ndarray], np.ndarray]) -> shapes.Mesh:
-    """Return the mesh with its distance from the vertical axis multiplied by a function of the angle."""
-    vertices = part.vertices.astype(np.float64)
-    share = factor(np.arctan2(vertices[:, 0], vertices[:, 2]))
-    vertices[:, 0] *= share
-    vertices[:, 2] *= share
-    return shapes.mesh(vertices, part.faces, part.normals, part.uvs)
-
-
-def _lumpy(part: shapes.Mesh, phase: np.ndarray, depth: float) -> shapes.Mesh:
-    low, high = shapes.bounds([part])
-    middle, extent = (low + high) / 2, high - low
-    unit = (part.vertices - middle) / extent
-    waves = np.sin(7 * unit[:, 0] + phase[0]) + np.sin(8 * unit[:, 1] + phase[1]) + np.sin(9 * unit[:, 2] + phase[2])
-    vertices = middle + unit * extent * (1 + depth * waves / 3)[:, None]
-    return shapes.mesh(vertices, part.faces, part.normals, part.uvs)
-
-
-def _flat_bottom(part: shapes.Mesh) -> shapes.Mesh:
-    vertices = part.vertices.astype(np.float64)
-    vertices[:, 1] = np.maximum(vertices[:, 1], 0.0)
-    return shapes.mesh(vertices, part.faces, part.normals, part.uvs)
 
 
 MAKERS: dict[str, Maker] = {

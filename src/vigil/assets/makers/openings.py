@@ -117,8 +117,21 @@ def _panelled(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
     for across, (low, high) in openings:
         builder.block(skin, across, (low, high), (-0.2 * _LEAF_M, 0.2 * _LEAF_M))
         for a, b in ((across[0], middle - half), (middle + half, across[1])) if half else (across,):
+            _moulding(builder, skin, (a, b), (low, high))
             field = (low + 0.035, high - 0.035)
-            builder.block(skin, (a + 0.035, b - 0.035), field, (-0.38 * _LEAF_M, 0.38 * _LEAF_M), 0.006)
+            builder.block(skin, (a + 0.035, b - 0.035), field, (-0.38 * _LEAF_M, 0.38 * _LEAF_M), 0.009)
+
+
+def _moulding(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
+    """Add slopes from a frame to a sunken panel within it, on both sides of a leaf.
+
+    A step would be a dark line, and a broken one from afar.
+    """
+    profile = ((0.0, _LEAF_M / 2), (0.018, 0.2 * _LEAF_M), (0.018, -0.2 * _LEAF_M), (0.0, -_LEAF_M / 2))
+    for edge, side in ((x[0], 1), (x[1], -1)):
+        builder.add(skin, shapes.extrude([(edge + side * inward, z) for inward, z in profile], *y, "y"))
+    for edge, side in ((y[0], 1), (y[1], -1)):
+        builder.add(skin, shapes.extrude([(z, edge + side * inward) for inward, z in profile], *x, "x"))
 
 
 def _glazed(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
@@ -128,6 +141,7 @@ def _glazed(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
     rows = ((y[0] + 0.2, 0.42 * y[1]), (0.42 * y[1] + 0.12, y[1] - 0.12))
     _rails(builder, skin, x, y, [(across, row) for row in rows])
     builder.block(skin, across, rows[0], (-0.2 * _LEAF_M, 0.2 * _LEAF_M))
+    _moulding(builder, skin, across, rows[0])
     pane = PartStyle(_GLASS, skin.joint)
     builder.block(pane, across, rows[1], (-0.004, 0.004))
     middle, half = sum(across) / 2, sum(rows[1]) / 2

@@ -21,7 +21,9 @@ def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     builder = Builder("Book", size)
     width, height, length = size
     cover = f"cover/{rng.integers(COVERS)}"
-    name, tint = _ground(cover)
+    picture = material(cover).texture
+    red, green, blue = (128, 128, 128) if picture is None else (int(part) for part in picture[2, 2])
+    name, tint = word_for(red, green, blue), f"#{red:02x}{green:02x}{blue:02x}"
     board = min(0.12 * height, 0.004)
     cloth = f"leather/{tint}"
     builder.add(cloth, shapes.span((-width / 2, 0, -length / 2), (width / 2, board, length / 2)))
@@ -40,13 +42,6 @@ def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     builder.solid((-width / 2, 0, -length / 2), (width / 2, height - board, length / 2))
     builder.solid((-width / 2, height - board, -length / 2), (width / 2, height, length / 2), hinge)
     return builder.build([name] if name else [])
-
-
-def _ground(cover: str) -> tuple[str | None, str]:
-    """Return the colour at a cover's corner: its word, where one fits clearly, and "#rrggbb"."""
-    picture = material(cover).texture
-    red, green, blue = (128, 128, 128) if picture is None else (int(part) for part in picture[2, 2])
-    return word_for(red, green, blue), f"#{red:02x}{green:02x}{blue:02x}"
 
 
 def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -91,10 +86,10 @@ def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
     across = 0.27 * depth
     loop = np.c_[0.5 * width * np.cos(angles), 0.46 * height + 0.46 * height * np.sin(angles)]
     inner = np.c_[0.44 * width * np.cos(angles), 0.46 * height + 0.36 * height * np.sin(angles)]
-    for a, b in ((loop, inner),):
-        rings = [np.c_[line, np.full(21, z)] for line, z in ((a, -across), (a, across), (b, across), (b, -across))]
-        skin = [np.stack([rings[k], rings[(k + 1) % 4]]) for k in range(4)]
-        builder.add(strap, *(_outward(shapes.loft(pair, cap=False), inside=k == 2) for k, pair in enumerate(skin)))
+    edges = ((loop, -across), (loop, across), (inner, across), (inner, -across))
+    rings = [np.c_[line, np.full(21, z)] for line, z in edges]
+    skin = [np.stack([rings[k], rings[(k + 1) % 4]]) for k in range(4)]
+    builder.add(strap, *(_outward(shapes.loft(pair, cap=False), inside=k == 2) for k, pair in enumerate(skin)))
     dial = shapes.cylinder(0.5, 0.2 * height, segments=18)
     face = min(0.6 * width, depth)
     builder.add(metal, shapes.translate(shapes.scale(dial, (face, 1, depth)), (0, 0.88 * height, 0)))
@@ -191,9 +186,6 @@ def _laptop(size: Vec3, rng: np.random.Generator, opens_deg: float) -> Asset:
     builder.solid((-width / 2, 0, -depth / 2), (width / 2, seam, depth / 2))
     builder.solid((-width / 2, seam, -depth / 2), (width / 2, height, depth / 2), lid)
     return builder.build([name])
-
-
-"""Colours into which light breaks, angles of two fans of narrow rays across a disc, and width of each ray."""
 
 
 MAKERS: dict[str, Maker] = {

@@ -14,14 +14,16 @@ from vigil.assets.kernel.furniture_parts import (
     HANDLES,
     WOODS,
     Fronts,
-    HandleKind,
     add_case,
     add_drawer,
+    add_drawers,
     add_leaf,
     add_legs,
     add_shelves,
     handle_room,
     lining,
+    random_fronts,
+    seam_material,
     shelf_heights,
     wood,
 )
@@ -30,12 +32,11 @@ from vigil.base.geometry import Vec3
 
 _DRAWER_FLOOR_M = 0.026
 """Height (m) of a drawer's floor above the lower edge of its row."""
-_KNOBS: tuple[HandleKind, ...] = ("knob", "bar", "cup")
 
 
 def _fronts(rng: np.random.Generator, front: str) -> Fronts:
     inner = one_of(rng, ("paint/#efeade", "paint/#f4f2ec", "paint/#e6e8ea"))
-    return Fronts(front, inner, one_of(rng, HANDLES).material, one_of(rng, _KNOBS), bool(rng.random() < 0.4))
+    return random_fronts(rng, front, inner, 0.4)
 
 
 def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: float, lowest: float = 1.0) -> float:
@@ -74,27 +75,15 @@ def dresser(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     rows = int(np.clip(round((height - base) / 0.22), 2, 6))
     low, high = (-width / 2 + 0.028, base + 0.024, -depth / 2 + 0.03), (width / 2 - 0.028, height - top - 0.006, front)
     floors = shelf_heights([level - _DRAWER_FLOOR_M for level in inner], low[1], high[1], rows - 1)
-    _drawers(builder, fronts, low, high, (columns, [low[1], *floors, high[1]]))
+    wide = (high[0] - low[0]) / columns
+    across = [(low[0] + k * wide + 0.004, low[0] + (k + 1) * wide - 0.004) for k in range(columns)]
+    last = len(floors)
+    up = [  # lower drawers come out farther, so that the inside of each can be seen
+        ((bottom + 0.004, top - 0.004), (0.32 + 0.38 * (last - row) / max(last, 1)) * (high[2] - low[2]))
+        for row, (bottom, top) in enumerate(pairwise([low[1], *floors, high[1]]))
+    ]
+    add_drawers(builder, fronts, ((low[0] - 0.002, low[1] - 0.006, low[2]), high), (across, up))
     return builder.build((finish.word,))
-
-
-def _drawers(
-    builder: Builder,
-    fronts: Fronts,
-    low: tuple[float, float, float],
-    high: tuple[float, float, float],
-    grid: tuple[int, list[float]],
-) -> None:
-    """Add columns of drawers between heights; lower ones come out farther, so that the inside of each can be seen."""
-    columns, heights = grid
-    wide, rows = (high[0] - low[0]) / columns, len(heights) - 1
-    for row, (bottom, top) in enumerate(pairwise(heights)):
-        share = 0.32 + 0.38 * (rows - 1 - row) / max(rows - 1, 1)
-        for column in range(columns):
-            x = low[0] + column * wide
-            corner, opposite = (x + 0.004, bottom + 0.004, low[2]), (x + wide - 0.004, top - 0.004, high[2])
-            travel = share * (high[2] - low[2])
-            add_drawer(builder, f"drawer{row * columns + column}", corner, opposite, fronts, travel)
 
 
 def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -131,13 +120,18 @@ def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     add_shelves(builder, fronts.inner, low, high, shelf_heights(levels, low[1], high[1], count), needs_opening=True)
     builder.surface("top", (0, height, (leaf - depth / 2) / 2), (width - 0.02, depth - 0.06))
     if width > 0.55:
-        add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (-0.002, height - 0.004, front), fronts, hinge=-1)
-        add_leaf(builder, "leaf1", (0.002, 0.004, leaf), (width / 2, height - 0.004, front), fronts, hinge=1)
-        lip = PartStyle(finish.material, "leaf0")  # nothing shows through the gap between the leaves
-        builder.block(lip, (-0.012, 0.01), (BOARD_M, height - BOARD_M), (leaf - 0.008, leaf))
+        add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (-0.003, height - 0.004, front), fronts, hinge=-1)
+        add_leaf(builder, "leaf1", (0.003, 0.004, leaf), (width / 2, height - 0.004, front), fronts, hinge=1)
+        plate = PartStyle(seam_material(finish.material), "leaf0")
+        builder.block(plate, (-0.012, 0.01), (BOARD_M, height - BOARD_M), (leaf - 0.008, leaf))
     else:
         side = 1 if rng.random() < 0.5 else -1
-        add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (width / 2, height - 0.004, front), fronts, hinge=side)
+        # The free edge swings out a little at first.
+        low, high = (
+            (-width / 2 + 0.005 * (side > 0), 0.004, leaf),
+            (width / 2 - 0.005 * (side < 0), height - 0.004, front),
+        )
+        add_leaf(builder, "leaf0", low, high, fronts, hinge=side)
     return builder.build((finish.word,))
 
 
@@ -161,10 +155,12 @@ def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> A
         for index, (x0, x1) in enumerate(((low[0], low[0] + end - 0.009), (high[0] - end + 0.009, high[0]))):
             rows = 2 if high[1] - low[1] > 0.3 else 1
             tall = (high[1] - low[1]) / rows
-            for row in range(rows):
-                y = low[1] + row * tall
-                add_drawer(builder, f"drawer{index * rows + row}", (x0 + 0.003, y + 0.003, low[2]),
-                           (x1 - 0.003, y + tall - 0.003, front), fronts, (0.6 - 0.25 * row) * depth)  # fmt: skip
+            up = [
+                ((low[1] + row * tall + 0.003, low[1] + (row + 1) * tall - 0.003), (0.6 - 0.25 * row) * depth)
+                for row in range(rows)
+            ]
+            box = (x0, low[1], low[2]), (x1, high[1], front)
+            add_drawers(builder, fronts, box, ([(x0 + 0.003, x1 - 0.003)], up), index * rows)
     middle_low, middle_high = (low[0] + end + 0.009, low[1], low[2]), (high[0] - end - 0.009, high[1], high[2])
     count = 1 if height - base > 0.3 else 0
     shelves = shelf_heights(inner, low[1], high[1], count)

@@ -9,15 +9,14 @@ from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.furniture_parts import (
-    HANDLES,
     Finish,
     Fronts,
-    HandleKind,
     add_case,
-    add_drawer,
+    add_drawers,
     add_legs,
     handle_room,
     leg,
+    random_fronts,
     shelf_heights,
     wood,
 )
@@ -44,7 +43,10 @@ def dining_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
         style = one_of(rng, ("square", "tapered", "turned", "splayed"))
         inset = 0.02 if style == "square" else 0.08
         add_legs(builder, legs.material, (width - inset, depth - inset), under, rng.uniform(0.055, 0.085), style)
-        _apron(builder, legs.material, under, (width - inset - 0.06, depth - inset - 0.06), 0.08)
+        x, z = (width - inset - 0.06) / 2, (depth - inset - 0.06) / 2
+        for side in (-1, 1):  # four boards below the top
+            builder.block(legs.material, (-x, x), (under - 0.08, under), (side * z - 0.01, side * z + 0.01))
+            builder.block(legs.material, (side * x - 0.01, side * x + 0.01), (under - 0.08, under), (-z, z))
         _low_shelves(builder, legs.material, lower, under)
     return builder.build((finish.word,))
 
@@ -61,7 +63,10 @@ def _below(levels: Sequence[float], height: float) -> list[float]:
 def _low_shelves(builder: Builder, material: str, tops: Sequence[float], under: float) -> None:
     """Add shelves between a table's legs."""
     for index, (top, above) in enumerate(pairwise([*tops, under])):
-        _low_shelf(builder, material, top, above, f"shelf{index or ''}")
+        half_x, half_z = builder.width / 2 - 0.05, builder.depth / 2 - 0.05
+        builder.block(material, (-half_x, half_x), (top - 0.02, top), (-half_z, half_z), 0.003)
+        builder.solid((-half_x, top - 0.02, -half_z), (half_x, top, half_z))
+        builder.surface(f"shelf{index or ''}", (0, top, 0), (2 * half_x - 0.06, 2 * half_z - 0.02), above - top)
 
 
 def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, y: float | None = None) -> None:
@@ -71,14 +76,6 @@ def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, 
     builder.add(material, shapes.slab(size, center, radius) if radius else shapes.box(size, center, 0.006))
     builder.solid((builder.across[0], top - thick, builder.through[0]), (builder.across[1], top, builder.through[1]))
     builder.surface("top", (0, top, 0), (builder.width - 0.03, builder.depth - 0.03))
-
-
-def _apron(builder: Builder, material: str, under: float, spread: tuple[float, float], tall: float) -> None:
-    """Add the four boards below a top, around `spread` (x, z)."""
-    for side in (-1, 1):
-        x, z = side * spread[0] / 2, side * spread[1] / 2
-        builder.block(material, (-spread[0] / 2, spread[0] / 2), (under - tall, under), (z - 0.01, z + 0.01))
-        builder.block(material, (x - 0.01, x + 0.01), (under - tall, under), (-spread[1] / 2, spread[1] / 2))
 
 
 def _trestles(builder: Builder, material: str, under: float) -> None:
@@ -148,14 +145,6 @@ def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
     return builder.build((finish.word,))
 
 
-def _low_shelf(builder: Builder, material: str, top: float, under: float, name: str) -> None:
-    """Add a shelf between a table's legs."""
-    half_x, half_z = builder.width / 2 - 0.05, builder.depth / 2 - 0.05
-    builder.block(material, (-half_x, half_x), (top - 0.02, top), (-half_z, half_z), 0.003)
-    builder.solid((-half_x, top - 0.02, -half_z), (half_x, top, half_z))
-    builder.surface(name, (0, top, 0), (2 * half_x - 0.06, 2 * half_z - 0.02), under - top)
-
-
 def side_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     """Return a bedside or end table: with drawers, with a shelf, or round."""
     builder = Builder("SideTable", size)
@@ -186,7 +175,7 @@ def side_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) ->
 def _nightstand(builder: Builder, rng: np.random.Generator, finish: Finish) -> None:
     """Add a small chest with one or two drawers on short legs."""
     width, height, depth = builder.width, builder.height, builder.depth
-    fronts = _fronts(rng, finish.material)
+    fronts = random_fronts(rng, finish.material, "paint/#f1eee4", 0.3)
     front = depth / 2 - handle_room(fronts.knob)
     foot = rng.uniform(0.1, 0.4) * height
     middle = (0.0, (front - depth / 2) / 2)
@@ -197,15 +186,13 @@ def _nightstand(builder: Builder, rng: np.random.Generator, finish: Finish) -> N
     builder.surface("top", (0, height, middle[1]), (width - 0.02, depth - 0.05))
     rows = 2 if height - foot > 0.34 else 1
     tall = (height - 0.026 - foot - 0.02) / rows
-    for row in range(rows):
-        y = foot + 0.02 + row * tall
-        add_drawer(builder, f"drawer{row}", (-width / 2 + 0.024, y + 0.002, -depth / 2 + 0.03),
-                   (width / 2 - 0.024, y + tall - 0.004, front), fronts, (0.65 - 0.25 * row) * depth)  # fmt: skip
-
-
-def _fronts(rng: np.random.Generator, front: str) -> Fronts:
-    kinds: tuple[HandleKind, ...] = ("knob", "bar", "cup")
-    return Fronts(front, "paint/#f1eee4", one_of(rng, HANDLES).material, one_of(rng, kinds), bool(rng.random() < 0.3))
+    x0, x1 = -width / 2 + 0.024, width / 2 - 0.024
+    up = [
+        ((foot + 0.022 + row * tall, foot + 0.016 + (row + 1) * tall), (0.65 - 0.25 * row) * depth)
+        for row in range(rows)
+    ]
+    box = (x0 - 0.002, foot + 0.016, -depth / 2 + 0.03), (x1 + 0.002, height - 0.022, front)
+    add_drawers(builder, fronts, box, ([(x0, x1)], up))
 
 
 def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -218,7 +205,7 @@ def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     lower = _below(levels, top)
     front = depth / 2
     has_drawers = rng.random() < 0.6 and top > 0.55 and width > 0.9 and not lower
-    fronts = _fronts(rng, finish.material)
+    fronts = random_fronts(rng, finish.material, "paint/#f1eee4", 0.3)
     if has_drawers:
         front -= handle_room(fronts.knob)
     thick = 0.03
@@ -254,10 +241,12 @@ def _drawer_block(builder: Builder, fronts: Fronts, reach: float, face: tuple[fl
     add_case(builder, fronts.front, (x0, 0.04, z0), (x0 + reach, top, front - 0.004), 0.016)
     builder.block(fronts.front, (x0 + 0.02, x0 + reach - 0.02), (0, 0.04), (z0 + 0.02, front - 0.05))
     tall = (top - 0.08) / 3
-    for row in range(3):
-        y = 0.06 + row * tall
-        low, high = (x0 + 0.02, y + 0.003, z0 + 0.03), (x0 + reach - 0.02, y + tall - 0.003, front)
-        add_drawer(builder, f"drawer{row}", low, high, fronts, (0.6, 0.45, 0.3)[row] * (front - z0))
+    up = [
+        ((0.063 + row * tall, 0.057 + (row + 1) * tall), share * (front - z0))
+        for row, share in enumerate((0.6, 0.45, 0.3))
+    ]
+    box = (x0 + 0.016, 0.056, z0 + 0.03), (x0 + reach - 0.016, top - 0.016, front)
+    add_drawers(builder, fronts, box, ([(x0 + 0.02, x0 + reach - 0.02)], up))
 
 
 def _hutch(builder: Builder, material: str, desk_top: float, levels: Sequence[float]) -> None:

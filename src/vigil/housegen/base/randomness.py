@@ -8,7 +8,7 @@ import numpy as np
 
 from vigil.protocol.house import canonical_json
 
-GENERATOR_VERSION = "5"
+GENERATOR_VERSION = "6"
 """Version of the generator; it changes whenever the same seed and spec would give another house."""
 STREAM_VERSION = "4"
 """First version that draws the same numbers for the same seed and spec.

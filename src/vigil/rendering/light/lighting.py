@@ -8,14 +8,13 @@ other moved objects, since one may be in its old place.
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from vigil.rendering.geometry import Geometry, geometry_of
-from vigil.rendering.light import crevice_occlusion, irradiance, lightmap_atlas, smoothing
+from vigil.rendering.light import irradiance, lightmap_atlas
 from vigil.rendering.light.irradiance import Samples
 from vigil.rendering.light.occluders import Occluders, occluders_of
 from vigil.rendering.light.smoothing import move_inward, smooth_edges, smoothed
@@ -31,23 +30,6 @@ IN_HAND = 0.75
 """Light on the sides of held objects."""
 PART_POINTS = 12000
 """Number of points on which light is cast at a time, on each of two threads."""
-FULL = 255
-"""The whole light, as a byte."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class VertexLight:
-    """Light that was cast on vertices."""
-
-    light: np.ndarray
-    """(n, 3 + lamps) float16: the light from all around, and the share of each lamp's light."""
-    detail_weight: np.ndarray
-    """(n,) uint8 root of the share of their light that vertices have where gaps are wider than a pixel."""
-
-    @staticmethod
-    def empty(count: int, lamps: int) -> "VertexLight":
-        """Return arrays for the light on `count` vertices."""
-        return VertexLight(np.zeros((count, 3 + lamps), np.float16), np.full(count, FULL, np.uint8))
 
 
 class BakedLight:
@@ -58,10 +40,11 @@ class BakedLight:
         self.lightmap_atlas, self._samples = _atlas_of(self.geometry)
         self._lamps, self._portals = list(scene.lamps), scene.portals
         self.occluders = occluders_of(self.geometry, scene.initial, scene.static_occluders)
-        self._is_cast = np.zeros(len(scene.bodies), dtype=bool)
-        self.vertices = VertexLight.empty(len(self.geometry.vertices), len(self._lamps))
+        self._is_cast = np.zeros(len(scene.geom_meshes), dtype=bool)
+        self.vertices = np.zeros((len(self.geometry.vertices), 3 + len(self._lamps)), np.float16)
+        """(vertices, 3 + lamps): the light from all around, and the share of each lamp's light."""
         self.planes = np.zeros((self.lightmap_atlas.is_used.size, 3 + len(self._lamps)), np.float16)
-        """(texels, 3 + lamps): as `VertexLight.light`."""
+        """(texels, 3 + lamps): as `vertices`."""
         self.is_open = np.zeros(self.lightmap_atlas.is_used.size, dtype=bool)
         """Whether each texel of the planes is not buried."""
 
@@ -76,7 +59,7 @@ class BakedLight:
         on_meshes = partial(self.cast_on, state, meshes, self.occluders, self.vertices)
         run_in_parallel([on_meshes, partial(self._cast_planes, planes)])
 
-    def cast_on(self, state: RenderState, geoms: np.ndarray, occluders: Occluders, into: VertexLight) -> None:
+    def cast_on(self, state: RenderState, geoms: np.ndarray, occluders: Occluders, into: np.ndarray) -> None:
         """Cast light on the vertices of geoms in a state, and write it into the light of all vertices."""
         if not len(geoms):
             return
@@ -89,32 +72,13 @@ class BakedLight:
         edges = which[np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])]
         samples = Samples(points[first], normals[first])
         along = smooth_edges(samples.normals, edges)
-        in_gaps = partial(crevice_occlusion.light_shares, self.geometry, state, geoms[owners[first]], samples)
-        (light, is_buried), shares = run_in_parallel(
-            [partial(self._cast, move_inward(samples, along), occluders), in_gaps]
-        )
+        light, is_buried = self._cast(move_inward(samples, along), occluders)
         light = shaded(_smoothed(light, samples, ~is_buried, along, owners[first]), samples, self._lamps)
-        shares = np.where(crevice_occlusion.without_long_gradients(shares < 1.0, samples.points, edges), shares, 1.0)
-        afar = crevice_occlusion.distant_light_shares(self.geometry.scene, geoms[owners[first]], shares)
-        is_strip = self._on_strips(geoms, owners)[first]
-        light, near_by = smoothing.lightened(light * afar[:, None], is_strip, owners[first])
-        weight = (np.sqrt(shares / afar * near_by) * FULL + 0.5).astype(np.uint8)
         start = 0
         for geom, count in zip(geoms.tolist(), counts, strict=True):
-            part, stop = self.geometry.vertex_slices[geom], start + count
-            into.light[part], into.detail_weight[part] = light[which[start:stop]], weight[which[start:stop]]
+            stop = start + count
+            into[self.geometry.vertex_slices[geom]] = light[which[start:stop]]
             start = stop
-
-    def _on_strips(self, geoms: np.ndarray, owners: np.ndarray) -> np.ndarray:
-        """Return whether vertices (n,) of geoms are on the narrow sides of doors; `owners` (n,) index the geoms."""
-        parts = [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
-        found = self.geometry.scene.is_door[geoms][owners]
-        points, normals = (
-            np.concatenate([each[part] for part in parts])[found]
-            for each in (self.geometry.vertices, self.geometry.normals)
-        )
-        found[found] = smoothing.are_on_strips(points, normals, owners[found])
-        return found
 
     def _faces(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
         """Return the triangles (m, 3) of geoms; `counts` are their numbers of vertices, which are numbered in turn."""
@@ -159,31 +123,25 @@ class BakedLight:
         return np.column_stack([ambient, *lamps]), is_buried
 
 
-def baked_light(scene: RenderScene) -> BakedLight:
-    """Return the light of a scene, made once."""
-    if "light" not in scene.cache:
-        scene.cache["light"] = BakedLight(scene)
-    return scene.cache["light"]
-
-
 class Lighting:
     """The light on the vertices and the planes that are in view, as objects move and lamps are switched."""
 
     def __init__(self, scene: RenderScene) -> None:
-        self._scene, self._baked = scene, baked_light(scene)
+        if "light" not in scene.cache:
+            scene.cache["light"] = BakedLight(scene)
+        self._scene, self._baked = scene, scene.cache["light"]
         self.geometry = self._baked.geometry
-        count = len(self.geometry.vertices)
-        self._moved = VertexLight.empty(count, len(scene.lamps))
+        self._moved = np.zeros_like(self._baked.vertices)
         """Light on objects that have moved."""
         self._state = scene.initial
         """The state of the last update."""
         self._displaced, self._occluders = np.zeros(len(scene.static_occluders), dtype=bool), self._baked.occluders
         """Which furniture has been moved or removed, and what stops light on moved objects: all other furniture."""
-        self._is_lit = np.zeros(len(scene.bodies), dtype=bool)
+        self._is_lit = np.zeros(len(scene.geom_meshes), dtype=bool)
         """Whether each geom has been lit since its object last moved."""
         self._lamp_colours = np.zeros(0)
-        self.vertices = np.full((count, 4), (0, 0, 0, FULL), np.uint8)
-        """(n, 4) square root of the light on each vertex, and of the share of it at short range."""
+        self.vertices = np.zeros((len(self.geometry.vertices), 4), np.uint8)
+        """(n, 4) square root of the light on each vertex; the last column fills a word of OpenGL."""
         self.planes = np.zeros((*self._baked.lightmap_atlas.is_used.shape, 4), np.uint8)
         """(height, width, 4) square root of the light on the planes."""
         for geom in self.geometry.hand:
@@ -215,8 +173,7 @@ class Lighting:
         for geom, moved in zip(stale[~is_in_atlas].tolist(), is_moved[~is_in_atlas].tolist(), strict=True):
             part = self.geometry.vertex_slices[geom]
             cast = self._moved if moved else self._baked.vertices
-            self.vertices[part, :3] = encoded(mixed(cast.light[part], state.lamp_colours))
-            self.vertices[part, 3] = cast.detail_weight[part]
+            self.vertices[part, :3] = encoded(mixed(cast[part], state.lamp_colours))
         self._mix_planes(stale[is_in_atlas])
         return bool(is_in_atlas.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_in_atlas].tolist()]
 
@@ -239,8 +196,7 @@ class Lighting:
     def _light_by_hand(self, geom: int, rising: np.ndarray) -> None:
         """Light a geom by the upward part of its normals (n,)."""
         light = IN_HAND * (1.0 + 0.35 * rising)
-        part = self.geometry.vertex_slices[geom]
-        self.vertices[part, :3], self.vertices[part, 3] = encoded(light)[:, None], FULL
+        self.vertices[self.geometry.vertex_slices[geom], :3] = encoded(light)[:, None]
 
     def _mix_planes(self, geoms: np.ndarray) -> None:
         width = self._baked.lightmap_atlas.is_used.shape[1]

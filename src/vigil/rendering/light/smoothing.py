@@ -2,9 +2,6 @@
 
 Few rays are cast from a vertex, and the light of a face comes from its corners. Without smoothing, one corner with a
 partly hidden lamp would darken half a door.
-
-The narrow sides of a door's panels and frame have their own light only at short range. Only some samples of a pixel
-meet a strip narrower than the pixel, so a dark strip would be a row of dashes. It has the mean light of the door there.
 """
 
 import numpy as np
@@ -18,12 +15,6 @@ SAME_SURFACE_COSINE = 0.7
 """Least cosine between the normals of neighbouring corners of one smooth surface."""
 INSET_SHARE, INSET_M = 0.3, 0.05
 """How far inward of a corner its light is cast: a share of the way to its neighbours, and the most."""
-STRIP_WIDTH_M, STRIP_LENGTH_M = 0.05, 0.25
-"""Greatest width and least length of a strip, which is a flat side of a door's panel or frame."""
-FLAT = 0.99
-"""Least cosine between the normal of a strip and an axis of its part."""
-PLANE_M = 0.001
-"""Greatest distance between corners across one flat side."""
 
 
 def smooth_edges(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:
@@ -72,30 +63,3 @@ def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges:
         sums = np.add.reduceat(weights * sums[sources], begins) * shares
     known = sums[:, -1:]
     return sums[:, :-1] / np.where(known > 0.0, known, np.nan)
-
-
-def are_on_strips(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> np.ndarray:
-    """Return whether corners (n,) are on a long and narrow flat side; points and normals (n, 3) are in their owner's
-    frame (n,)."""
-    axis = np.abs(normals).argmax(axis=1)
-    rows = np.arange(len(points))
-    facing, depth = normals[rows, axis], np.round(points[rows, axis] / PLANE_M).astype(np.int64)
-    keys = np.stack([owners, 2 * axis + (facing > 0), depth], axis=1)
-    _, side = np.unique(keys, axis=0, return_inverse=True)
-    side = side.reshape(-1)
-    count = int(side.max(initial=-1)) + 1
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, side, points)
-    np.maximum.at(high, side, points)
-    extents = np.sort(high - low, axis=1)  # the least of them is across
-    is_strip = (extents[:, 1] < STRIP_WIDTH_M) & (extents[:, 2] > STRIP_LENGTH_M)
-    return is_strip[side] & (np.abs(facing) >= FLAT)
-
-
-def lightened(light: np.ndarray, chosen: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the light (n, k), on the chosen corners (n,) at least their owner's (n,) mean, and the share (n,) of it
-    that they have at short range."""
-    counts = np.maximum(np.bincount(owners), 1)
-    means = np.stack([np.bincount(owners, column) / counts for column in light.T], axis=1)[owners]
-    afar = np.where(chosen[:, None], np.maximum(light, means), light)
-    return afar, light.sum(axis=1) / np.maximum(afar.sum(axis=1), 1e-6)

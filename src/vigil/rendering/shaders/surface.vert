@@ -13,8 +13,7 @@ out vec2 atlas_place;
 // Brightens dim surfaces seen edge on, narrower than a pixel: a dark line would be a row of dots.
 const float EDGE_ON = 1.25;
 uniform vec3 eye;
-uniform float gaps_dark_m;  // distance up to which gaps are wider than a pixel
-in vec4 light;  // and the share of it that is left in a gap
+in vec3 light;
 centroid out vec3 vertex_light;
 #endif
 out vec3 world;
@@ -36,7 +35,7 @@ void main() {
 #ifdef IN_ATLAS
     atlas_place = place;
 #else
-    vertex_light = light.rgb;
+    vertex_light = light;
 #endif
     gl_ClipDistance[0] = dot(clip, vec4(world, 1.0));
     gl_Position = view_projection * vec4(world, 1.0);
@@ -44,6 +43,5 @@ void main() {
     float aside = abs(dot(facing, normalize(eye - world)));
     float bright = smoothstep(0.35, 0.6, max(max(light.r, light.g), light.b));
     vertex_light *= mix(EDGE_ON, 1.0, max(bright, smoothstep(0.04, 0.16, aside)));
-    vertex_light *= mix(1.0, light.a, min(gaps_dark_m / max(gl_Position.w, 0.01), 1.0));
 #endif
 }

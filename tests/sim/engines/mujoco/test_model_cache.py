@@ -174,6 +174,6 @@ def test_frames_are_the_same_with_all_geoms_drawn(monkeypatch) -> None:
 
     monkeypatch.setattr(surfaces, "invisible_geoms", counted)
     _, frames = _play(simulator, drawn=True)
-    monkeypatch.setattr(surfaces, "invisible_geoms", lambda scene, *_: np.zeros(len(scene.bodies), dtype=bool))
+    monkeypatch.setattr(surfaces, "invisible_geoms", lambda scene, *_: np.zeros(len(scene.geom_meshes), dtype=bool))
     assert _play(simulator, drawn=True)[1] == frames
     assert np.mean(left_out) > 0.2

@@ -3,12 +3,12 @@ import pytest
 import shapely
 
 from vigil.assets.database import AssetDatabase
+from vigil.assets.kernel.asset import Mesh
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import MaterialRef
 from vigil.scene.build import build_scene
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 from vigil.sim.conformance.reference_house import PANE, reference_house
-from vigil.sim.engines.mujoco.compiled.pieces import Triangles
 from vigil.sim.engines.mujoco.compiled.structure import BEHIND_FRAME_M, OVERLAP_M, shells_of
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 
@@ -27,14 +27,14 @@ def a_scene(polygon: list[tuple[float, float]], holes: tuple[Hole, ...] = ()) ->
     return Scene(rooms=[room], panels=[panel])
 
 
-def crosses(mesh: Triangles) -> np.ndarray:
+def crosses(mesh: Mesh) -> np.ndarray:
     a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
     return np.cross(b - a, c - a) / 2
 
 
 @pytest.mark.parametrize("name", list(SHAPES))
 def test_floor_and_ceiling_cover_the_room_and_face_it(name: str) -> None:
-    shells = {shell.kind: shell.triangles for shell in shells_of(a_scene(SHAPES[name]))}
+    shells = {shell.kind: shell.mesh for shell in shells_of(a_scene(SHAPES[name]))}
     area = shapely.Polygon(SHAPES[name]).area
     floor, ceiling = crosses(shells["floor"]), crosses(shells["ceiling"])
     assert floor[:, 2].min() > 0
@@ -46,7 +46,7 @@ def test_floor_and_ceiling_cover_the_room_and_face_it(name: str) -> None:
 
 def test_a_wall_has_its_holes_and_faces_its_room() -> None:
     holes = (Hole(0.3, 1.2, 0.0, 2.1), Hole(2.0, 3.0, 0.9, 1.8))
-    wall = next(shell for shell in shells_of(a_scene(SHAPES["rectangle"], holes)) if shell.kind == "wall").triangles
+    wall = next(shell for shell in shells_of(a_scene(SHAPES["rectangle"], holes)) if shell.kind == "wall").mesh
     facing = crosses(wall)
     assert facing[:, 1].min() > 0
     whole = 4.0 * (2.5 + 2 * OVERLAP_M)
@@ -63,14 +63,14 @@ def test_skirting_stops_at_doors() -> None:
     boards = next(
         s for s in shells_of(a_scene(SHAPES["rectangle"], (Hole(0.5, 1.5, 0.0, 2.1),))) if s.kind == "skirting"
     )
-    x = boards.triangles.vertices[:, 0]
+    x = boards.mesh.vertices[:, 0]
     assert not ((x > 0.5 + 1e-6) & (x < 1.5 - 1e-6)).any()
     assert np.isclose(x, 0.5).any()
-    assert crosses(boards.triangles)[:, 1].min() > 0
+    assert crosses(boards.mesh)[:, 1].min() > 0
 
 
 def test_neighbouring_cells_share_their_corners() -> None:
-    floor = next(shell for shell in shells_of(a_scene(SHAPES["L"])) if shell.kind == "floor").triangles
+    floor = next(shell for shell in shells_of(a_scene(SHAPES["L"])) if shell.kind == "floor").mesh
     used = np.unique(floor.faces)
     corners = floor.vertices[used].round(6)
     edges = np.sort(np.concatenate([floor.faces[:, [0, 1]], floor.faces[:, [1, 2]], floor.faces[:, [2, 0]]]), axis=1)

@@ -152,7 +152,9 @@ class Camera:
         held.put_in_hand(self._model, things, in_hand.center, in_hand.matrix)
         geoms = np.concatenate([self._model.things[thing.id].geoms for thing in things])
         gripper = held.gripper(eye, frames.camera_axes(looker), in_hand)
-        return HeldGeoms(geoms, *held.shrink_towards_eye(eye, in_hand), gripper)
+        # It shrinks about its centre, then about the eye.
+        near, smaller = held.NEARER, in_hand.smaller
+        return HeldGeoms(geoms, near * smaller, near * (1.0 - smaller) * in_hand.center + (1.0 - near) * eye, gripper)
 
 
 def _agent_viewer(agent: Pose) -> Viewer:

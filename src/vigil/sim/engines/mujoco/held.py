@@ -52,12 +52,6 @@ def pose_in_hand(thing: Thing, agent: Pose) -> InHand:
     return InHand(center, axes @ local, smaller, np.abs(corners).max(axis=0))
 
 
-def shrink_towards_eye(eye: np.ndarray, in_hand: InHand) -> tuple[float, np.ndarray]:
-    """Return (scale, shift) that shrink the object about its centre, then about the eye."""
-    smaller = in_hand.smaller
-    return NEARER * smaller, NEARER * (1.0 - smaller) * in_hand.center + (1.0 - NEARER) * eye
-
-
 def gripper(eye: np.ndarray, axes: np.ndarray, in_hand: InHand) -> np.ndarray:
     """Return the matrices (boxes, 3, 4) of the hand's unit boxes: a finger on each side, and a pad on each.
 

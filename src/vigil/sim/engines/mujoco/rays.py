@@ -36,13 +36,13 @@ def cast(
         if only is None and count >= PRUNED_FROM:
             outside = _geoms_rays_cannot_meet(model, eye, rays, within_m)
         hidden = np.concatenate([outside, *(model.things[thing_id].geoms for thing_id in without)])
-        with _only(model, only, through_glass), _without(model, hidden):
+        with _grouped(model, only, through_glass, hidden) as mask:
             mujoco.mj_multiRay(
                 model.native,
                 model.data,
                 eye,
                 np.ascontiguousarray(rays, dtype=np.float64).ravel(),
-                _mask(through_glass, only is not None),
+                mask,
                 True,
                 -1,
                 geoms,
@@ -62,37 +62,20 @@ def _geoms_rays_cannot_meet(model: CompiledModel, eye: np.ndarray, rays: np.ndar
 
 
 @contextmanager
-def _without(model: CompiledModel, geoms: np.ndarray) -> Iterator[None]:
-    """Hide geoms within the context."""
-    before = model.native.geom_group[geoms]
-    model.native.geom_group[geoms] = HIDDEN
-    try:
-        yield
-    finally:
-        model.native.geom_group[geoms] = before
-
-
-def _mask(through_glass: bool, is_only: bool) -> np.ndarray:
-    mask = np.zeros(GROUPS, dtype=np.uint8)
-    if is_only:
-        mask[ONLY] = 1
-    else:
+def _grouped(model: CompiledModel, only: str | None, through_glass: bool, hidden: np.ndarray) -> Iterator[np.ndarray]:
+    """Hide geoms and put one thing's visible geoms into the group `ONLY`, within the context; yield the rays' mask."""
+    groups, mask = model.native.geom_group, np.zeros(GROUPS, dtype=np.uint8)
+    before = groups.copy()
+    if only is None:
         mask[[STRUCTURE, THING]] = 1
         mask[GLASS] = not through_glass
-    return mask
-
-
-@contextmanager
-def _only(model: CompiledModel, thing_id: str | None, through_glass: bool) -> Iterator[None]:
-    """Put one thing's visible geoms into the group `ONLY` within the context."""
-    if thing_id is None:
-        yield
-        return
-    geoms = model.things[thing_id].geoms
-    before = model.native.geom_group[geoms].copy()
-    unseen = (before == HIDDEN) | (before == HELD) | ((before == GLASS) & through_glass)
-    model.native.geom_group[geoms] = np.where(unseen, before, ONLY)
+    else:
+        mask[ONLY] = 1
+        own = model.things[only].geoms
+        is_unseen = np.isin(before[own], (HIDDEN, HELD)) | ((before[own] == GLASS) & through_glass)
+        groups[own] = np.where(is_unseen, before[own], ONLY)
+    groups[hidden] = HIDDEN
     try:
-        yield
+        yield mask
     finally:
-        model.native.geom_group[geoms] = before
+        groups[:] = before

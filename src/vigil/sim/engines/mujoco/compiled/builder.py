@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from vigil.assets.kernel.asset import Mesh
 from vigil.assets.kernel.materials import Material, material
 from vigil.assets.kernel.textures import texture
 from vigil.scene.things import Scene, Thing
 from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.binding import NativeBody, NativeData, NativeModel, mujoco
-from vigil.sim.engines.mujoco.compiled.pieces import MeshPiece, Triangles, pieces_of
-from vigil.sim.engines.mujoco.compiled.structure import Shell, shells_of, tint_of
+from vigil.sim.engines.mujoco.compiled.pieces import MeshPiece, pieces_of
+from vigil.sim.engines.mujoco.compiled.structure import shells_of, tint_of
 
 STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
 """Groups of geoms, which decide what is drawn and what rays meet."""
@@ -75,7 +76,9 @@ class ModelBuilder:
         """Structure in the order of the first geoms; the ground follows."""
         self.structure_kinds = (*(shell.kind for shell in self.shells), "ground")
         for number, shell in enumerate(self.shells):
-            self._add_shell(f"structure{number}", shell)
+            look = self._material(shell.material.name, tint_of(shell.material))
+            mesh = self._add_mesh(f"structure{number}", shell.mesh, self.materials[look].metres)
+            self._add_geom(self._spec.worldbody, look, STRUCTURE, (-1, 0), mesh)
         ground = {
             "type": mujoco.mjtGeom.mjGEOM_PLANE,
             "size": [LAWN_HALF_M, LAWN_HALF_M, 1.0],
@@ -92,11 +95,6 @@ class ModelBuilder:
                 if each.texture_name is not None:
                     texture(each.texture_name)
             return compiling.result()
-
-    def _add_shell(self, name: str, shell: Shell) -> None:
-        look = self._material(shell.material.name, tint_of(shell.material))
-        mesh = self._add_mesh(name, shell.triangles, self.materials[look].metres)
-        self._add_geom(self._spec.worldbody, look, STRUCTURE, (-1, 0), mesh)
 
     def _add_thing(self, index: int, thing: Thing) -> CompiledThing:
         bodies: dict[str | None, NativeBody] = {}
@@ -132,7 +130,7 @@ class ModelBuilder:
         look = self._material(piece.material)
         if piece not in self._meshes:
             name = f"mesh{len(self._meshes)}"
-            self._meshes[piece] = self._add_mesh(name, piece.triangles, self.materials[look].metres)
+            self._meshes[piece] = self._add_mesh(name, piece.mesh, self.materials[look].metres)
         self._add_geom(body, look, THING, (thing, piece.roles), self._meshes[piece])
         return look
 
@@ -145,16 +143,16 @@ class ModelBuilder:
             self._spec.add_material(name=f"material{number}", rgba=list(self.materials[number].rgba))
         return self._material_numbers[key]
 
-    def _add_mesh(self, name: str, triangles: Triangles, metres_per_repeat: float) -> dict[str, Any]:
+    def _add_mesh(self, name: str, mesh: Mesh, metres_per_repeat: float) -> dict[str, Any]:
         """Add a mesh. Return the arguments of a geom of this shape."""
         # MuJoCo takes lists over in half the time of arrays.
         self._spec.add_mesh(
             name=name,
             inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-            uservert=triangles.vertices.ravel().tolist(),
-            usernormal=triangles.normals.ravel().tolist(),
-            userface=triangles.faces.ravel().tolist(),
-            usertexcoord=(triangles.uvs / metres_per_repeat).ravel().tolist(),
+            uservert=mesh.vertices.ravel().tolist(),
+            usernormal=mesh.normals.ravel().tolist(),
+            userface=mesh.faces.ravel().tolist(),
+            usertexcoord=(mesh.uvs / metres_per_repeat).ravel().tolist(),
         )
         return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name}
 

@@ -40,17 +40,11 @@ def register_engine(engine: object) -> None:
 
 def _identity(scene: Scene) -> Hashable:
     """Return everything that a scene consists of; assets are compared by identity, since equal ones are made once."""
-    return tuple(_values(part) for parts in (scene.rooms, scene.panels, scene.things.values()) for part in parts)
-
-
-def _values(part: object) -> Hashable:
-    return tuple(_plain(getattr(part, each.name)) for each in fields(part))  # type: ignore[arg-type]
-
-
-def _plain(value: object) -> Hashable:
-    if isinstance(value, np.ndarray):
-        return value.shape, value.tobytes()
-    return value  # type: ignore[return-value]
+    parts: list[Any] = [*scene.rooms, *scene.panels, *scene.things.values()]
+    values = (tuple(getattr(part, each.name) for each in fields(part)) for part in parts)
+    return tuple(
+        tuple((each.shape, each.tobytes()) if isinstance(each, np.ndarray) else each for each in own) for own in values
+    )
 
 
 @cached(_Models(math.inf), key=_identity, lock=_lock)

@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from vigil.assets.kernel.asset import Mesh
 from vigil.assets.kernel.materials import material
-from vigil.rendering.meshes import DrawnMesh
 from vigil.rendering.scene import RenderScene, RenderState
 from vigil.scene.portals import Portals
 from vigil.scene.things import Scene, Thing
 from vigil.sim.engines.mujoco.compiled.binding import NativeData, NativeModel
-from vigil.sim.engines.mujoco.compiled.builder import GLASS, HELD, HIDDEN, LAWN_HALF_M, THING, ModelBuilder
+from vigil.sim.engines.mujoco.compiled.builder import HELD, HIDDEN, LAWN_HALF_M, THING, ModelBuilder
 from vigil.sim.engines.mujoco.compiled.casters import make_caster
 from vigil.sim.engines.mujoco.compiled.lights import Lamps
 
@@ -23,7 +23,6 @@ def render_state(native: NativeModel, data: NativeData, lamps: Lamps) -> RenderS
     return RenderState(
         data.geom_xpos,
         data.geom_xmat.reshape(-1, 3, 3),
-        data.xmat.reshape(-1, 3, 3),
         native.geom_group != HIDDEN,
         native.geom_group == HELD,
         native.geom_matid,
@@ -37,15 +36,12 @@ def render_scene(
     """Return the description of a model whose things have been placed."""
     state = render_state(native, data, lamps).copy()
     furniture = np.full(native.ngeom, -1)
-    has_inside, is_door, is_glass = np.zeros((3, native.ngeom), dtype=bool)
     state.is_visible[:], state.is_held[:] = True, False
     for thing in scene.things.values():
         placed = builder.things[thing.id]
         whole = builder.things.get(thing.parent or "", placed) if thing.is_drawer else placed
         geoms = placed.geoms
-        furniture[geoms], is_glass[geoms] = whole.index, placed.groups == GLASS
-        has_inside[geoms] = any(surface.needs_opening for surface in thing.asset.surfaces)
-        is_door[geoms] = len(placed.bodies) > 1 and not has_inside[geoms].any()
+        furniture[geoms] = whole.index
         state.is_visible[geoms], state.materials[geoms] = placed.shown_off, placed.materials_off
     rooms = {room.id: number for number, room in enumerate(scene.rooms)}
     shell_rooms = [rooms.get(shell.room_id or "", -1) for shell in builder.shells]
@@ -54,11 +50,7 @@ def render_scene(
         geom_meshes=np.where(native.geom_dataid < 0, native.nmesh, native.geom_dataid),
         structure_kinds=builder.structure_kinds,
         structure_rooms=np.array([*shell_rooms, *[-1] * (native.ngeom - len(shell_rooms))]),
-        bodies=native.geom_bodyid,
         furniture=furniture,
-        is_in_case=np.isin(furniture, furniture[has_inside]),
-        is_door=is_door,
-        is_glass=is_glass,
         boxes=native.geom_aabb,
         radii=np.where(native.geom_rbound > 0.0, native.geom_rbound, np.inf),  # 0: an endless plane
         materials=tuple(builder.materials),
@@ -93,25 +85,25 @@ def _shades_little(thing: Thing, height: float) -> bool:
     return hangs or (min(size) < THIN_M and thing.position.y - half > OFF_FLOOR_M)
 
 
-def _mesh(native: NativeModel, number: int) -> DrawnMesh:
-    # Vertices, normals and uvs have the same numbers, as in `Triangles`.
+def _mesh(native: NativeModel, number: int) -> Mesh:
+    # Vertices, normals and uvs have the same numbers, as in `Mesh`.
     first, last = native.mesh_vertadr[number], native.mesh_vertadr[number] + native.mesh_vertnum[number]
     face = native.mesh_faceadr[number]
-    return DrawnMesh(
+    return Mesh(
         native.mesh_vert[first:last],
+        native.mesh_face[face : face + native.mesh_facenum[number]],
         native.mesh_normal[first:last],
         native.mesh_texcoord[first:last],
-        native.mesh_face[face : face + native.mesh_facenum[number]],
     )
 
 
-def _lawn() -> DrawnMesh:
+def _lawn() -> Mesh:
     """Return the ground, as large as its plane."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32) * LAWN_HALF_M
     up = np.broadcast_to(np.array([0, 0, 1], np.float32), (4, 3))
-    return DrawnMesh(
+    return Mesh(
         np.column_stack([corners, np.zeros(4, np.float32)]),
+        np.array([[0, 1, 2], [0, 2, 3]], np.int32),
         up,
         corners / material("grass").metres,
-        np.array([[0, 1, 2], [0, 2, 3]], np.int32),
     )

@@ -10,12 +10,13 @@ import mapbox_earcut
 import numpy as np
 import shapely
 
+from vigil.assets.kernel.asset import Mesh
+from vigil.assets.kernel.meshes import merge
 from vigil.protocol.house import EXTERIOR, MaterialRef
 from vigil.scene.outlines import room_floor
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 from vigil.sim.engines.mujoco.compiled.frames import faces as facing
 from vigil.sim.engines.mujoco.compiled.frames import points
-from vigil.sim.engines.mujoco.compiled.pieces import Triangles, merge
 
 CELL_M = 0.5
 """Size of the cells."""
@@ -35,7 +36,7 @@ class Shell:
 
     kind: str
     """`wall`, `floor`, `ceiling`, `skirting` or `exterior`."""
-    triangles: Triangles
+    mesh: Mesh
     material: MaterialRef
     room_id: str | None = None
     """The only room from which it is visible; None if there is no such room."""
@@ -62,7 +63,11 @@ def tint_of(material: MaterialRef) -> tuple[float, float, float] | None:
 
 def _walls(scene: Scene) -> list[Shell]:
     ends = [height for panel in scene.panels for height in (panel.bottom, panel.bottom + panel.height)]
-    heights = _cuts(ends, scene)
+    low, high = min(ends, default=0.0) - OVERLAP_M, max(ends, default=0.0) + OVERLAP_M
+    holes = [_behind_frame(panel, hole) for panel in scene.panels for hole in panel.holes]
+    sills = [height for hole in holes for height in (hole.bottom, hole.top)]
+    grid = np.arange(np.ceil(low / CELL_M), np.floor(high / CELL_M) + 1) * CELL_M
+    heights = _distinct(np.concatenate([grid, sills, ends]), low, high)
     groups: dict[tuple, list[WallPanel]] = {}
     for panel in scene.panels:
         groups.setdefault((panel.room_id, panel.material.name, tint_of(panel.material)), []).append(panel)
@@ -77,14 +82,6 @@ def _walls(scene: Scene) -> list[Shell]:
     ]
 
 
-def _cuts(ends: list[float], scene: Scene) -> np.ndarray:
-    low, high = min(ends, default=0.0) - OVERLAP_M, max(ends, default=0.0) + OVERLAP_M
-    holes = [_behind_frame(panel, hole) for panel in scene.panels for hole in panel.holes]
-    sills = [height for hole in holes for height in (hole.bottom, hole.top)]
-    grid = np.arange(np.ceil(low / CELL_M), np.floor(high / CELL_M) + 1) * CELL_M
-    return _distinct(np.concatenate([grid, sills, ends]), low, high)
-
-
 def _behind_frame(panel: WallPanel, hole: Hole) -> Hole:
     """Return a hole, smaller on each side that a frame covers."""
     bottom = hole.bottom if hole.bottom <= panel.bottom + 0.01 else hole.bottom + BEHIND_FRAME_M
@@ -97,7 +94,7 @@ def _distinct(values: np.ndarray, low: float, high: float) -> np.ndarray:
     return ordered[np.concatenate([[True], np.diff(ordered) > 1e-4])]
 
 
-def _wall(panel: WallPanel, heights: np.ndarray) -> Triangles:
+def _wall(panel: WallPanel, heights: np.ndarray) -> Mesh:
     start, end = np.array(panel.start), np.array(panel.end)
     length = float(np.linalg.norm(end - start))
     along = (end - start) / max(length, 1e-9)
@@ -122,7 +119,7 @@ def _wall(panel: WallPanel, heights: np.ndarray) -> Triangles:
     return _grid(vertices, solid, normal, np.stack([u + first, v], axis=-1))
 
 
-def _grid(vertices: np.ndarray, keep: np.ndarray, normal: np.ndarray, uvs: np.ndarray) -> Triangles:
+def _grid(vertices: np.ndarray, keep: np.ndarray, normal: np.ndarray, uvs: np.ndarray) -> Mesh:
     """Return the cells `keep` of a grid of vertices (a, b, 3) in THOR's frame, facing along `normal`."""
     rows, columns = vertices.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
@@ -131,17 +128,17 @@ def _grid(vertices: np.ndarray, keep: np.ndarray, normal: np.ndarray, uvs: np.nd
     return _facing(vertices.reshape(-1, 3), triangles, normal, uvs.reshape(-1, 2))
 
 
-def _facing(vertices: np.ndarray, triangles: np.ndarray, normal: np.ndarray, uvs: np.ndarray) -> Triangles:
+def _facing(vertices: np.ndarray, triangles: np.ndarray, normal: np.ndarray, uvs: np.ndarray) -> Mesh:
     used, triangles = np.unique(triangles, return_inverse=True)
     vertices, uvs, triangles = vertices[used], uvs[used], triangles.reshape(-1, 3)
     a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
     turned = np.cross(b - a, c - a) @ normal < 0
     triangles[turned] = facing(triangles[turned])
     normals = np.broadcast_to(normal, vertices.shape)
-    return Triangles(points(vertices), points(normals), facing(triangles).astype(np.int32), uvs)
+    return Mesh(points(vertices), facing(triangles).astype(np.int32), points(normals), uvs)
 
 
-def _slab(room: RoomShape, height: float, *, is_floor: bool) -> Triangles:
+def _slab(room: RoomShape, height: float, *, is_floor: bool) -> Mesh:
     """Return a floor or ceiling, cut into cells."""
     polygon = room_floor(room)
     low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
@@ -160,23 +157,19 @@ def _slab(room: RoomShape, height: float, *, is_floor: bool) -> Triangles:
     normal = np.array([0.0, 1.0 if is_floor else -1.0, 0.0])
     flat = np.stack([x, np.full_like(x, height), z], axis=-1)
     parts = [_grid(flat, inside, normal, np.stack([x, z], axis=-1))] if inside.any() else []
-    parts += [_ears(piece, height, normal) for piece in _cut_cells(polygon, cells[~inside])]
+    cut = shapely.get_parts(shapely.intersection(polygon, cells[~inside]))
+    parts += [_ears(piece, height, normal) for piece in cut if isinstance(piece, shapely.Polygon) and piece.area > 1e-6]
     return merge(parts)
 
 
-def _cut_cells(polygon: shapely.Polygon, cells: np.ndarray) -> list[shapely.Polygon]:
-    cut = shapely.get_parts(shapely.intersection(polygon, cells))
-    return [piece for piece in cut if isinstance(piece, shapely.Polygon) and piece.area > 1e-6]
-
-
-def _ears(polygon: shapely.Polygon, height: float, normal: np.ndarray) -> Triangles:
+def _ears(polygon: shapely.Polygon, height: float, normal: np.ndarray) -> Mesh:
     ring = np.array(polygon.exterior.coords)[:-1]
     triangles = mapbox_earcut.triangulate_float64(ring, np.array([len(ring)], dtype=np.uint32)).reshape(-1, 3)
     vertices = np.stack([ring[:, 0], np.full(len(ring), height), ring[:, 1]], axis=-1)
     return _facing(vertices, triangles.astype(np.int64), normal, ring)
 
 
-def _skirting(panel: WallPanel) -> list[Triangles]:
+def _skirting(panel: WallPanel) -> list[Mesh]:
     """Return the boards along the foot of a wall, between holes that reach the floor."""
     start, end = np.array(panel.start), np.array(panel.end)
     length = float(np.linalg.norm(end - start))
@@ -189,7 +182,7 @@ def _skirting(panel: WallPanel) -> list[Triangles]:
     return [_board(panel, a, b) for a, b in stretches if b - a > 0.02]
 
 
-def _board(panel: WallPanel, left: float, right: float) -> Triangles:
+def _board(panel: WallPanel, left: float, right: float) -> Mesh:
     start, end = np.array(panel.start), np.array(panel.end)
     length = float(np.linalg.norm(end - start))
     along, normal = (end - start) / length, np.array(panel.normal)
