@@ -22,14 +22,13 @@ from typing import Any
 import gymnasium
 import numpy as np
 import psutil
-from vigil.integrations.gymnasium.sources import load_pack
 
 import vigil.integrations.gymnasium as integration
 from vigil.api import make_env
 from vigil.assets.database import AssetDatabase
 from vigil.env import Env
 from vigil.packs.even_draw import draw_evenly
-from vigil.packs.pack import Selection
+from vigil.packs.pack import Pack, Selection
 from vigil.protocol.actions import Reply
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES, parse_families
@@ -68,7 +67,7 @@ def main() -> None:
 def build_all(options: argparse.Namespace) -> None:
     """Build the houses once, so that the processes below share the pack and its assets as after long training."""
     simulator = make_simulator(options.backend, assets=AssetDatabase.default(), quality=options.quality)
-    pack = load_pack(options.pack)
+    pack = Pack.load(options.pack)
     houses = {episode.house.sha256: episode for episode in chosen(options)}
     for episode in houses.values():
         simulator.prepare(pack.house_of(episode))
@@ -76,12 +75,12 @@ def build_all(options: argparse.Namespace) -> None:
 
 def chosen(options: argparse.Namespace) -> list[Episode]:
     """Return the pack's episodes of the families asked for."""
-    return load_pack(options.pack).select(Selection(families=parse_families([options.families])))
+    return Pack.load(options.pack).select(Selection(families=parse_families([options.families])))
 
 
 def relative_speed(options: argparse.Namespace, frames: bool) -> float:
     """Return the processor time of a bare Env over that of one environment, both having seen the houses before."""
-    pack = load_pack(options.pack)
+    pack = Pack.load(options.pack)
     episodes = draw_evenly(chosen(options))[:EPISODES_ALONE]
     env = gymnasium.make(
         integration.ENV_ID, pack=options.pack, backend=options.backend, quality=options.quality, frames=frames
@@ -121,7 +120,7 @@ def rates(runs: np.ndarray, at_once: int) -> tuple[float, float]:
 def bare_run(job: tuple[argparse.Namespace, bool, int]) -> tuple[float, float, float]:
     """Return the steps of one bare Env, the seconds, and those of processor time."""
     options, frames, seed = job
-    pack, rng, episodes = load_pack(options.pack), np.random.default_rng(seed), chosen(options)
+    pack, rng, episodes = Pack.load(options.pack), np.random.default_rng(seed), chosen(options)
     with make_env(pack, backend=options.backend, quality=options.quality) as env:
         begin(env, episodes, rng, frames)
         start, cpu, steps, is_warm = time.perf_counter(), 0.0, 0, False

@@ -28,13 +28,18 @@ def reached(house: House) -> int:
     return len(CollisionMap(build_scene(house, SIZES)).reachable(Vec3(1.0, 0.0, 2.0)))
 
 
+def walls_in_plan(house: House) -> list[np.ndarray]:
+    """Return the ends of the walls that a plan draws."""
+    return [shape.points for shape in floor_plan(house, []).shapes if shape.kind == "wall"]
+
+
 def test_nothing_stands_where_walls_are_empty():
     ids = {panel.id for panel in build_scene(OPEN, SIZES).panels}
     assert ids == {panel.id for panel in build_scene(SEALED, SIZES).panels} - set(BETWEEN)
     scene = build_scene(OPEN, SIZES)
     assert CollisionMap(scene).blocker(Vec3(3, 0, 2), Vec3(5, 0, 2)) is None
     assert Portals(scene).connected_rooms() == [[0, 1]]
-    assert len(floor_plan(OPEN, scene.things.values()).walls) == 6
+    assert len(walls_in_plan(OPEN)) == 6
 
 
 def test_one_walks_as_where_the_walls_are_left_out():
@@ -101,7 +106,7 @@ def test_the_corners_of_a_wall_may_go_round():
         wall["polygon"] = [low_a, top_a, top_b, low_b]
     house = House("round", data)
     assert build_scene(house, SIZES).panels == build_scene(SEALED, SIZES).panels
-    assert np.allclose(floor_plan(house, []).walls, floor_plan(SEALED, []).walls)
+    assert np.allclose(walls_in_plan(house), walls_in_plan(SEALED))
 
 
 def test_a_ceiling_of_its_own():

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_attempt
 
+from vigil.base.processes.worker import LocalProcess, StartProcess
 from vigil.errors import InfrastructureError, SettingError
 from vigil.packs.private import is_private
 from vigil.protocol.episode import Episode

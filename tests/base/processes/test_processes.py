@@ -151,7 +151,7 @@ def test_an_iteration_that_is_left_ends_the_processes(notes: Path) -> None:
     before = set(psutil.Process().children())
     answers = map_in_workers(partial(given_state, None), _sleep, [0.0, 1000.0, 1000.0], 2)
     next(answers)
-    answers.close()
+    del answers
     assert set(psutil.Process().children()) == before
 
 

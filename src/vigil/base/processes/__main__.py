@@ -9,21 +9,21 @@ from typing import Any
 from vigil.base.imports import import_modules_from_environment
 from vigil.base.processes.child import serve
 
-MAIN_MODULE: str | None = None
+main_module: str | None = None
 """Module that the main process was started with by `python -m`; None if it was started otherwise."""
 
 
 def __getattr__(name: str) -> Any:
     """Return what a request means by the name of a function or class in the main process's `__main__`."""
-    if MAIN_MODULE is None or name.startswith("__"):
+    if main_module is None or name.startswith("__"):
         raise AttributeError(name)
-    return getattr(importlib.import_module(MAIN_MODULE), name)
+    return getattr(importlib.import_module(main_module), name)
 
 
 if __name__ == "__main__":
     faulthandler.enable()
     with Connection(int(sys.argv[1])) as connection:
-        folders, MAIN_MODULE = connection.recv()
+        folders, main_module = connection.recv()
         sys.path += [folder for folder in folders if folder not in sys.path]
         import_modules_from_environment()
         serve(connection, connection.recv_bytes())
