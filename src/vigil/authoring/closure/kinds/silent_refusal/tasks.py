@@ -199,6 +199,7 @@ def faults(
 ) -> Iterator[tuple[str, str]]:
     """Yield (rule, message) where a shelf that must be full is not."""
     goal = episode.goal
-    is_of_shelf = task.form == FULL and isinstance(goal, ObjectAtReceptacle)
-    if is_of_shelf and not is_full(view, goal.object_id, goal.receptacle_id):
+    if task.form != FULL or not isinstance(goal, ObjectAtReceptacle):
+        return
+    if not is_full(view, goal.object_id, goal.receptacle_id):
         yield "obvious_is_full", f"{goal.receptacle_id!r} has room at the obvious place, or nowhere"
