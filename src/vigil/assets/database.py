@@ -167,7 +167,7 @@ def _object_name(name: str) -> str:
 def nearest_category(asset_id: str, name: str) -> str:
     """Return the category whose name is spelt most like a word of the ids; "Box" when none is similar."""
     own = _OWN_ID.fullmatch(asset_id)
-    names = _names()
+    names = _names(len(CATALOG))
     for text in (own[1] if own else asset_id, _object_name(name)):
         words = [word for word in _words(text) if len(word) >= _MIN_LETTERS]
         for word in ["".join(words), *reversed(words)]:
@@ -221,12 +221,9 @@ def _own_drawer(asset_id: str) -> AssetEntry | None:
     return AssetEntry(DRAWER, drawer_of(asset, name)[0].size, chest.variant) if name in drawer_names(asset) else None
 
 
-def _names() -> dict[str, str]:
-    return _cached_names(len(CATALOG))
-
-
 @lru_cache(maxsize=1)
-def _cached_names(_count: int) -> dict[str, str]:
+def _names(_count: int) -> dict[str, str]:
+    """Return the categories by their names in lower case; the number of categories tells when one has been added."""
     names = {row.name.lower(): row.name for row in CATALOG.values()}
     names |= {row.display_name.replace(" ", "").lower(): row.name for row in CATALOG.values()}
     return names | {name: row.name for row in CATALOG.values() for name in row.other_names}
@@ -234,7 +231,7 @@ def _cached_names(_count: int) -> dict[str, str]:
 
 def _category_in(text: str) -> str | None:
     """Return the category whose name takes up the most words of `text`; of equal ones the last, as in "Hand_Statue"."""
-    words, names = _words(text), _names()
+    words, names = _words(text), _names(len(CATALOG))
     for length in range(min(_LONGEST_NAME_WORDS, len(words)), 0, -1):
         for start in range(len(words) - length, -1, -1):
             joined = "".join(words[start : start + length])

@@ -33,17 +33,6 @@ def _gradient(top: Colour, bottom: Colour, width: int = _WIDE, height: int = _TA
     return Image.fromarray(np.broadcast_to(image, (height, width, 3)).astype(np.uint8).copy())
 
 
-def _ridge(rng: np.random.Generator, width: int, base: float, swing: float) -> np.ndarray:
-    x = np.linspace(0, 2 * np.pi, width)
-    waves = sum(rng.normal() / (k + 1) * np.sin((k + 1) * x + rng.uniform(0, 6.3)) for k in range(6))
-    return base + swing * np.asarray(waves)
-
-
-def _hill(image: Image.Image, heights: np.ndarray, colour: Colour) -> None:
-    points = [*((int(x), float(y)) for x, y in enumerate(heights)), (image.width, image.height), (0, image.height)]
-    ImageDraw.Draw(image).polygon(points, fill=colour)
-
-
 def _vary(rng: np.random.Generator, colour: Colour, by: int = 18) -> Colour:
     red, green, blue = (int(np.clip(part + rng.integers(-by, by + 1), 0, 255)) for part in colour)
     return red, green, blue
@@ -62,7 +51,11 @@ def _mountains(rng: np.random.Generator) -> np.ndarray:
     x, y = int(rng.integers(40, 216)), int(rng.integers(25, 60))
     brush.ellipse((x - 14, y - 14, x + 14, y + 14), fill=(255, 240, 190))
     for step, colour in enumerate(((122, 136, 168), (84, 104, 136), (58, 92, 70), (44, 74, 42))):
-        _hill(image, _ridge(rng, _WIDE, 85 + 27 * step, 15 - 2 * step), _vary(rng, colour, 10))
+        across = np.linspace(0, 2 * np.pi, _WIDE)
+        waves = sum(rng.normal() / (k + 1) * np.sin((k + 1) * across + rng.uniform(0, 6.3)) for k in range(6))
+        ridge = 85 + 27 * step + (15 - 2 * step) * np.asarray(waves)
+        points = [*((int(x), float(y)) for x, y in enumerate(ridge)), (_WIDE, _TALL), (0, _TALL)]
+        brush.polygon(points, fill=_vary(rng, colour, 10))
     return _canvas(image, rng)
 
 

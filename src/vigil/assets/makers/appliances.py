@@ -313,7 +313,9 @@ def _bulkhead(machine: _Machine) -> None:
     """Add the transition from a dryer's squarish opening to its round drum, with the lint filter at its bottom."""
     builder, radius, middle, z = machine.builder, machine.radius, machine.middle, machine.front - 0.012
     corner = shapes.rounded_rectangle(2 * _MOUTH * radius, 2 * _MOUTH * radius, _MOUTH_CORNER * radius)
-    plate = shapes.extrude(_framed(corner, _circle(0.99 * radius)), 0.0, 0.008)
+    angles = np.linspace(0, 2 * np.pi, 20, endpoint=False)
+    circle = 0.99 * radius * np.c_[np.cos(angles), np.sin(angles)]
+    plate = shapes.extrude(_framed(corner, circle), 0.0, 0.008)
     builder.add(_GREY, machine.face(plate, z - 0.008))
     low = middle - _MOUTH * radius
     builder.block("plastic/#2f6f8f", (-0.5 * radius, 0.5 * radius), (low, low + 0.13 * radius), (z, z + 0.008), 0.002)
@@ -373,11 +375,6 @@ def _grip(machine: _Machine, joint: str, length: float) -> None:
     radius, z = _LID * machine.radius, machine.builder.through[1]
     grip = shapes.box((0.02, length * radius, 0.018), (-0.88 * radius, machine.middle, z - 0.009), 0.005)
     machine.builder.add(PartStyle("plastic/#4b4e52", joint), grip)
-
-
-def _circle(radius: float, segments: int = 20) -> np.ndarray:
-    angles = np.linspace(0, 2 * np.pi, segments, endpoint=False)
-    return radius * np.c_[np.cos(angles), np.sin(angles)]
 
 
 def _framed(outer: np.ndarray, hole: np.ndarray) -> np.ndarray:

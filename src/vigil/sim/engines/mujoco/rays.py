@@ -34,7 +34,9 @@ def cast(
         eye, rays = frames.points(np.array(origin, dtype=np.float64)), frames.points(directions)
         outside = np.empty(0, dtype=np.int64)
         if only is None and count >= PRUNED_FROM:
-            outside = _geoms_rays_cannot_meet(model, eye, rays, within_m)
+            ends = eye + min(within_m, mujoco.mjMAXVAL) * rays
+            low, high = np.minimum(eye, ends.min(axis=0)), np.maximum(eye, ends.max(axis=0))
+            outside = np.flatnonzero(model.bounds().geoms_outside(low, high, model.native.ngeom))
         hidden = np.concatenate([outside, *(model.things[thing_id].geoms for thing_id in without)])
         with _grouped(model, only, through_glass, hidden) as mask:
             mujoco.mj_multiRay(
@@ -52,13 +54,6 @@ def cast(
                 mujoco.mjMAXVAL,
             )
     return RayHits(model.geom_things[geoms], model.geom_roles[geoms], np.where(geoms < 0, np.inf, distances))
-
-
-def _geoms_rays_cannot_meet(model: CompiledModel, eye: np.ndarray, rays: np.ndarray, within_m: float) -> np.ndarray:
-    """Return the geoms that no ray can meet, because they are outside the box around the rays."""
-    ends = eye + min(within_m, mujoco.mjMAXVAL) * rays
-    low, high = np.minimum(eye, ends.min(axis=0)), np.maximum(eye, ends.max(axis=0))
-    return np.flatnonzero(model.bounds().geoms_outside(low, high, model.native.ngeom))
 
 
 @contextmanager
