@@ -8,6 +8,7 @@ systems, never as an intervention.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import Any, Literal
 
@@ -15,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from vigil.analysis.measures.intervals import PairedTest, mcnemar, paired_difference, paired_test
+from vigil.analysis.measures.metrics import RunMetrics, measure
 from vigil.analysis.measures.rows import Run, select_rows
 from vigil.errors import RecordError
 from vigil.protocol.families import FAMILIES
@@ -52,6 +54,12 @@ class Pair:
         """Return both runs' rows of the episodes that both have scored, in the same order."""
         base, other = shared_rows(self.base.rows, self.other.rows)
         return base.reset_index(), other.reset_index()
+
+    @cached_property
+    def measures(self) -> tuple[RunMetrics, RunMetrics]:
+        """The measures of the base and of the other run over the episodes that both have scored."""
+        base, other = self.tables()
+        return measure(base), measure(other)
 
     def p(self, name: str) -> float | None:
         """Return McNemar's exact p of W, B or a label over the shared episodes; None without shared episodes."""
