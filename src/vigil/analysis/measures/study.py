@@ -151,15 +151,11 @@ def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
         ranked = sorted_by_b(alike)
         for index, first in enumerate(ranked):
             for place, second in enumerate(ranked[index + 1 :]):
-                is_wanted = len(ranked) <= COMPARE_ALL_UP_TO or place == 0 or _have_comparable_w(first, second)
+                apart_pp = 100 * abs((first.overall.share("W") or 0.0) - (second.overall.share("W") or 0.0))
+                has_comparable_w = apart_pp <= COMPARABLE_W_PP + 1e-9
+                is_wanted = len(ranked) <= COMPARE_ALL_UP_TO or place == 0 or has_comparable_w
                 if is_wanted and len(shared_rows(first.run.rows, second.run.rows)[0]):
                     yield compare_runs(first.run, second.run)
-
-
-def _have_comparable_w(first: RunEntry, second: RunEntry) -> bool:
-    """Whether two runs have comparable W, so that their difference in B is worth a test."""
-    apart = abs((first.overall.share("W") or 0.0) - (second.overall.share("W") or 0.0))
-    return 100 * apart <= COMPARABLE_W_PP + 1e-9
 
 
 def _duplicate_runs(runs: Sequence[Run]) -> list[str]:

@@ -128,7 +128,8 @@ def feedback_events(study: Study) -> Table:
         cells = cells_of(columns, pair)
         for name in names:
             before, after = (mean_with_interval(rows_of, name) for rows_of in pair.tables())
-            cells |= {f"{name} base": before, f"{name} fb": after, f"{name} change": _change(before, after)}
+            change = 100 * (after[0] / before[0] - 1) if before and after and before[0] else None
+            cells |= {f"{name} base": before, f"{name} fb": after, f"{name} change": change}
         rows.append(run_row(study.entry(pair.base), cells))
     notes = (
         "Means per episode; intervals: bootstrap over houses, not given if all agree. Change: relative to the base "
@@ -206,10 +207,6 @@ def _named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFram
         for name, base, other in repeats.compared_with_first():
             if len(base):
                 yield f"{repeats.names[0]} → {name} (repeat)", base, other
-
-
-def _change(before: RateCell, after: RateCell) -> float | None:
-    return 100 * (after[0] / before[0] - 1) if before and after and before[0] else None
 
 
 def _largest_shift(pair: Pair) -> str | None:

@@ -151,19 +151,16 @@ def _format(value: Any, kind: CellKind) -> str:
         case "pair":
             return f"{_fixed(value[0], 1)}/{_fixed(value[1], 1)}"
         case "rate" | "mean":
-            return _with_interval(value, 1 if kind == "rate" else 2)
+            digits = 1 if kind == "rate" else 2
+            number, low, high = value if isinstance(value, tuple | list) else (value, None, None)
+            ends = "" if low is None or high is None else f" [{_fixed(low, digits)}, {_fixed(high, digits)}]"
+            return f"{_fixed(number, digits)}{ends}"
         case "spread":
             return f"{_fixed(value[0], 1)} ± {_fixed(value[1], 1)}"
         case "p":
             return "< 0.001" if value < 0.001 else f"{value:.3f}"
         case _:
             return str(value)
-
-
-def _with_interval(value: Any, digits: int) -> str:
-    number, low, high = value if isinstance(value, tuple | list) else (value, None, None)
-    ends = "" if low is None or high is None else f" [{_fixed(low, digits)}, {_fixed(high, digits)}]"
-    return f"{_fixed(number, digits)}{ends}"
 
 
 def percent(value: float | None) -> float | None:
