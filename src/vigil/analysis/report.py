@@ -4,7 +4,7 @@ All formats have the same order: problems of the data, how to read it, the figur
 """
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -137,15 +137,13 @@ def write_report(
     report = replace(make_report(study, tuple(kinds), further, own, closure), reveals=reveals)
     written: list[Path] = []
 
-    def put(name: str, content: str | bytes) -> None:
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content.encode() if isinstance(content, str) else content)
-        written.append(path)
-
     try:
-        for name in dict.fromkeys(formats):
-            _WRITERS[name](report, put)
+        for form in dict.fromkeys(formats):
+            for name, content in _files_of(report, form):
+                path = folder / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(content.encode() if isinstance(content, str) else content)
+                written.append(path)
     except OSError as error:
         raise SettingError(f"Cannot write the report into {str(folder)!r}: {error}. Give another --out.") from None
     return written
@@ -187,16 +185,14 @@ def json_report(report: AnalysisReport) -> str:
         "tables": {
             name: {
                 "title": table.title,
-                "columns": [
-                    {"key": column.key, "heading": column.heading, "kind": column.kind} for column in table.columns
-                ],
+                "columns": [{"key": each.key, "heading": each.heading, "kind": each.kind} for each in table.columns],
                 "rows": table.flat_rows(),
                 "notes": table.notes,
             }
             for name, table in report.tables.items()
         },
     }
-    return json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False, default=_json_default) + "\n"
+    return json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False, default=_plain_value) + "\n"
 
 
 def csv_table(table: Table) -> str:
@@ -205,49 +201,27 @@ def csv_table(table: Table) -> str:
     return csv_text(pd.DataFrame(table.flat_rows(), columns=names))
 
 
-WriteFile = Callable[[str, str | bytes], None]
-
-
-def _write_md(report: AnalysisReport, put: WriteFile) -> None:
-    put("report.md", markdown_report(report))
-    for name, drawn in report.figures.items():
-        put(f"figures/{name}.svg", drawn["svg"])
-
-
-def _write_html(report: AnalysisReport, put: WriteFile) -> None:
-    put("report.html", html_report(report))
-
-
-def _write_latex(report: AnalysisReport, put: WriteFile) -> None:
-    for name, table in report.tables.items():
-        put(f"tables/{name}.tex", latex(table))
-    for name, drawn in report.figures.items():
-        put(f"figures/{name}.pdf", drawn["pdf"])
-    put("report.tex", _latex_document(report))
-
-
-def _write_json(report: AnalysisReport, put: WriteFile) -> None:
-    put("report.json", json_report(report))
-
-
-def _write_csv(report: AnalysisReport, put: WriteFile) -> None:
-    for name, table in report.tables.items():
-        put(f"tables/{name}.csv", csv_table(table))
-    disclosed = [run for run in report.study.runs if report.reveals or not run.is_private]
-    if not disclosed:
-        return
-    rows = combined_rows(disclosed)
-    put("rows.csv", csv_text(rows))
-    put("rows.parquet", rows.to_parquet(index=False))
-
-
-_WRITERS: dict[Format, Callable[[AnalysisReport, WriteFile], None]] = {
-    "md": _write_md,
-    "html": _write_html,
-    "latex": _write_latex,
-    "json": _write_json,
-    "csv": _write_csv,
-}
+def _files_of(report: AnalysisReport, form: Format) -> Iterator[tuple[str, str | bytes]]:
+    """Yield the name and the content of each file of a report in one format."""
+    match form:
+        case "md":
+            yield "report.md", markdown_report(report)
+            yield from ((f"figures/{name}.svg", drawn["svg"]) for name, drawn in report.figures.items())
+        case "html":
+            yield "report.html", html_report(report)
+        case "latex":
+            yield from ((f"tables/{name}.tex", latex(table)) for name, table in report.tables.items())
+            yield from ((f"figures/{name}.pdf", drawn["pdf"]) for name, drawn in report.figures.items())
+            yield "report.tex", _latex_document(report)
+        case "json":
+            yield "report.json", json_report(report)
+        case "csv":
+            yield from ((f"tables/{name}.csv", csv_table(table)) for name, table in report.tables.items())
+            disclosed = [run for run in report.study.runs if report.reveals or not run.is_private]
+            if disclosed:
+                rows = combined_rows(disclosed)
+                yield "rows.csv", csv_text(rows)
+                yield "rows.parquet", rows.to_parquet(index=False)
 
 
 def _latex_document(report: AnalysisReport) -> str:
@@ -304,5 +278,5 @@ def _latex_list(heading: str, lines: tuple[str, ...]) -> list[str]:
     return [rf"\subsection*{{{latex_text(heading)}}}", r"\begin{itemize}", *items, r"\end{itemize}"]
 
 
-def _json_default(value: Any) -> Any:
+def _plain_value(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else str(value)

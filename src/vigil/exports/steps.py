@@ -1,7 +1,7 @@
 """Table of steps: one row per reply of a run, with the feedback, the reply, and the frame if the run saved it."""
 
 import json
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -66,7 +66,8 @@ def write_steps(run: SavedRun, name: str, out: Path, extra: Collection[str]) -> 
     schema = _schema(extra)
     rows = (row for key in sorted(run.table.rows) for row in _rows_of(run, name, key, extra))
     with pq.ParquetWriter(out, schema) as writer:
-        for some in _batches(rows, FRAMES_PER_BATCH if "image" in extra else ROWS_PER_BATCH):
+        size = FRAMES_PER_BATCH if "image" in extra else ROWS_PER_BATCH
+        while some := list(islice(rows, size)):
             writer.write_table(pa.Table.from_pylist(some, schema=schema))
 
 
@@ -104,13 +105,16 @@ def _rows_of(run: SavedRun, name: str, key: Key, extra: Collection[str]) -> Iter
     store = FrameStore(run.folder / FRAMES_FOLDER)
     reasoning = reasoning_by_step(run.folder, record) if "reasoning" in extra else {}
     for shown, step in steps_with_feedback(record, spec.profile):
-        row: _Row = {**whole, **_reply_cells(step), **_invalid_cells(step)}
+        row: _Row = {**whole, **_reply_cells(step)}
+        if step.invalid is not None:
+            row |= {"invalid_kind": step.invalid.kind, "invalid_reason": step.invalid.reason}
         row["shown_too_far"] = shown and shown.too_far
         row["shown_path_blocked"] = shown and shown.path_blocked
         if "reasoning" in extra:
             row["reasoning"] = reasoning.get(step.index)
         if "image" in extra:
-            row["image"] = _image(store, step.frame_sha256)
+            saved = store.frame(step.frame_sha256)
+            row["image"] = None if saved is None else {"bytes": saved[0], "path": f"{step.frame_sha256}.png"}
         yield row
 
 
@@ -127,20 +131,3 @@ def _reply_cells(step: StepRecord) -> _Row:
         "seconds": reply.seconds,
         "frame_sha256": step.frame_sha256,
     }
-
-
-def _invalid_cells(step: StepRecord) -> _Row:
-    fault = step.invalid
-    return {} if fault is None else {"invalid_kind": fault.kind, "invalid_reason": fault.reason}
-
-
-def _image(store: FrameStore, sha256: str | None) -> _Row | None:
-    """Return a saved frame; None if it was not saved or the record has no hash. Raises RecordError if hashes differ."""
-    kept = store.frame(sha256)
-    return None if kept is None else {"bytes": kept[0], "path": f"{sha256}.png"}
-
-
-def _batches(rows: Iterable[_Row], size: int) -> Iterator[list[_Row]]:
-    left = iter(rows)
-    while some := list(islice(left, size)):
-        yield some

@@ -15,17 +15,14 @@ from vigil.base.glossary import RESULTS
 from vigil.errors import RecordError, SettingError
 from vigil.packs.pack import manifest_of
 from vigil.packs.private import check_revealed, is_private
-from vigil.protocol.families import FAMILIES
 from vigil.records.record import Key
-from vigil.scoring.summary import summarise
 from vigil.web.drawing import RenderService
 from vigil.web.films.film import FilmFrame, film_frames_of, gif, mp4, webp
 from vigil.web.frames import episode_of, episode_timeline, frames_of
 from vigil.web.library import LibraryRun
-from vigil.web.phrases import LABELS as LABEL_WORDS
 from vigil.web.plan import try_film_plan, try_plan
 from vigil.web.site import STATIC, TEMPLATES
-from vigil.web.tables import LABELS, RATE_COLUMNS, make_bars
+from vigil.web.tables import run_values
 
 JPEG_QUALITY = 86
 NO_FRAME = {"is_recorded": None, "note": "This frame was not saved and cannot be drawn again."}
@@ -103,19 +100,11 @@ def export_site(
     if out.exists() and any(out.iterdir()):
         raise SettingError(f"Folder {str(out)!r} is not empty; export into a new one.")
     (out / EPISODES_FOLDER).mkdir(parents=True, exist_ok=True)
-    scores = run.table.scores()
+    values = run_values(run, run.table)
     index = TEMPLATES.get_template("run_alone.html").render(
         title=run.name,
-        run=run,
-        scores=scores,
-        summary=summarise(scores),
-        closure=run.closure(run.table),
-        bars=make_bars(scores),
-        outcomes=scores.outcomes,
-        labels=LABELS,
-        label_words=LABEL_WORDS,
-        columns=RATE_COLUMNS,
-        families=FAMILIES,
+        **values,
+        outcomes=values["scores"].outcomes,
         link=lambda family="", label="": f"#family={family}&label={label}",
         episode_link=lambda episode_id, epoch: f"{EPISODES_FOLDER}/{_file_name(episode_id, epoch)}",
         **_embedded("filter.js"),

@@ -13,7 +13,7 @@ from vigil.protocol.house import House
 from vigil.protocol.world import Setup
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.web.drawing import RenderService
-from vigil.web.library import Library, LibraryPack
+from vigil.web.library import Library
 from vigil.web.plan import plan_of
 from vigil.web.site import page, picture
 
@@ -86,21 +86,14 @@ def add_house_pages(
 
     @site.post("/houses/{slug}/{name}/name")
     def name_at(slug: str, name: str, request: Annotated[ViewPixel, Body()]) -> dict[str, Any]:
-        return {
-            "id": render_service.name_at(
-                _moment_of(library, slug, name, request.pose, render_settings), request.x, request.y
-            )
-        }
-
-
-def _pack(library: Library, slug: str) -> LibraryPack:
-    if slug not in library.packs:
-        library.runs()
-    return library.packs[slug]
+        moment = _moment_of(library, slug, name, request.pose, render_settings)
+        return {"id": render_service.name_at(moment, request.x, request.y)}
 
 
 def _house(library: Library, slug: str, name: str) -> House:
-    pack = _pack(library, slug)
+    if slug not in library.packs:
+        library.runs()
+    pack = library.packs[slug]
     if name not in pack.houses():
         raise KeyError(name)
     return pack.house(name)

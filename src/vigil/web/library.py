@@ -10,6 +10,7 @@ import threading
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from itertools import chain, count
 from pathlib import Path
 from typing import Any, Literal
 
@@ -184,7 +185,8 @@ class Library:
             for root in self._roots:
                 for folder in _run_folders(root, root, DEPTH):
                     if folder not in self._runs:
-                        self._runs[folder] = LibraryRun(self._free_slug(folder), folder)
+                        slug = _free_name(folder.name, {run.slug for run in self._runs.values()})
+                        self._runs[folder] = LibraryRun(slug, folder)
             return sorted(self._runs.values(), key=lambda run: run.slug)
 
     def pack_folders(self) -> dict[str, Path]:
@@ -235,17 +237,15 @@ class Library:
             if pack.sha256 == spec.pack_sha256:
                 return pack
         try:
-            return self._open_pack(pack_folder(header, may_read=self._may_read), spec.pack_sha256)
+            # The manifest has to lie inside the pack; its hash says whether it is the run's pack.
+            folder = pack_folder(header, may_read=lambda pack: is_inside(pack / MANIFEST, pack))
+            return self._open_pack(folder, spec.pack_sha256)
         except PackMismatch:
             where = f", which lay in {header.pack_folder!r}" if header.pack_folder else ""
             raise PackMismatch(
                 f"The run was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}...{where}. "
                 "Give it: vigil view RUNS --pack FOLDER."
             ) from None
-
-    def _may_read(self, pack: Path) -> bool:
-        """Whether a pack's manifest lies inside the pack; its hash says whether it is the run's pack."""
-        return is_inside(pack / MANIFEST, pack)
 
     def _open_pack(self, folder: Path, sha256: str | None = None) -> LibraryPack:
         folder = folder.resolve()
@@ -257,14 +257,9 @@ class Library:
             sha256, episodes = loaded.sha256, list(loaded.episodes)
         else:
             episodes = frozen_episodes(folder, sha256)
-        slug = _free_name(folder.name, self.packs)
-        self.packs[slug] = LibraryPack(
-            slug, folder, sha256, {episode.id: episode for episode in episodes}, self._database
-        )
+        slug, by_id = _free_name(folder.name, self.packs), {episode.id: episode for episode in episodes}
+        self.packs[slug] = LibraryPack(slug, folder, sha256, by_id, self._database)
         return self.packs[slug]
-
-    def _free_slug(self, folder: Path) -> str:
-        return _free_name(folder.name, {run.slug for run in self._runs.values()})
 
 
 def _note_state(run: LibraryRun, header: RunHeader, table: RecordTable) -> None:
@@ -280,11 +275,8 @@ def _note_state(run: LibraryRun, header: RunHeader, table: RecordTable) -> None:
 def _free_name(wanted: str, taken: Iterable[str]) -> str:
     plain = re.sub(r"[^A-Za-z0-9_.-]+", "-", wanted).strip(".-") or "unnamed"
     names = set(taken)
-    number, name = 1, plain
-    while name in names:
-        number += 1
-        name = f"{plain}-{number}"
-    return name
+    candidates = chain([plain], (f"{plain}-{number}" for number in count(2)))
+    return next(name for name in candidates if name not in names)
 
 
 def _run_folders(folder: Path, root: Path, depth: int) -> list[Path]:

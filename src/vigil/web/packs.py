@@ -27,7 +27,7 @@ from vigil.scoring.levels import LEVELS, read_pack_levels
 from vigil.scoring.target_strata import sort_by_size
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library, LibraryPack
-from vigil.web.site import page
+from vigil.web.site import page, png
 
 SAMPLES = 3
 """Number of episodes per family whose first frame is shown."""
@@ -73,8 +73,10 @@ def add_pack_pages(
     @site.get("/packs/{slug}/starts/{episode_id}.png")
     def start(slug: str, episode_id: str) -> Response:
         shown = _pack(library, slug)
-        data = render_service.picture(_start_of(shown, shown.episodes[episode_id], render_settings))
-        return Response(data, media_type="image/png", headers={"Cache-Control": "private, max-age=600"})
+        episode = shown.episodes[episode_id]
+        house = shown.house_path(episode.house.name)
+        moment = EpisodeMoment(render_settings, house, episode.house.sha256, episode.start, episode.setup)
+        return png(render_service.picture(moment))
 
 
 def _pack(library: Library, slug: str) -> LibraryPack:
@@ -111,16 +113,13 @@ def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[
             "episodes": len(mine),
             "houses": len({episode.house.name for episode in mine}),
             "kinds": sort_by_size(
-                given.get(family) or _counts_text(one.target_size or one.provenance.template for one in mine)
+                given.get(family)
+                or Counter(name for one in mine if (name := one.target_size or one.provenance.template))
             ),
         }
         for family, spec in FAMILIES.items()
         if (mine := by_family.get(family))
     ]
-
-
-def _counts_text(names: Iterable[str | None]) -> dict[str, int]:
-    return Counter(name for name in names if name)
 
 
 def other_strata(meta: dict[str, Any]) -> dict[str, dict[str, int]]:
@@ -157,9 +156,3 @@ def card_of(folder: Path) -> Markup | None:
         if token.type in ("heading_open", "heading_close"):
             token.tag = f"h{min(6, int(token.tag[1:]) + 2)}"  # two levels below the page's headings
     return Markup(markdown.renderer.render(tokens, markdown.options, {}))
-
-
-def _start_of(pack: LibraryPack, episode: Episode, render_settings: RenderSettings) -> EpisodeMoment:
-    """Return the first moment of an episode."""
-    house, name = episode.house, episode.house.name
-    return EpisodeMoment(render_settings, pack.house_path(name), house.sha256, episode.start, episode.setup)

@@ -37,7 +37,7 @@ from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.phrases import action_words, click_of
 from vigil.web.plan import plan_of
-from vigil.web.site import Address, make_site, page
+from vigil.web.site import Address, make_site, page, png
 
 VIEWS_AROUND = 8
 """Number of views from the start pose, 45 degrees apart."""
@@ -202,7 +202,7 @@ def _add_pictures(site: FastAPI, session: ReviewSession, render_service: RenderS
         if not 1 <= step <= len(actions):
             raise KeyError(step)
         done = tuple(action for action in actions[: step - 1] if action.skill_name != "report")
-        return _png(render_service.picture(_moment_of(session, episode, done)))
+        return png(render_service.picture(_moment_of(session, episode, done)))
 
     @site.get("/episodes/{episode_id}/around/{turn}.png")
     def around(episode_id: str, turn: int) -> Response:
@@ -211,7 +211,7 @@ def _add_pictures(site: FastAPI, session: ReviewSession, render_service: RenderS
             raise KeyError(turn)
         yaw = wrap_deg(episode.start.rotation + turn * 360.0 / VIEWS_AROUND)
         start = episode.start.model_copy(update={"rotation": yaw, "horizon": 15.0})
-        return _png(render_service.picture(_moment_of(session, episode.model_copy(update={"start": start}))))
+        return png(render_service.picture(_moment_of(session, episode.model_copy(update={"start": start}))))
 
 
 def _moment_of(session: ReviewSession, episode: Episode, actions: tuple = ()) -> EpisodeMoment:
@@ -223,7 +223,3 @@ def _moment_of(session: ReviewSession, episode: Episode, actions: tuple = ()) ->
         episode.setup,
         actions,
     )
-
-
-def _png(data: bytes) -> Response:
-    return Response(data, media_type="image/png", headers={"Cache-Control": "private, max-age=600"})

@@ -93,6 +93,11 @@ def picture(name: str, **values: Any) -> Response:
     return Response(drawn, media_type="image/svg+xml", headers=headers)
 
 
+def png(data: bytes) -> Response:
+    """Return a picture that browsers may cache for ten minutes."""
+    return Response(data, media_type="image/png", headers={"Cache-Control": "private, max-age=600"})
+
+
 def make_site(address: Address) -> FastAPI:
     """Return an application without pages, which refuses foreign requests. Raises SettingError."""
     address.check()
@@ -120,11 +125,8 @@ def make_site(address: Address) -> FastAPI:
         return fault(request, 422, f"{place}: {found['msg']}"[:_MAX_FAULT_CHARS])
 
     @site.exception_handler(KeyError)
-    async def on_http_error(request: Request, error: KeyError) -> Response:
-        return fault(request, 404, "There is nothing at this address.")
-
     @site.exception_handler(404)
-    async def on_missing_key(request: Request, error: Exception) -> Response:
+    async def on_nothing_found(request: Request, error: Exception) -> Response:
         return fault(request, 404, "There is nothing at this address.")
 
     return site

@@ -15,6 +15,7 @@ from vigil.scoring.rates import Rate, count, outcome_columns
 from vigil.scoring.saved_run import RecordTable
 from vigil.scoring.summary import RunScores
 from vigil.web.library import LibraryRun
+from vigil.web.phrases import LABELS as LABEL_WORDS
 
 RATE_COLUMNS = ("W", "B", "Delta", "FR", "NR", "IL")
 LABELS: tuple[Label, ...] = get_args(Label)
@@ -127,6 +128,22 @@ def _run_row(run: LibraryRun, family: str) -> RunRow:
     if rates is None:
         return RunRow(run, None, "", 0, left_out)
     return RunRow(run, rates, rates["complete"], rates["errors"], left_out)
+
+
+def run_values(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
+    """Return the template values of a run's verdicts, without the links to its episodes."""
+    scores, summary = run.scores_and_summary(table)
+    return {
+        "run": run,
+        "scores": scores,
+        "summary": summary,
+        "closure": run.closure(table),
+        "bars": make_bars(scores),
+        "labels": LABELS,
+        "label_words": LABEL_WORDS,
+        "columns": RATE_COLUMNS,
+        "families": FAMILIES,
+    }
 
 
 def make_bars(scores: RunScores) -> list[Bar]:

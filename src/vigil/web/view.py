@@ -20,18 +20,16 @@ from vigil.web.frames import episode_of, episode_timeline, frame_of
 from vigil.web.houses import add_house_pages
 from vigil.web.library import Library, LibraryRun, RunState
 from vigil.web.packs import add_pack_pages
-from vigil.web.phrases import LABELS as LABEL_WORDS
 from vigil.web.plan import try_plan
-from vigil.web.site import Address, make_site, page
+from vigil.web.site import Address, make_site, page, png
 from vigil.web.tables import (
-    LABELS,
     RATE_COLUMNS,
     compare,
     default_comparison,
     group_by_pack,
-    make_bars,
     progress_of,
     run_rows,
+    run_values,
 )
 
 FILM_TYPES = {"gif": "image/gif", "mp4": "video/mp4"}
@@ -55,13 +53,16 @@ def make_view(
     site = make_site(address or Address())
     _add_run_pages(site, library)
     _add_episode_pages(site, library, render_service)
-    _add_glossary(site)
     add_pack_pages(site, library, render_service, render_settings or RenderSettings())
     add_house_pages(site, library, render_service, render_settings or RenderSettings())
     return site
 
 
 def _add_run_pages(site: FastAPI, library: Library) -> None:
+    @site.get("/glossary", response_class=HTMLResponse)
+    def glossary() -> Response:
+        return page("glossary.html", title="Glossary", glossary=RESULTS)
+
     @site.get("/", response_class=HTMLResponse)
     def runs(request: Request, sort: str = "B", dir: str = "desc", family: str = "") -> Response:
         _check_family(family)
@@ -107,26 +108,10 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
         if first.table is None or second.table is None:
             unread = first if first.table is None else second
             raise RecordError(f"Run {unread.slug!r} cannot be read: {unread.fault}")
-        comparison = compare(
-            first.scores_and_summary(first.table)[0], second.scores_and_summary(second.table)[0], family
-        )
+        scores = (run.scores_and_summary(table)[0] for run, table in ((first, first.table), (second, second.table)))
         is_same_pack = first.pack is not None and second.pack is not None and first.pack.sha256 == second.pack.sha256
-        return page(
-            "compare.html",
-            title="Compare",
-            a=first,
-            b=second,
-            comparison=comparison,
-            family=family,
-            families=FAMILIES,
-            is_same_pack=is_same_pack,
-        )
-
-
-def _add_glossary(site: FastAPI) -> None:
-    @site.get("/glossary", response_class=HTMLResponse)
-    def glossary() -> Response:
-        return page("glossary.html", title="Glossary", glossary=RESULTS)
+        values = {"a": first, "b": second, "comparison": compare(*scores, family), "is_same_pack": is_same_pack}
+        return page("compare.html", title="Compare", family=family, families=FAMILIES, **values)
 
 
 def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderService) -> None:
@@ -150,7 +135,7 @@ def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderSe
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/frames/{step}.png")
     def frame(slug: str, episode_id: str, epoch: int, step: int) -> Response:
         shown = frame_of(library.run(slug), (episode_id, epoch), step, render_service)
-        return Response(shown.data, media_type="image/png", headers={"Cache-Control": "private, max-age=600"})
+        return png(shown.data)
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/frames/{step}.json")
     def frame_note(slug: str, episode_id: str, epoch: int, step: int) -> dict[str, Any]:
@@ -160,16 +145,17 @@ def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderSe
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/export.html")
     def export_page(slug: str, episode_id: str, epoch: int) -> Response:
         text = episode_page(library.run(slug), (episode_id, epoch), render_service)
-        return Response(text, media_type="text/html", headers=_download_headers(f"{episode_id}.{epoch}.html"))
+        return _download(text, f"{episode_id}.{epoch}.html", "text/html")
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/export.{form}")
     def export_film(slug: str, episode_id: str, epoch: int, form: Literal["gif", "mp4"]) -> Response:
         data = episode_film(library.run(slug), (episode_id, epoch), render_service, form)
-        return Response(data, media_type=FILM_TYPES[form], headers=_download_headers(f"{episode_id}.{epoch}.{form}"))
+        return _download(data, f"{episode_id}.{epoch}.{form}", FILM_TYPES[form])
 
 
-def _download_headers(name: str) -> dict[str, str]:
-    return {"Content-Disposition": f'attachment; filename="{name}"'}
+def _download(content: str | bytes, name: str, kind: str) -> Response:
+    """Return content of a media type that the browser saves under a name."""
+    return Response(content, media_type=kind, headers={"Content-Disposition": f'attachment; filename="{name}"'})
 
 
 def _etag(runs: Iterable[LibraryRun]) -> dict[str, str]:
@@ -185,21 +171,13 @@ def _is_known(request: Request, tag: dict[str, str]) -> bool:
 
 def _run_status(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
     """Return the template values of a run's status, which the page refreshes while the run goes on."""
-    scores, summary = run.scores_and_summary(table)
+    scores, _ = run.scores_and_summary(table)
     here = f"/runs/{run.slug}"
     return {
-        "run": run,
-        "scores": scores,
-        "summary": summary,
-        "closure": run.closure(table),
-        "bars": make_bars(scores),
+        **run_values(run, table),
         "progress": progress_of(run, table, scores),
         "newest": [row.verdict for row in table.newest(NEWEST_EPISODES)],
         "tag": _etag([run])["ETag"],
-        "labels": LABELS,
-        "label_words": LABEL_WORDS,
-        "columns": RATE_COLUMNS,
-        "families": FAMILIES,
         "link": lambda family="", label="": f"{here}?{urlencode({'family': family, 'label': label})}#episodes",
         "episode_link": lambda episode_id, epoch: f"{here}/episodes/{episode_id}/{epoch}",
     }
@@ -210,13 +188,8 @@ def _episode_list(scored: Iterable[Outcome], wanted: dict[str, str], sort: str, 
     outcomes = [outcome for outcome in scored if _is_wanted(outcome, wanted)]
     key = sort if sort in EPISODE_COLUMNS and sort != "episode" else "episode_id"
     outcomes.sort(key=lambda o: (getattr(o, key), o.episode_id, o.epoch), reverse=direction == "desc")
-    return {
-        "outcomes": outcomes,
-        "wanted": wanted,
-        "episode_columns": EPISODE_COLUMNS,
-        "sort": sort,
-        "dir": direction,
-    }
+    listed = {"outcomes": outcomes, "wanted": wanted, "episode_columns": EPISODE_COLUMNS}
+    return {**listed, "sort": sort, "dir": direction}
 
 
 def _check_family(family: str) -> None:

@@ -72,7 +72,7 @@ def calibrate(runs: Sequence[Run], success: Success = "B") -> DifficultyCalibrat
     plays = success_table(runs, sorted(facts), success)
     fitted = fit(plays)
     houses, families, levels, indices = (
-        np.array(each, dtype=object) for each in zip(*_sorted_by_episode(facts), strict=True)
+        np.array(each, dtype=object) for each in zip(*(facts[name] for name in sorted(facts)), strict=True)
     )
     indices, is_known = indices.astype(float), np.isfinite(indices.astype(float))
     groups = families.astype(str)
@@ -109,10 +109,6 @@ def _facts(run: Run) -> dict[str, _EpisodeFacts]:
     """Return the house, family, level and index of each episode."""
     columns = [values(run.rows, name, object) for name in ("house", "family", "level", "level_index")]
     return dict(zip(values(run.rows, "episode_id", str), zip(*columns, strict=True), strict=True))
-
-
-def _sorted_by_episode(facts: dict[str, _EpisodeFacts]) -> list[_EpisodeFacts]:
-    return [facts[name] for name in sorted(facts)]
 
 
 def _correlation(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> Correlation:

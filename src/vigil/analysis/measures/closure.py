@@ -5,14 +5,14 @@ The suite's runs and those of the eight families are never mixed in a table. Sou
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.special import ndtri
 
-from vigil.analysis.measures.intervals import clustered_interval
+from vigil.analysis.measures.intervals import CONFIDENCE, RESAMPLES, SEED, clustered_interval
 from vigil.analysis.measures.models import model_of
 from vigil.errors import PackMismatch
 from vigil.packs.pack import manifest_of
@@ -31,7 +31,6 @@ from vigil.scoring.closure import (
 from vigil.scoring.rates import Interval, Rate, effective_sample_size
 from vigil.scoring.saved_run import EffectiveRow, RecordTable, pack_folder, read_run
 
-RESAMPLES, SEED, CONFIDENCE = 2000, 20260101, 0.95
 MIN_PAIRS = 5
 """Smallest number of pairs from which intervals are resampled."""
 CLAIMS = ("concession", "none", "success")
@@ -92,14 +91,8 @@ def read_closure_runs(folders: Sequence[Path], pack: str | Path | None = None) -
     unique = sorted({folder.resolve() for folder in folders})
     found = [_read_run(folder, pack) for folder in unique]
     names = Counter(run.name for run in found)
-    named = [
-        run if names[run.name] == 1 else ClosureRun(f"{run.name} · {run.header.run_id}", *_rest(run)) for run in found
-    ]
+    named = [run if names[run.name] == 1 else replace(run, name=f"{run.name} · {run.header.run_id}") for run in found]
     return sorted(named, key=lambda run: run.name)
-
-
-def _rest(run: ClosureRun) -> tuple[RunHeader, tuple[ClosureOutcome, ...], int, tuple[str, ...]]:
-    return run.header, run.outcomes, run.planned, run.notes
 
 
 def _read_run(folder: Path, pack: str | Path | None) -> ClosureRun:
@@ -111,13 +104,7 @@ def _read_run(folder: Path, pack: str | Path | None) -> ClosureRun:
     if len(outcomes) < run.table.planned:
         notes = (f"INCOMPLETE: {len(outcomes)} of {run.table.planned} episodes are scored.", *notes)
     model = model_of(run.header.spec, has_reasoning=run.header.has_reasoning)
-    return ClosureRun(
-        model.name,
-        run.header,
-        outcomes,
-        run.table.planned,
-        notes,
-    )
+    return ClosureRun(model.name, run.header, outcomes, run.table.planned, notes)
 
 
 ClosureScores = dict[Key, tuple[EffectiveRow, ClosureOutcome]]

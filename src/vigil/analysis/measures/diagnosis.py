@@ -128,12 +128,8 @@ def _reply_sentences(causes: FailureCauses) -> list[str]:
 
 def _ending_sentences(causes: FailureCauses) -> list[str]:
     ranked = sorted(causes.endings.items(), key=lambda each: (-each[1], each[0]))
-    return [
-        f"{count:,} of {causes.episodes:,} episodes: {_ending_name(name)}. {ENDING_ADVICE[name]}"
-        for name, count in ranked
-    ]
-
-
-def _ending_name(ending: str) -> str:
-    term = TERMS.get(ending)
-    return f"`{ending}`" if term is None else f"`{ending}`, {term.short}"
+    found = []
+    for name, count in ranked:
+        explained = f", {TERMS[name].short}" if name in TERMS else ""
+        found.append(f"{count:,} of {causes.episodes:,} episodes: `{name}`{explained}. {ENDING_ADVICE[name]}")
+    return found

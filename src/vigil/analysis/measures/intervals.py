@@ -21,6 +21,8 @@ RESAMPLES = 2000
 SEED = 20260101
 CONFIDENCE = 0.95
 POWER = 0.80
+_Z_LEVEL, _Z_POWER = float(ndtri(1 - (1 - CONFIDENCE) / 2)), float(ndtri(POWER))
+"""Quantiles of the standard normal distribution at the level and at the power."""
 MIN_CLUSTERS = 5
 """Smallest number of houses for a clustered bootstrap."""
 _NO_VARIANCE = 1e-9
@@ -178,7 +180,7 @@ def smallest_difference(n: float, rate: float = 0.5) -> float | None:
     """
     if not n:
         return None
-    return min(1.0, _detectable_z() * math.sqrt(2 * rate * (1 - rate) / n))
+    return min(1.0, (_Z_LEVEL + _Z_POWER) * math.sqrt(2 * rate * (1 - rate) / n))
 
 
 def smallest_paired_difference(n: int, discordant: float) -> float | None:
@@ -188,23 +190,13 @@ def smallest_paired_difference(n: int, discordant: float) -> float | None:
     """
     if not n or not 0 < discordant <= 1:
         return None
-    z_level, z_power = _normal_quantile(1 - (1 - CONFIDENCE) / 2), _normal_quantile(POWER)
-    difference = _detectable_z() * math.sqrt(discordant / n)
+    difference = (_Z_LEVEL + _Z_POWER) * math.sqrt(discordant / n)
     for _ in range(50):
         spread = max(0.0, discordant - difference**2)
-        difference = (z_level * math.sqrt(discordant) + z_power * math.sqrt(spread)) / math.sqrt(n)
+        difference = (_Z_LEVEL * math.sqrt(discordant) + _Z_POWER * math.sqrt(spread)) / math.sqrt(n)
     return difference if difference <= discordant else None
 
 
 def houses_of(rows: pd.DataFrame) -> np.ndarray:
     """Return the house of each row: the cluster that its episode belongs to."""
     return rows["house"].to_numpy(dtype=str)
-
-
-def _detectable_z() -> float:
-    return _normal_quantile(1 - (1 - CONFIDENCE) / 2) + _normal_quantile(POWER)
-
-
-def _normal_quantile(share: float) -> float:
-    """Return the quantile of the standard normal distribution for a share."""
-    return float(ndtri(share))

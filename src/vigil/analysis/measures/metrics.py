@@ -138,15 +138,15 @@ def regimes(measures: RunMetrics) -> dict[str, str]:
 
     A run may be in several regimes; a run in none of them is `mixed`.
     """
-    rates = {
-        "low-compliance": (measures.rate("IL"), LOW_COMPLIANCE),
-        "FR-heavy": (measures.rate("P_FR_W0"), FR_HEAVY),
-        "NR-heavy": (measures.rate("P_norep_W1"), NR_HEAVY),
+    limits = {
+        "low-compliance": ("IL", LOW_COMPLIANCE),
+        "FR-heavy": ("P_FR_W0", FR_HEAVY),
+        "NR-heavy": ("P_norep_W1", NR_HEAVY),
     }
-    found = {name: _certainty(rate, limit) for name, (rate, limit) in rates.items() if _interval_reaches(rate, limit)}
-    coupled = measures.rate("P_B_W1")
-    if not found and _interval_reaches(coupled, STATE_COUPLED):
-        found["state-coupled"] = _certainty(coupled, STATE_COUPLED)
+    certainties = {name: _certainty(measures.rate(rate), limit) for name, (rate, limit) in limits.items()}
+    found = {name: certainty for name, certainty in certainties.items() if certainty is not None}
+    if not found and (certainty := _certainty(measures.rate("P_B_W1"), STATE_COUPLED)):
+        found["state-coupled"] = certainty
     return found or {"mixed": ""}
 
 
@@ -169,18 +169,19 @@ def broken_run_identities(run: Run) -> list[str]:
 
 
 def _means(rows: pd.DataFrame) -> dict[str, float | None]:
-    names = ("steps", "too_far", "path_blocked", "retry", "lag", "lag_from_reset")
-    rate_columns = {name: values(rows, name) for name in (*names, "input_tokens", "output_tokens", "seconds")}
-    rate_columns["random"] = values(rows, "credit.random")
-    rate_columns["invalid"] = values(rows, "protocol_failures") + values(rows, "malformed_actions")
-    rate_columns["lag_without_sv"] = rate_columns["lag"][values(rows, "expected", object) == None]  # noqa: E711 - as above
-    known = {name: column[np.isfinite(column)] for name, column in rate_columns.items()}
+    columns = {
+        name: values(rows, name) for name in ("steps", "too_far", "path_blocked", "retry", "lag", "lag_from_reset")
+    }
+    columns["lag_without_sv"] = columns["lag"][values(rows, "expected", object) == None]  # noqa: E711 - element by element
+    known = {name: column[np.isfinite(column)] for name, column in columns.items()}
     return {name: float(column.mean()) if len(column) else None for name, column in known.items()}
 
 
-def _interval_reaches(rate: Rate, limit: float) -> bool:
-    return rate.value is not None and rate.value > limit
+def _certainty(rate: Rate, limit: float) -> str | None:
+    """Return `clear` if the interval of a rate above the limit is above it too, else `borderline`.
 
-
-def _certainty(rate: Rate, limit: float) -> str:
+    None if the rate is not above the limit.
+    """
+    if rate.value is None or rate.value <= limit:
+        return None
     return "clear" if rate.interval[0] > limit else "borderline"

@@ -5,7 +5,7 @@ Groups are those of the paper's panels; agents that are not models form separate
 
 import re
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from vigil.records.record import RunSpec
 
@@ -16,13 +16,7 @@ ModelGroup = Literal[
     "Scripted agents and people",
     "Privileged agents (they see hidden state)",
 ]
-GROUPS: tuple[ModelGroup, ...] = (
-    "Embodied / robotics-tuned",
-    "Open general and reasoning VLMs",
-    "Closed-source frontier",
-    "Scripted agents and people",
-    "Privileged agents (they see hidden state)",
-)
+GROUPS: tuple[ModelGroup, ...] = get_args(ModelGroup)
 _GROUP_PATTERNS: tuple[tuple[str, ModelGroup], ...] = (
     (r"embodied|robo|rynn|cosmos-reason|embodi|vebrain|openvla|pelican", "Embodied / robotics-tuned"),
     (r"gemma|gpt-oss", "Open general and reasoning VLMs"),

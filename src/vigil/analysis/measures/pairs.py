@@ -8,13 +8,15 @@ systems, never as an intervention.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.measures.intervals import PairedTest, mcnemar, paired_difference, paired_test
+from vigil.analysis.measures.intervals import PairedTest, houses_of, mcnemar, paired_difference, paired_test
+from vigil.analysis.measures.metrics import RunMetrics, measure
 from vigil.analysis.measures.rows import Run, select_rows
 from vigil.errors import RecordError
 from vigil.protocol.families import FAMILIES
@@ -52,6 +54,12 @@ class Pair:
         """Return both runs' rows of the episodes that both have scored, in the same order."""
         base, other = shared_rows(self.base.rows, self.other.rows)
         return base.reset_index(), other.reset_index()
+
+    @cached_property
+    def measures(self) -> tuple[RunMetrics, RunMetrics]:
+        """The measures of the base and of the other run over the episodes that both have scored."""
+        base, other = self.tables()
+        return measure(base), measure(other)
 
     def p(self, name: str) -> float | None:
         """Return McNemar's exact p of W, B or a label over the shared episodes; None without shared episodes."""
@@ -108,7 +116,9 @@ class RunComparison:
 def make_pair(first: Run, second: Run, kind: PairKind) -> Pair:
     """Return two runs, given in any order, as a pair. Raises RecordError, which names any other difference."""
     found = setting_differences(first, second)
-    unwanted = [text for place, text in found.items() if not _may_vary(place, kind)]
+    unwanted = [
+        text for place, text in found.items() if not any(f"{place}.".startswith(f"{one}.") for one in VARIED[kind])
+    ]
     if unwanted:
         raise RecordError(
             f"{first.name!r} and {second.name!r} cannot be paired for {kind}: {'; '.join(unwanted)}. Run one of them "
@@ -137,15 +147,10 @@ def find_pairs(runs: Sequence[Run]) -> Pairing:
             pairs[kind].append(make_pair(first, second, kind))
         except RecordError as error:
             refusals.append(str(error))
-    feedback, of_feedback = _one_base_per_run(pairs["feedback"])
-    prompt, of_prompt = _one_base_per_run(pairs["prompt"])
-    serving, of_serving = _one_base_per_run(pairs["serving"])
-    choices: dict[PairKind, tuple[str, ...]] = {
-        "feedback": of_feedback,
-        "prompt": of_prompt,
-        "serving": of_serving,
-    }
-    return Pairing(feedback, prompt, serving, _repeats(runs, pairs["repeat"]), tuple(refusals), choices)
+    interventions = {kind: _one_base_per_run(found) for kind, found in pairs.items() if kind != "repeat"}
+    kept = {kind: one_each for kind, (one_each, _) in interventions.items()}
+    choices: dict[PairKind, tuple[str, ...]] = {kind: sentences for kind, (_, sentences) in interventions.items()}
+    return Pairing(**kept, repeats=_repeats(runs, pairs["repeat"]), refusals=tuple(refusals), choices=choices)
 
 
 def setting_differences(first: Run, second: Run) -> dict[str, str]:
@@ -166,17 +171,12 @@ def compare_runs(first: Run, second: Run) -> RunComparison:
     if not len(ours):
         raise RecordError(f"{first.name!r} and {second.name!r} have no scored episode in common.")
     ours = ours.reset_index()
-    houses, episodes = (ours[name].to_numpy(dtype=str) for name in ("house", "episode_id"))
-    w1, w2 = ours["W"].to_numpy(dtype=bool), theirs["W"].to_numpy(dtype=bool)
-    b1, b2 = ours["B"].to_numpy(dtype=bool), theirs["B"].to_numpy(dtype=bool)
-    return RunComparison(
-        first=first,
-        second=second,
-        n=len(set(episodes)),
-        w=paired_test(w1, w2, episodes=episodes, houses=houses),
-        b=paired_test(b1, b2, episodes=episodes, houses=houses),
-        delta=paired_difference(w1 & ~b1, w2 & ~b2, houses),
+    episodes, houses = ours["episode_id"].to_numpy(dtype=str), houses_of(ours)
+    w, b = (
+        paired_test(_indicator(ours, name), _indicator(theirs, name), episodes=episodes, houses=houses)
+        for name in ("W", "B")
     )
+    return RunComparison(first, second, len(set(episodes)), w, b, difference(ours, theirs, "Delta"))
 
 
 def shared_rows(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -208,12 +208,7 @@ def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[f
 
 def difference(base: pd.DataFrame, other: pd.DataFrame, name: str) -> tuple[float, Interval | None]:
     """Return the difference of W, B or a label between rows of the same plays, and its interval by houses."""
-    return paired_difference(_indicator(base, name), _indicator(other, name), _houses(base))
-
-
-def _may_vary(place: str, kind: PairKind) -> bool:
-    """Whether the two runs of a pair may differ at a path in their settings."""
-    return any(place == one or place.startswith(f"{one}.") for one in VARIED[kind])
+    return paired_difference(_indicator(base, name), _indicator(other, name), houses_of(base))
 
 
 def _one_base_per_run(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
@@ -240,10 +235,6 @@ def _indicator(rows: pd.DataFrame, name: str) -> np.ndarray:
     if name == "Delta":
         return np.asarray(rows["W"], dtype=bool) & ~np.asarray(rows["B"], dtype=bool)
     return np.asarray(rows[name] if name in rows else rows["label"] == name, dtype=bool)
-
-
-def _houses(rows: pd.DataFrame) -> np.ndarray:
-    return rows["house"].to_numpy(dtype=str)
 
 
 def _repeats(runs: Iterable[Run], pairs: Iterable[Pair]) -> tuple[Repeats, ...]:
@@ -278,14 +269,11 @@ def _pair_kind(first: Run, second: Run) -> PairKind | None:
         return None
     if varied == {"profile.name"}:
         return "feedback"
-    if varied == {"profile.prompt_variant"} and not _has_own_prompt(first, second):
+    # A prompt file is not a variant of the paper's prompt.
+    has_own_prompt = any(run.header.spec.profile.has_custom_prompt for run in (first, second))
+    if varied == {"profile.prompt_variant"} and not has_own_prompt:
         return "prompt"
     return None if varied else "repeat"
-
-
-def _has_own_prompt(*runs: Run) -> bool:
-    """Whether one of the runs uses a prompt file, which is not a variant of the paper's prompt."""
-    return any(run.header.spec.profile.has_custom_prompt for run in runs)
 
 
 def _agent(run: Run) -> tuple[str, str]:

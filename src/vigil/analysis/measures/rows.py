@@ -59,7 +59,9 @@ class Run:
     @property
     def marked_name(self) -> str:
         """The model's name with the condition unless that is the default; repeats share it."""
-        condition = _condition(self.header)
+        profile = self.header.spec.profile
+        marks = ["+FB"] if profile.has_feedback else []
+        condition = ", ".join([*marks, *([] if profile.prompt_variant == "default" else [profile.prompt_variant])])
         return f"{self.model.name} [{condition}]" if condition else self.model.name
 
     @property
@@ -121,11 +123,11 @@ def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
     """Return the run from its records."""
     run = read_run(folder, pack, _cached_episodes)
     manifest = manifest_of(run.pack_folder)
-    suite = manifest.suite
-    if suite is not None:
+    if manifest.suite is not None:
         raise SettingError(
-            f"Run {run.header.run_id!r} was played on pack {run.header.spec.pack!r} of the suite {suite!r}, whose W "
-            "and B are not in the rows of the eight families. `vigil report` has a separate section for it."
+            f"Run {run.header.run_id!r} was played on pack {run.header.spec.pack!r} of the suite "
+            f"{manifest.suite!r}, whose W and B are not in the rows of the eight families. `vigil report` has a "
+            "separate section for it."
         )
     scores, header = run.table.scores(), run.header
     model = model_of(header.spec, has_reasoning=header.has_reasoning)
@@ -133,7 +135,8 @@ def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
     table["rooms"] = [rooms.get(house, np.nan) for house in values(table, "house", str)]
     errors = [{name: getattr(error, name) for name in _ERROR_COLUMNS} for error in scores.errors]
     library = f"{scores.library_replies} {LIBRARY_REPLIES}"
-    remarks = (*_without_full_stops(run.notes), *([library] if scores.library_replies else []))
+    notes = [note.removesuffix(".") for note in run.notes]  # the full stops are added on printing
+    remarks = (*notes, *([library] if scores.library_replies else []))
     hides_ids = is_private(manifest.meta)
     return Run(
         folder=folder,
@@ -153,11 +156,6 @@ def _with_levels(table: pd.DataFrame, levels: Mapping[str, EpisodeLevel]) -> pd.
     found = [levels.get(name) for name in values(table, "episode_id", str)]
     texts = pd.Series([None if one is None else one.level for one in found], dtype=object)
     return table.assign(level=texts, level_index=[np.nan if one is None else one.index for one in found])
-
-
-def _without_full_stops(notes: Iterable[str]) -> list[str]:
-    """Return the notes without their full stops, which are added on printing."""
-    return [note.removesuffix(".") for note in notes]
 
 
 def combined_rows(runs: Iterable[Run]) -> pd.DataFrame:
@@ -200,17 +198,15 @@ def flat_row(outcome: Outcome) -> _Row:
 
 
 def outcome_table(outcomes: Iterable[Outcome]) -> pd.DataFrame:
-    """Return outcomes as a flat table with stable column types, sorted by episode and epoch."""
+    """Return outcomes as a flat table with the column types of the schema, sorted by episode and epoch.
+
+    A missing text is None.
+    """
     rows = [flat_row(outcome) for outcome in outcomes]
-    table = _typed(pd.DataFrame(rows, columns=list(_SCHEMA)))
-    return table.sort_values(["episode_id", "epoch"], ignore_index=True)
-
-
-def _typed(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the table with the types of the schema; missing texts are None."""
+    table = pd.DataFrame(rows, columns=list(_SCHEMA))
     texts = [name for name, kind in _SCHEMA.items() if kind == "object"]
     table[texts] = table[texts].astype(object).where(table[texts].notna(), None)
-    return table.astype(_SCHEMA)
+    return table.astype(_SCHEMA).sort_values(["episode_id", "epoch"], ignore_index=True)
 
 
 def _schema() -> dict[str, str]:
@@ -263,9 +259,3 @@ def _with_unique_names(runs: Iterable[Run]) -> list[Run]:
         ]
     named = [replace(run, name=name) for run, name in zip(found, names, strict=True)]
     return sorted(named, key=lambda run: run.name)
-
-
-def _condition(header: RunHeader) -> str:
-    profile = header.spec.profile
-    marks = ["+FB"] if profile.has_feedback else []
-    return ", ".join([*marks, *([profile.prompt_variant] if profile.prompt_variant != "default" else [])])

@@ -67,10 +67,6 @@ def _template(rows: pd.DataFrame) -> np.ndarray:
     return _names_where(_is_of_family(rows, *_WITH_TEMPLATE), names)
 
 
-def _constraint(rows: pd.DataFrame) -> np.ndarray:
-    return _names_where(_is_of_family(rows, "CR"), list(values(rows, "template", object)))
-
-
 def _rooms(rows: pd.DataFrame) -> np.ndarray:
     rooms = values(rows, "rooms")
     return _names_where(np.isfinite(rooms), [f"{count:.0f}" for count in rooms])
@@ -84,7 +80,7 @@ def _distance(rows: pd.DataFrame) -> np.ndarray:
 STRATA: dict[str, Callable[[pd.DataFrame], np.ndarray]] = {
     "Target size (PG)": _size,
     f"Template ({', '.join(_WITH_TEMPLATE)})": _template,
-    "Constraint (CR)": _constraint,
+    "Constraint (CR)": lambda rows: _names_where(_is_of_family(rows, "CR"), list(values(rows, "template", object))),
     "Rooms of the house (all families)": _rooms,
     "Distance from start to target (DA)": lambda rows: np.where(_is_of_family(rows, "DA"), _distance(rows), ""),
     "Distance from start to target (all families)": _distance,

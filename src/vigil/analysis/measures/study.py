@@ -1,15 +1,27 @@
 """Study: the runs of one report, measured once, with the pairs and repeats among them."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 
-from vigil.analysis.measures.metrics import COMPARABLE_W_PP, RunMetrics, by_family, is_excluded, measure
+import pandas as pd
+
+from vigil.analysis.measures.metrics import (
+    COMPARABLE_W_PP,
+    RunMetrics,
+    by_family,
+    clustered_intervals,
+    is_excluded,
+    mean_with_interval,
+    measure,
+)
 from vigil.analysis.measures.models import GROUPS, declared_thinking
 from vigil.analysis.measures.pairs import Pairing, RunComparison, compare_runs, find_pairs, shared_rows
 from vigil.analysis.measures.paper import Paper, paper
 from vigil.analysis.measures.rows import Run
 from vigil.protocol.profile import BASELINE
+from vigil.scoring.rates import Interval
 
 COMPARE_ALL_UP_TO = 6
 """With more runs than this, only neighbours in B and runs with comparable W are tested against each other."""
@@ -22,6 +34,20 @@ class RunEntry:
     run: Run
     overall: RunMetrics
     families: dict[str, RunMetrics]
+    """The measures of each family that has episodes."""
+
+    def part(self, rows: pd.DataFrame, measures: RunMetrics) -> "RunEntry":
+        """Return the entry of a part of the run's episodes."""
+        return RunEntry(replace(self.run, rows=rows), measures, {})
+
+    def mean(self, column: str) -> tuple[float, float | None, float | None] | None:
+        """Return the mean of a column's known values and the ends of its interval by houses; None without values."""
+        return mean_with_interval(self.run.rows, column)
+
+    @cached_property
+    def clustered(self) -> dict[str, Interval | None]:
+        """The intervals of W, B and Delta by houses; None where there are too few houses."""
+        return clustered_intervals(self.run.rows)
 
     @property
     def name(self) -> str:
@@ -43,6 +69,11 @@ class RunEntry:
     def is_excluded(self) -> bool:
         """Whether its row goes to the extended panel."""
         return is_excluded(self.overall)
+
+    @property
+    def panel(self) -> str:
+        """The panel of the run's row: `main`, `excluded` by the rule, or `aside` under other conditions."""
+        return "aside" if not self.is_base else "excluded" if self.is_excluded else "main"
 
 
 @dataclass(frozen=True)
@@ -73,11 +104,11 @@ class Study:
 
     def excluded(self) -> list[RunEntry]:
         """Return the base entries that the exclusion rule removes from the main tables, best B first."""
-        return [entry for entry in self.base() if entry.is_excluded]
+        return [entry for entry in self.base() if entry.panel == "excluded"]
 
     def main_panel(self) -> list[RunEntry]:
         """Return the base entries that the exclusion rule keeps in the main tables, best B first."""
-        return [entry for entry in self.base() if not entry.is_excluded]
+        return [entry for entry in self.base() if entry.panel == "main"]
 
 
 def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
@@ -120,15 +151,11 @@ def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
         ranked = sorted_by_b(alike)
         for index, first in enumerate(ranked):
             for place, second in enumerate(ranked[index + 1 :]):
-                is_wanted = len(ranked) <= COMPARE_ALL_UP_TO or place == 0 or _have_comparable_w(first, second)
+                apart_pp = 100 * abs((first.overall.share("W") or 0.0) - (second.overall.share("W") or 0.0))
+                has_comparable_w = apart_pp <= COMPARABLE_W_PP + 1e-9
+                is_wanted = len(ranked) <= COMPARE_ALL_UP_TO or place == 0 or has_comparable_w
                 if is_wanted and len(shared_rows(first.run.rows, second.run.rows)[0]):
                     yield compare_runs(first.run, second.run)
-
-
-def _have_comparable_w(first: RunEntry, second: RunEntry) -> bool:
-    """Whether two runs have comparable W, so that their difference in B is worth a test."""
-    apart = abs((first.overall.share("W") or 0.0) - (second.overall.share("W") or 0.0))
-    return 100 * apart <= COMPARABLE_W_PP + 1e-9
 
 
 def _duplicate_runs(runs: Sequence[Run]) -> list[str]:

@@ -4,7 +4,7 @@ Each function takes a Study and returns a matplotlib Figure, or None if the runs
 """
 
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,11 +25,8 @@ from vigil.analysis.plots.style import (
     GROUND,
     GROUP_MARKERS,
     INK,
-    KIND_COLOURS,
-    KIND_HATCHES,
-    LABEL_COLOURS,
-    LABEL_HATCHES,
-    LABEL_NAMES,
+    KIND_LOOKS,
+    LABEL_LOOKS,
     canvas,
     ink_on,
     styled,
@@ -50,16 +47,12 @@ def outcome_partition(study: Study) -> Figure | None:
         figure = canvas(_WIDTH, 1.25 + 0.36 * len(entries))
         axes = figure.add_subplot()
         shares = np.array([[100 * (entry.overall.share(name) or 0.0) for name in LABELS] for entry in entries])
-        _stack(axes, shares, [(LABEL_COLOURS[name], LABEL_HATCHES[name]) for name in LABELS])
         _name_rows(axes, [f"{entry.name}  (n={entry.overall.n:,})" for entry in entries])
         mark = _mark_w(axes, entries)
         axes.set_xlabel("share of scored episodes (%)")
         axes.set_title("Outcome partition, sorted by B")
-        handles = [
-            Patch(facecolor=LABEL_COLOURS[name], hatch=LABEL_HATCHES[name], edgecolor="white", label=LABEL_NAMES[name])
-            for name in LABELS
-        ]
-        figure.legend(handles=[*handles, mark], loc="outside lower center", ncols=3, handlelength=1.6)
+        handles = [*_stack(axes, shares, LABEL_LOOKS), mark]
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, handlelength=1.6)
         return figure
 
 
@@ -76,16 +69,12 @@ def belief_closure(study: Study) -> Figure | None:
         values = np.array(
             [[100 * (pair[0] if (pair := share[kind]) else 0.0) for kind in ACTION_KINDS] for share in shares]
         )
-        _stack(right, values, [(KIND_COLOURS[kind], KIND_HATCHES[kind]) for kind in ACTION_KINDS])
+        handles = _stack(right, values, KIND_LOOKS)
         for row, entry in enumerate(entries):
             right.text(101, row, f"n={entry.overall.counts['W']:,}\u2002", va="center", fontsize=7.5)
         right.tick_params(left=False)
         right.set_xlabel("share of actions after the goal first held (%)")
         right.set_title("(b) What follows attainment (W=1, pooled)")
-        handles = [
-            Patch(facecolor=KIND_COLOURS[kind], hatch=KIND_HATCHES[kind], edgecolor="white", label=kind)
-            for kind in ACTION_KINDS
-        ]
         figure.legend(handles=handles, loc="outside lower center", ncols=5, handlelength=1.6, columnspacing=1.2)
         return figure
 
@@ -164,11 +153,7 @@ def feedback_shift(study: Study) -> Figure | None:
             texts.append((end, f"{pair.base.name} (n={base.n:,})", colour, 8.5))
             values += [*start, *end]
         top = min(104.0, 1.15 * max(values))
-        labels = {
-            "xlabel": "W: the world reached the goal (%)",
-            "ylabel": "B: reached, and closed by a matching report (%)",
-        }
-        axes.set(xlim=(-0.03 * top, top), ylim=(-0.03 * top, top), **labels)
+        axes.set(xlim=(-0.03 * top, top), ylim=(-0.03 * top, top), xlabel=_W_AXIS, ylabel=_B_AXIS)
         axes.axline((0, 0), slope=1, color=FAINT, lw=0.8)
         axes.set_title("Action feedback: from the base contract (hollow) to +FB (filled)")
         axes.grid(visible=True)
@@ -207,10 +192,14 @@ def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
     return Line2D([], [], **handle, label="W: the world reached the goal")
 
 
-def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> None:
+def _stack(axes: Axes, shares: np.ndarray, looks: Mapping[str, tuple[str, str]]) -> list[Patch]:
+    """Draw shares in percent, (rows, parts), as stacked bars, and return a handle of each part for a legend.
+
+    `looks` maps the name of each part to its colour and hatch.
+    """
     left = np.zeros(len(shares))
     rows = np.arange(len(shares))
-    for column, (colour, hatch) in enumerate(looks):
+    for column, (colour, hatch) in enumerate(looks.values()):
         widths = shares[:, column]
         axes.barh(rows, widths, left=left, height=0.72, color=colour, hatch=hatch, edgecolor="white", lw=0.5)
         for row, width in enumerate(widths):
@@ -229,6 +218,7 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> 
         left = left + widths
     axes.set_xlim(0, 100)
     axes.spines["left"].set_visible(False)
+    return [Patch(facecolor=fill, hatch=hatch, edgecolor="white", label=name) for name, (fill, hatch) in looks.items()]
 
 
 def _name_rows(axes: Axes, names: Sequence[str]) -> None:
@@ -255,10 +245,6 @@ def _lags(axes: Axes, entries: Sequence[RunEntry]) -> None:
     axes.set_title("(a) Belief lag (B=1)")
 
 
-def _point(entry: RunEntry) -> tuple[float, float]:
-    return _place(entry.overall)
-
-
 def _place(measures: RunMetrics) -> tuple[float, float]:
     """Return W and B in percent: a point in the plane."""
     return 100 * (measures.share("W") or 0.0), 100 * (measures.share("B") or 0.0)
@@ -266,7 +252,7 @@ def _place(measures: RunMetrics) -> tuple[float, float]:
 
 def _plane_frame(axes: Axes, study: Study, entries: Sequence[RunEntry]) -> float:
     """Draw the diagonal and lines of equal gap, and return the upper limit of both axes."""
-    values = [value for entry in entries for value in _point(entry)]
+    values = [value for entry in entries for value in _place(entry.overall)]
     if study.published:
         values += [value for _, w, b in study.published.points() for value in (w, b)]
     top = min(104.0, max(20.0, 1.12 * max(values)))
@@ -299,7 +285,7 @@ def _sizes(entries: Sequence[RunEntry]) -> str:
 
 def _cross(entry: RunEntry) -> list[tuple[float, float]]:
     """Return the points along the intervals of W and B, in percent."""
-    w, b = _point(entry)
+    w, b = _place(entry.overall)
     (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
     along = np.linspace(0.0, 100.0, 7)
     return [
@@ -309,7 +295,7 @@ def _cross(entry: RunEntry) -> list[tuple[float, float]]:
 
 
 def _own_point(axes: Axes, entry: RunEntry, colour: str) -> tuple[tuple[float, float], str, str, float]:
-    w, b = _point(entry)
+    w, b = _place(entry.overall)
     (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
     axes.plot([100 * w_low, 100 * w_high], [b, b], color=colour, lw=1.0, alpha=0.7, zorder=3)
     axes.plot([w, w], [100 * b_low, 100 * b_high], color=colour, lw=1.0, alpha=0.7, zorder=3)

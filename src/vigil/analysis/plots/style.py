@@ -22,22 +22,22 @@ GRID = "#dfdfdb"
 GREY = "#a9adb3"
 LABEL_COLOURS = {"B": "#009e73", "FR": "#d55e00", "Other": "#f0c04a", "NR": "#0072b2", "IL": "#555b66"}
 _PALE = ("#f0c04a", "#56b4e9", "#e69f00")
-LABEL_HATCHES = {"B": "", "FR": "////", "Other": "....", "NR": "\\\\\\\\", "IL": "xxxx"}
-LABEL_NAMES = {
-    "B": "B: verified success",
-    "FR": "FR: false report",
-    "Other": "Other: matched, W=0",
-    "NR": "NR: no report",
-    "IL": "IL: invalid limit",
+LABEL_LOOKS = {
+    "B: verified success": (LABEL_COLOURS["B"], ""),
+    "FR: false report": (LABEL_COLOURS["FR"], "////"),
+    "Other: matched, W=0": (LABEL_COLOURS["Other"], "...."),
+    "NR: no report": (LABEL_COLOURS["NR"], "\\\\\\\\"),
+    "IL: invalid limit": (LABEL_COLOURS["IL"], "xxxx"),
 }
-KIND_COLOURS = {
-    "navigate": "#0072b2",
-    "look": "#56b4e9",
-    "interact_pixel": "#e69f00",
-    "report": "#009e73",
-    "invalid": "#555b66",
+"""Label in words -> colour and hatch, in the order of the stacked bars."""
+KIND_LOOKS = {
+    "navigate": ("#0072b2", ""),
+    "look": ("#56b4e9", "...."),
+    "interact_pixel": ("#e69f00", "////"),
+    "report": ("#009e73", ""),
+    "invalid": ("#555b66", "xxxx"),
 }
-KIND_HATCHES = {"navigate": "", "look": "....", "interact_pixel": "////", "report": "", "invalid": "xxxx"}
+"""Kind of action -> colour and hatch."""
 GROUP_MARKERS = {
     "Embodied / robotics-tuned": "s",
     "Open general and reasoning VLMs": "o",
@@ -95,8 +95,11 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
     """Return a figure as the bytes of a file: png, svg or pdf; the same figure gives the same bytes."""
     buffer = io.BytesIO()
     dates = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    for text in figure.findobj(Text):
-        _clean(text)
+    for text in figure.findobj(Text):  # remove the characters that fonts or files cannot represent
+        said = text.get_text()
+        clean = replace_invalid(said).replace("\t", " ").replace("\r", " ")
+        if clean != said:
+            text.set_text(clean)
     with styled():
         if (engine := figure.get_layout_engine()) is not None:
             engine.execute(figure)  # lays out the figure once; otherwise each file would do so again
@@ -106,14 +109,6 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
     return (
         replace_invalid(written.decode()).encode() if kind == "svg" else written
     )  # labels of axes are created during drawing
-
-
-def _clean(text: Any) -> None:
-    """Remove from a figure's text the characters that fonts or files cannot represent."""
-    said = text.get_text()
-    clean = replace_invalid(said).replace("\t", " ").replace("\r", " ")
-    if clean != said:
-        text.set_text(clean)
 
 
 def ink_on(colour: str) -> str:

@@ -33,11 +33,9 @@ _ON_FIRST: dict[str, tuple[str, OutcomePredicate]] = {
     "gave_up": ("Possible twin given up %", lambda each: each.gave_up),
     "gave_up_early": ("... before all evidence was seen %", lambda each: each.gave_up_early),
 }
-_BY_FORM: dict[str, tuple[str, OutcomePredicate]] = {
-    "false_success": ("False success %", lambda each: each.is_false_success),
-    "needless": ("Acted needlessly %", lambda each: each.is_needless),
-    "knowing": ("Closed knowingly %", lambda each: each.is_knowing),
-    "wrong_object": ("The look-alike instead %", lambda each: each.is_wrong_object),
+_BY_FORM = {
+    "false_success": _ON_SECOND["false_success"],
+    **{name: _BY_KIND[name] for name in ("needless", "knowing", "wrong_object")},
 }
 
 
@@ -146,7 +144,7 @@ def _pairs(runs: Sequence[ClosureRun]) -> Table:
     )
     rows = []
     for run in runs:
-        for kind in _paired_kinds(run):
+        for kind in (kind for kind in run.kinds if kind in PAIRED):
             part = run.outcomes_of(kind)
             found = discrimination(part)
             rows.append(
@@ -200,10 +198,6 @@ def _row(run: ClosureRun, **cells: Any) -> TableRow:
 
 def _rates(part: Sequence[ClosureOutcome], wanted: dict[str, tuple[str, OutcomePredicate]]) -> dict[str, Any]:
     return {key: rate_cell(rate(part, is_hit)) for key, (_, is_hit) in wanted.items()}
-
-
-def _paired_kinds(run: ClosureRun) -> list[Kind]:
-    return [kind for kind in run.kinds if kind in PAIRED]
 
 
 def _mean_seen(part: Sequence[ClosureOutcome]) -> RateCell:

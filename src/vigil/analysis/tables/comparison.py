@@ -8,50 +8,57 @@ from dataclasses import replace
 from itertools import combinations
 
 from vigil.analysis.measures.intervals import holm, smallest_difference, smallest_paired_difference
-from vigil.analysis.measures.metrics import COMPARABLE_W_PP, clustered_intervals
+from vigil.analysis.measures.metrics import COMPARABLE_W_PP, RunMetrics
 from vigil.analysis.measures.pairs import RunComparison
-from vigil.analysis.measures.study import Study, sorted_by_b
+from vigil.analysis.measures.study import RunEntry, Study
 from vigil.analysis.tables.paired import DISAGREEMENT_NOTE
-from vigil.analysis.tables.run_tables import MODEL, row_of, shown_name
-from vigil.analysis.tables.table import Column, Table, TableRow, counts, intervals, numbers, percent, points, texts
+from vigil.analysis.tables.rows import RUN, clustered_rates
+from vigil.analysis.tables.run_tables import rows_by_b
+from vigil.analysis.tables.table import (
+    Table,
+    TableRow,
+    cells_of,
+    counts,
+    intervals,
+    numbers,
+    p_values,
+    percent,
+    points,
+    texts,
+)
+
+_SIZE = ("n", lambda entry: entry.overall.n)
 
 
 def clustered(study: Study) -> Table:
     """Return W, B and Delta with intervals that account for episodes sharing houses."""
-    names = ("W", "B", "Delta")
     columns = (
-        MODEL,
-        *counts(n="n", houses="Houses"),
-        *(Column(name, f"{shown_name(name)} [95\u00a0%]", "rate") for name in names),
+        RUN,
+        *counts(n=_SIZE, houses=("Houses", lambda entry: entry.run.rows["house"].nunique())),
+        *clustered_rates("W", "B", "Delta"),
     )
-    rows = []
-    for entry in sorted_by_b(study.entries):
-        clusters = clustered_intervals(entry.run.rows)
-        cells = {name: points(entry.overall.share(name), clusters[name]) for name in names}
-        rows.append(row_of(entry, n=entry.overall.n, houses=entry.run.rows["house"].nunique(), **cells))
-    return Table("clustered", "W, B and Δ with intervals clustered by house", columns, tuple(rows))
+    return Table("clustered", "W, B and Δ with intervals clustered by house", columns, rows_by_b(study, columns))
 
 
 def comparisons(study: Study) -> Table:
     """Return paired tests between runs of the same episodes."""
     columns = (
-        *texts(first="First", second="Second"),
-        *counts(n="Shared episodes"),
-        *intervals(dW="ΔW (pp)"),
-        Column("p_W", "p (W)", "p"),
-        Column("p_W_holm", "p (W), Holm", "p"),
-        *intervals(dB="ΔB (pp)"),
-        Column("p_B", "p (B)", "p"),
-        Column("p_B_holm", "p (B), Holm", "p"),
-        *intervals(dDelta="Change of the gap (pp)"),
+        *texts(first=("First", lambda pair: pair.first.name), second=("Second", lambda pair: pair.second.name)),
+        *counts(n=("Shared episodes", lambda pair: pair.n)),
+        *intervals(dW=("ΔW (pp)", lambda pair: points(pair.w.difference, pair.w.interval))),
+        *p_values(p_W=("p (W)", lambda pair: pair.w.test.p), p_W_holm="p (W), Holm"),
+        *intervals(dB=("ΔB (pp)", lambda pair: points(pair.b.difference, pair.b.interval))),
+        *p_values(p_B=("p (B)", lambda pair: pair.b.test.p), p_B_holm="p (B), Holm"),
+        *intervals(dDelta=("Change of the gap (pp)", lambda pair: points(*pair.delta))),
         *texts(verdict="Different?"),
     )
-    adjusted = holm([c.w.test.p for c in study.comparisons] + [c.b.test.p for c in study.comparisons])
-    adjusted_w, adjusted_b = adjusted[: len(study.comparisons)], adjusted[len(study.comparisons) :]
-    rows = [
-        _comparison_row(comparison, p_w, p_b)
-        for comparison, p_w, p_b in zip(study.comparisons, adjusted_w, adjusted_b, strict=True)
-    ]
+    pairs = study.comparisons
+    adjusted = holm([pair.w.test.p for pair in pairs] + [pair.b.test.p for pair in pairs])
+    rows = []
+    for pair, p_w, p_b in zip(pairs, adjusted[: len(pairs)], adjusted[len(pairs) :], strict=True):
+        different = " and ".join(name for name, p in (("W", p_w), ("B", p_b)) if p < 0.05)
+        tested = {"p_W_holm": p_w, "p_B_holm": p_b, "verdict": f"in {different}" if different else "not shown"}
+        rows.append(TableRow({**cells_of(columns, pair), **tested}))
     notes = (
         "Second minus first, over the episodes that both have scored. p: McNemar, exact (the epochs of an episode "
         "change sign together); intervals: paired bootstrap over houses. Two runs are called different only if p "
@@ -88,53 +95,23 @@ def comparable_pairs(study: Study) -> Table:
 def power(study: Study) -> Table:
     """Return the smallest differences that can be detected with the runs' numbers of episodes."""
     columns = (
-        MODEL,
-        *counts(n="n"),
+        RUN,
+        *counts(n=_SIZE),
         *numbers(
-            W="in W, two systems (pp)",
-            B="in B, two systems (pp)",
-            B_paired="in B, paired, 10 % discordant (pp)",
-            family="in W of one family (pp)",
+            W=("in W, two systems (pp)", lambda entry: _detectable(entry.overall, "W")),
+            B=("in B, two systems (pp)", lambda entry: _detectable(entry.overall, "B")),
+            B_paired=(
+                "in B, paired, 10 % discordant (pp)",
+                lambda entry: percent(smallest_paired_difference(entry.overall.episodes, 0.1)),
+            ),
+            family=("in W of one family (pp)", _detectable_in_family),
         ),
     )
-    rows = []
-    for entry in sorted_by_b(study.entries):
-        m = entry.overall
-        smallest = min((part.rate("W").effective_n for part in entry.families.values()), default=0)
-        rows.append(
-            row_of(
-                entry,
-                n=m.n,
-                W=percent(smallest_difference(m.rate("W").effective_n, _inside(m.share("W")))),
-                B=percent(smallest_difference(m.rate("B").effective_n, _inside(m.share("B")))),
-                B_paired=percent(smallest_paired_difference(m.episodes, 0.1)),
-                family=percent(smallest_difference(smallest, 0.5)),
-            )
-        )
     notes = (
         "At the 5 % level with 80 % power. Smaller differences may be real, but this number of episodes cannot show "
         "them.",
     )
-    return Table("power", "Smallest difference that can be shown", columns, tuple(rows), notes)
-
-
-def _comparison_row(comparison: RunComparison, p_w: float, p_b: float) -> TableRow:
-    different = [name for name, p in (("W", p_w), ("B", p_b)) if p < 0.05]
-    return TableRow(
-        {
-            "first": comparison.first.name,
-            "second": comparison.second.name,
-            "n": comparison.n,
-            "dW": points(comparison.w.difference, comparison.w.interval),
-            "p_W": comparison.w.test.p,
-            "p_W_holm": p_w,
-            "dB": points(comparison.b.difference, comparison.b.interval),
-            "p_B": comparison.b.test.p,
-            "p_B_holm": p_b,
-            "dDelta": points(*comparison.delta),
-            "verdict": f"in {' and '.join(different)}" if different else "not shown",
-        }
-    )
+    return Table("power", "Smallest difference that can be shown", columns, rows_by_b(study, columns), notes)
 
 
 def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_published: bool) -> list[TableRow]:
@@ -167,6 +144,17 @@ def _with_intervals(row: TableRow, tested: Mapping[frozenset[str], RunComparison
     return replace(row, cells={**row.cells, **cells})
 
 
-def _inside(rate: float | None) -> float:
-    """Return a rate clipped away from 0 and 1, where the normal approximation would detect any difference."""
-    return min(0.95, max(0.05, rate if rate is not None else 0.5))
+def _detectable(measures: RunMetrics, name: str) -> float | None:
+    """Return the smallest detectable difference of W or B in percentage points.
+
+    The rate is clipped away from 0 and 1, where the normal approximation would detect any difference.
+    """
+    rate = measures.share(name)
+    inside = min(0.95, max(0.05, rate if rate is not None else 0.5))
+    return percent(smallest_difference(measures.rate(name).effective_n, inside))
+
+
+def _detectable_in_family(entry: RunEntry) -> float | None:
+    """Return the smallest detectable difference of W in the family with the fewest independent plays."""
+    smallest = min((part.rate("W").effective_n for part in entry.families.values()), default=0)
+    return percent(smallest_difference(smallest, 0.5))

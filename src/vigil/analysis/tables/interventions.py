@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from vigil.analysis.measures.metrics import measure
-from vigil.analysis.measures.pairs import Pair
 from vigil.analysis.measures.paper import NR_NOTE
 from vigil.analysis.measures.study import Study, sorted_by_group
 from vigil.analysis.tables.paired import (
@@ -19,27 +18,26 @@ from vigil.analysis.tables.paired import (
     P_NOTE,
     SHIFTED,
     TESTED,
-    p_values,
+    TESTS,
+    N,
     prompt_shifts,
     shifts,
 )
-from vigil.analysis.tables.results import (
-    ALL,
-    INTERVALS_ELSEWHERE,
+from vigil.analysis.tables.results import ALL, INTERVALS_ELSEWHERE, family_columns, printed_pairs
+from vigil.analysis.tables.rows import (
     MODEL,
     PUBLISHED,
-    cross_section,
-    family_columns,
-    pairs,
     published_group,
-    published_row,
     published_rows,
     run_row,
+    run_rows,
+    shown_name,
 )
 from vigil.analysis.tables.table import (
     Column,
     Table,
     TableRow,
+    cells_of,
     counts,
     first_number,
     intervals,
@@ -53,29 +51,28 @@ REPEATED = ("W", "B", "Delta", "FR", "NR", "NoRep")
 STABLE_PP = 1.0
 """Limit (percentage points) below which the paper calls half-ranges and shifts stable."""
 _EVENTS = ("too_far", "path_blocked", "retry")
+_SIDES = {"base": "base", "fb": "+FB"}
+"""Runs of a pair as in the keys of columns -> as in headings."""
 
 
 def proprio_minimal(study: Study) -> Table:
     """Return the table of base runs against action feedback: events per episode and differences."""
-    columns = (
-        MODEL,
-        *counts(n="n"),
-        *(
-            Column(f"{event} {side}", f"{event} {shown}", "number2")
-            for event in _EVENTS
-            for side, shown in (("base", "base"), ("fb", "+FB"))
-        ),
-        *intervals(**{f"d{name}": SHIFTED[name] for name in TESTED}),
-        *(Column(f"p_{name}", f"p ({name})", "p") for name in TESTED),
+    events = tuple(
+        Column(
+            f"{event} {side}",
+            f"{event} {shown}",
+            "number2",
+            lambda pair, event=event, at=at: pair.measures[at].means[event],
+        )
+        for event in _EVENTS
+        for at, (side, shown) in enumerate(_SIDES.items())
     )
-    rows = [run_row(study.entry(pair.base), _intervention(pair)) for pair in study.pairing.feedback]
+    columns = (MODEL, N, *events, *shifts(TESTED), *TESTS)
+    rows = [run_row(study.entry(pair.base), cells_of(columns, pair)) for pair in study.pairing.feedback]
     rows += published_rows(
         study,
         "proprio_minimal",
-        lambda row: {
-            **{f"{event} {side}": row[event][i] for event in _EVENTS for i, side in enumerate(("base", "fb"))},
-            **{f"d{name}": row[f"d{name}"] for name in TESTED},
-        },
+        lambda row: row | {f"{event} {side}": row[event][i] for event in _EVENTS for i, side in enumerate(_SIDES)},
     )
     notes = (
         f"Means per episode over the episodes that both runs have scored; their intervals are in `feedback_events`. "
@@ -91,12 +88,8 @@ def prompt_sensitivity(study: Study) -> Table:
     """Return W/B under the neutral prompt, grouped as in the paper."""
     columns = (MODEL, ALL, *family_columns())
     entries = sorted_by_group(study.entry(pair.other) for pair in study.pairing.prompt)
-    rows = [run_row(entry, cross_section(entry), group=entry.group) for entry in entries]
-    if study.published:
-        rows += [
-            published_row(model, {**pairs(row), "All": (row["W"], row["B"])}, group=published_group(model))
-            for model, row in study.published.rows("prompt_sensitivity")
-        ]
+    rows = run_rows(entries, columns, lambda entry: entry.group)
+    rows += published_rows(study, "prompt_sensitivity", printed_pairs, published_group)
     notes = (
         "Neutral prompt: both anti-hallucination lines removed, nothing else changed. The shifts from the default "
         "prompt are in `prompt_shifts`, the largest in `stability`. Your rows by B in each group, published ones as "
@@ -109,14 +102,13 @@ def prompt_sensitivity(study: Study) -> Table:
 
 def open_repeat_robustness(study: Study) -> Table:
     """Return mean and half-range over repeated runs."""
-    columns = (MODEL, *counts(runs="Runs"), *(Column(name, _heading(name), "spread") for name in REPEATED))
+    spreads = (
+        Column(name, shown_name(name), "spread", lambda one, name=name: spread(_percents(one.tables, name)))
+        for name in REPEATED
+    )
+    columns = (MODEL, *counts(runs=("Runs", lambda one: len(one.tables))), *spreads)
     rows = [
-        run_row(
-            study.entry(one.run),
-            {"model": one.name, "runs": len(one.tables)}
-            | {name: spread(_percents(one.tables, name)) for name in REPEATED},
-        )
-        for one in study.pairing.repeats
+        run_row(study.entry(one.run), {**cells_of(columns, one), "model": one.name}) for one in study.pairing.repeats
     ]
     rows += published_rows(study, "open_repeat_robustness", lambda row: {**row, "Delta": row["delta"], "runs": 2})
     notes = (
@@ -140,8 +132,13 @@ def repeat_rates(study: Study) -> Table:
         whole = measure(pd.concat(one.tables, ignore_index=True))
         for name in REPEATED:
             known = [value for value in _percents(one.tables, name) if value is not None]
-            cells: dict[str, Any] = {"model": one.name, "rate": _heading(name), "runs": len(one.tables), "n": whole.n}
-            cells["pooled"] = rate_cell(whole.rate(name))
+            cells: dict[str, Any] = {
+                "model": one.name,
+                "rate": shown_name(name),
+                "runs": len(one.tables),
+                "n": whole.n,
+                "pooled": rate_cell(whole.rate(name)),
+            }
             if known:
                 cells |= {"low": min(known), "high": max(known), "half_range": (max(known) - min(known)) / 2}
             rows.append(run_row(study.entry(one.run), cells))
@@ -183,20 +180,8 @@ def spread(values: Sequence[float | None]) -> tuple[float, float] | None:
     return (float(np.mean(known)), (max(known) - min(known)) / 2) if known else None
 
 
-def _intervention(pair: Pair) -> dict[str, Any]:
-    base, other = (measure(rows) for rows in pair.tables())
-    cells: dict[str, Any] = {"n": base.n, **p_values(pair), **shifts(pair)}
-    for event in _EVENTS:
-        cells |= {f"{event} base": base.means[event], f"{event} fb": other.means[event]}
-    return cells
-
-
 def _percents(tables: Iterable[pd.DataFrame], name: str) -> list[float | None]:
     return [percent(measure(table).share(name)) for table in tables]
-
-
-def _heading(name: str) -> str:
-    return "Δ (pp)" if name == "Delta" else f"{name} %"
 
 
 def _stability_rows(
@@ -206,6 +191,6 @@ def _stability_rows(
     if sizes:
         largest, whose = max(sizes, key=lambda pair: pair[0])
         steady = sum(size < STABLE_PP - 1e-9 for size, _ in sizes)
-        cells = {"change": change, "rate": _heading(name), "n": len(sizes), "steady": steady}
+        cells = {"change": change, "rate": shown_name(name), "n": len(sizes), "steady": steady}
         group = PUBLISHED if is_published else ""
         yield TableRow({**cells, "largest": largest, "whose": whose}, group, is_published)

@@ -4,29 +4,33 @@ Each function takes a Study and returns one Table. Source: the paper's sections 
 serving modes.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import pandas as pd
 
 from vigil.analysis.measures.intervals import holm
-from vigil.analysis.measures.metrics import LABELS, mean_with_interval, measure
+from vigil.analysis.measures.metrics import LABELS, mean_with_interval
 from vigil.analysis.measures.models import checkpoint_of
 from vigil.analysis.measures.pairs import Pair, family_differences, mean_difference
 from vigil.analysis.measures.paper import Paper
 from vigil.analysis.measures.study import Study, sorted_by_group
 from vigil.analysis.measures.transitions import homogeneity, label_matrix, transitions
-from vigil.analysis.tables.results import MODEL, published_group, published_row, run_row
+from vigil.analysis.tables.rows import MODEL, published_group, published_row, run_row
 from vigil.analysis.tables.table import (
     Column,
     RateCell,
     Table,
     TableRow,
+    cells_of,
     counts,
     formatted,
     intervals,
+    means,
+    numbers,
+    p_values,
     points,
-    rate_cells,
+    rate_cell,
     texts,
 )
 
@@ -40,8 +44,25 @@ DISAGREEMENT_NOTE = (
     "changed; the interval resamples houses, because episodes of one house are similar, and is not given below five "
     "houses."
 )
-_SHIFTS = intervals(**{f"d{name}": heading for name, heading in SHIFTED.items()})
-_TESTS = tuple(Column(f"p_{name}", f"p ({name})", "p") for name in TESTED)
+
+
+def shift(pair: Pair, name: str) -> RateCell:
+    """Return the difference of a rate, other minus base, in points with its interval; None without shared episodes."""
+    found = mean_difference(pair, name)
+    return None if found is None else points(*found)
+
+
+def shifts(names: Iterable[str]) -> tuple[Column, ...]:
+    """Return columns of the differences of a pair: other minus base, with intervals."""
+    return intervals(
+        **{f"d{name}": (SHIFTED[name], lambda pair, name=name: shift(pair, name)) for name in names},
+    )
+
+
+N = Column("n", "n", "count", lambda pair: len(pair.tables()[0]))
+"""Column of the number of plays that both runs of a pair have scored."""
+TESTS = p_values(**{f"p_{name}": (f"p ({name})", lambda pair, name=name: pair.p(name)) for name in TESTED})
+"""Columns of McNemar's p for W, B, FR and NR."""
 _KINDS = {"feedback": "+FB", "prompt": "neutral prompt", "serving": "thinking"}
 
 
@@ -49,21 +70,14 @@ def prompt_shifts(study: Study) -> Table:
     """Return the shift of each rate under the neutral prompt, with tests; for published rows only printed values."""
     columns = (
         MODEL,
-        *counts(n="n"),
-        *_SHIFTS,
-        *_TESTS,
-        *texts(largest="Largest shift of W or B in a family (pp)"),
+        N,
+        *shifts(SHIFTED),
+        *TESTS,
+        *texts(largest=("Largest shift of W or B in a family (pp)", _largest_shift)),
     )
-    rows = [
-        run_row(
-            study.entry(pair.other),
-            {"n": len(pair.tables()[0]), **shifts(pair), **p_values(pair), "largest": _largest_shift(pair)},
-            group=study.entry(pair.other).group,
-        )
-        for pair in _grouped(study, study.pairing.prompt)
-    ]
+    rows = _grouped_rows(study, study.pairing.prompt, columns)
     if study.published:
-        rows += list(_published_prompt_shifts(study.published))
+        rows += _published_prompt_shifts(study.published)
     notes = (
         f"Neutral minus default, over the episodes that both runs have scored. {INTERVAL_NOTE} {P_NOTE} The largest "
         "shift is the widest of sixteen, which its interval does not account for: it is a hint, not a finding.",
@@ -77,26 +91,20 @@ def prompt_shifts(study: Study) -> Table:
 
 def serving_modes(study: Study) -> Table:
     """Return each checkpoint's thinking serving mode against its instruct counterpart."""
-    sides = {"base": "instruct", "other": "thinking"}
-    columns = (
-        MODEL,
-        *counts(n="n"),
-        *intervals(**{f"{name}_{side}": f"{name} {shown} %" for side, shown in sides.items() for name in "WB"}),
-        *_SHIFTS,
-        *_TESTS,
-        *intervals(steps_base="Steps instruct", steps_other="Steps thinking"),
-    )
-    rows = []
-    for pair in _grouped(study, study.pairing.serving):
-        cells: dict[str, Any] = {"n": len(pair.tables()[0]), **shifts(pair), **p_values(pair)}
-        for side, table in zip(sides, pair.tables(), strict=True):
-            rates = rate_cells(measure(table), "WB")
-            cells |= {f"{name}_{side}": rate for name, rate in rates.items()}
-            cells[f"steps_{side}"] = mean_with_interval(table, "steps")
-        entry = study.entry(pair.other)
-        rows.append(run_row(entry, cells, group=entry.group))
+    sides = (("base", "instruct", 0), ("other", "thinking", 1))
+    rates = {
+        f"{name}_{side}": (f"{name} {shown} %", lambda pair, at=at, name=name: rate_cell(pair.measures[at].rate(name)))
+        for side, shown, at in sides
+        for name in "WB"
+    }
+    steps = {
+        f"steps_{side}": (f"Steps {shown}", lambda pair, at=at: mean_with_interval(pair.tables()[at], "steps"))
+        for side, shown, at in sides
+    }
+    columns = (MODEL, N, *intervals(**rates), *shifts(SHIFTED), *TESTS, *intervals(**steps))
+    rows = _grouped_rows(study, study.pairing.serving, columns)
     if study.published:
-        rows += list(_published_serving_modes(study.published))
+        rows += _published_serving_modes(study.published)
     notes = (
         "Runs of one checkpoint that differ only in the serving mode; thinking minus instruct, over the "
         f"episodes that both have scored. Thinking is a run with reasoning in its answers, or one whose name or "
@@ -111,40 +119,30 @@ def serving_modes(study: Study) -> Table:
 def feedback_events(study: Study) -> Table:
     """Return how action feedback changes events and lengths of episodes."""
     names = {"too_far": "too_far", "path_blocked": "path_blocked", "retry": "retry", "steps": "Steps"}
-    columns = (
-        MODEL,
-        *counts(n="n"),
-        *(
-            column
-            for name, shown in names.items()
-            for column in (
-                Column(f"{name} base", f"{shown} base [95\u00a0%]", "mean"),
-                Column(f"{name} fb", f"{shown} +FB [95\u00a0%]", "mean"),
-                Column(f"{name} change", f"{shown} change %"),
-            )
-        ),
-    )
+    columns = [MODEL, N]
+    for name, shown in names.items():
+        columns += means(**{f"{name} base": f"{shown} base", f"{name} fb": f"{shown} +FB"})
+        columns += numbers(**{f"{name} change": f"{shown} change %"})
     rows = []
     for pair in study.pairing.feedback:
-        base, other = pair.tables()
-        cells: dict[str, Any] = {"n": len(base)}
+        cells = cells_of(columns, pair)
         for name in names:
-            before, after = mean_with_interval(base, name), mean_with_interval(other, name)
-            cells |= {f"{name} base": before, f"{name} fb": after, f"{name} change": _change(before, after)}
+            before, after = (mean_with_interval(rows_of, name) for rows_of in pair.tables())
+            change = 100 * (after[0] / before[0] - 1) if before and after and before[0] else None
+            cells |= {f"{name} base": before, f"{name} fb": after, f"{name} change": change}
         rows.append(run_row(study.entry(pair.base), cells))
     notes = (
         "Means per episode; intervals: bootstrap over houses, not given if all agree. Change: relative to the base "
         "run.",
     )
-    return Table("feedback_events", "Action feedback: events and steps", columns, tuple(rows), notes)
+    return Table("feedback_events", "Action feedback: events and steps", tuple(columns), tuple(rows), notes)
 
 
 def transition_matrix(study: Study) -> Table:
     """Return the transitions of episodes between labels, for every pair of runs and every repeat."""
     columns = (
         *texts(model="Label before"),
-        *counts(n="n"),
-        *(Column(label, f"{label} after", "count") for label in LABELS),
+        *counts(n="n", **{label: f"{label} after" for label in LABELS}),
     )
     rows = [
         TableRow({"model": label, "n": sum(after.values()), **after}, group=name)
@@ -166,8 +164,7 @@ def transition_tests(study: Study) -> Table:
         *texts(model="Labels", test="Test"),
         *counts(there="→", back="←"),
         *intervals(net="Net (pp)"),
-        Column("p", "p", "p"),
-        Column("p_holm", "p, Holm", "p"),
+        *p_values(p="p", p_holm="p, Holm"),
     )
     rows: list[TableRow] = []
     for name, base, other in _named_tables(study):
@@ -189,21 +186,14 @@ def transition_tests(study: Study) -> Table:
     return Table("transition_tests", "Transitions between labels, tested", columns, tuple(rows), notes)
 
 
-def shifts(pair: Pair) -> dict[str, RateCell]:
-    """Return the differences of a pair, other minus base, in points with intervals."""
-    found = {name: mean_difference(pair, name) for name in SHIFTED}
-    return {f"d{name}": None if shift is None else points(*shift) for name, shift in found.items()}
-
-
-def p_values(pair: Pair) -> dict[str, float | None]:
-    """Return McNemar's p for W, B, FR and NR."""
-    return {f"p_{name}": pair.p(name) for name in TESTED}
-
-
-def _grouped(study: Study, pairs: Sequence[Pair]) -> list[Pair]:
-    """Return pairs in the order of the panels' groups, best B first in each."""
-    order = [entry.name for entry in sorted_by_group(study.entries)]
-    return sorted(pairs, key=lambda pair: order.index(pair.other.name))
+def _grouped_rows(study: Study, pairs: Sequence[Pair], columns: Sequence[Column]) -> list[TableRow]:
+    """Return one row for each pair, named after its second run, in the order of the panels' groups, best B first."""
+    by_name = {pair.other.name: pair for pair in pairs}
+    return [
+        run_row(entry, cells_of(columns, by_name[entry.name]), entry.group)
+        for entry in sorted_by_group(study.entries)
+        if entry.name in by_name
+    ]
 
 
 def _named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
@@ -217,10 +207,6 @@ def _named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFram
         for name, base, other in repeats.compared_with_first():
             if len(base):
                 yield f"{repeats.names[0]} → {name} (repeat)", base, other
-
-
-def _change(before: RateCell, after: RateCell) -> float | None:
-    return 100 * (after[0] / before[0] - 1) if before and after and before[0] else None
 
 
 def _largest_shift(pair: Pair) -> str | None:
@@ -253,7 +239,7 @@ def _published_prompt_shifts(paper: Paper) -> Iterator[TableRow]:
             for i, name in enumerate("WB")
             if model.name in families
         }
-        yield published_row(model, {**cells, "largest": _largest(moved)}, group=published_group(model))
+        yield published_row(model, {**cells, "largest": _largest(moved)}, published_group(model))
 
 
 def _published_serving_modes(paper: Paper) -> Iterator[TableRow]:
@@ -265,7 +251,7 @@ def _published_serving_modes(paper: Paper) -> Iterator[TableRow]:
             cells: dict[str, Any] = {f"{rate}_base": value for rate, value in zip("WB", base, strict=True)}
             cells |= {f"{rate}_other": value for rate, value in zip("WB", values, strict=True)}
             cells |= _printed_shifts(base, values)
-            yield published_row(model, cells, group=published_group(model))
+            yield published_row(model, cells, published_group(model))
 
 
 def _printed_shifts(before: tuple[float, float], after: tuple[float, float]) -> dict[str, float]:

@@ -2,7 +2,7 @@
 
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables.table import Column, Table, TableRow, counts, texts
+from vigil.analysis.tables.table import Table, TableRow, cells_of, counts, texts
 from vigil.protocol.actions import INTENTS, SKILLS, STATUSES
 from vigil.protocol.families import FAMILIES
 
@@ -37,22 +37,15 @@ def episode_distribution(study: Study) -> Table:
         packs[name] = {family: max(known.get(family, 0), ours.get(family, 0)) for family in FAMILIES}
     rows = []
     for family, spec in FAMILIES.items():
-        cells = {
-            "family": family,
-            "name": spec.name,
-            "max_steps": spec.max_steps,
-            "published_pack": PUBLISHED_PER_FAMILY,
-        }
-        rows.append(
-            TableRow({**cells, **{name: known[family] for name, known in packs.items()}}, group=_TIERS[spec.tier])
-        )
+        cells = {"family": family, "name": spec.name, "max_steps": spec.max_steps}
+        planned = {name: known[family] for name, known in packs.items()}
+        rows.append(TableRow({**cells, "published_pack": PUBLISHED_PER_FAMILY, **planned}, _TIERS[spec.tier]))
     totals = {name: sum(known.values()) for name, known in packs.items()}
-    rows.append(
-        TableRow({"family": "All", "published_pack": len(FAMILIES) * PUBLISHED_PER_FAMILY, **totals}, group="All")
-    )
+    whole = {"family": "All", "published_pack": len(FAMILIES) * PUBLISHED_PER_FAMILY, **totals}
+    rows.append(TableRow(whole, "All"))
     columns = (
         *texts(family="Family", name="Name"),
-        *(Column(name, f"Episodes of {name}", "count") for name in sorted(packs)),
+        *counts(**{name: f"Episodes of {name}" for name in sorted(packs)}),
         *counts(published_pack="Published pack", max_steps="Max. steps"),
     )
     return Table("episode_distribution", "Episode distribution", columns, tuple(rows))
@@ -62,48 +55,36 @@ def family_specs(study: Study) -> Table:
     """Return the families' budgets and expected skills."""
     del study
     columns = (
-        *texts(family="Family", name="Name", visible="Target visible at start"),
-        *counts(max_steps="Steps", max_invalid="Invalid limit"),
-        *texts(skills="Expected skills", success="Success"),
+        *texts(
+            family=("Family", lambda each: each[0]),
+            name=("Name", lambda each: each[1].name),
+            visible=("Target visible at start", lambda each: "yes" if each[1].visible_at_start else "no"),
+        ),
+        *counts(
+            max_steps=("Steps", lambda each: each[1].max_steps),
+            max_invalid=("Invalid limit", lambda each: each[1].max_invalid),
+        ),
+        *texts(
+            skills=("Expected skills", lambda each: ", ".join(each[1].skills)),
+            success=("Success", lambda each: " or ".join(each[1].goal_kinds)),
+        ),
     )
-    rows = tuple(
-        TableRow(
-            {
-                "family": family,
-                "name": spec.name,
-                "visible": "yes" if spec.visible_at_start else "no",
-                "max_steps": spec.max_steps,
-                "max_invalid": spec.max_invalid,
-                "skills": ", ".join(spec.skills),
-                "success": " or ".join(spec.goal_kinds),
-            },
-            group=_TIERS[spec.tier],
-        )
-        for family, spec in FAMILIES.items()
-    )
+    rows = tuple(TableRow(cells_of(columns, each), _TIERS[each[1].tier]) for each in FAMILIES.items())
     return Table("family_specs", "Task families", columns, rows)
 
 
 def action_specs(study: Study) -> Table:
     """Return the action space."""
     del study
-    columns = tuple(
-        Column(key, key.capitalize(), "text") for key in ("skill", "argument", "type", "description", "required")
+    columns = texts(
+        skill=("Skill", lambda each: each[0]),
+        argument=("Argument", lambda each: each[1].name),
+        type=("Type", lambda each: each[1].type),
+        description=("Description", lambda each: each[1].description),
+        required=("Required", lambda each: "unless intent is drop" if each[1].unless_drop else "yes"),
     )
-    rows = tuple(
-        TableRow(
-            {
-                "skill": skill,
-                "argument": argument.name,
-                "type": argument.type,
-                "description": argument.description,
-                "required": "unless intent is drop" if argument.unless_drop else "yes",
-            }
-        )
-        for skill, arguments in SKILLS.items()
-        for argument in arguments
-    )
-    return Table("action_specs", "Action space", columns, rows)
+    pairs = ((skill, argument) for skill, arguments in SKILLS.items() for argument in arguments)
+    return Table("action_specs", "Action space", columns, tuple(TableRow(cells_of(columns, each)) for each in pairs))
 
 
 def intents(study: Study) -> Table:

@@ -3,9 +3,7 @@
 from collections.abc import Callable
 
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables import comparison, interventions, paired, protocol, results, run_tables
-from vigil.analysis.tables.level_table import levels
-from vigil.analysis.tables.strata_table import strata
+from vigil.analysis.tables import comparison, interventions, paired, parts, protocol, results, run_tables
 from vigil.analysis.tables.table import Table
 
 TableBuilder = Callable[[Study], Table]
@@ -54,8 +52,8 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "runs": run_tables.runs,
         "models": run_tables.models,
         "family_rates": run_tables.family_rates,
-        "strata": strata,
-        "levels": levels,
+        "strata": parts.strata,
+        "levels": parts.levels,
         "after_goal": run_tables.after_goal,
         "sv_statuses": run_tables.sv_statuses,
         "composition": run_tables.composition,

@@ -1,7 +1,7 @@
 """Table: named columns, rows with marks, and notes; and the format of each kind of cell."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from vigil.scoring.rates import Counts, Interval, Rate
@@ -28,6 +28,8 @@ class Column:
     key: str
     heading: str
     kind: CellKind = "number1"
+    value: Callable[[Any], Any] | None = None
+    """Function that returns the cell from the subject of a row, e.g. a run; None if the table fills in the cell."""
 
 
 @dataclass(frozen=True)
@@ -81,24 +83,49 @@ class Table:
         ]
 
 
-def texts(**headings: str) -> tuple[Column, ...]:
+Heading = str | tuple[str, Callable[[Any], Any]]
+"""Heading of a column, optionally with the function that returns its cells."""
+
+
+def texts(**headings: Heading) -> tuple[Column, ...]:
     """Return columns of text: key -> heading."""
-    return tuple(Column(key, heading, "text") for key, heading in headings.items())
+    return _columns("text", headings)
 
 
-def counts(**headings: str) -> tuple[Column, ...]:
+def counts(**headings: Heading) -> tuple[Column, ...]:
     """Return columns of counts: key -> heading."""
-    return tuple(Column(key, heading, "count") for key, heading in headings.items())
+    return _columns("count", headings)
 
 
-def numbers(**headings: str) -> tuple[Column, ...]:
+def numbers(**headings: Heading) -> tuple[Column, ...]:
     """Return columns of numbers with one decimal: key -> heading."""
-    return tuple(Column(key, heading) for key, heading in headings.items())
+    return _columns("number1", headings)
 
 
-def intervals(**headings: str) -> tuple[Column, ...]:
-    """Return columns of numbers with their 95 % interval: key -> heading, with quantity and unit."""
-    return tuple(Column(key, f"{heading} [95\u00a0%]", "rate") for key, heading in headings.items())
+def intervals(**headings: Heading) -> tuple[Column, ...]:
+    """Return columns of numbers with one decimal and their 95 % interval: key -> heading, with quantity and unit."""
+    return _columns("rate", headings)
+
+
+def means(**headings: Heading) -> tuple[Column, ...]:
+    """Return columns of numbers with two decimals and their 95 % interval: key -> heading."""
+    return _columns("mean", headings)
+
+
+def p_values(**headings: Heading) -> tuple[Column, ...]:
+    """Return columns of p-values: key -> heading."""
+    return _columns("p", headings)
+
+
+def _columns(kind: CellKind, headings: Mapping[str, Heading]) -> tuple[Column, ...]:
+    given = {key: (heading, None) if isinstance(heading, str) else heading for key, heading in headings.items()}
+    ends = " [95\u00a0%]" if kind in WITH_INTERVAL else ""
+    return tuple(Column(key, heading + ends, kind, value) for key, (heading, value) in given.items())
+
+
+def cells_of(columns: Iterable[Column], subject: Any) -> dict[str, Any]:
+    """Return the cells of the columns that have a value function, for the subject of a row."""
+    return {column.key: column.value(subject) for column in columns if column.value is not None}
 
 
 def formatted(value: Any, kind: CellKind) -> str:
@@ -124,19 +151,16 @@ def _format(value: Any, kind: CellKind) -> str:
         case "pair":
             return f"{_fixed(value[0], 1)}/{_fixed(value[1], 1)}"
         case "rate" | "mean":
-            return _with_interval(value, 1 if kind == "rate" else 2)
+            digits = 1 if kind == "rate" else 2
+            number, low, high = value if isinstance(value, tuple | list) else (value, None, None)
+            ends = "" if low is None or high is None else f" [{_fixed(low, digits)}, {_fixed(high, digits)}]"
+            return f"{_fixed(number, digits)}{ends}"
         case "spread":
             return f"{_fixed(value[0], 1)} ± {_fixed(value[1], 1)}"
         case "p":
             return "< 0.001" if value < 0.001 else f"{value:.3f}"
         case _:
             return str(value)
-
-
-def _with_interval(value: Any, digits: int) -> str:
-    number, low, high = value if isinstance(value, tuple | list) else (value, None, None)
-    ends = "" if low is None or high is None else f" [{_fixed(low, digits)}, {_fixed(high, digits)}]"
-    return f"{_fixed(number, digits)}{ends}"
 
 
 def percent(value: float | None) -> float | None:
@@ -182,12 +206,8 @@ def with_best_bold(
             best = (min if column.key in lowest else max)(values.values())
             for i, value in values.items():
                 if value == best:
-                    marked[i] = _with_bold(marked[i], column.key)
+                    marked[i] = replace(marked[i], bold=marked[i].bold | {column.key})
     return marked
-
-
-def _with_bold(row: TableRow, key: str) -> TableRow:
-    return TableRow(row.cells, row.group, row.is_published, row.is_privileged, row.bold | {key}, row.tints)
 
 
 def _comparable(value: Any, kind: CellKind) -> float | None:

@@ -44,7 +44,8 @@ def markdown(table: Table) -> str:
     """Return a table as GitHub's Markdown, with its title as a heading."""
     lines = [f"### {table.title}", "", f"`{table.name}`", ""]
     heads = [_md(column.heading) for column in table.columns]
-    lines += [f"| {' | '.join(heads)} |", f"|{'|'.join(_rule(column) for column in table.columns)}|"]
+    rules = ["---" if column.kind == "text" else "---:" for column in table.columns]
+    lines += [f"| {' | '.join(heads)} |", f"|{'|'.join(rules)}|"]
     for group, rows in groupby(table.rows, key=lambda row: row.group):
         if group:
             lines.append(f"| *{_md(group)}* |{' |' * (len(table.columns) - 1)}")
@@ -120,10 +121,6 @@ def _md_cell(table: Table, row: TableRow, column: Column) -> str:
     if column.key in row.bold:
         text = f"**{text}**"
     return f"{text} ({row.tints[column.key]})" if column.key in row.tints else text
-
-
-def _rule(column: Column) -> str:
-    return "---" if column.kind == "text" else "---:"
 
 
 def latex_escaped(text: str) -> str:

@@ -75,7 +75,7 @@ def _files(
 ) -> dict[PurePosixPath, bytes]:
     identity = identity_of(run.header, publisher.developer)
     ended = str(max(run.table.record((row.episode_id, row.epoch)).ended for row in scores.outcomes).timestamp())
-    heading = Heading(f"{COLLECTION}/{identity.id}/{ended}", f"VIGIL {run.header.spec.pack}", identity.id)
+    heading = Heading(f"{COLLECTION}/{identity.id}/{ended}", identity.id, f"VIGIL {run.header.spec.pack}")
     stem, folder = _uuid_of(run.header), PurePosixPath("data", COLLECTION, *identity.folders)
     result = aggregate(run, heading, identity, publisher, scores)
     result["retrieved_timestamp"] = ended
@@ -84,19 +84,15 @@ def _files(
         place = folder / f"{stem}_samples.jsonl"
         lines = list(sample_lines(run, heading, disclosure))
         written[place] = "".join(f"{line}\n" for line in lines).encode()
-        result["detailed_evaluation_results"] = _details(place, written[place], len(lines))
+        result["detailed_evaluation_results"] = {
+            "format": "jsonl",
+            "file_path": str(place),
+            "hash_algorithm": "sha256",
+            "checksum": hashlib.sha256(written[place]).hexdigest(),
+            "total_rows": len(lines),
+        }
     text = json.dumps(result, ensure_ascii=False, allow_nan=False, indent=1)
     return {folder / f"{stem}.json": f"{text}\n".encode(), **written}
-
-
-def _details(place: PurePosixPath, samples: bytes, count: int) -> dict[str, object]:
-    return {
-        "format": "jsonl",
-        "file_path": str(place),
-        "hash_algorithm": "sha256",
-        "checksum": hashlib.sha256(samples).hexdigest(),
-        "total_rows": count,
-    }
 
 
 def _uuid_of(header: RunHeader) -> uuid.UUID:

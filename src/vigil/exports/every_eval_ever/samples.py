@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from vigil.exports.disclosure import NO_DISCLOSURE, Disclosure
@@ -24,22 +24,13 @@ _Json = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """Fields that all samples of a run share."""
+    """Fields that all samples of a run share, by the schema's names."""
 
+    schema_version: str = field(default=SCHEMA_VERSION, init=False)
     evaluation_id: str
-    evaluation_name: str
     model_id: str
-
-    @property
-    def fields(self) -> _Json:
-        """The fields by the schema's names."""
-        return {
-            "schema_version": SCHEMA_VERSION,
-            "evaluation_id": self.evaluation_id,
-            "model_id": self.model_id,
-            "evaluation_name": self.evaluation_name,
-            "evaluation_result_id": JOINED_METRIC,
-        }
+    evaluation_name: str
+    evaluation_result_id: str = field(default=JOINED_METRIC, init=False)
 
 
 def sample_lines(run: SavedRun, heading: Heading, disclosure: Disclosure = NO_DISCLOSURE) -> Iterator[str]:
@@ -52,12 +43,15 @@ def sample_lines(run: SavedRun, heading: Heading, disclosure: Disclosure = NO_DI
         if outcome is not None:
             has_key = disclosure.answer_key
             sample = _sample(run.table.episodes[key[0]], run.table.record(key), outcome, run.header.spec, has_key)
-            yield json.dumps({**heading.fields, **sample}, allow_nan=False, separators=(",", ":"))
+            yield json.dumps({**asdict(heading), **sample}, allow_nan=False, separators=(",", ":"))
 
 
 def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: RunSpec, has_key: bool) -> _Json:
-    messages = _messages(episode, record, spec)
-    task, reference = _task(episode), _reference(outcome, has_key)
+    messages, house = _messages(episode, record, spec), episode.house
+    # Several episodes may share one instruction, so the task names the episode and the house.
+    task = f"{episode.instruction}\n\n(episode {episode.id}, in house {house.name} with SHA-256 {house.sha256})"
+    # The report that matches a reached goal; that of a queried state is part of the answer key.
+    reference = ["success"] if outcome.expected is None else [outcome.expected] if has_key else []
     calls = sum(step.action is not None for step in record.steps)
     return {
         "sample_id": episode.id,
@@ -77,19 +71,6 @@ def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: Run
         "performance": {"generation_time_ms": round(1000 * sum(step.reply.seconds for step in record.steps), 3)},
         "metadata": _metadata(outcome),
     }
-
-
-def _reference(outcome: Outcome, has_key: bool) -> list[str]:
-    """Return the matching report of a reached goal; empty for a queried state unless the answer key is included."""
-    if outcome.expected is None:
-        return ["success"]
-    return [outcome.expected] if has_key else []
-
-
-def _task(episode: Episode) -> str:
-    """Return the task that identifies the sample; several episodes may share one instruction."""
-    house = episode.house
-    return f"{episode.instruction}\n\n(episode {episode.id}, in house {house.name} with SHA-256 {house.sha256})"
 
 
 def _messages(episode: Episode, record: EpisodeRecord, spec: RunSpec) -> list[_Json]:

@@ -1,0 +1,103 @@
+"""Rows: one row of a table for each run, and the paper's published rows, which are marked."""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from vigil.analysis.measures.paper import PublishedModel
+from vigil.analysis.measures.study import RunEntry, Study
+from vigil.analysis.tables.table import (
+    Column,
+    RateCell,
+    TableRow,
+    cells_of,
+    counts,
+    intervals,
+    means,
+    points,
+    rate_cell,
+)
+
+MODEL, RUN = Column("model", "Model", "text"), Column("model", "Run", "text")
+PUBLISHED = "Published: the paper's own pack and simulator"
+Measured = str | tuple[str, str]
+"""Heading of a column, with the name of its measure if that is not the column's key."""
+
+
+def shown_name(name: str) -> str:
+    """Return a rate's heading with its unit."""
+    return "Δ (pp)" if name == "Delta" else f"{name} %"
+
+
+def rates(**headings: Measured) -> tuple[Column, ...]:
+    """Return columns of a run's rates with Wilson intervals: key -> heading."""
+    return intervals(**_with_values(headings, lambda entry, name: rate_cell(entry.overall.rate(name))))
+
+
+def tallies(**headings: Measured) -> tuple[Column, ...]:
+    """Return columns of a run's numbers of episodes: key -> heading."""
+    return counts(**_with_values(headings, lambda entry, name: entry.overall.counts[name]))
+
+
+def run_means(**headings: Measured) -> tuple[Column, ...]:
+    """Return columns of means over a run's episodes, with one decimal and intervals by houses: key -> heading."""
+    return intervals(**_with_values(headings, RunEntry.mean))
+
+
+def precise_means(**headings: Measured) -> tuple[Column, ...]:
+    """Return columns of means over a run's episodes, with two decimals and intervals by houses: key -> heading."""
+    return means(**_with_values(headings, RunEntry.mean))
+
+
+def clustered_rates(*names: str) -> tuple[Column, ...]:
+    """Return columns of a run's W, B or Delta, with intervals by houses."""
+    return intervals(**_with_values({name: shown_name(name) for name in names}, clustered_cell))
+
+
+def clustered_cell(entry: RunEntry, name: str) -> RateCell:
+    """Return a run's W, B or Delta in percent, with its interval by houses."""
+    return points(entry.overall.share(name), entry.clustered[name])
+
+
+def run_row(entry: RunEntry, cells: dict[str, Any], group: str = "") -> TableRow:
+    """Return a run's row: its name, the cells, and whether its agent is privileged."""
+    return TableRow({"model": entry.name, **cells}, group, is_privileged=entry.run.model.is_privileged)
+
+
+def run_rows(
+    entries: Iterable[RunEntry], columns: Sequence[Column], group: Callable[[RunEntry], str] = lambda entry: ""
+) -> list[TableRow]:
+    """Return one row for each run, with the values of the columns; `group` returns the heading of a run's group."""
+    return [run_row(entry, cells_of(columns, entry), group(entry)) for entry in entries]
+
+
+def published_row(model: PublishedModel, cells: dict[str, Any], group: str = PUBLISHED) -> TableRow:
+    """Return a published row, named and marked."""
+    return TableRow({"activated": model.activated, **cells, "model": model.name}, group, is_published=True)
+
+
+def published_rows(
+    study: Study,
+    table: str,
+    cells: Callable[[dict[str, Any]], dict[str, Any]] = lambda row: row,
+    group: Callable[[PublishedModel], str] = lambda model: PUBLISHED,
+) -> list[TableRow]:
+    """Return the rows of one of the paper's tables; empty if only own rows are wanted.
+
+    `cells` returns the cells of a printed row; `group` returns the heading of a model's group.
+    """
+    if study.published is None:
+        return []
+    return [published_row(model, cells(row), group(model)) for model, row in study.published.rows(table)]
+
+
+def published_group(model: PublishedModel) -> str:
+    """Return the heading of a published row in tables that also group own rows."""
+    return f"{model.group}, published"
+
+
+def _with_values(
+    headings: dict[str, Measured], value: Callable[[RunEntry, str], Any]
+) -> dict[str, tuple[str, Callable[[RunEntry], Any]]]:
+    """Return headings with functions that return the named measure of a run."""
+    named = {key: (given, key) if isinstance(given, str) else given for key, given in headings.items()}
+    return {key: (heading, lambda entry, name=name: value(entry, name)) for key, (heading, name) in named.items()}
