@@ -65,7 +65,7 @@ __all__ = [
 
 
 def load_pack(name: str | Path) -> Pack:
-    """Return the packaged pack of that name, or the pack in that folder. Raises PackMismatch."""
+    """Return the packaged pack called `name`, or the pack in the folder `name`. Raises PackMismatch."""
     return Pack.load(name)
 
 
@@ -136,7 +136,7 @@ def reply(skill_name: str, **arguments: Any) -> Reply:
 
 
 def summarise(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], *, epochs: int = 1) -> dict[str, Any]:
-    """Return the rates of the records, `{"overall": rates, "families": {family: rates}}`, with 95 % intervals.
+    """Return the rates of the records as `{"overall": rates, "families": {family: rates}}`, with 95 % intervals.
 
     `episodes` are the planned episodes, to be played `epochs` times each; plays without a record count as missing.
     Raises RecordError for a record of any other episode.

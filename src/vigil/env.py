@@ -1,4 +1,4 @@
-"""Env: the contract between an agent and the hidden world, for every front end.
+"""Env: runs the protocol between an agent and the hidden world, for every front end (CLI, API, training).
 
 This is the only place that enforces budgets, counts invalid actions, ends an episode and decides what feedback is
 shown. It computes no verdict: whether a goal holds follows from the record (`vigil.protocol.goals`,
@@ -29,7 +29,7 @@ from vigil.sim.protocol import Simulator
 
 
 class Env:
-    """An environment that plays one episode at a time on one simulator.
+    """An environment that plays episodes on a simulator, one at a time.
 
     `reset` and `step` return None when the episode is over; `record` then returns what happened. No reply of an agent
     raises an exception; a failing simulator ends the episode as `error`.
@@ -42,7 +42,10 @@ class Env:
         profile: Profile,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
     ) -> None:
-        """`house_of` returns an episode's house; a house that is already loaded is not loaded again."""
+        """`house_of` is a function that returns an episode's house.
+
+        A house that is already loaded is not loaded again.
+        """
         self.profile = profile
         self._simulator = simulator
         self._house_of = house_of

@@ -32,7 +32,7 @@ class VigilError(Exception):
 
 
 class InputError(VigilError):
-    """Bad input: the message names what, where and what to do."""
+    """Bad input from the user. The message says what is wrong, where, and what to do."""
 
 
 class HouseError(InputError):
@@ -52,11 +52,11 @@ class RecordError(InputError):
 
 
 class SettingError(InputError):
-    """A setting that makes no sense."""
+    """A setting or option with an invalid value."""
 
 
 class InfrastructureError(VigilError):
-    """A failure not caused by the agent: retried, then the episode ends with `end="error"`."""
+    """A failure that the agent did not cause. It is retried; if it persists, the episode ends with `end="error"`."""
 
 
 class SimulatorError(InfrastructureError):
@@ -70,7 +70,8 @@ class ModelAPIError(InfrastructureError):
 def first_error(error: "ValidationError", root: str = "the document") -> str:
     """Return "place: message" for the first validation error, both cut to a readable length.
 
-    `root` is the place if the error is about the whole document. Both are cut because a message may quote long input.
+    `root` is the place if the error is about the whole document. Place and message are cut because they may quote long
+    input.
     """
     fault = error.errors(include_url=False, include_context=False, include_input=False)[0]
     place = ".".join(shorten(str(part), MAX_PART_CHARS) for part in fault["loc"])
@@ -83,6 +84,6 @@ def shorten(text: str, max_chars: int) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return " Did you mean 'x'?" for the known word nearest to `word`; empty when none is near."""
+    """Return " Did you mean 'x'?" with the known word most similar to `word`; empty when no known word is similar."""
     close = get_close_matches(word, sorted(known), n=1)
     return f" Did you mean {close[0]!r}?" if close else ""

@@ -8,17 +8,17 @@ from vigil.protocol.observation import Observation
 REPLY_SECONDS = 600
 """Default time limit of one reply of a model or a program, in seconds."""
 FRAME_INTERVAL_SECONDS = 1.0
-"""Default period of a program's frames, in seconds: the next one comes a whole number of periods after the reply."""
+"""Default period of a program's frames, in seconds. The next frame comes a whole number of periods after the reply."""
 
 
 class Agent(Protocol):
     """An agent that plays one episode at a time: `start`, then one reply to each observation."""
 
     name: str
-    """Name for run headers."""
+    """Name of the agent in run headers."""
 
     def start(self, instruction: str) -> None:
-        """Forget the episode before and begin one with this instruction."""
+        """Begin an episode with this instruction, and forget any earlier episode."""
 
     def act(self, observation: Observation) -> Reply:
         """Return the reply to an observation. Raises InfrastructureError for a failure that is not the agent's."""
@@ -30,7 +30,7 @@ class Resumable(Protocol):
     """An agent that can continue an episode after the process in which it played was lost."""
 
     def resume(self, instruction: str) -> None:
-        """Continue an episode that was begun in another process; called instead of `start`."""
+        """Continue an episode that was begun in another process. It is called instead of `start`."""
 
 
 @runtime_checkable
@@ -38,4 +38,4 @@ class Closeable(Protocol):
     """An agent that holds a resource, such as a process or a connection."""
 
     def close(self) -> None:
-        """Release what the agent holds."""
+        """Release the agent's resources."""

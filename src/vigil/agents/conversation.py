@@ -41,5 +41,5 @@ class Conversation:
         return [replace(first, text=f"{self._system}\n\n{first.text}"), *messages[1:]]
 
     def add(self, feedback: Feedback | None, reply: str) -> None:
-        """Add a finished turn to the history: the stub of its observation and the raw reply."""
+        """Add a finished turn to the history: the JSON that came with its frame, and the raw reply."""
         self._turns.append(past_turn(feedback, reply, self._profile))

@@ -54,7 +54,7 @@ PROTOCOL_VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class ProgramSettings:
-    """Settings of a program."""
+    """Settings of the program of an `exec:` agent."""
 
     reply_seconds: float = REPLY_SECONDS
     """Time limit of one reply, in seconds."""
@@ -74,9 +74,9 @@ class ExecAgent:
         settings: ProgramSettings = ProgramSettings(),
         pacer: FramePacer | None = None,
     ) -> None:
-        """Split `command` like a shell, without using one. Raises SettingError when it is not a command.
+        """Split `command` into words as a shell does. Raises SettingError when it is not a command.
 
-        `pacer` None uses the machine's clock.
+        If `pacer` is None, frames are paced by the machine's clock.
         """
         self.name = f"{EXEC_PREFIX}{command}"
         self._arguments = _split(command)
@@ -91,7 +91,7 @@ class ExecAgent:
         """Whether the program has begun to read a frame of the episode."""
 
     def start(self, instruction: str) -> None:
-        """Start the program unless it runs, and send it the start of the episode.
+        """Start the program unless it is running, and send it the start message of the episode.
 
         Raises ModelAPIError when the program fails, and SettingError when it cannot be started.
         """
@@ -105,15 +105,18 @@ class ExecAgent:
         self._pacer.begin()
 
     def resume(self, instruction: str) -> None:
-        """Continue an episode after a program that saw a frame of it was lost with its process."""
+        """Continue an episode after VIGIL's process was lost, and with it a program that had seen a frame of the
+        episode.
+        """
         self._end()
         self._prepare(instruction, has_seen_frame=True)
         self._pacer.begin()
 
     def act(self, observation: Observation) -> Reply:
-        """Return the program's answer, or a reply that says how the program failed after it saw a frame.
+        """Return the program's answer. If the program fails after it has seen a frame, return a reply that says how it
+        failed.
 
-        Raises ModelAPIError when it failed before that.
+        Raises ModelAPIError when the program fails before it has seen a frame.
         """
         picture = encode_frame(observation.rgb, self._profile.image_format)
         frame = {"media_type": picture.media_type, "width": FRAME_WIDTH, "height": FRAME_HEIGHT, "data": picture.base64}
@@ -154,7 +157,7 @@ class ExecAgent:
             program.close()
 
     def _open(self, deadline: float) -> Program:
-        """Return the running program, after sending it the start of the episode. Raises ProgramFault."""
+        """Return the running program, after sending it the start message of the episode. Raises ProgramFault."""
         if self._program is None:
             self._program = self._launch()
         self._program.send(self._start_message, deadline)
@@ -178,9 +181,10 @@ class ExecAgent:
             ) from None
 
     def _answer(self, message: bytes, deadline: float) -> tuple[bytes, ReplyCut | None]:
-        """Return the program's answer to a frame, and the facts of a cut if it was too long. Raises ProgramFault.
+        """Return the program's answer to a frame and, if the answer was too long and was cut, its full size and hash.
+        Raises ProgramFault.
 
-        This also updates whether the program has begun to read a frame.
+        The method also notes whether the program has begun to read a frame.
         """
         program = self._program or self._open(deadline)
         program.refuse_stray_output()
@@ -204,7 +208,7 @@ class ExecAgent:
 def file_hashes(agent: str, here: Path) -> dict[str, str]:
     """Return the SHA-256 of the program of an `exec:` agent and of the code in its command, by file name.
 
-    `here` is the folder of relative paths. Files that cannot be read, or exceed MAX_HASHED_BYTES, are left out.
+    Relative paths are relative to `here`. Files that cannot be read, or exceed MAX_HASHED_BYTES, are left out.
     """
     found: dict[str, str] = {}
     for file in sorted(program_files(_split(agent.removeprefix(EXEC_PREFIX)), here)):

@@ -1,4 +1,7 @@
-"""Frames as files: PNG (the default; small targets are a few pixels wide) or JPEG."""
+"""Frames as image files: PNG or JPEG.
+
+PNG is the default, because it preserves targets that are only a few pixels wide.
+"""
 
 import base64
 import io
@@ -14,14 +17,15 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.profile import JPEG_QUALITY, ImageFormat
 
 MAX_FRAME_PIXELS = 4 * FRAME_WIDTH * FRAME_HEIGHT
-"""Greatest number of pixels of a file that is decoded."""
+"""Greatest number of pixels of an image file that `decode_frame` accepts."""
 PNG_LEVEL = 1
-"""Compression level of PNG files; it takes half the time of the usual level, for files a quarter larger."""
+"""Compression level of PNG files. Compared with the usual level, it takes half the time, and files are a quarter
+larger."""
 
 
 @dataclass(frozen=True)
 class EncodedFrame:
-    """A frame as a file."""
+    """A frame as an image file."""
 
     data: bytes
     format: ImageFormat
@@ -38,7 +42,7 @@ class EncodedFrame:
 
     @property
     def data_uri(self) -> str:
-        """The file as a `data:` address."""
+        """The file as a `data:` URI."""
         return f"data:{self.media_type};base64,{self.base64}"
 
 

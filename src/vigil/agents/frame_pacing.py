@@ -1,4 +1,4 @@
-"""Pacing of a program's frames, so that the time until the next frame does not show what the reply did."""
+"""Pacing of a program's frames: the time until the next frame must not reveal what effect the reply had."""
 
 import math
 import time
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 
 class FramePacer:
-    """Pacer that releases each frame a whole number of periods after the reply, whatever was done in between."""
+    """Pacer that releases each frame a whole number of periods after the reply, however long the action took."""
 
     def __init__(
         self,
@@ -14,18 +14,18 @@ class FramePacer:
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], object] = time.sleep,
     ) -> None:
-        """`seconds` is the period; with 0 frames do not wait."""
+        """`seconds` is the period; with 0, frames are released at once."""
         self._seconds = seconds
         self._clock = clock
         self._sleep = sleep
         self._began = clock()
 
     def begin(self) -> None:
-        """Count periods from now: the program has replied, or an episode has begun."""
+        """Count periods from now. To be called when the program has replied or an episode has begun."""
         self._began = self._clock()
 
     def wait(self) -> None:
-        """Wait for the end of the current period, but at least of the first."""
+        """Wait until the current period ends; at least one period passes."""
         if not self._seconds:
             return
         beats = max(1, math.ceil((self._clock() - self._began) / self._seconds))

@@ -1,8 +1,8 @@
 """A separate program that exchanges lines with VIGIL: how it is started, written to, read from and ended.
 
-It gets a new folder outside the run's folder as its working directory, home and place for temporary files. It gets
-three pipes and no other open file, and the user's environment without VIGIL's variables. So nothing that it gets leads
-to hidden state, or to what it wrote in another folder.
+The program gets a new folder outside the run's folder as its working directory, home and place for temporary files. It
+gets three pipes and no other open file, and the user's environment variables without those of VIGIL. So the program
+does not learn any path to hidden state, or to files that it wrote in an earlier folder.
 """
 
 import array
@@ -30,17 +30,17 @@ from vigil.protocol.actions import ReplyCut
 CODE_SUFFIXES = frozenset(
     {".py", ".sh", ".js", ".mjs", ".ts", ".jl", ".rb", ".pl", ".lua", ".yaml", ".yml", ".toml", ".ini", ".cfg"}
 )
-"""Suffixes of the files with a program's code and settings."""
+"""Suffixes of files that contain a program's code or settings."""
 EXIT_TIMEOUT_S = 2.0
-"""Time that a program may take to end by itself."""
+"""Time (s) that a program may take to end by itself."""
 MAX_LINE_BYTES = 1024 * 1024
-"""Greatest length of an answer; a longer line counts as too long, and only this much of it is kept."""
+"""Greatest length of an answer; a longer line is cut to this length and counts as too long."""
 _CHUNK = 1 << 16
 _POLL_SECONDS = 0.002
 _OWN_PREFIXES = ("VIGIL_", "INSPECT_")
-"""Prefixes of the variables of VIGIL, and of the library with which it runs models."""
+"""Prefixes of the environment variables of VIGIL, and of the library with which VIGIL runs models."""
 _FOLDER_VARIABLES = ("PWD", "HOME", "TMPDIR", "TMP", "TEMP")
-"""Variables that are set to the program's folder."""
+"""Environment variables that are set to the program's folder."""
 _OTHER_FOLDER_VARIABLES = (
     "OLDPWD",
     "XDG_CACHE_HOME",
@@ -49,21 +49,22 @@ _OTHER_FOLDER_VARIABLES = (
     "XDG_STATE_HOME",
     "XDG_RUNTIME_DIR",
 )
-"""Variables with other folders of the user; without them a program uses folders in its home."""
+"""Environment variables that name other folders of the user. They are removed, so that the program uses its own
+folder."""
 _SEARCH_PATH_VARIABLES = ("PATH", "PYTHONPATH")
-"""Variables with lists of folders, which are made absolute."""
+"""Environment variables that are lists of folders; relative folders in them are made absolute."""
 
 Redact = Callable[[str], str]
 """Function that returns a text without secrets."""
 
 
 class ProgramFault(Exception):
-    """The program ended, hung, or wrote without a request; it is not running any more."""
+    """An error of the program: it ended, hung, or wrote without a request. It is not running any more."""
 
     def __init__(self, what: str, partial_output: bytes = b"", stderr_line: str = "") -> None:
         super().__init__(what)
         self.partial_output = partial_output
-        """Output that is not a whole answer."""
+        """Output of the program that is not a whole answer."""
         self.stderr_line = stderr_line
         """Last line that the program wrote to standard error, without secrets."""
 
@@ -104,7 +105,7 @@ class Program:
         return self._process.poll() is None
 
     def wait_until_read(self, deadline: float) -> None:
-        """Wait until the program has read all that was sent; the end of a line may remain unread."""
+        """Wait until the program has read all that was sent, except perhaps the end of the last line."""
         while self.unread() > 1:
             ready, _, _ = select.select([_fileno(self._process.stdout)], [], [], _POLL_SECONDS)
             if ready:
@@ -120,7 +121,7 @@ class Program:
 
     @property
     def has_begun_to_read(self) -> bool:
-        """Whether the program has read any of what was sent last; all sent before must have been read."""
+        """Whether the program has read any part of the last message sent. It must have read all earlier messages."""
         return self.unread() < self._sent if self._has_begun_to_read is None else self._has_begun_to_read
 
     def send(self, data: bytes, deadline: float) -> None:
@@ -142,7 +143,9 @@ class Program:
             left = left[count:]
 
     def read_line(self, deadline: float) -> tuple[bytes, ReplyCut | None]:
-        """Return the next line of output, cut to MAX_LINE_BYTES, and the facts of the cut; None if it was not cut."""
+        """Return (line, cut): the next line of output, at most MAX_LINE_BYTES of it, and the size and hash of the
+        whole line; `cut` is None if the line is whole.
+        """
         kept, size, digest = bytearray(), 0, hashlib.sha256()
         while True:
             line, end, rest = self._pending.partition(b"\n")
@@ -171,13 +174,13 @@ class Program:
             raise self.fault(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
 
     def ended(self, if_running: str = "ended without an answer") -> ProgramFault:
-        """Return the fault of a program that has closed a pipe, with its exit code if it ends soon."""
+        """Return the fault of a program that has closed a pipe, with the program's exit code if it ends soon."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=EXIT_TIMEOUT_S)
         return self.fault(if_running if self.is_running else "ended without an answer")
 
     def fault(self, what: str) -> ProgramFault:
-        """End the program and return the fault."""
+        """End the program, and return a ProgramFault that says `what` happened."""
         self._has_begun_to_read = self.has_begun_to_read
         code = self._process.poll()
         partial_output = bytes(self._pending[:MAX_LINE_BYTES])
@@ -252,13 +255,16 @@ class WorkingFolder:
 
 
 def resolve_paths(arguments: Sequence[str], here: Path) -> list[str]:
-    """Return a command's words with relative paths of what exists in `here` made absolute, also after a `=`."""
+    """Return a command's words; relative paths of files and folders that exist in `here` are made absolute, also
+    after a `=`.
+    """
     program, *words = arguments
     return [str(here / program) if "/" in program else program, *(_resolve_word(word, here) for word in words)]
 
 
 def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
-    """Return the program of a command, if it is named by a path, and the files of code and settings among its words.
+    """Return the files that define a program: the program itself if the command gives its path, and the files with code
+    or settings that the command names.
 
     Other files, such as notes, images or databases, may change while the program runs.
     """
@@ -270,9 +276,10 @@ def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
 
 
 def program_environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
-    """Return the environment of a program in `folder`: the user's, without VIGIL's variables and other folders.
+    """Return the environment variables of a program in `folder`: the user's, without those of VIGIL and without other
+    folders.
 
-    Python packages that the user has installed in the home folder are still found.
+    Python still finds packages that the user has installed in the home folder.
     """
     kept = {
         name: value

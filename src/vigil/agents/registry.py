@@ -1,4 +1,4 @@
-"""Agents by the names that `--agent` accepts: a scripted agent, or `exec:COMMAND`."""
+"""Agents by the names that `--agent` accepts: the name of a scripted agent, or `exec:COMMAND`."""
 
 from vigil.agents.agent import Agent
 from vigil.agents.exec_agent import EXEC_PREFIX, ExecAgent, ProgramSettings
@@ -13,14 +13,14 @@ def is_exec(name: str) -> bool:
 
 
 def is_known(name: str) -> bool:
-    """Return whether `make_agent` knows the name."""
+    """Return whether `make_agent` accepts the name."""
     return is_exec(name) or name in SCRIPTS
 
 
 def make_agent(name: str, profile: Profile, seed: int = 0, program: ProgramSettings | None = None) -> Agent:
     """Return the agent of that name. Raises SettingError on an unknown name.
 
-    `seed` is for scripted agents, `program` for programs.
+    `seed` applies to scripted agents, and `program` to programs of `exec:COMMAND`.
     """
     if is_exec(name):
         return ExecAgent(name.removeprefix(EXEC_PREFIX), profile, program or ProgramSettings())

@@ -1,8 +1,8 @@
 """Scripted agents, which play without looking at the frame.
 
-They show what score an agent gets that never acts, acts at random, walks blindly, or claims success at once. Most
-report within the smallest budget (5 steps); `explore` and `click_around` use the published budget of the family that
-each is made for. The rule `not_blind_luck` tries their actions, too.
+Their scores show what an agent reaches that never acts, acts at random, walks blindly, or claims success at once. Most
+of them report within the smallest budget (5 steps); `explore` and `click_around` use the whole published budget of the
+family for which they are made. The rule `not_blind_luck` of authoring also tries their actions.
 """
 
 import hashlib
@@ -25,20 +25,20 @@ TURN_ACTIONS = tuple(Navigate(mode="turn_right", magnitude=90) for _ in range(4)
 WALK_ACTIONS = tuple(Navigate(mode="forward", magnitude=3) for _ in range(4))
 _AHEAD, _ASIDE = Navigate(mode="forward", magnitude=40), Navigate(mode="turn_right", magnitude=135)
 EXPLORE_ACTIONS = (*TURN_ACTIONS[:3], *(8 * (_AHEAD, _ASIDE)))
-"""Actions that look all around, then repeatedly walk to the next obstacle and turn by 135 degrees.
+"""Actions that turn once around, then repeatedly walk to the next obstacle and turn by 135 degrees.
 
-Of the eight sequences of turns and walks that were tried on 125 searches, this one found the most targets: 53 % were in
-view at some time within the 20 steps.
+Eight sequences of turns and walks were tried on 125 searches. This sequence found the most targets: 53 % were in view
+at some time within the 20 steps.
 """
 BEST_PIXEL = (368, 272)
-"""The pixel (x, y) of the first frame that showed the most of 125 pointing targets: 17 %."""
+"""The pixel (x, y) at which the first frame most often showed the target, in 17 % of 125 pointing episodes."""
 POINT_ACTIONS = (InteractPixel(intent="ground", x=BEST_PIXEL[0], y=BEST_PIXEL[1]),)
 CLICK_ROW_Y = 272
 CLICK_ROW_X = range(48, FRAME_WIDTH, 64)
-"""Ten x across the frame for clicks.
+"""The ten x coordinates (pixels) of a row of clicks across the frame.
 
-Clicks from 1 m and 2 m ahead of the start hit 15 % of 125 targets that are in view and out of reach at the start. That
-is the most of the pairs of rows and distances that were tried within 25 steps.
+Clicks from places 1 m and 2 m ahead of the start hit 15 % of 125 targets that are in view but out of reach at the
+start. No other pair of row and distances that was tried within 25 steps hit more.
 """
 _INTENT_WORDS: dict[Intent, str] = {
     "deactivate": r"\boff\b|\bstop|\bextinguish|\bput out\b",
@@ -46,14 +46,15 @@ _INTENT_WORDS: dict[Intent, str] = {
     "open_access": r"\bopen",
     "activate": r"\bon\b|\bstart|\blight\b",
 }
-"""Words of an instruction that ask for each intent, searched in this order; without any of them it is `pick`."""
+"""Intent -> words of an instruction that ask for it. Intents are tried in this order; if no word is found, the
+intent is `pick`."""
 
 Script = Callable[[np.random.Generator, str], Iterator[str]]
-"""Function that yields an agent's replies from a random generator and the instruction."""
+"""Function that yields an agent's replies; its arguments are a random generator and the instruction."""
 
 
 class ScriptedAgent:
-    """An agent that gives the replies of a script, one for each observation, whatever the observation shows."""
+    """An agent that gives the replies of a script, one for each observation, without looking at the observation."""
 
     def __init__(self, name: str, script: Script, seed: int = 0) -> None:
         self.name = name
@@ -93,7 +94,10 @@ def _then_success(actions: tuple[Navigate | InteractPixel, ...]) -> Iterator[str
 
 
 def click_actions(instruction: str) -> tuple[Navigate | InteractPixel, ...]:
-    """Return clicks along one row of the frame from two places ahead, with the intent that the instruction asks for."""
+    """Return actions that walk ahead to two places and click along a row of the frame at each.
+
+    The clicks have the intent that the instruction asks for.
+    """
     intent = _intent_of(instruction.lower())
     clicks = tuple(InteractPixel(intent=intent, x=x, y=CLICK_ROW_Y) for x in CLICK_ROW_X)
     ahead = Navigate(mode="forward", magnitude=4)
@@ -186,7 +190,7 @@ SCRIPTS: dict[str, Script] = {
 
 
 def scripted_agent(name: str, seed: int = 0) -> ScriptedAgent:
-    """Return the scripted agent of that name. Raises SettingError on an unknown one."""
+    """Return the scripted agent of that name. Raises SettingError on an unknown name."""
     script = SCRIPTS.get(name)
     if script is None:
         raise SettingError(f"Scripted agent {name!r} does not exist. Choose one of: {', '.join(SCRIPTS)}.")

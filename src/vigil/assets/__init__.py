@@ -1,8 +1,8 @@
 """Assets: shapes of household things at any size, made on demand.
 
-`make` looks the maker of a category up in `MAKERS`. Makers are rows of data (`makers/rows/*.toml`, read by
-`vigil.assets.kernel.rows`) or, where a shape needs code, functions in the modules of `vigil.assets.makers`, each of
-which exports its table `MAKERS`. `register` adds a category from outside the package.
+`make` finds the maker (the function that makes the asset) of a category in `MAKERS`. Makers are rows of data
+(`makers/rows/*.toml`, read by `vigil.assets.kernel.rows`) or, where a shape needs code, functions in the modules of
+`vigil.assets.makers`, each of which exports its table `MAKERS`. `register` adds a category from outside the package.
 """
 
 import zlib
@@ -48,7 +48,7 @@ _SMALLEST_M = 0.002
 
 
 _LEVEL_TOLERANCE_M = 0.025
-"""Largest distance (m) between a level and a surface that serves it."""
+"""Largest distance (m) between a requested level and a surface that counts as being at this level."""
 
 
 def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()) -> Asset:
@@ -68,8 +68,9 @@ def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()
 def register(category: Category, maker: Maker) -> None:
     """Add a category to the catalogue, with the maker of its shape, in this process only.
 
-    Houses name it by the asset id `vigil_NAME_NUMBER`. Houses generated afterwards may hold it, where its rooms and
-    supports allow. Raises SettingError when the name is taken or a support is unknown.
+    Houses name assets of the category by the asset id `vigil_NAME_NUMBER`. Houses generated afterwards may contain
+    them, where the category's rooms and supports allow. Raises SettingError when the name is taken or a support is
+    unknown.
     """
     if CATALOG.get(category.name, category) != category or MAKERS.get(category.name, maker) is not maker:
         raise SettingError(f"Asset category {category.name!r} exists already. Choose another name.")

@@ -28,7 +28,7 @@ _KEYS = ("called", "size", "spread", "rooms", "on", "can", "accepts", "also")
 
 @dataclass(frozen=True, slots=True)
 class Category:
-    """One kind of thing."""
+    """A category of things, e.g. "Fridge"."""
 
     name: str
     display_name: str
@@ -36,7 +36,7 @@ class Category:
     typical_size: Vec3
     """Width x, height y, depth z (m) of the bounding box, closed and off."""
     size_spread: float
-    """Fraction by which sizes vary about the typical one."""
+    """Fraction by which sizes vary about the typical size."""
     rooms: tuple[str, ...]
     """Room types in which the thing is normally found."""
     rests_on: tuple[str, ...]
@@ -64,7 +64,10 @@ class Category:
 
 
 def category_of(name: str, row: Mapping[str, Any], groups: Mapping[str, Sequence[str]]) -> Category:
-    """Return the category that a row of the catalogue describes. Raises ValueError if it says what nothing means."""
+    """Return the category that a row of the catalogue describes.
+
+    Raises ValueError if the row has an unknown key or word.
+    """
     for given, known in ((row, _KEYS), (row.get("can", "").split(), _FLAGS), (row["rooms"], _ROOMS)):
         for word in given:
             if word not in known:

@@ -1,4 +1,4 @@
-"""Sizes: from an asset id to its category, bounding box and variant.
+"""Sizes: finds the category, bounding box and variant that belong to an asset id.
 
 There are three sources, in this order. The project's own ids, `vigil_<Category>_<n>`: the size follows from the
 catalogue and n; `_drawer<k>` behind such an id names one of its drawers. An asset database file (AI2-THOR's
@@ -32,7 +32,8 @@ MAX_SIDE_M = 30.0
 _OWN_ID = re.compile(r"vigil_([A-Za-z]+)_(\d+)")
 _INCH, _FOOT = 0.0254, 0.3048
 _U_OVERHANG_M = 0.02
-"""How much deeper than whole modules AI2-THOR's U-shaped countertops are; tells them from L-shaped ones."""
+"""How much (m) deeper than whole modules AI2-THOR's U-shaped countertops are; it distinguishes them from L-shaped
+ones."""
 
 _LONGEST_NAME_WORDS = 4
 _NON_WORDS = re.compile(
@@ -44,21 +45,22 @@ _NON_WORDS = re.compile(
 )
 """Parts of an id that are not words: hashes, and letters between digits."""
 _MIN_SIMILARITY, _MIN_LETTERS = 0.72, 4
-"""Least similarity (0..1) and least length of a word that is taken for a misspelt category name."""
+"""Least similarity (0..1) to a category name, and least number of letters, of a word that is taken for a misspelt
+category name."""
 FALLBACK_CATEGORY = "Box"
 """Category shown for an asset of which nothing is known."""
 
 
 @dataclass(frozen=True, slots=True)
 class AssetEntry:
-    """What is known of an asset before its shape is made."""
+    """Category, size and variant of an asset, known before its shape is made."""
 
     category: str
     size: Vec3
     variant: int
     """Number of the category's look: a stable hash of the asset id."""
     note: str | None = None
-    """What had to be guessed, in words for people; None when the category was named and the size known."""
+    """Note for people on what had to be guessed; None when the category was named and the size known."""
     is_measured: bool = True
     """Whether the size is the asset's own rather than typical of its category."""
 
@@ -84,7 +86,10 @@ class AssetDatabase:
 
     @classmethod
     def from_file(cls, path: Path | None) -> "AssetDatabase":
-        """Return the database in the file at `path`, or the one without a file for None. Raises SettingError."""
+        """Return the database in the file at `path`; if `path` is None, the database without a file.
+
+        Raises SettingError.
+        """
         return cls.load(path) if path else cls.default()
 
     @classmethod
@@ -160,7 +165,9 @@ def _category_of(asset_id: str, name: str) -> tuple[str | None, str | None]:
 
 
 def _object_name(name: str) -> str:
-    """Return a name without the places that follow: "lamp-0|desk-1 (living room)" is a lamp."""
+    """Return the part of a name that names the object, without the places after it: "lamp-0" of "lamp-0|desk-1
+    (living room)".
+    """
     return name.split("|")[0].partition(" (")[0]
 
 
@@ -230,7 +237,9 @@ def _names(_count: int) -> dict[str, str]:
 
 
 def _category_in(text: str) -> str | None:
-    """Return the category whose name takes up the most words of `text`; of equal ones the last, as in "Hand_Statue"."""
+    """Return the category whose name matches the most words of `text`; of equal matches the last, as in
+    "Hand_Statue".
+    """
     words, names = _words(text), _names(len(CATALOG))
     for length in range(min(_LONGEST_NAME_WORDS, len(words)), 0, -1):
         for start in range(len(words) - length, -1, -1):

@@ -1,7 +1,7 @@
-"""Furniture with drawers taken apart: a body that does not open, and one asset for each drawer.
+"""Takes furniture with drawers apart, into a body that does not open and one asset for each drawer.
 
-Makers build one asset whose drawers would all move with one openness. Taken apart, it looks the same and takes up the
-same room while its drawers are shut.
+Makers build one asset whose drawers would all move with the same openness. While the drawers are shut, the parts look
+the same and take up the same space as the whole asset.
 """
 
 import re
@@ -44,7 +44,10 @@ def drawer_names(asset: Asset) -> tuple[str, ...]:
 
 @lru_cache(maxsize=1024)
 def body_of(asset: Asset) -> Asset:
-    """Return the asset without its drawers; its bounding box, and so its place in a house, is still the whole's."""
+    """Return the asset without its drawers.
+
+    It keeps the bounding box of the whole asset, and so its place in a house.
+    """
     return replace(
         asset,
         parts=tuple(part for part in asset.parts if part.joint is None),
@@ -58,7 +61,8 @@ def body_of(asset: Asset) -> Asset:
 def drawer_of(asset: Asset, name: str) -> tuple[Asset, Vec3]:
     """Return one drawer of an asset, shut, and its middle in the asset's frame (m).
 
-    A drawer comes out as far as any other of the same piece: alone, it does not have to show what is below another.
+    All drawers of a piece come out equally far. Opened one by one, a lower drawer need not come out farther than the
+    one above it.
     """
     parts = [part for part in asset.parts if part.joint == name]
     points = np.concatenate([part.mesh.vertices for part in parts]).astype(np.float64)

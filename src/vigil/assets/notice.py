@@ -43,7 +43,7 @@ text's share of its width."""
 _LINES_AT = (0.21, -0.21)
 """Middle of each line above the sheet's middle, as a share of its height."""
 _HEIGHTS = 9
-"""Heights at which a place for the sheet is looked for."""
+"""Number of heights at which a place for the sheet is looked for."""
 _GRID = 9
 """Number of points along each side of the sheet at which the front behind it is measured."""
 _SLACK_M = 0.001

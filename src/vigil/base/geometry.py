@@ -14,7 +14,7 @@ EYE_HEIGHT_M = 1.576
 
 
 class Vec3(NamedTuple):
-    """A point or direction: x right, y up, z forward; metres."""
+    """A point or direction (m): x right, y up, z forward."""
 
     x: float
     y: float
@@ -49,12 +49,12 @@ class Box(BaseModel):
 
     @property
     def bottom(self) -> float:
-        """Height of the lowest face."""
+        """Height (m) of the lowest face."""
         return self.center.y - self.size.y / 2
 
     @property
     def top(self) -> float:
-        """Height of the highest face."""
+        """Height (m) of the highest face."""
         return self.center.y + self.size.y / 2
 
     def corners(self) -> list[Vec3]:

@@ -1,7 +1,7 @@
 """The glossary: the terms of reports, pages and documentation, each defined once.
 
-The report shows it at its foot, `vigil view` and exported sites show it as a page, and the documentation has it as
-`docs/glossary.md` (written by `scripts/docs_tables.py`). Nothing is computed here: the formulas are in
+Reports show the glossary at their foot, `vigil view` and exported sites show it as a page, and the documentation has it
+as `docs/glossary.md` (written by `scripts/docs_tables.py`). Nothing is computed here: the formulas are in
 `vigil.scoring.outcomes` and `vigil.scoring.rates`.
 """
 
@@ -10,7 +10,9 @@ from typing import NamedTuple
 
 
 class Term(NamedTuple):
-    """A term with a short definition that fits into a sentence, and further sentences of explanation."""
+    """A term of the glossary: a short definition, which can be part of a sentence, and further sentences of
+    explanation.
+    """
 
     name: str
     short: str
@@ -20,7 +22,7 @@ class Term(NamedTuple):
 
     @property
     def anchor(self) -> str:
-        """The term as the fragment of a URL."""
+        """Fragment of the URL that links to the term."""
         return re.sub(r"[^a-z0-9_]+", "-", self.name.replace("Δ", "delta").lower()).strip("-")
 
     @property
@@ -435,5 +437,5 @@ _BY_HEADING = {
 
 
 def term_of(heading: str) -> Term | None:
-    """Return the term that a column heading names, ignoring units; None if the heading needs no explanation."""
+    """Return the term that a column heading names, ignoring units; None if the heading is not a term."""
     return _BY_HEADING.get(_UNITS.sub("", heading))

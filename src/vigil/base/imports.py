@@ -1,4 +1,5 @@
-"""Imports of user modules that register families, categories or drafts, in this process and the processes it starts.
+"""Imports of a user's modules, which register families, categories or drafts. They are imported in this process and in
+every process that it starts.
 
 The names of the modules are in an environment variable, which every process that VIGIL starts inherits and reads first.
 """
@@ -17,7 +18,7 @@ ENVIRONMENT_VARIABLE = "VIGIL_IMPORT"
 def import_modules(names: Iterable[str]) -> None:
     """Import modules, in this process and in every process started from now on. Raises SettingError.
 
-    The current folder is searched as well, as by `python -m`.
+    Modules are also searched for in the current folder, as by `python -m`.
     """
     if (here := os.getcwd()) not in sys.path and "" not in sys.path:
         sys.path.append(here)

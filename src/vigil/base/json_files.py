@@ -1,4 +1,4 @@
-"""Strict JSON: the only reader of JSON files that others may have written.
+"""Strict JSON: the only reader of JSON files that may come from outside this package.
 
 It accepts standard JSON only (no NaN, Infinity or lone surrogates), nested at most 201 levels deep: the parser's fixed
 limit, which does not depend on Python's stack and far exceeds the nesting of the project's files.

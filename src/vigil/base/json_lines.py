@@ -1,4 +1,5 @@
-"""JSON-lines files: one JSON value per line, append-only. This module holds their only reader and their only writer.
+"""JSON-lines files: one JSON value per line, append-only. This module has the only reader and the only writer of such
+files.
 
 A line counts if it ends with a newline, or is complete JSON without one: a process that was killed may have missed only
 the newline. Any other bytes after the last line are a partial line: readers skip it, and the writer moves it to a side
@@ -48,7 +49,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """The content of a file: its complete lines and a partial one."""
+    """The content of a file: its complete lines and, if there is one, the partial line after them."""
 
     complete: tuple[Line, ...]
     partial_line: bytes
@@ -66,7 +67,7 @@ class Lines:
 
 
 class LineReader:
-    """Reader of a file's lines one at a time; after the last one, it holds the partial line that follows."""
+    """Reader of a file's lines, one at a time. After the last complete line, it has the partial line that follows."""
 
     def __init__(self, file: BinaryIO, place: str, *, number: int = 0, start: int = 0) -> None:
         """`file` is positioned after its first `number` lines (`start` bytes); `place` names it in messages."""
@@ -120,7 +121,10 @@ def read_lines(path: Path, max_lines: int | None = None) -> tuple[Line, ...]:
 def parse_line(
     line: Line, kind: type[_Row] | TypeAdapter[_Row], file: str, advice: str, error: type[InputError] = RecordError
 ) -> _Row:
-    """Return the row in a line. Raises `error`, which names file, line and field and ends with `advice`."""
+    """Return the row in a line.
+
+    Raises `error` for an invalid row; its message names file, line and field and ends with `advice`.
+    """
     validate = kind.validate_json if isinstance(kind, TypeAdapter) else kind.model_validate_json
     try:
         return validate(line.data)
@@ -140,7 +144,7 @@ def append_line(path: Path, line: bytes) -> None:
 
 
 def is_being_written(path: Path) -> bool | None:
-    """Whether a process holds the file open for appending; None if that cannot be known.
+    """Whether a process has the file open for appending; None if that cannot be found out.
 
     The check takes the writer's lock for an instant, so repeat it only when the file has changed.
     """
@@ -155,13 +159,13 @@ def is_being_written(path: Path) -> bool | None:
 
 
 class AppendFile:
-    """A locked file of JSON lines: one process at a time writes to it.
+    """A JSON-lines file that is locked, so that only one process at a time writes to it.
 
     Only `repair_tail`, `append` and `truncate` change it.
     """
 
     def __init__(self, path: Path, *, waits: bool = False, makes_folder: bool = False) -> None:
-        """Open or create the file. `waits` for another writer instead of raising. Raises RecordError."""
+        """Open or create the file. If another process is writing to it, wait (`waits`) or raise RecordError."""
         self.path = path
         self._file, self.made_folder = _open_locked(path, waits, makes_folder)
         try:
@@ -206,7 +210,7 @@ class AppendFile:
             raise write_error(self.path, error) from error
 
     def truncate(self, end: int) -> None:
-        """Drop whatever follows the first `end` bytes of the file, which end a line. The rest is discarded."""
+        """Discard everything after the first `end` bytes of the file, which must end at the end of a line."""
         self._file.truncate(end)
         complete = tuple(line for line in self.lines.complete if line.end <= end)
         self.lines = Lines(complete, b"")
@@ -258,10 +262,10 @@ def _is_json(data: bytes) -> bool:
 
 
 def _open_locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool]:
-    """Return the locked file, and whether its folder was made for it.
+    """Return the locked file, and whether this call made the file's folder.
 
-    A process that ends without a record removes the folder it made. If that happens while this one waits for the lock,
-    the folder and the file are made again.
+    A process that ends without a record removes the folder that it made. If another process does so while this process
+    waits for the lock, the folder and the file are made again.
     """
     while True:
         made_folder = makes_folder and _make_folder(path.parent)
@@ -297,7 +301,7 @@ def _open_error(path: Path, error: OSError) -> RecordError:
 
 
 def _make_folder(folder: Path) -> bool:
-    """Make a folder unless it is there, and return whether it was made. Raises RecordError."""
+    """Make a folder if it does not exist, and return whether it was made. Raises RecordError."""
     try:
         folder.mkdir(parents=True)
     except FileExistsError:
@@ -312,7 +316,7 @@ def _make_folder(folder: Path) -> bool:
 
 
 def _is_same_file(path: Path, file: BinaryIO) -> bool:
-    """Whether an open file is the one that the path leads to."""
+    """Whether an open file is the file that is now at the path."""
     try:
         return os.path.samestat(path.stat(), os.fstat(file.fileno()))
     except FileNotFoundError:

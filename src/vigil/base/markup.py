@@ -4,7 +4,8 @@ import re
 from typing import Any
 
 _INVALID = re.compile("[^\t\n\r\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters outside XML 1.0 (lone surrogates, U+FFFE, U+FFFF ...) and the control characters that it allows."""
+"""Characters that XML 1.0 does not allow (lone surrogates, U+FFFE, U+FFFF ...), and control characters that it
+allows."""
 REPLACEMENT = "\ufffd"
 
 

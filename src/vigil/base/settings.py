@@ -19,7 +19,7 @@ class Setting:
     """The name, help and bounds of a setting."""
 
     help: str
-    """One line of help. For a switch that is on by default, what turning it off does."""
+    """One line of help. For a switch that is on by default, the help says what turning it off does."""
     name: str = ""
     """Name of the option, without the dashes; empty to use the name of the field."""
     other_name: str = ""
@@ -33,11 +33,12 @@ class Setting:
     env: str | None = None
     """Environment variable that sets the value if the option is not given."""
     read: Callable[[Any], Any] | None = None
-    """Function that parses the option's text, or all its texts if it `repeats`. It raises SettingError."""
+    """Function that parses the option's text, or the list of its texts if the option `repeats`. It raises
+    SettingError."""
     repeats: bool = False
     """Whether the option may be given several times; `read` then takes the list of texts."""
     is_option: bool = True
-    """Whether the command line offers it."""
+    """Whether the command line has an option for the setting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,11 +57,14 @@ class DeclaredSetting:
 
     @property
     def spoken(self) -> str:
-        """Name of the setting in messages: its option if it has one."""
+        """Name of the setting in messages: its option, or else its name in Python."""
         return f"--{self.option}" if self.setting.is_option else f"Setting {self.name}"
 
     def value(self, given: Any) -> Any:
-        """Return the value for `given`: the default for None or an empty list. Raises SettingError."""
+        """Return the setting's value, parsed from `given`; the default if `given` is None or an empty list.
+
+        Raises SettingError.
+        """
         if given is None or given == []:
             return self.default
         if self.setting.read is not None:
@@ -69,7 +73,7 @@ class DeclaredSetting:
 
 
 def declared_setting(name: str, annotation: Any, default: Any = MISSING) -> DeclaredSetting | None:
-    """Return the setting that an annotation declares; None if it declares none."""
+    """Return the setting that an annotation declares; None if the annotation does not declare a setting."""
     if get_origin(annotation) is not Annotated:
         return None
     kind, *notes = get_args(annotation)
@@ -78,7 +82,7 @@ def declared_setting(name: str, annotation: Any, default: Any = MISSING) -> Decl
 
 
 def declared_settings(settings: type) -> Iterator[DeclaredSetting]:
-    """Yield the settings that a dataclass declares, in order. Its annotations must not be strings."""
+    """Yield the settings that a dataclass declares, in order. The dataclass's annotations must not be strings."""
     for field in fields(settings):
         found = declared_setting(field.name, field.type, _default(field))
         if found is not None:

@@ -1,8 +1,9 @@
 """Versions of the rules, the shapes and the reply grammar under which a pack, run or record was made.
 
-Packs, run headers and episode records name them, because the package's version number does not say whether a recorded
-action would still have the same effect. They are whole numbers, raised by one. 1 means unversioned: created before
-versions were recorded. `tests/base/test_versions.py` fails when one of the three changes without its number.
+Packs, run headers and episode records name these versions, because the package's version number does not say whether a
+recorded action would still have the same effect. Each version is a whole number that is raised by one. 1 means
+unversioned: made before versions were recorded. `tests/base/test_versions.py` fails when the rules, shapes or grammar
+change but the number does not.
 """
 
 from typing import Self
@@ -24,12 +25,12 @@ SHAPES_VERSION = 5
 It is raised when any of them moves by more than `tests/golden/shapes.json` tolerates: what is in view, in reach or in
 the way may then change in every recorded episode. A raise needs the packaged packs frozen again."""
 GRAMMAR_VERSION = 2
-"""Version of the grammar in `vigil.protocol.replies`: which texts are an action, and which one.
+"""Version of the reply grammar in `vigil.protocol.replies`, which decides which texts are actions, and of which kind.
 
 It is raised when any text is parsed differently than before (`tests/golden/replies.json` pins some). A raise does not
 need new packs, but replies parsed under another grammar must not be compared with those parsed under this one."""
 UNVERSIONED = 1
-"""Version of a file that does not name one."""
+"""Version that is assumed for a file that does not state a version."""
 MAX_SCHEMA_CHARS = 40
 
 
@@ -52,7 +53,9 @@ class PackVersions(BaseModel):
         return [f"{name} {numbers[name]} (here {_CURRENT[name]})" for name in numbers if self._differs(name)]
 
     def note(self, what: str) -> str | None:
-        """Return one line that says how `what` was made under other versions; None if they are the same."""
+        """Return one line that says under which other versions `what` was made; None if its versions are those of
+        this package.
+        """
         found = self.differences()
         if not found:
             return None
@@ -71,7 +74,7 @@ class Versions(PackVersions):
 
 
 def schema_mismatch(found: object, known: int) -> str | None:
-    """Return why a file of schema `found` cannot be read, and what to do; None if it is the `known` schema."""
+    """Return why a file of schema `found` cannot be read, and what to do; None if `found` equals `known`."""
     if found == known:
         return None
     is_newer = isinstance(found, int) and found > known

@@ -1,4 +1,7 @@
-"""House generator: `generate(seed, spec)` returns ProcTHOR houses, with the same bytes for the same arguments."""
+"""House generator: `generate(seed, spec)` returns a house in ProcTHOR's format.
+
+The same arguments give the same bytes.
+"""
 
 from vigil.housegen.base.spec import SPECS, HouseSpec, spec_for
 from vigil.housegen.checking.check import Fault, check_house

@@ -1,4 +1,4 @@
-"""The house document: plan, openings and objects as ProcTHOR's JSON (schema 1.0.0)."""
+"""Writer of the house document: plan, openings and objects as ProcTHOR's JSON (schema 1.0.0)."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ class HouseParts:
     plan: RoomLayout
     openings: list[PlannedOpening]
     pieces: list[PlacedObject]
-    """Furniture and what hangs, with everything on it as children."""
+    """Furniture and hanging objects; everything on or in them is their children."""
     finishes: dict[int, RoomFinish]
     """Materials of each room, by its number."""
     lights: list[dict[str, Any]]
@@ -43,7 +43,7 @@ class HouseParts:
 
 
 def write_document(parts: HouseParts) -> dict[str, Any]:
-    """Return the document."""
+    """Return the house's document as JSON data."""
     return {
         "rooms": [_room(room, parts) for room in parts.plan.rooms],
         "walls": _walls(parts),
@@ -74,7 +74,9 @@ def write_document(parts: HouseParts) -> dict[str, Any]:
 
 
 def generators_of(houses: Iterable[House]) -> str:
-    """Return the versions of this generator that made the houses, sorted, as text; empty if it made none of them."""
+    """Return the versions of this generator that made the houses, sorted, as one text; empty if this generator made
+    no house.
+    """
     makers = map(_generator, houses)
     return ", ".join(sorted({str(maker.get("version")) for maker in makers if maker.get("name") == "vigil"}))
 
@@ -92,7 +94,7 @@ def with_seed_removed(house: House, name: str) -> House:
 
 
 def generator_name(house: House) -> Literal["vigil", "procthor", "house"]:
-    """Return the name of a house's generator for episode ids; "house" for an unknown one.
+    """Return the name of a house's generator, for use in episode ids; "house" if the generator is unknown.
 
     ProcTHOR's documents do not name a generator, but always have `roomSpecId`.
     """
@@ -172,7 +174,7 @@ def _opening(opening: PlannedOpening) -> dict[str, Any]:
 
 
 def _number(pieces: list[PlacedObject]) -> None:
-    """Set every object's id: category, room, number within the room."""
+    """Set every object's id, made of its category, its room and its number within the room."""
     counts: dict[int, int] = {}
     for top in pieces:
         for piece in top.with_contents():

@@ -1,4 +1,6 @@
-"""`generate(seed, spec)`: the stages of the generator in order, repeated until a house passes the checks."""
+"""`generate(seed, spec)`: runs the stages of the generator in order, and repeats them until a house passes the
+checks.
+"""
 
 import numpy as np
 from scipy import ndimage
@@ -76,7 +78,7 @@ def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]
 
 
 def _culprit(fault: Fault, pieces: dict[str, PlacedObject]) -> PlacedObject | None:
-    """Return the smallest object whose removal ends the fault; None when none may be removed."""
+    """Return the smallest object whose removal ends the fault; None when no such object may be removed."""
     concerned = [pieces[name] for name in (fault.subject, fault.other) if name in pieces]
     if fault.other is not None and fault.other not in pieces and fault.subject not in pieces:
         return None
@@ -131,7 +133,10 @@ def _furnish(
     spec: HouseSpec,
     key: tuple[str, int, int],
 ) -> list[PlacedObject] | None:
-    """Return everything in the rooms, and fill in `floors`; None when essential furniture of a room does not fit."""
+    """Return all objects of the rooms, and add each room's floor to `floors`.
+
+    Return None when essential furniture does not fit.
+    """
     inventory = Inventory()
     standing: dict[int, list[PlacedObject]] = {}
     for room in plan.rooms:
@@ -163,7 +168,7 @@ def _furnish(
 def _free_start(
     plan: RoomLayout, floors: dict[int, Floor], pieces: list[PlacedObject], rng: np.random.Generator
 ) -> Pose | None:
-    """Return a pose at a free place in a random room, looking where most furniture is; None without a free place."""
+    """Return a pose at a free place in a random room, with most furniture in view; None without a free place."""
     floor = floors[pick(rng, plan.rooms).number]
     free = floor.free_grid([])
     for rect in floor.clear:
@@ -184,7 +189,7 @@ def _free_start(
 
 
 def _in_view(pieces: list[PlacedObject], x: float, z: float, yaw: float) -> int:
-    """Return the number of pieces of furniture in view at a distance at which they can be recognised."""
+    """Return the number of pieces of furniture that are in view and near enough to be recognised."""
     dx, dz = heading(yaw)
     seen = 0
     for piece in pieces:

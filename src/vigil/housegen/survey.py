@@ -1,4 +1,4 @@
-"""Surveys of many seeds: houses are generated and checked, and their objects and times are counted."""
+"""Surveys of many seeds: their houses are generated and checked, and objects and processor times are counted."""
 
 import hashlib
 import time
@@ -34,7 +34,7 @@ class HouseReport:
     problems: tuple[str, ...]
     name: str | None = None
     seconds: float = 0.0
-    """Processor time of the generation."""
+    """Processor time (s) of the generation."""
     fingerprint: str = ""
     """Hash of everything visible in the house."""
     objects: int = 0
@@ -49,9 +49,9 @@ class Survey:
     houses: Counter[int] = field(default_factory=Counter)
     """Number of generated houses, by number of rooms."""
     seconds: dict[int, list[float]] = field(default_factory=dict)
-    """Processor time of each generation, by number of rooms."""
+    """Processor times (s) of the generations, by number of rooms."""
     problems: list[str] = field(default_factory=list)
-    """Messages about houses that failed to generate or load, have a fault, or equal another one."""
+    """Messages about houses that failed to generate or load, have a fault, or equal another house."""
     category_counts: Counter[str] = field(default_factory=Counter)
     """Number of objects of each category, in all houses."""
     objects: dict[int, list[int]] = field(default_factory=dict)
@@ -64,7 +64,7 @@ class Survey:
         return [name for name in CATALOG if name not in PART_CATEGORIES and self.category_counts[name] < least]
 
     def lines(self) -> list[str]:
-        """Return the report, with a line for each number of rooms."""
+        """Return the survey's report as lines, one for each number of rooms."""
         report: list[str] = []
         for rooms in sorted(self.houses):
             seconds, objects = np.array(self.seconds[rooms]), np.array(self.objects[rooms])
@@ -76,7 +76,7 @@ class Survey:
         return report
 
     def add(self, report: HouseReport) -> list[str]:
-        """Count one more house; return its problems, including that it equals an earlier one."""
+        """Count one more house; return its problems, which include equality to an earlier house."""
         problems = list(report.problems)
         if report.name is not None:
             twin = self.fingerprints.setdefault(report.fingerprint, report.name)
@@ -97,7 +97,7 @@ def survey(
     on_house: Callable[[list[str]], None],
     workers: int = 1,
 ) -> Survey:
-    """Return the survey of the houses of all `seeds` and numbers of `rooms`; it does not depend on `workers`.
+    """Return the survey of the houses of all `seeds` and numbers of `rooms`. The result does not depend on `workers`.
 
     With several `workers` (processes), `load` must be picklable. `on_house` is called with the problems of each house,
     in order.

@@ -1,9 +1,9 @@
-"""Export of a house with AI2-THOR's assets and names of materials.
+"""Export of a house: AI2-THOR's assets and material names replace the project's own.
 
-Each object becomes THOR's asset of its category that is nearest in size; an object with one of THOR's assets does not
-change. Positions are kept as far as the other sizes allow: backs remain at their wall, and objects on their carriers.
-Objects without an asset of their category are left out and listed. The result has the form that AI2-THOR reads
-(ProcTHOR's, schema 1.0.0); it has not been run there.
+Each object gets the asset of THOR, of the same category, that is nearest in size; an object that already has an asset
+of THOR does not change. Positions change as little as the new sizes allow: backs remain at their wall, and objects on
+their carriers. Objects without an asset of their category are left out and listed. The result has the form that
+AI2-THOR reads (ProcTHOR's, schema 1.0.0); it has not been run there.
 """
 
 import copy
@@ -27,15 +27,17 @@ from vigil.protocol.house import Door, House, HouseObject, Window
 from vigil.scene.outlines import floor_of, footprint
 
 OVERSIZE = 1.6
-"""Penalty factor for a larger side compared with a smaller one, because larger objects run into their neighbours."""
+"""Factor by which a side that is too large counts more than a side that is too small, because larger objects run
+into their neighbours."""
 AT_WALL_M = 0.35
-"""Distance from a wall up to which an object's back remains at the wall."""
+"""Distance (m) from a wall up to which an object's back counts as at the wall and remains there."""
 SLIDES = tuple(sign * step / 20 for step in range(16) for sign in (1, -1))
 """Distances (m) by which an object is moved along the wall, in order, to bring all of it into the room."""
 ON_TOP_M = 0.03
-"""Height difference up to which a child's bottom lies on its carrier's top."""
+"""Height difference (m) up to which a child counts as lying on its carrier's top."""
 GAP_M = 0.01
-"""Least distance of an object from the ceiling or from its carrier's top, and tolerance of holes at the floor."""
+"""Least distance (m) of an object from the ceiling or from its carrier's top, and tolerance (m) for holes that
+begin at the floor."""
 
 _COUNTER_SHAPE = re.compile(r"[Cc]ountertop_(?:\d+_)?([A-Z][a-z]*)_\d+x\d+")
 
@@ -46,16 +48,17 @@ class ThorExport:
 
     data: dict[str, Any]
     left_out: list[str] = field(default_factory=list)
-    """Ids of objects without an asset of their category, or on such an object, and of openings that no asset fits."""
+    """Ids of the objects for whose category THOR has no asset, of the objects on them, and of openings that no
+    asset fits."""
     removed_collisions: list[str] = field(default_factory=list)
-    """Ids of small objects that the other sizes do not leave room for."""
+    """Ids of small objects that were removed because the new sizes of other objects do not leave room for them."""
 
 
 def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str]]) -> ThorExport:
-    """Return the house with `thor`'s assets.
+    """Return the house with the assets of `thor`.
 
-    `materials` are THOR's names by kind; if empty, the house's names do not change. Raises SettingError when `thor` has
-    none of the house's categories, or no asset that fits a door between two rooms.
+    `materials` are THOR's names of materials by kind; if empty, the names in the house do not change. Raises
+    SettingError when `thor` has none of the house's categories, or no asset that fits a door between two rooms.
     """
     house = with_merged_drawers(house)
     export = ThorExport(copy.deepcopy(house.data))
@@ -77,9 +80,9 @@ def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str
 
 
 def _drop_colliding(export: ThorExport, exported: House, thor: AssetDatabase, changed: set[str]) -> None:
-    """Remove carried objects that overlap others (the smaller of two) or reach out of the room.
+    """Remove carried objects that overlap another object (the smaller of the two) or reach out of the room.
 
-    Faults among unchanged objects are those of the original house, and remain.
+    Overlaps of unchanged objects are in the original house, too, and remain.
     """
     inner = (node for node, up in exported.objects() if up is not None)
     carried = {node.id: thor.look_up(node.asset_id, node.name_in_house).size for node in inner}
@@ -129,7 +132,8 @@ class _Exporter:
     def replace(self, node: HouseObject, data: dict[str, Any], above: tuple[Box, Box] | None) -> bool:
         """Give an object and its children THOR's assets; return whether an asset of its category exists.
 
-        If not, all their ids are listed as left out. `above` is the carrier's box, before and after; None for none.
+        If no asset exists, all their ids are listed as left out. `above` has the carrier's box before and after its
+        replacement; None without a carrier.
         """
         entry = self.thor.look_up(node.asset_id, node.name_in_house)
         before = after = Box(center=node.position.vec, size=entry.size, yaw=node.rotation.y)
@@ -158,7 +162,8 @@ class _Exporter:
             self._leave_out(child)
 
     def _nearest(self, category: str, size: Vec3, asset_id: str) -> tuple[str, Vec3] | None:
-        """Return (asset id, size) of the asset itself if it is THOR's, else of the nearest in size, else None.
+        """Return (asset id, size) of the asset itself if it is one of THOR's, else of the asset of the category that is
+        nearest in size; None if THOR has none.
 
         A countertop gets one of the same shape if THOR has any.
         """
@@ -171,7 +176,9 @@ class _Exporter:
         return min(choices, key=lambda choice: (_size_difference(size, choice[1]), choice[0]), default=None)
 
     def _resized_in_place(self, before: Box, size: Vec3) -> Box:
-        """Return the box with another size for an object on the floor or a wall, if possible inside the room."""
+        """Return the box of an object on the floor or a wall after a change of its size, if possible inside the
+        room.
+        """
         (dx, dz), (x, y, z) = heading(before.yaw), before.center
         back = shapely.Point(x - dx * before.size.z / 2, z - dz * before.size.z / 2)
         if any(floor.exterior.distance(back) < AT_WALL_M for floor in self.floors):
@@ -191,8 +198,8 @@ class _Exporter:
     def replace_opening(self, opening: Door | Window, data: dict[str, Any]) -> bool:
         """Give a door or window THOR's asset, and its hole the asset's size; return whether an asset fits.
 
-        If not, its id is listed as left out. Raises SettingError when none fits a door between two rooms, which would
-        then be separated.
+        If no asset fits, the opening's id is listed as left out. Raises SettingError when no asset fits a door between
+        two rooms, because the rooms would then be separated.
         """
         if opening.asset_id in self.thor:
             return True
@@ -239,7 +246,9 @@ def _size_difference(size: Vec3, other: Vec3) -> float:
 
 
 def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box:
-    """Return the box with another size for an object on or in `holder`, which has replaced the carrier `below`."""
+    """Return the box of an object after a change of its size; the object is on or in `holder`, which has replaced
+    the carrier `below`.
+    """
     x, z = rotate_floor(before.center.x - below.center.x, before.center.z - below.center.z, -below.yaw)
     dx, dz = rotate_floor(x * holder.size.x / below.size.x, z * holder.size.z / below.size.z, holder.yaw)
     if before.bottom >= below.top - ON_TOP_M:
@@ -254,7 +263,9 @@ def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box
 
 
 def _rename_materials(data: dict[str, Any], materials: dict[str, list[str]]) -> None:
-    """Give floors, walls and the ceiling names that THOR has: the present name, or else the most similar one."""
+    """Give floors, walls and the ceiling material names of THOR: the present name if THOR has it, else the most
+    similar name.
+    """
     names = sorted({name for kind in materials.values() for name in kind})
     for room in data["rooms"]:
         _rename(room["floorMaterial"], names, "wood floor")

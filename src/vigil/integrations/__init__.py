@@ -1,1 +1,1 @@
-"""VIGIL in other frameworks; each module needs a library that an extra of the package installs."""
+"""VIGIL in other frameworks. Each module needs a library, which an optional extra of the package installs."""

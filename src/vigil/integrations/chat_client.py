@@ -1,7 +1,7 @@
 """Client for a model behind an OpenAI-compatible API, without Inspect.
 
-It is for frameworks that put a server between an environment and the model. The messages are those of `vigil run`, in
-the same form, and the same code decides what counts as a reply and what is retried.
+This client is for frameworks that put a server between an environment and the model. It sends the same messages as
+`vigil run`, and the same code decides what counts as a reply and what is retried.
 """
 
 import time
@@ -17,7 +17,7 @@ from vigil.runner.models.provider_errors import error_message_of
 
 
 def chat_message(message: Message) -> dict[str, Any]:
-    """Return a message in the format of chat completions."""
+    """Return a message in the format of the chat completions API."""
     if message.picture is None:
         return {"role": message.role, "content": message.text}
     picture = {"type": "image_url", "image_url": {"url": message.picture.data_uri, "detail": "auto"}}
@@ -25,9 +25,9 @@ def chat_message(message: Message) -> dict[str, Any]:
 
 
 def chat_sender(client: AsyncOpenAI, model: str) -> Send:
-    """Return a function that sends messages once; the client's retries must be turned off.
+    """Return a function that sends messages to `model`, once for each call. The retries of `client` must be turned off.
 
-    The function raises AttemptFailed.
+    The returned function raises AttemptFailed.
     """
 
     async def send(messages: Sequence[Message]) -> Reply:

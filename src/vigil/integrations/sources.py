@@ -34,7 +34,7 @@ PACK_CACHE_SIZE = 2
 HOUSE_CACHE_SIZE = 64
 """Number of houses of a stream that are cached for episodes not played yet."""
 MAX_FIRST_HOUSES = 2**31
-"""Number of houses of an endless stream from which a seed selects the first."""
+"""A seed selects the first house of an endless stream from this number of houses."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,6 @@
-"""Even draw: orders episodes so that any first N have about as many of each family, or of each kind of a suite."""
+"""Even draw: orders episodes so that, for any N, the first N have about equally many of each family or kind of a
+suite.
+"""
 
 import hashlib
 from collections import deque
@@ -11,7 +13,7 @@ from vigil.protocol.families import FAMILIES
 
 
 class SuiteEntry(BaseModel):
-    """The kind and pair of an episode of a suite: the part of its answer that drawing and ordering need."""
+    """The kind and pair of an episode of a suite: the facts by which episodes are drawn and ordered."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
@@ -22,7 +24,9 @@ class SuiteEntry(BaseModel):
 
 
 def draw_evenly(episodes: Iterable[Episode]) -> list[Episode]:
-    """Return the episodes in an order in which any first N are balanced over families: see `balanced_units`."""
+    """Return the episodes in an order in which the first N, for any N, are balanced over families (see
+    `balanced_units`).
+    """
     return [episode for unit in balanced_units(episodes, {}) for episode in unit]
 
 

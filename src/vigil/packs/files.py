@@ -1,4 +1,4 @@
-"""Files of a pack: its manifest, and the reading of the files that it lists.
+"""Files of a pack: the manifest, and the reading of the files that the manifest lists.
 
 A file's hash is verified at every reading, so that a file that was changed after freezing is never used.
 """
@@ -24,7 +24,7 @@ MAX_MANIFEST_BYTES = 16 * MIB
 MAX_LINES_BYTES = 512 * MIB
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
 FILE_PATTERN = r"([A-Za-z0-9][A-Za-z0-9_.-]{0,199}/){0,4}[A-Za-z0-9][A-Za-z0-9_.-]{0,199}"
-"""Pattern of the path of a file in a manifest: a plain relative path inside the pack, of limited length."""
+"""Pattern of a file's path in a manifest: a relative path inside the pack, of limited depth and length."""
 _Line = TypeVar("_Line", bound=BaseModel)
 
 
@@ -37,7 +37,7 @@ class Manifest(BaseModel):
     name: str = Field(pattern=NAME_PATTERN)
     version: str = "1"
     versions: PackVersions = PackVersions()
-    """Versions of the package that made the pack; its solutions are valid under these."""
+    """Versions of the package that made the pack; the pack's solutions are valid under these versions."""
     description: str = ""
     episodes: int
     houses: int
@@ -71,7 +71,7 @@ class PackFiles:
 
     @classmethod
     def of(cls, folder: Path, sha256: str | None = None) -> "PackFiles":
-        """Return the files of the pack in a folder. Raises PackMismatch, also if its hash is not `sha256`."""
+        """Return the files of the pack in a folder. Raises PackMismatch, also if the pack's hash is not `sha256`."""
         raw = _read(folder, MANIFEST, MAX_MANIFEST_BYTES)
         found = hashlib.sha256(raw).hexdigest()
         if sha256 not in (None, found):
@@ -82,7 +82,7 @@ class PackFiles:
         return cls(folder, _manifest(folder, raw), found)
 
     def read(self, name: str) -> bytes:
-        """Return the bytes of a file. Raises PackMismatch if they are not those that were frozen."""
+        """Return the bytes of a file. Raises PackMismatch if the file has changed since the pack was frozen."""
         expected = self.manifest.files.get(name)
         if expected is None:
             raise PackMismatch(f"Pack {str(self.folder)!r}: {MANIFEST} does not list {name}. Freeze the pack again.")

@@ -1,4 +1,6 @@
-"""Freezing: writes episodes, solutions and houses as a pack folder, atomically and with reproducible bytes."""
+"""Freezing: writes episodes, solutions and houses into a pack's folder, atomically; the same input gives the same
+bytes.
+"""
 
 import hashlib
 import json
@@ -30,10 +32,11 @@ def freeze(
     meta: Mapping[str, Any] | None = None,
     extra: Mapping[str, bytes] | None = None,
 ) -> Pack:
-    """Write a pack into `folder`, which is new or empty, and load it. The same input gives the same bytes.
+    """Write a pack into `folder`, which must be new or empty, and return the pack. The same input gives the same bytes.
 
-    `extra` holds further files by path, hashed like all others. Raises EpisodeError if an episode contradicts its
-    family, its house or the other episodes, and SettingError if the folder is not empty or the name is invalid.
+    `extra` has further files by path; the manifest lists their hashes, too. Raises EpisodeError if an episode
+    contradicts its family, its house or the other episodes, and SettingError if the folder is not empty or the name is
+    invalid.
     """
     check_can_freeze(folder, name)
     ordered = sorted(episodes, key=lambda episode: episode.id)
@@ -94,7 +97,10 @@ def check_can_freeze(folder: Path, name: str) -> None:
 
 
 def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
-    """Write a pack atomically: into a sibling folder that is then renamed. Remains of a killed process are deleted."""
+    """Write a pack atomically: into a temporary sibling folder, which is then renamed.
+
+    Temporary folders that a killed process left behind are deleted.
+    """
     partial = folder.absolute().with_name(f".{folder.absolute().name}.partial")
     if partial.exists():
         shutil.rmtree(partial)

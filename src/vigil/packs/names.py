@@ -9,7 +9,9 @@ _VERSIONED = re.compile(r"(?P<stem>.+?)_v(?P<version>\d+(?:_\d+)*)")
 
 
 def newest_version(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name with the highest version of `name`, which has no version itself; None if there is none."""
+    """Return the known name that is `name` (given without a version) with the highest version; None if there is
+    none.
+    """
     versions = {version_of(each): each for each in known if stem_of(each) == name}
     return versions[max(versions)] if name and versions else None
 
@@ -32,7 +34,10 @@ def other_names(name: str, aliases: Iterable[str]) -> list[str]:
 
 
 def version_words(name: str, version: str) -> str:
-    """Return the version in a pack's name, e.g. "1.1"; `version`, from its manifest, if the name has none."""
+    """Return the version in a pack's name, e.g. "1.1".
+
+    If the name has none, return `version`, which the manifest states.
+    """
     return ".".join(map(str, version_of(name))) or version
 
 

@@ -38,7 +38,7 @@ _Line = TypeVar("_Line", bound=BaseModel)
 
 @dataclass(frozen=True)
 class Selection:
-    """A selection of a pack's episodes; all of them by default."""
+    """A selection of a pack's episodes; by default, all episodes."""
 
     families: tuple[Family, ...] = ()
     ids: tuple[str, ...] = ()
@@ -47,7 +47,7 @@ class Selection:
 
 
 class AssetSizes(Protocol):
-    """The part of an asset database that a pack compares with the one it was made with."""
+    """The part of an asset database that a pack needs to check whether it was made with the same database."""
 
     @property
     def sha256(self) -> str | None:
@@ -61,7 +61,7 @@ class Pack:
     """A pack whose files have been verified against its manifest."""
 
     def __init__(self, own_files: PackFiles) -> None:
-        """Use `Pack.load`."""
+        """Make a pack from its files. Callers use `Pack.load` instead."""
         self._files = own_files
         self.folder = own_files.folder
         self.manifest = own_files.manifest
@@ -94,14 +94,14 @@ class Pack:
 
     @cached_property
     def suite_entries(self) -> dict[str, SuiteEntry]:
-        """Suite entries by episode id; empty for a pack that is not of a suite."""
+        """Suite entries (kind and pair) by episode id; empty for a pack that is not of a suite."""
         if ANSWERS not in self.manifest.files:
             return {}
         return {place.episode_id: place for place in self._files.rows(ANSWERS, SuiteEntry)}
 
     @property
     def pairs(self) -> dict[str, str]:
-        """Names of pairs by the ids of the episodes that have a twin."""
+        """Episode id -> name of the pair, for the episodes that have a twin."""
         return {name: place.pair for name, place in self.suite_entries.items() if place.pair is not None}
 
     def house_of(self, episode: Episode) -> House:
@@ -166,7 +166,7 @@ class Pack:
         return chosen
 
     def _first(self, episodes: Sequence[Episode], limit: int) -> list[Episode]:
-        """Return `limit` episodes, evenly drawn; one fewer if only one of two twins would fit."""
+        """Return `limit` episodes, drawn evenly; one episode fewer if only one of two twins would fit."""
         found: list[Episode] = []
         for unit in balanced_units(episodes, self.suite_entries):
             if len(found) + len(unit) > limit:
@@ -208,7 +208,9 @@ class Pack:
 
 
 def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | None:
-    """Return the message if `what` was made with database `wanted` but `given` is in use; None if they are equal."""
+    """Return the error message if `what` was made with another asset database (hash `wanted`) than the one in use
+    (hash `given`); None if the two hashes are equal.
+    """
     if wanted == given:
         return None
     made, here = (
@@ -220,7 +222,8 @@ def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | No
 
 
 def find_pack(path: str | Path) -> Path:
-    """Return the folder of a pack: `path` itself, or the packaged pack of that name (the newest without a version).
+    """Return the folder of a pack: `path` itself, or the folder of the packaged pack of that name. A name without a
+    version means the newest version.
 
     Raises PackMismatch.
     """
@@ -267,12 +270,12 @@ def manifest_sha256(folder: Path) -> str:
 
 
 def _aliases(folder: Path) -> list[str]:
-    """Return the other names of a pack."""
+    """Return the aliases of a pack: other names under which it can be loaded."""
     return list(manifest_of(folder).meta.get("aliases", ()))
 
 
 def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
-    """Return the episodes of the pack with that hash, without loading its houses.
+    """Return the episodes of the pack with the hash `sha256`, without loading the pack's houses.
 
     Raises PackMismatch if the pack at `path` has another hash, or its episodes differ from its manifest.
     """
@@ -328,9 +331,9 @@ def check_house(episode: Episode, house: House) -> None:
 
 
 def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
-    """Return how an episode violates the table of families: its budgets, start horizon or kind of goal.
+    """Return descriptions of how an episode's budgets, start horizon or kind of goal contradict its family.
 
-    `suite` is the suite of the episode's pack; None if it is not of one.
+    `suite` is the suite of the episode's pack; None if the pack is not of a suite.
     """
     spec = FAMILIES[episode.family]
     faults: list[str] = []

@@ -1,4 +1,4 @@
-"""Private packs: secret seeds, the names that do not reveal them, and the check whether a pack is private.
+"""Private packs: secret seeds, names that do not reveal the seeds, and the check whether a pack is private.
 
 A pack is private if its manifest has only the hash of its seed (`seed_sha256`). All code that writes output meant to
 leave the machine calls `is_private` or `check_revealed`. Source: decision 46.
@@ -27,12 +27,15 @@ _SEED = re.compile(r"[0-9]{1,300}")
 
 
 def is_private(meta: Mapping[str, Any]) -> bool:
-    """Whether the pack whose manifest has this `meta` is private, so that its seed and content stay secret."""
+    """Whether the pack whose manifest has this `meta` is private, i.e. its seed and content must stay secret."""
     return SEED_SHA256 in meta
 
 
 def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: str = REVEAL) -> None:
-    """Raise SettingError if `what` would reveal a private pack; `reveals` says that option `by` allowed it."""
+    """Raise SettingError if the output `what` would reveal a private pack.
+
+    `reveals` is True if the user allowed this with the option `by`.
+    """
     if private and not reveals:
         raise SettingError(
             f"Pack {pack!r} is private: it was made from a secret seed. {what} would reveal it to all readers; "
@@ -42,18 +45,21 @@ def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: st
 
 
 def redact_ids(remarks: Iterable[str], ids: Iterable[str]) -> list[str]:
-    """Return `remarks` with all of the episode `ids` replaced."""
+    """Return `remarks` with each of the episode `ids` replaced by a placeholder."""
     any_id = re.compile("|".join(map(re.escape, sorted(ids, key=len, reverse=True))) or r"(?!)")
     return [any_id.sub("(an episode)", remark) for remark in remarks]
 
 
 def is_secret(seed: int) -> bool:
-    """Whether a seed is long enough to be kept secret."""
+    """Whether a seed is so long that it cannot be found by trying all seeds."""
     return seed >= MIN_SECRET_SEED
 
 
 def seed_sha256(name: str, *seeds: int) -> str:
-    """Return the commitment to a pack's secret seed, checkable once it is published: SHA-256 of "NAME SEED"."""
+    """Return the SHA-256 of "NAME SEED".
+
+    It commits the author to the secret seed: anyone can check it once the seed is published.
+    """
     return hashlib.sha256(" ".join([name, *map(str, sorted(seeds))]).encode()).hexdigest()
 
 
@@ -63,7 +69,7 @@ def secret_name(seed: int, kind: str, what: bytes) -> str:
 
 
 def secret_subseed(seed: int, kind: str, what: bytes) -> int:
-    """Return a 128-bit seed derived from a secret seed for one part; it reveals nothing about the other seeds."""
+    """Return a 128-bit seed for one part of a pack, derived from the secret seed; it does not reveal any other seed."""
     return MIN_SECRET_SEED + int.from_bytes(_keyed(seed, f"seed of {kind}", what)[:16], "big")
 
 
@@ -85,7 +91,10 @@ def read_seed(path: Path) -> int:
 
 
 def chosen_seed(seed: int | None, file: Path | None) -> int | None:
-    """Return the seed given as a number or in a file; None without either. Raises SettingError if both are given."""
+    """Return the seed, which is given as a number or in a file; None if neither is given.
+
+    Raises SettingError if both are.
+    """
     if seed is not None and file is not None:
         raise SettingError("--seed and --seed-file exclude each other. Leave one out.")
     return seed if file is None else read_seed(file)

@@ -1,4 +1,4 @@
-"""Skills, intents, statuses and actions: the four things that an agent can do.
+"""Actions of an agent: four skills with their arguments, the intents of clicks, and the statuses of reports.
 
 The literal tables `SKILLS`, `INTENTS` and `STATUSES` feed both the prompt (`vigil.protocol.prompt`) and the parser
 (`vigil.protocol.replies`), so that the two cannot drift apart. Source: `protocol.md` sections 2.2 and 2.3; the paper's
@@ -91,7 +91,7 @@ INTENT_ALIASES: dict[str, Intent] = {
     "put_on": "place",
     "release": "drop",
 }
-"""Published table: other words accepted for an intent. Only intents have aliases."""
+"""Other word accepted for an intent -> that intent, as in the published table. Only intents have aliases."""
 
 STATUSES: dict[Status, str] = {
     "success": "Agent claims the task goal has been achieved",
@@ -157,7 +157,7 @@ class InteractPixel(_Action):
 
 
 class Report(_Action):
-    """Close the episode. `raw_status` is the agent's own word if it is not in the vocabulary."""
+    """Close the episode with a status. `raw_status` is the word that the agent wrote if it is not in `STATUSES`."""
 
     skill_name: Literal["report"] = "report"
     status: Status
@@ -170,7 +170,7 @@ Action = Annotated[Navigate | Look | InteractPixel | Report, Field(discriminator
 
 
 class InvalidAction(_Action):
-    """A reply that is not an action: data, not an error. It uses up a step and changes nothing."""
+    """A reply that is not a valid action. It is recorded and uses up a step, but changes nothing in the world."""
 
     kind: Literal["protocol_failure", "malformed_action"]
     reason: str
@@ -180,7 +180,7 @@ class InvalidAction(_Action):
 
 
 class ParsedReply(_Action):
-    """An action with the other content of the reply, which is recorded verbatim and never scored."""
+    """A parsed reply: its action, and its other content, which is recorded verbatim and never scored."""
 
     action: Action
     thought: Any = None
@@ -200,7 +200,7 @@ class ReplyCut(_Action):
 
     text_bytes: int
     answer_bytes: int
-    """Length without the reasoning, to which the limit on replies applies."""
+    """Length of the reply without its reasoning, in bytes. The limit on replies applies to this length."""
     sha256: str
     """SHA-256 of all bytes of the reply."""
 
@@ -217,22 +217,23 @@ class Reply(_Action):
     raw_base64: str | None = None
     reply_source: ReplySource = "agent"
     finish_reason: str | None = None
-    """The provider's own word: `stop`, `end_turn`, `length`, `MAX_TOKENS` ..."""
+    """The provider's word for why the reply ended: `stop`, `end_turn`, `length`, `MAX_TOKENS` ..."""
     reasoning_chars: int = 0
     reasoning: str = Field(default="", exclude=True, repr=False)
-    """Reasoning that came separately from the text, if it is stored: in a file next to the records
-    (`vigil.records.reasoning_file`), never in a record."""
+    """Reasoning that the provider sent separately from the text. It is never part of a record; a run can store it in a
+    file next to the records (`vigil.records.reasoning_file`)."""
     tool_call: str | None = Field(default=None, exclude_if=lambda name: name is None)
     """Name of the tool that the model called instead of answering, according to the server. The field is omitted from
     rows without a tool call, as in rows written before it existed."""
     usage: Usage | None = None
     seconds: float = 0.0
     provider_rejected: bool = False
-    """Whether the provider refused three times because of content or length, which is a protocol failure."""
+    """Whether the provider refused the request three times because of its content or length. This is a protocol
+    failure."""
     agent_ended: str = ""
-    """What a program did instead of answering: it ended, hung or wrote out of turn, which is a protocol failure."""
+    """How an agent's program failed to answer: it ended, hung or wrote out of turn. This is a protocol failure."""
     cut: ReplyCut | None = None
-    """Size of the original reply if `text` is only a part of it: see `vigil.protocol.replies`."""
+    """Size of the whole reply if `text` is only a part of it (`vigil.protocol.replies`); None if `text` is whole."""
 
     @model_validator(mode="before")
     @classmethod

@@ -14,11 +14,11 @@ from vigil.protocol.world import Setup
 
 MAX_INSTRUCTION_CHARS = 2000
 MAX_FLOOR_M = 0.01
-"""Maximum distance of a start from height 0, where the floors of houses are."""
+"""Maximum height (m) of an agent's start position above or below the floor, which is at height 0."""
 MAX_COORDINATE_M = 200.0
-"""Maximum coordinate in an episode; the largest houses are about 50 m long."""
+"""Maximum coordinate (m) in an episode; the largest houses are about 50 m long."""
 MAX_TURN_DEG = 360.0
-"""Maximum rotation; more than a whole turn is a typo."""
+"""Maximum rotation (deg) in an episode; more than a whole turn is taken for a typo."""
 
 
 class _Model(BaseModel):
@@ -37,7 +37,7 @@ class Provenance(_Model):
 
     author: str = ""
     template: str = ""
-    """Name of the authoring template, e.g. `reveal_pick` (SM) or `interlock` (CR)."""
+    """Name of the authoring template that drafted the episode, e.g. `reveal_pick` (SM) or `interlock` (CR)."""
     seed: int | None = None
     validated: bool = False
     solution_steps: int | None = None

@@ -1,4 +1,5 @@
-"""The registry of families: those of the package, each a file in `vigil.authoring.families`, and registered ones.
+"""The registry of families of tasks: those of the package (one file each in `vigil.authoring.families`) and custom
+ones.
 
 The table `FAMILIES` is data: nothing branches on a family's name when an episode is scored. Source: `protocol.md`
 section 4 and the paper's table `family_specs`.
@@ -16,7 +17,7 @@ from vigil.protocol.family import FamilySpec
 from vigil.protocol.goals import Goal
 
 _REQUIRED = ("summary", "kinds", "briefing", "level_bounds", "sample_goal")
-"""Fields that a family of the package must fill."""
+"""Fields that each family of the package must set."""
 
 
 def _check_family(name: str) -> str:
@@ -29,7 +30,7 @@ def _check_family(name: str) -> str:
 
 
 Family = Annotated[str, AfterValidator(_check_family)]
-"""A name in `FAMILIES`."""
+"""Code of a family: a key of `FAMILIES`."""
 
 
 FAMILIES: dict[Family, FamilySpec] = {
@@ -43,7 +44,7 @@ def register_family(spec: FamilySpec) -> None:
     """Add a custom family to `FAMILIES`, in this process only; its goals must be of the existing kinds.
 
     Raises SettingError for a code that is taken or is not two capital letters, for an unknown kind of goal, and for a
-    grading whose bounds do not rise.
+    `grading` whose two bounds do not rise.
     """
     if not re.fullmatch(r"[A-Z]{2}", spec.code):
         raise SettingError(
@@ -68,7 +69,7 @@ def register_family(spec: FamilySpec) -> None:
 
 
 def parse_families(names: Iterable[str]) -> tuple[Family, ...]:
-    """Return the families of these names in the table's order; a name may list several, as in "PG,sm".
+    """Return the families that `names` lists, in the order of `FAMILIES`. One name may list several, as in "PG,sm".
 
     Raises SettingError for a name that is not a family.
     """

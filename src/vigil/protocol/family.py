@@ -1,4 +1,4 @@
-"""What describes a family of episodes: its row of facts, and what authoring and tests need to make its episodes."""
+"""Description of a family of episodes: its facts, and the functions and settings from which its episodes are made."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -13,40 +13,40 @@ DEFAULT_HORIZON_DEG = 30.0
 
 @dataclass(frozen=True, slots=True)
 class DraftKind:
-    """One kind of a family's episodes, with what drafts it."""
+    """One kind of a family's episodes, and the function that drafts episodes of this kind."""
 
     drafts: str | Callable[..., Any]
     """Function from a `HouseContext` to drafts, or its name "package.module:function", loaded when it is needed."""
     arguments: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """Further arguments of the function; a `DraftKind` among them stands for its function."""
+    """Further arguments of the function. A value that is a `DraftKind` is replaced by the function of that kind."""
     in_starter: int = 0
     """Number of episodes of the kind in the starter pack."""
     fallback: str | None = None
-    """Kind that takes the kind's place in the starter pack where no house yields it."""
+    """Kind that replaces this kind in the starter pack if no house yields an episode of this kind."""
 
 
 @dataclass(frozen=True, slots=True)
 class StreamGrading:
-    """How a stream grades a family's episodes: a measured fact with two bounds."""
+    """Rule by which a stream grades a family's episodes as easy, medium or hard: one measured fact with two bounds."""
 
     by: Literal["actions", "distance_m"]
-    """Actions of the recorded solution with its report, or metres from the start to the target."""
+    """The measured fact: number of actions in the recorded solution, or distance (m) from the start to the target."""
     easy: float
-    """Highest value that is easy."""
+    """Highest value of the fact in an easy episode."""
     medium: float
-    """Highest value that is medium; what is above is hard."""
+    """Highest value of the fact in a medium episode; an episode with a higher value is hard."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FamilySpec:
-    """A family: what the protocol, authoring, analysis and tests know of it.
+    """The facts about a family that the protocol, authoring, analysis and tests use.
 
-    The fields without a default are the contract of `protocol.md` section 4. A family without `kinds` can be scored
-    and reported, and not drafted.
+    The fields without a default are the contract of `protocol.md` section 4. Episodes of a family without `kinds` can
+    be scored and reported, but not drafted.
     """
 
     code: str
-    """Two capital letters."""
+    """Code of the family: two capital letters."""
     name: str
     tier: Tier
     visible_at_start: bool
@@ -54,34 +54,37 @@ class FamilySpec:
     max_steps: int
     max_invalid: int
     skills: tuple[Skill, ...]
-    """Expected skills; a recorded solution uses no others."""
+    """Skills that the family requires; a recorded solution uses no other skills."""
     goal_kinds: tuple[str, ...]
     extra_goal_kinds: tuple[str, ...] = ()
-    """Kinds of goals that it may use in addition to the paper's: several places or states at once."""
+    """Kinds of goals that the family may use in addition to the paper's, such as several states at once."""
     suite_goal_kinds: tuple[str, ...] = ()
-    """Kinds of goals that it may use only in the packs of a suite (`vigil.packs.pack.protocol_faults`)."""
+    """Kinds of goals that the family may use only in the packs of a suite (`vigil.packs.pack.protocol_faults`)."""
     summary: str = ""
-    """What it asks for, in a few words."""
+    """What the family's tasks ask for, in a few words."""
     position: int = 100
-    """Place in tables; the paper's families have 1 to 8, and families of one place follow by their codes."""
+    """Position of the family in tables. The paper's families have 1 to 8; families of equal position are sorted by
+    code."""
     kinds: Mapping[str, DraftKind] = field(default_factory=dict[str, DraftKind])
-    """Kind -> what drafts it. A pack holds equally many of each stratum, and streams and packs ask for each kind."""
+    """Name of a kind of episodes -> how the kind is drafted. Packs and streams draft every kind."""
     briefing: str = ""
-    """What a language model that proposes tasks is asked for."""
+    """Request to a language model to propose tasks of this family."""
     start_distance_m: tuple[float, float] = (0.0, math.inf)
-    """Least and largest distance from the start to the target."""
+    """Least and greatest distance (m) from the start to the target."""
     rules: tuple[str, ...] = ()
-    """Names of the rules for drafts that bind this family and not all (`vigil.authoring.review`)."""
+    """Names of rules for drafts (`vigil.authoring.review`) that apply to this family but not to every family."""
     end_words: str | None = None
-    """Regular expression of the words by which an instruction says when it is done; None where the act says it."""
+    """Regular expression for the words of an instruction that say when the task is done; None if the act itself does.
+    """
     stratum: Literal["template", "target_size", "distance", "label", "turning"] = "template"
-    """Fact over whose values a pack is balanced."""
+    """Fact about an episode. A pack has about equally many episodes for each value of this fact."""
     grading: StreamGrading | None = None
-    """Difficulty in streams; None where the target's size grades the episodes."""
+    """Rule for the difficulty of episodes in streams; None if the target's size decides the difficulty."""
     level_bounds: tuple[float, float, float] | None = None
-    """Highest index of difficulty that is easy, medium and hard (`vigil.scoring.levels`); None: the others' mean."""
+    """Highest difficulty index (`vigil.scoring.levels`) of easy, medium and hard episodes. With None, the mean of the
+    other families' bounds is used."""
     sample_goal: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """A simple goal in JSON terms about `target`, `table` and `obstacle`, with which tests make an episode."""
+    """A simple goal as JSON from which tests make an episode; its objects are `target`, `table` and `obstacle`."""
 
     @property
     def allowed_goal_kinds(self) -> tuple[str, ...]:
@@ -90,5 +93,7 @@ class FamilySpec:
 
     @property
     def start_horizon(self) -> float | None:
-        """The camera pitch to start with; None when the author is free to choose (`look` is expected)."""
+        """Camera pitch (deg) at the start; None if the author may choose it because the family requires the skill
+        `look`.
+        """
         return None if "look" in self.skills else DEFAULT_HORIZON_DEG

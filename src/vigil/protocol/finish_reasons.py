@@ -1,8 +1,8 @@
 """Why a model stopped: one table of the finish and stop reasons of all providers, with their meanings.
 
-A provider's own word is recorded; its consequence is decided here. A missing word, or one that is not in the table, is
-not blamed on the model if the reply has nothing usable (`vigil.runner.models.ask`). Source: `protocol.md` section
-2.3, and the references of the providers.
+The provider's word is recorded, and this table decides what follows from it. If a reply has nothing usable and its word
+is missing or not in the table, the model is not blamed (`vigil.runner.models.ask`). Source: `protocol.md` section 2.3,
+and the references of the providers.
 """
 
 from typing import Literal, NamedTuple
@@ -23,7 +23,7 @@ class FinishReason(NamedTuple):
 
     ending: StopCause
     senders: str
-    """Names in REFERENCES, separated by commas."""
+    """Providers that send the finish reason: names in REFERENCES, separated by commas."""
 
 
 REFERENCES: dict[str, str] = {
@@ -119,5 +119,5 @@ def stop_cause(finish_reason: str | None) -> StopCause | None:
 
 
 def hit_token_limit(finish_reason: str | None) -> bool:
-    """Whether a finish reason means that a limit on tokens, or the context, cut the answer."""
+    """Whether a finish reason means that the answer was cut at a token limit or at the end of the model's context."""
     return stop_cause(finish_reason) in ("cut", "full")

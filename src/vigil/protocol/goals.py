@@ -20,9 +20,9 @@ STRICTLY_OPEN = 0.99
 STRICTLY_CLOSED = 0.01
 TOLERANCE = 1e-6
 NEAR_M = 1.5
-"""Distance threshold of `agent_near_target`, and the reach that progress is measured to."""
+"""Distance threshold (m) of `agent_near_target`, and distance from a target at which progress counts it as reached."""
 MAX_PARTS = 24
-"""Maximum number of parts of an `all_of` goal; a home may have that many objects that can be open."""
+"""Maximum number of parts of an `all_of` goal; a home may have as many objects that can be opened."""
 _STATES = {
     ("is_open", True): "is open",
     ("is_open", False): "is closed",
@@ -44,8 +44,8 @@ class Constraint(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     kind: Literal["object_open", "object_closed", "object_on", "object_off", "object_moved", "object_released"]
-    """`object_moved`: picked up, or away from its place at reset by `distance_m` or more in the floor
-    plane. `object_released`: no longer in the hand (the hand was emptied)."""
+    """The condition to be met. `object_moved`: picked up, or away from its place at reset by `distance_m` or more in
+    the floor plane. `object_released`: no longer in the hand (the hand was emptied)."""
     object_id: str
     latched: bool
     """True for an event (it stays met once met), false for a state (it must hold at closure)."""
@@ -66,7 +66,7 @@ class _Goal(BaseModel):
     constraint: Constraint | None = None
     """Constraint that must be resolved too; CR only."""
     chain: tuple["ChainLink", ...] = ()
-    """Ordered sub-conditions before the final one, which count only for progress; SM only."""
+    """Conditions to be met in this order before the goal itself; they count only for progress. SM only."""
 
     def ids(self) -> set[str]:
         """Return the ids of all objects that the goal, its constraint and its chain name."""
@@ -88,7 +88,7 @@ class AgentNearTarget(_Goal):
 
 
 class ObjectInState(_Goal):
-    """The target is seen (latched), open or closed, on or off."""
+    """The target is in the required state: open, closed, on or off, or it has been seen at any moment so far."""
 
     kind: Literal["object_state"] = "object_state"
     state: Literal["is_visible", "is_open", "is_toggled"]
@@ -110,8 +110,8 @@ class ObjectHeld(_Goal):
 class ObjectAtReceptacle(_Goal):
     """The target lies on the receptacle: on its top or an open shelf, not inside or on one of its openable parts.
 
-    With `inside`: in the receptacle, not on its top or rim. For W it is enough to be over an interior surface
-    (`ObjectState.over_inside`); the strict W asks that it lies on one of the receptacle itself.
+    With `inside`, the target must be in the receptacle, not on its top or rim. For W, the target need only be over an
+    interior surface (`ObjectState.over_inside`). For W_strict, it must rest on a surface of the receptacle itself.
     """
 
     kind: Literal["object_at_receptacle"] = "object_at_receptacle"
@@ -124,7 +124,7 @@ class ObjectAtReceptacle(_Goal):
 
 
 class ReportStatus(_Goal):
-    """The state of the target is observable when the episode is closed; the label is for the report."""
+    """The target's queried state is observable when the episode is closed. The reported label is judged separately."""
 
     kind: Literal["report_status"] = "report_status"
     state: StateQuery
@@ -198,17 +198,17 @@ def _is_recognizable(state: ObjectState, pixels: int) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """The state on which the truth of one row depends."""
+    """The hidden facts after one step (or at the reset) on which the truth of a goal depends."""
 
     initial: WorldState
     world: WorldState
     closing: WorldState
-    """World of the frame that the last reply answered."""
+    """World shown in the frame that the last reply answered."""
     last_ground: Effect | None
 
 
 def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
-    """Return (semantic, strict) truth per row, ignoring the constraint and tampering."""
+    """Return whether the goal holds at each moment, as (semantic, strict), ignoring its constraint and tampering."""
     pairs = [_holds(goal, moment) for moment in moments]
     semantic, strict = [pair[0] for pair in pairs], [pair[0] and pair[1] for pair in pairs]
     if isinstance(goal, ObjectInState) and goal.state == "is_visible":
@@ -241,7 +241,10 @@ def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
 
 
 def grounding_truth(object_id: str, category: str, ground: Effect | None) -> tuple[bool, bool]:
-    """Return (semantic, strict): a click on an object or within 3 px of it and not on another of its category."""
+    """Return whether a click is on an object, as (semantic, strict).
+
+    Semantic also accepts a click within 3 px of the object, if it is not on another object of the same category.
+    """
     if ground is None:
         return False, False
     is_own = ground.hit == object_id
@@ -271,7 +274,7 @@ def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
 
 
 def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
-    """Return per row whether the queried state has ever changed; always False for other goals."""
+    """Return for each moment whether the queried state has changed since the reset; False for goals without a query."""
     if not isinstance(goal, ReportStatus):
         return [False] * len(moments)
     states = [moment.world.objects[goal.object_id] for moment in moments]
@@ -282,7 +285,7 @@ def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
 
 
 def constraint_truth(constraint: Constraint, moments: Sequence[Moment]) -> list[bool]:
-    """Return per row whether the constraint is resolved."""
+    """Return for each moment whether the constraint is resolved."""
     met = [is_constraint_met(constraint, moment) for moment in moments]
     return latched(met) if constraint.latched else met
 
@@ -306,7 +309,7 @@ def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
 
 
 def displacement_m(constraint: Constraint, moment: Moment) -> float:
-    """Return the object's distance from its place at reset (m); the required distance while it is held."""
+    """Return the object's distance (m) from its place at reset; the required distance while the object is held."""
     state, first = moment.world.objects[constraint.object_id], moment.initial.objects[constraint.object_id]
     if state.is_held:
         return constraint.distance_m or 0.0
@@ -314,7 +317,7 @@ def displacement_m(constraint: Constraint, moment: Moment) -> float:
 
 
 def latched(values: Sequence[bool]) -> list[bool]:
-    """Return per row whether a value has been true so far."""
+    """Return for each position whether any value up to and including it is true."""
     return list(accumulate(values, lambda before, now: before or now))
 
 

@@ -135,7 +135,7 @@ class Wall(_Node):
 
     @property
     def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """First two bottom corners (x, z) of the wall; the same point twice if it has only one."""
+        """First two bottom corners (x, z) of the wall; the same corner twice if the wall has only one."""
         bottom = min(corner.y for corner in self.polygon)
         low = [(corner.x, corner.z) for corner in self.polygon if corner.y <= bottom + LEVEL_TOLERANCE_M]
         return low[0], low[min(1, len(low) - 1)]
@@ -243,7 +243,9 @@ class House:
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the canonical JSON (sorted keys, without white space). Raises HouseError if there is none."""
+        """SHA-256 of the canonical JSON (sorted keys, without white space). Raises HouseError if the document is not
+        valid JSON.
+        """
         return hashlib.sha256(self._canonical()).hexdigest()
 
     @property
@@ -269,7 +271,7 @@ class House:
             ) from None
 
     def may_contain(self, object_id: str) -> bool:
-        """Whether the document has an object or opening with that id, or furniture that may have a drawer with it.
+        """Whether the document has an object or opening with that id, or furniture that may have a drawer with that id.
 
         The document does not say which drawers a piece of furniture has; its shape does.
         """
@@ -300,7 +302,7 @@ class House:
         return found
 
     def save(self, path: Path) -> None:
-        """Write the document as canonical JSON. Raises HouseError if it has no such form."""
+        """Write the document as canonical JSON. Raises HouseError if the document is not valid JSON."""
         path.write_bytes(self._canonical() + b"\n")
 
     def _canonical(self) -> bytes:
@@ -335,7 +337,9 @@ class House:
 
     @classmethod
     def from_json(cls, name: str, data: bytes, what: str) -> "House":
-        """Return the house in the bytes of a file; `what` names the file in messages. Raises HouseError."""
+        """Return the house whose JSON is in `data`, the bytes of a file; `what` names the file in messages. Raises
+        HouseError.
+        """
         try:
             found = read_json(data)
         except ValueError as error:
@@ -358,7 +362,7 @@ def drawer_id(chest_id: str, name: str) -> str:
 
 
 def is_outside(room: str) -> bool:
-    """Whether a door, window or wall that names this room is open to the outside there."""
+    """Whether a room's name, as doors, windows and walls refer to it, means the outside of the house."""
     return not room or EXTERIOR in room
 
 

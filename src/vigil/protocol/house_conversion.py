@@ -19,7 +19,9 @@ _LISTS = ("rooms", "walls", "doors", "windows", "objects")
 
 
 def find_outdated_part(data: dict[str, Any]) -> str | None:
-    """Return the first part of a house document from a schema older than 1.0.0, with its place; None without one."""
+    """Return a description of the first part of a house document that has an older schema than 1.0.0; None if all are
+    new.
+    """
     for place, node in _nodes(data):
         for key in _MATERIALS:
             if isinstance(node.get(key), str):
@@ -35,7 +37,7 @@ def find_outdated_part(data: dict[str, Any]) -> str | None:
 
 
 def _nodes(data: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the parts of a document that changed with the schemas, each with its place."""
+    """Yield (place, part) for the parts of a document in which the schemas differ."""
     yield "", data
     parameters = data.get("proceduralParameters")
     if is_object(parameters):

@@ -40,7 +40,7 @@ class Profile(BaseModel):
 
     name: ProfileName = BASELINE
     prompt_variant: str = "default"
-    """A variant of the paper, or the one that `prompt_template` makes."""
+    """Name of the prompt variant: one of the paper's, or a name made from the hash of `prompt_template`."""
     prompt_template: str | None = None
     """Text of a prompt file; None for the paper's variants."""
     coordinates: Coordinates = "pixel"
@@ -105,7 +105,8 @@ COORDINATES_BY_MODEL: tuple[ModelCoordinates, ...] = (
     ModelCoordinates(r"claude", "pixel", "https://platform.claude.com/docs/en/build-with-claude/vision-coordinates"),
     ModelCoordinates(r"gpt-\d", "pixel", "https://platform.openai.com/docs/guides/tools-computer-use"),
 )
-"""Published table: the first pattern found in a model's name (case-folded) decides; `pixel` without one."""
+"""Published table. The first pattern found in a model's case-folded name decides; if none is found, the mode is
+`pixel`."""
 
 
 def coordinates_for(model: str) -> Coordinates:
@@ -114,6 +115,6 @@ def coordinates_for(model: str) -> Coordinates:
 
 
 def known_coordinates(model: str) -> Coordinates | None:
-    """Return the coordinate mode of `model` in the table; None if it is not there."""
+    """Return the coordinate mode of `model` in the table; None if no pattern matches the model."""
     name = model.casefold()
     return next((one.coordinates for one in COORDINATES_BY_MODEL if re.search(one.pattern, name)), None)

@@ -60,7 +60,7 @@ OUTPUT_LINES = (
 
 
 class Turn(NamedTuple):
-    """A past step in the dialogue history: the observation's stub and the agent's answer to it."""
+    """A past step in the dialogue history: the JSON that came with its frame (`frame_stub`), and the agent's answer."""
 
     stub: str
     reply: str
@@ -87,7 +87,7 @@ def system_prompt(instruction: str, profile: Profile) -> str:
 
 
 def policy_version(profile: Profile) -> str:
-    """Return the string that names the template family and the report vocabulary."""
+    """Return the version string of the prompt, which names its template family and its report vocabulary."""
     return f"{POLICY}.v{POLICY_REVISION}/{profile.prompt_variant}/{profile.coordinates}[{','.join(STATUSES)}]"
 
 
@@ -112,7 +112,10 @@ def frame_stub(role: Literal["current", "past"], feedback: Feedback | None) -> s
 
 
 def past_turn(feedback: Feedback | None, reply_text: str, profile: Profile) -> Turn:
-    """Return a step as the history has it: its stub as past, and the answer without reasoning, cut if too long."""
+    """Return a past step for the dialogue history: its frame stub and the answer.
+
+    The answer is without reasoning, and cut if it is too long.
+    """
     answer, _ = split_reasoning(reply_text)
     return Turn(frame_stub("past", feedback), answer[: profile.history_reply_chars])
 

@@ -40,9 +40,9 @@ from vigil.protocol.reasoning import CLOSING_MARKERS, is_unclosed, split_reasoni
 MAX_REPLY_BYTES = 64 * 1024
 """Maximum size of the answer: everything except the reasoning, including white space."""
 RECORDED_ANSWER_BYTES = 2 * MAX_REPLY_BYTES
-"""Bytes stored of a reply whose answer is too long to be valid, from the closing marker of its reasoning on."""
+"""Number of bytes stored of a reply whose answer is too long to be valid, starting at the end of its reasoning."""
 RECORDED_REASONING_BYTES = 1024 * 1024
-"""Bytes stored from the end of a reply whose answer is short enough but whose reasoning is too long."""
+"""Number of bytes stored from the end of a reply whose reasoning is too long but whose answer is not."""
 MAX_LENIENT_TRIES = 64
 _STANDARD = Profile()
 
@@ -110,7 +110,7 @@ def _meaning(reply: Reply, answer: str, profile: Profile) -> ParsedReply | Inval
 
 
 def _describe_empty(reply: Reply) -> str:
-    """Return what came instead of an answer; empty if nothing did."""
+    """Return a description of what the server sent instead of an answer; empty if it sent nothing."""
     if reply.tool_call is not None:
         return f"the server sent a tool call ({_quoted(reply.tool_call)}) in the place of text"
     if reply.reasoning_chars:
@@ -354,7 +354,9 @@ def _ill_typed(argument: Argument, value: Any) -> _Fault:
 
 
 def looks_like_other_coordinates(invalid: InvalidAction) -> bool:
-    """Whether an invalid action gives fractions or a pixel outside the frame, probably in other coordinates."""
+    """Whether an invalid action has fractions or a pixel outside the frame, so that the agent may use other
+    coordinates.
+    """
     is_fraction = invalid.reason == "ill_typed" and invalid.detail in ("x: float", "y: float")
     return is_fraction or invalid.reason == "pixel_outside_frame"
 

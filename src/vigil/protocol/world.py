@@ -47,7 +47,7 @@ class ObjectState(_Fact):
     position: Vec3
     """Centre of `box`."""
     box: Box
-    """Box of the object's body without its moving leaves; it moves with the object."""
+    """Box of the object's body without its moving parts (doors, lids, drawers); it moves with the object."""
     openness: float | None = None
     """Openness from 0 (closed) to 1 (open); None if the object cannot be opened."""
     is_toggled: bool | None = None
@@ -75,9 +75,10 @@ class ObjectState(_Fact):
     """Receptacles that contain the object, nearest first: the object, or a thing below it in its support chain,
     rests on one of their interior surfaces (a shelf, a drawer, the bottom of a bowl)."""
     not_on: tuple[str, ...] = Field(default=(), exclude_if=lambda ids: not ids)
-    """Supports in the chain that the object does not count as lying on, nearest first: a container that opens (drawer,
-    cupboard, box) and holds it, with all supports below; and the support of a fixed hollow that holds it (the
-    countertop around a sink). Omitted from rows if empty; rows of rules 1 and 2 never have it."""
+    """Supports in the chain that the object does not count as lying on, nearest first. If a container that opens
+    (drawer, cupboard, box) holds the object, these are the container and all supports below it. If a fixed hollow (a
+    sink) holds it, this is the support of the hollow (the countertop). Omitted from rows if empty; rows of rules 1 and
+    2 never have it."""
     over: tuple[str, ...] = ()
     """Receptacles among the reported objects that have a support surface on which the object lies
     within the tolerance of protocol.md section 4 (lowest point within 0.1 m above the surface,
@@ -105,7 +106,8 @@ class Effect(_Fact):
     """Id of the object under the clicked pixel."""
     hit_category: str | None = None
     near: tuple[str, ...] = ()
-    """Ids of the objects within 3 px of the click, the hit one included, sorted; a drawer adds its furniture."""
+    """Sorted ids of the objects within 3 px of the click, including the object that was hit. With a drawer, its
+    furniture is also listed."""
     click_m: float | None = None
     """Floor-plane distance (m) from the body axis to the clicked point; None if the ray hit nothing."""
     moved_m: float = 0.0
@@ -115,7 +117,7 @@ class Effect(_Fact):
     too_far: bool = False
     path_blocked: bool = False
     blocked_by: str | None = None
-    """Id of the object (or wall) that stopped a movement or a leaf."""
+    """Id of the object (or wall) that stopped the agent or a moving part (door, lid or drawer)."""
     refusal: RefusalCode | None = None
     """Reason why the action did nothing; None if it was executed."""
     changed: tuple[str, ...] = ()

@@ -58,7 +58,7 @@ class RunTokens:
     def __init__(self) -> None:
         self.total = Tokens()
         self.superseded = Tokens()
-        """Tokens of superseded rows: an episode that ended as an error and was played again costs twice."""
+        """Tokens of superseded rows: those of episodes that ended as an error and were then played again."""
         self._effective: dict[Hashable, Tokens] = {}
 
     def add(self, key: Hashable, tokens: Tokens) -> None:
@@ -100,7 +100,9 @@ def parse_prices(text: str) -> Prices:
 
 
 def describe_costs(prices: Prices | None, tokens: RunTokens) -> str:
-    """Describe the tokens and the cost of a run's replies, and which are unknown; without prices, only the tokens."""
+    """Return a description of the tokens and cost of a run's replies, and of what is unknown; without prices, only
+    of tokens.
+    """
     total = tokens.total
     if not total.reported:
         return "not known: no reply in the records reports its tokens"

@@ -1,7 +1,7 @@
 """Reasoning that came separately from a reply, stored next to the records of a run if requested.
 
-It is evidence for people and for training. A record has only its length, and it never enters a history, a request or a
-score: `vigil.protocol.actions.Reply` excludes it from serialization.
+The reasoning is stored for people and for training. A record has only its length. It is never part of a history, a
+request or a score: `vigil.protocol.actions.Reply` excludes it from serialization.
 """
 
 from pathlib import Path
@@ -13,7 +13,7 @@ from vigil.records.record import EpisodeRecord
 
 REASONING_FILE = "reasoning.jsonl"
 MAX_CHARS = 1024 * 1024
-"""Maximum characters stored of a reply's reasoning; of longer reasoning the end is stored."""
+"""Maximum number of characters stored of a reply's reasoning; if the reasoning is longer, only its end is stored."""
 
 
 class EpisodeReasoning(BaseModel):
@@ -29,9 +29,9 @@ class EpisodeReasoning(BaseModel):
 
 
 def store_reasoning(folder: Path, record: EpisodeRecord) -> EpisodeRecord:
-    """Write the reasoning of a record's replies to the folder, if there is any, and return the record without it.
+    """Write the reasoning of a record's replies, if any, to a file in `folder`; return the record without reasoning.
 
-    It is on disk on return. Raises RecordError if it cannot be written.
+    On return the reasoning is on disk. Raises RecordError if it cannot be written.
     """
     tails = {step.index: step.reply.reasoning[-MAX_CHARS:] for step in record.steps if step.reply.reasoning}
     steps = {index: tail.encode("utf-8", "replace").decode() for index, tail in tails.items()}

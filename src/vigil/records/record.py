@@ -25,9 +25,9 @@ from vigil.protocol.world import Effect, WorldState
 from vigil.records.costs import Prices, Tokens
 
 SCHEMA_VERSION = 3
-"""Schema version of rows and headers; files with any other version are refused with advice. It is raised by one when
-a field is removed or changes its name, unit or meaning, so that an older reader would misunderstand a row. A new field
-with a default, which leaves old rows valid, does not raise it. `tests/release/test_old_files.py` checks this."""
+"""Schema version of rows and headers; files with any other version are refused. The version is raised by one when a
+field is removed or changes its name, unit or meaning, so that an older reader would misunderstand a row. A new
+field with a default, which leaves old rows valid, does not raise it. `tests/release/test_old_files.py` checks this."""
 MAX_EPOCHS = 10_000
 """Maximum number of plays of one episode in a run."""
 EPISODES_FILE = "episodes.jsonl"
@@ -45,12 +45,12 @@ class _Record(BaseModel):
 
 
 class StepRecord(_Record):
-    """One reply and its effect. Exactly one of `action` and `invalid` is set."""
+    """One step: a reply and its effect. Exactly one of `action` and `invalid` is set."""
 
     index: int = Field(ge=1)
     """Number of the step, counted from 1."""
     frame_sha256: str | None = Field(default=None, pattern=r"^[0-9a-f]{64}$")
-    """SHA-256 of the RGB bytes that the reply answered; None if the agent did not read the frame."""
+    """SHA-256 of the RGB bytes of the frame that the reply answered; None if the agent did not read the frame."""
     reply: Reply
     history_cut: bool = False
     """Whether the reply was cut in the dialogue history because of its length."""
@@ -89,11 +89,11 @@ class EpisodeRecord(_Record):
     epoch: int = Field(default=1, ge=1)
     attempt: int = Field(default=1, ge=1)
     prompt_sha256: str = ""
-    """SHA-256 of the rendered system prompt, instruction filled in."""
+    """SHA-256 of the system prompt, including the instruction."""
     started: datetime
     ended: datetime
     initial: WorldState | None
-    """World after the reset; None only if the simulator failed before it."""
+    """World after the reset; None only if the simulator failed before or during the reset."""
     steps: tuple[StepRecord, ...]
     end: End
     error: ErrorFact | None = None
@@ -155,7 +155,8 @@ class RunSpec(_Record):
     keep_program: bool | None = None
     """Whether an `exec:COMMAND` keeps one process and folder for all episodes of a worker; None if not recorded."""
     frame_interval_seconds: float | None = None
-    """Interval (s) to whose multiples frames for `exec:COMMAND` are delayed; 0 or None: sent as soon as ready."""
+    """Period (s) of the frames for `exec:COMMAND`: each frame is sent a whole number of periods after the reply.
+    With 0 or None, a frame is sent as soon as it is ready."""
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
     """Sampling settings that the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
@@ -173,9 +174,9 @@ class RunSpec(_Record):
     pack_versions: PackVersions = PackVersions()
     """Versions under which the pack was made."""
     episode_ids: tuple[str, ...]
-    """Ids of the episodes to play, sorted; a shard's run has those of all shards."""
+    """Sorted ids of the episodes to play; the run of a shard lists the episodes of all shards."""
     shard: Shard | None = None
-    """Part of the episodes that is played here; None for all of them."""
+    """Shard of the episodes that this run plays; None if it plays all of them."""
     epochs: int = Field(default=1, ge=1, le=MAX_EPOCHS)
     seed: int = 0
     """Seed for scheduling and scripted agents only."""
@@ -187,7 +188,7 @@ class RunSpec(_Record):
 
     @property
     def name_suffix(self) -> str:
-        """Suffix of the agent's name in tables if it could know more than its frames show; else empty."""
+        """Suffix of the agent's name in tables if the agent could know more than its frames show; else empty."""
         if self.agent_kind == "privileged":
             return " (privileged)"
         return " (program kept)" if self.agent_kind == "exec" and self.keep_program is not False else ""
@@ -212,7 +213,7 @@ class RunSpec(_Record):
     def sha256(self) -> str:
         """SHA-256 of the settings that must not change in a run's folder: all except address, program and episodes.
 
-        Defaults are left out, so that a later vigil with more settings computes the same hash.
+        Settings at their defaults are left out, so that a later version with more settings computes the same hash.
         """
         same = self.model_dump(mode="json", exclude={"base_url", "agent_files", "episode_ids"}, exclude_defaults=True)
         return hashlib.sha256(canonical_json(same)).hexdigest()
@@ -233,7 +234,7 @@ class ProviderFacts(_Record):
     addresses: tuple[str, ...] = ()
     """URLs of the requests, without logins and queries."""
     thinking: Literal["on", "off", "unknown"] = "unknown"
-    """On if any reasoning came, whatever was set; otherwise as set."""
+    """`on` if any answer came with reasoning, whatever the run set; otherwise what the run set."""
     thinking_set_by: str = ""
     """Parameters that were sent to set thinking; empty if there were none."""
     replies_with_reasoning: int = 0
@@ -245,13 +246,13 @@ class ProviderFacts(_Record):
 
 
 class Resumption(_Record):
-    """A later session of a run, with the circumstances of its rows."""
+    """A later session of a run, in which it was resumed, with the circumstances of the session's rows."""
 
     started: datetime
     rows_before: int
-    """Number of rows from earlier sessions, which come first in the file."""
+    """Number of rows in the file when the session began; these rows are from earlier sessions."""
     episodes: int | None = None
-    """Number of planned episodes from this session on, which may have grown; None if not recorded."""
+    """Number of planned episodes as of this session, which may be larger than before; None if not recorded."""
     commit: str | None = None
     is_dirty: bool | None = None
     renderer: str = ""
@@ -259,17 +260,18 @@ class Resumption(_Record):
     answered: ProviderFacts | None = None
     """Facts from the provider in this session; None unless a model played."""
     agent_files: dict[str, str] = Field(default_factory=dict)
-    """Hashes of the agent's files as in `RunSpec`, which may have changed since."""
+    """Hashes of the agent's files in this session, as in `RunSpec`; the files may have changed since the first
+    session."""
 
 
 class RunHeader(_Record):
-    """`run.json`: the spec with the circumstances of the run."""
+    """Content of `run.json`: the settings of the run (its spec) and its circumstances."""
 
     schema_version: int = SCHEMA_VERSION
     run_id: str
-    """Name of the run's folder when it started; not unique."""
+    """Name of the run's folder when the run started; not unique."""
     nonce: str = Field(pattern=r"^[0-9a-f]{32}$")
-    """Random value drawn once per run, so that its hash is unique."""
+    """Random value drawn once per run, so that the run's hash is unique."""
     spec: RunSpec
     package_version: str
     commit: str | None = None
@@ -281,9 +283,9 @@ class RunHeader(_Record):
     started: datetime
     ended: datetime | None = None
     host: dict[str, str] = Field(default_factory=dict)
-    """Machine and paths on it: platform, python ..., `pack_folder`, `asset_database`."""
+    """Facts about the machine and paths on it: platform, python ..., `pack_folder`, `asset_database`."""
     prices: Prices | None = None
-    """Prices for the costs, as given last; not part of the run's identity."""
+    """Prices of tokens that the user last gave; not part of the run's identity."""
     answered: ProviderFacts | None = None
     """Facts from the provider in the first session; None unless a model played."""
     resumed: tuple[Resumption, ...] = ()
@@ -291,7 +293,7 @@ class RunHeader(_Record):
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of the run's id, nonce and spec, which its rows carry."""
+        """SHA-256 of the run's id, nonce and spec; every row of the run has it."""
         return hashlib.sha256(f"{self.run_id}\n{self.nonce}\n{self.spec.sha256}".encode()).hexdigest()
 
     def stamp(self, record: EpisodeRecord) -> EpisodeRecord:
@@ -357,7 +359,9 @@ def _flatten(place: str, fields: dict[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 class RowResolver:
-    """Tracks the effective row per key as rows are read: the first without error, else the last."""
+    """Finds the effective row of each key (episode and epoch) as rows are read: the first row without error, else
+    the last row.
+    """
 
     def __init__(self) -> None:
         self._done: set[Key] = set()
@@ -382,7 +386,7 @@ def effective_records(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeReco
 
 
 def _advice(header: dict[str, Any]) -> str:
-    """Return what to do about an invalid header, which another vigil version with other fields may have written."""
+    """Return advice on an invalid header, which a version of vigil with other fields may have written."""
     wrote = header.get("package_version")
     if not isinstance(wrote, str) or wrote == __version__:
         return "Restore it from a copy."

@@ -32,17 +32,19 @@ def parse_rows(lines: Iterable[Line]) -> Iterator[FileRow]:
 
 
 class RowFilter:
-    """Selects the effective rows as rows are read, and collects the rows that are left out with the reason."""
+    """Selects the effective rows as rows are read, and collects the rows that are left out, each with the reason."""
 
     def __init__(self, check: RowCheck | None) -> None:
-        """`check` recognizes the run's rows; without it all rows count as the run's."""
+        """`check` says which rows belong to the run; without it all rows belong to the run."""
         self._check = check
         self._resolver = RowResolver()
         self.tokens = RunTokens()
         self.left_out: list[LeftOutRow] = []
 
     def accept(self, row: FileRow) -> EpisodeRecord | None:
-        """Read a row and return its record if it becomes the effective one for its key; None if it is left out."""
+        """Read a row and return its record if that becomes the effective record of its key; None if the row is left
+        out.
+        """
         found = row.found
         if isinstance(found, EpisodeRecord):
             found = self._fault(row.line.number, found) or found
@@ -83,13 +85,13 @@ def missing_file_error(path: Path) -> RecordError:
 class RecordLog:
     """The only writer of an `episodes.jsonl`.
 
-    `rows` are the effective rows by key; `tokens` are the tokens of these and of superseded rows; `count` is the number
-    of lines in the file; `left_out` are the rows that do not count (known after `check`); `made_folder` is True if the
-    folder did not exist before.
+    `rows` has the effective rows by key. `tokens` has the tokens of effective and superseded rows. `count` is the
+    number of lines in the file. `left_out` has the rows that do not count; it is known after `check`. `made_folder`
+    says whether the folder did not exist before.
     """
 
     def __init__(self, path: Path) -> None:
-        """Open or creates the file and its folder, moving a partial last line to a side file. Raises RecordError."""
+        """Open the file, or create it and its folder; move a partial last line to a side file. Raises RecordError."""
         self._file = AppendFile(path, makes_folder=True)
         self.made_folder = self._file.made_folder
         self._read = tuple(parse_rows(self._file.lines.complete))

@@ -14,7 +14,7 @@ from vigil.records.record import EpisodeRecord, RunHeader
 from vigil.records.shards import shard_episodes
 
 MAX_LISTED = 3
-"""Maximum number of rows that are listed for a reason."""
+"""Maximum number of left-out rows that a message lists for each reason."""
 UNREADABLE = "cannot be read"
 REPEATED = "repeats an earlier row that counts"
 
@@ -26,9 +26,9 @@ class LeftOutRow:
     line: int
     """Line number in the file, counted from 1."""
     reason: str
-    """Reason, worded equally for all such rows, e.g. `is of another run`."""
+    """Reason why the row is left out, in the same words for all rows with this reason, e.g. `is of another run`."""
     detail: str
-    """What is wrong with this row."""
+    """Fault of this row in detail."""
     episode_id: str = ""
 
     def __str__(self) -> str:
@@ -39,14 +39,14 @@ class RowCheck:
     """A check of whether rows belong to a run and follow the protocol."""
 
     def __init__(self, header: RunHeader, episodes: Iterable[Episode]) -> None:
-        """`episodes` are those of the run's pack; only the run's own are used."""
+        """`episodes` are all episodes of the run's pack; only those of the run are used."""
         self._header = header
         self._sha256 = header.sha256
         wanted = set(header.spec.episode_ids)
         self.episodes = {episode.id: episode for episode in episodes if episode.id in wanted}
-        """Episodes of the run by id; a shard's run has those of all shards."""
+        """Episodes of the run by id; the run of a shard has the episodes of all shards."""
         self.played_ids = {episode.id for episode in shard_episodes(self.episodes.values(), header.spec.shard)}
-        """Ids of the episodes that are played here."""
+        """Ids of the episodes that this run (or shard) plays."""
         self._prompts: dict[str, str] = {}
         self._knows_prompt = policy_sha256(header.spec.profile) == header.spec.prompt_policy_sha256
 
@@ -111,7 +111,7 @@ def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
 
 
 def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
-    """Return how a record violates the budgets, the ending rules or the bound objects of its episode."""
+    """Return descriptions of how a record violates its episode's budgets, ending rules or list of bound objects."""
     steps, over = len(record.steps), _last_invalid(episode, record)
     invalid = sum(step.invalid is not None for step in record.steps)
     found = contradictions(episode, record)
@@ -144,7 +144,7 @@ def _last_invalid(episode: Episode, record: EpisodeRecord) -> int | None:
 
 
 def summarize_left_out(left_out: Sequence[LeftOutRow]) -> list[str]:
-    """Return one line per reason: the number of rows that are left out for it, and the first of them."""
+    """Return one line per reason: the number of rows that are left out for this reason, and the first of these rows."""
     lines: list[str] = []
     for reason in dict.fromkeys(row.reason for row in left_out):
         rows = [row for row in left_out if row.reason == reason]

@@ -28,9 +28,11 @@ def parse_shard(text: str) -> Shard:
 
 
 def play_order(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = None) -> list[Episode]:
-    """Return episodes house by house, so that a house is loaded once; second twins come after all other episodes.
+    """Return episodes house by house, so that a house is loaded once. The second episode of each pair of twins comes
+    after all other episodes.
 
-    `pairs` maps episode ids to pairs. Which twin comes first is pseudo-random, so that it does not reveal the side.
+    `pairs` maps episode ids to names of pairs. Which twin comes first is pseudo-random, so that the order does not
+    reveal which of them can be solved.
     """
     rounds: tuple[list[Episode], list[Episode]] = [], []
     begun: set[str] = set()

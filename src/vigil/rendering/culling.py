@@ -58,7 +58,9 @@ def _place(point: np.ndarray) -> Place:
 def _is_elsewhere(
     scene: RenderScene, state: RenderState, sectors: list[tuple[int, Sector]], geoms: np.ndarray, spans: Spans
 ) -> np.ndarray:
-    """Return a mask (n,) of the geoms that are in rooms, none of which the camera sees in the geom's direction."""
+    """Return a mask (n,) of the geoms that lie in rooms, but in no room that the camera can see in the geom's
+    direction.
+    """
     reach = scene.radii[geoms] + MARGIN_M
     away = scene.portals.distances(state.positions[geoms, :2])
     touches = (away <= reach[:, None]) & (away.min(axis=1) <= IN_ROOM_M)[:, None]

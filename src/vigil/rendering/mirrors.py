@@ -1,4 +1,4 @@
-"""Mirrors: the scene before a mirror is drawn by a camera behind it, and the picture is laid onto the mirror."""
+"""Mirrors: a camera behind a mirror draws the scene in front of it, and this picture is put onto the mirror."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from vigil.rendering.ssao import release
 from vigil.rendering.viewer import NEAR_M, Mirror, Viewer
 
 MAX_MIRRORS = 2
-"""Number of mirrors that show a picture, the nearest in view; others only shine."""
+"""Greatest number of mirrors that show a picture (the nearest in view); other mirrors are only drawn as shiny."""
 _FLAT = 0.99
 
 
@@ -27,7 +27,9 @@ def mirrors_before(geometry: Geometry, state: RenderState, geoms: np.ndarray, vi
 
 
 def _mirror(geometry: Geometry, state: RenderState, geom: int, viewer: Viewer) -> Mirror | None:
-    """Return the plane of most of the surface that faces the eye; None if no part of it does."""
+    """Return the mirror's plane, in which most of its surface that faces the eye lies; None if no part faces the
+    eye.
+    """
     points, normals = geometry.world(state, geom)
     eye = viewer.eye
     faces = geometry.faces[geometry.face_slices[geom]] - geometry.vertex_slices[geom].start

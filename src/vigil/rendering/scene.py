@@ -30,9 +30,9 @@ class PointLight:
     """The light of a lamp that is on."""
 
     place: np.ndarray
-    """(3,) metres."""
+    """Position (3,) of the lamp in metres."""
     colour: np.ndarray
-    """(3,) colour times strength."""
+    """Colour (3,) of the light times its strength."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,9 +40,9 @@ class RenderState:
     """The poses and the looks of a scene's geoms at a moment; the arrays may be views."""
 
     positions: np.ndarray
-    """(geoms, 3)"""
+    """Positions (geoms, 3) of the geoms in metres."""
     rotations: np.ndarray
-    """(geoms, 3, 3)"""
+    """Rotation matrices (geoms, 3, 3) of the geoms."""
     is_visible: np.ndarray
     """(geoms,) whether each geom is drawn where it is in view."""
     is_held: np.ndarray

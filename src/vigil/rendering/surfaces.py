@@ -18,7 +18,7 @@ from vigil.rendering.viewer import HeldGeoms, Mirror, Viewer
 GLOSSY = 0.35
 """Least gloss of a surface that reflects its surroundings."""
 OWN_LIGHT = 0.9
-"""Scale applied to an emissive material's value."""
+"""Factor on the emission of a material that gives light."""
 GRIPPER_COLOURS = np.array([[0.24, 0.25, 0.27, 1.0]] * 2 + [[0.93, 0.46, 0.12, 1.0]] * 2, np.float32)
 """Colours of the two fingers, and of the pads at their tips."""
 _ROWS = 5
@@ -68,7 +68,7 @@ class Surfaces:
         self._table.filter = moderngl.NEAREST, moderngl.NEAREST
 
     def hold(self, viewer: Viewer, held: HeldGeoms) -> None:
-        """Write the light on what is held."""
+        """Write the light on the held things."""
         self._write_light(self._lighting.in_hand(self._state, held.geoms, viewer.axes[:, 1]))
 
     def place(self, state: RenderState, held: HeldGeoms | None) -> None:

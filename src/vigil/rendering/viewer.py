@@ -1,4 +1,4 @@
-"""The camera of a picture, and what is held before it. Coordinates are those of `vigil.rendering.scene`."""
+"""The camera of a picture, and the geoms held in front of it. Coordinates are those of `vigil.rendering.scene`."""
 
 from dataclasses import dataclass, replace
 
@@ -17,7 +17,7 @@ class Mirror:
     normal: np.ndarray
     """(3,) unit."""
     box: tuple[int, int, int, int]
-    """Left, lower edge, width and height (pixels) of the part of the frame that contains it."""
+    """Left, lower edge, width and height (pixels) of the part of the frame that contains the mirror."""
     points: np.ndarray
     """(n, 3) vertices; the mirror lies within their convex hull."""
 
@@ -38,17 +38,17 @@ class Mirror:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Viewer:
-    """A camera."""
+    """The camera of a picture: position, axes, field of view and size."""
 
     eye: np.ndarray
-    """(3,) metres."""
+    """Position (3,) of the camera in metres."""
     axes: np.ndarray
-    """(3, 3), columns right, up and backward."""
+    """Axes (3, 3) of the camera, with the columns right, up and backward."""
     fovy_deg: float
     width: int
     height: int
     mirror: Mirror | None = None
-    """The mirror that it looks through from behind; only what is before the mirror is drawn."""
+    """The mirror through which the camera looks from behind; only things in front of the mirror are drawn."""
 
     @property
     def slopes(self) -> tuple[float, float]:
@@ -85,7 +85,9 @@ class Viewer:
         return (0, 0, self.width, self.height) if self.mirror is None else self.mirror.box
 
     def sides(self) -> np.ndarray:
-        """Return the planes (n, 4) around the view; side · (x, y, z, 1) is the distance inside of one, in metres."""
+        """Return the planes (n, 4) around the view. side · (x, y, z, 1) is the distance (m) of a point from a
+        plane, positive inside.
+        """
         right, up, backward = self.axes.T
         size, box = np.array([self.width, self.height]), np.array(self.box)
         low, high = ((2.0 * at / size - 1.0) * self.slopes for at in (box[:2], box[:2] + box[2:]))

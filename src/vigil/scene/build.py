@@ -1,8 +1,9 @@
-"""House -> Scene: every object gets its asset, children rest on what carries them, openings fill their holes.
+"""Builds the scene of a house: objects get their assets, children rest on their carriers, and doors and windows fill
+their holes.
 
-A house gives the centres of bounding boxes. Children in ProcTHOR's houses hover a few centimetres over what they stand
-on. The heights of children inside a parent's box (on a fridge's shelf, on a seat) are passed to the maker of the
-parent's asset, which puts surfaces there.
+A house document gives the centres of bounding boxes. Children in ProcTHOR's houses hover a few centimetres over their
+carriers. The heights of children inside a parent's box (on a fridge's shelf, on a seat) are passed to the maker of the
+parent's asset, which puts surfaces at these heights.
 """
 
 import math
@@ -29,24 +30,25 @@ from vigil.scene.things import Scene, Thing, WallPanel
 from vigil.scene.walls import panels_of, place_of_opening, rooms_of
 
 ON_BY_DEFAULT = frozenset({"LightSwitch"})
-"""Categories that are switched on where a house does not say, so that rooms are lit."""
+"""Categories that are switched on if a house does not state it, so that rooms are lit."""
 HOVER_M = 0.07
 """Heights of children that differ by less than this are one level; children in ProcTHOR's houses hover up to 6 cm."""
 ADAPT_M, FALL_M = 0.25, 2.0
-"""How far a child may be lifted, and how far it may fall, to a surface.
+"""Greatest distance (m) that a child may be lifted, and greatest distance (m) that it may fall, to rest on a surface.
 
 The parent's asset need not have a surface at exactly the height that the house gives.
 """
 GUESSED_SIZE_SLACK_M = 0.5
-"""How far a thing of guessed size that belongs on the floor is lowered or lifted to it."""
+"""Greatest distance (m) that a thing of guessed size that belongs on the floor is lowered or lifted to the floor."""
 SURFACE_EDGE_M = 0.1
-"""How far outside a surface's rectangle a child's middle may be for the child to rest on that surface."""
+"""Greatest distance (m) of a child's middle outside a surface's rectangle at which the child can rest on the
+surface."""
 OVERHANG_M = 0.01
-"""How far a thing behind a door or in a drawer may reach over the edge of the surface that it lies on."""
+"""How far (m) a thing behind a door or in a drawer may reach over the edge of the surface that it lies on."""
 LEVEL_STEP_M = 0.005
-"""Step to which the heights of levels are rounded, and the least distance of a level from the asset's top."""
+"""Step (m) to which the heights of levels are rounded, and least distance (m) of a level from the asset's top."""
 OPENNESS_STEP = 0.02
-"""Step of openness by which a leaf that reaches through a wall is closed until it does not."""
+"""Step of openness by which a leaf that reaches through a wall is closed until it no longer does."""
 
 
 def build_scene(house: House, assets: AssetDatabase) -> Scene:
@@ -75,7 +77,8 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
 def _close_until_clear(thing: Thing, partitions: Partitions) -> list[str]:
     """Close a leaf that reaches through a wall as far as needed, and return a note on it.
 
-    The leaf gets the largest openness that is clear of walls; without one above `OPEN_ABOVE` it is shut.
+    The leaf gets the largest openness at which it is clear of walls. If this is not above `OPEN_ABOVE`, the leaf is
+    shut.
     """
     wanted = thing.openness
     if wanted == 0.0 or partitions.reaches_through(thing, wanted) is None:
@@ -87,7 +90,7 @@ def _close_until_clear(thing: Thing, partitions: Partitions) -> list[str]:
 
 
 def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDatabase, partitions: Partitions) -> None:
-    """Add an object, and all that is on and in it, to the scene.
+    """Add an object, and everything on and in it, to the scene.
 
     `carriers` are the things that may carry it; the first is its parent in the document.
     """
@@ -193,7 +196,8 @@ def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tupl
 def rest_on_surface(thing: Thing, *carriers: Thing) -> None:
     """Move `thing` onto the carriers' surface whose height is nearest to its bottom.
 
-    Sets its parent, surface and joint. Nothing changes when no surface below or above it is near enough.
+    The thing's parent, surface and joint are set. Nothing changes when no surface below or above the thing is near
+    enough.
     """
     bottom = bounding_box(thing).bottom
     low = Vec3(thing.position.x, bottom, thing.position.z)
@@ -212,7 +216,9 @@ def rest_on_surface(thing: Thing, *carriers: Thing) -> None:
 
 
 def _push_inside(thing: Thing, surface: Surface, frame: Motion) -> None:
-    """Move a thing that would stick out of a closed drawer or door to where it does not, or does least."""
+    """Move a thing that would stick out of a closed drawer or door to the place where it sticks out least or not at
+    all.
+    """
     box, local = bounding_box(thing), offset_from(frame, thing.position)
     turn = math.radians(box.yaw) - math.atan2(frame.turn[0, 2], frame.turn[2, 2])
     cos, sin = abs(math.cos(turn)), abs(math.sin(turn))

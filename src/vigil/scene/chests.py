@@ -1,4 +1,4 @@
-"""Furniture whose drawers open one by one: each drawer becomes a thing.
+"""Furniture whose drawers open one by one: each drawer becomes a separate thing of the scene.
 
 A house names a drawer by a child whose asset is a drawer of its parent's asset (`vigil.assets.drawers`). Drawers that
 the house does not name exist too, with the openness of the furniture. A drawer's position follows from the furniture,

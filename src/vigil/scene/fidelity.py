@@ -1,7 +1,8 @@
 """Fidelity: whether the things of a scene are what their house asks for, in shape, place and state.
 
-By named rules, each with a measured figure: nothing is shown by a stand-in, shapes fill their boxes, nothing hovers
-over or sinks into what carries it, and what can be opened or switched has parts that show it.
+The rules have names, and each violation has a measured figure. They require that nothing is shown by a stand-in, that
+shapes fill their boxes, that nothing hovers over its carrier or sinks into it, and that things that can be opened or
+switched have parts that show their state.
 """
 
 from collections.abc import Iterator
@@ -20,14 +21,15 @@ from vigil.scene.supports import drawers_of, surface_frame, surface_named
 from vigil.scene.things import Scene, Thing
 
 BOX_SHARE, BOX_M = 0.02, 0.001
-"""How far a shape may miss the size asked for, of that size, and what is too little to be seen."""
+"""Greatest deviation of a shape from the wanted size, as a share of this size, and deviation (m) that is too small
+to be seen."""
 GAP_M = 0.002
 MOST_TRIANGLES_ONE_ROOM, MOST_TRIANGLES = 30_000, 100_000
 
 
 @dataclass(frozen=True, slots=True)
 class Mismatch:
-    """A rule that a thing of a scene breaks."""
+    """A violation of a rule by a thing of a scene."""
 
     rule: str
     thing: str
@@ -38,9 +40,10 @@ class Mismatch:
 
 
 def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mismatch]:
-    """Return the flaws of a house's scene as it was built, in the scene's order.
+    """Return the mismatches of a newly built scene with its house, in the scene's order.
 
-    Furniture whose drawers are things of their own does not fill its box without them; each of them does.
+    Furniture whose drawers are separate things need not fill its box, because the drawers are missing from it; each
+    drawer must fill its own box.
     """
     asked = {node.id: assets.look_up(node.asset_id, node.name_in_house).size for node, _ in house.objects()}
     return [
@@ -60,13 +63,16 @@ def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mis
 
 
 def too_many_triangles(house: str, triangles: int, rooms: int) -> list[Mismatch]:
-    """Return a flaw when a house is drawn with more triangles than one of its rooms' number may have."""
+    """Return a mismatch when a house is drawn with more triangles than a house with this number of rooms may have."""
     most = MOST_TRIANGLES_ONE_ROOM if rooms == 1 else MOST_TRIANGLES
     return [Mismatch("triangles", house, f"{triangles}, at most {most}")] if triangles > most else []
 
 
 def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
-    """A shape is held against its box shut; AI2-THOR measures laptops open, so one that fits open is right too."""
+    """Yield the mismatch of a thing's size with the size in the house, if there is one.
+
+    The shut shape is compared; a shape that fits when open is also accepted, because AI2-THOR measures laptops open.
+    """
     want = np.array(asked)
     sizes = [_extent(thing.asset, openness) for openness in ((0.0, 1.0) if thing.asset.joints else (0.0,))]
     if not any((np.abs(size - want) <= BOX_SHARE * want + BOX_M).all() for size in sizes):
@@ -74,7 +80,7 @@ def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
 
 
 def _extent(asset: Asset, openness: float) -> np.ndarray:
-    """Return the size of what is drawn of an asset that is off."""
+    """Return the size of the drawn parts of an asset that is switched off."""
     meshes = []
     for part in asset.parts:
         joint = joint_of(asset, part.joint)
@@ -89,7 +95,10 @@ def _metres(size: np.ndarray) -> str:
 
 
 def _gap(thing: Thing, scene: Scene) -> Iterator[tuple[str, str]]:
-    """What hangs on a rail, or lies on what is made to carry nothing, is where the house says."""
+    """Yield the mismatch of a thing that hovers over its carrier or sinks into it, if it does.
+
+    A thing on a rail, or on a thing without surfaces, is not checked: it is where the house puts it.
+    """
     if thing.is_structure or thing.is_drawer:
         return
     bottom = bounding_box(thing).bottom

@@ -1,6 +1,7 @@
 """Solid geometry of things: how position, rotation and openness move an asset's prisms, boxes and surfaces.
 
-This module alone maps an asset's frame to the house's (`vigil.base.geometry`). It has no engine and no state.
+Only this module maps an asset's frame to the house's frame (`vigil.base.geometry`). It uses neither an engine nor
+state.
 """
 
 import math
@@ -17,7 +18,7 @@ from vigil.base.geometry import Box, Vec3, rotate_floor, wrap_deg
 from vigil.scene.things import Thing
 
 UPRIGHT_WITHIN = 1e-6
-"""How far the vertical component of a rotated vertical axis may be from 1 for a prism to count as upright."""
+"""Greatest difference from 1 of the vertical component of a prism's axis at which the prism counts as upright."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,18 +64,24 @@ class Motion:
 
 
 STILL = Motion(np.eye(3), np.zeros(3))
-"""The motion that moves nothing."""
+"""The identity motion."""
 
 
 @lru_cache(maxsize=4096)
 def axis_turn(axis: Vec3, angle_deg: float) -> np.ndarray:
-    """Return the rotation (3, 3) about a unit axis, as `Joint` defines it; cached, so never write to it."""
+    """Return the rotation matrix (3, 3) about a unit axis, as `Joint` defines it.
+
+    The matrix is cached, so it must not be changed.
+    """
     return turn_about(axis, angle_deg)
 
 
 @lru_cache(maxsize=4096)
 def rotation_matrix(rotation: Vec3) -> np.ndarray:
-    """Return the matrix (3, 3) of Euler angles (deg) applied z, then x, then y; cached, so never write to it."""
+    """Return the matrix (3, 3) of Euler angles (deg) applied z, then x, then y.
+
+    The matrix is cached, so it must not be changed.
+    """
     turn_x, turn_y, turn_z = (axis_turn(axis, angle) for axis, angle in zip(_AXES, rotation, strict=True))
     return turn_y @ turn_x @ turn_z
 
@@ -98,7 +105,7 @@ def place_of(thing: Thing) -> Motion:
 
 
 def joint_motion(joint: Joint, openness: float) -> Motion:
-    """Return the motion, in the asset frame, of what a joint carries, from closed to the given openness."""
+    """Return the motion, in the asset's frame, of the parts that a joint carries, from closed to the given openness."""
     if joint.kind == "slide":
         return Motion(np.eye(3), np.array(joint.axis) * joint.travel * openness)
     turn = axis_turn(joint.axis, joint.travel * openness)
@@ -107,16 +114,16 @@ def joint_motion(joint: Joint, openness: float) -> Motion:
 
 
 def joint_of(asset: Asset, name: str | None) -> Joint | None:
-    """Return the joint of that name; None for None (the body) and for an unknown name."""
+    """Return an asset's joint of that name; None if `name` is None (the body) or unknown."""
     if name is None:
         return None
     return next((joint for joint in asset.joints if joint.name == name), None)
 
 
 def part_motion(thing: Thing, joint_name: str | None, openness: float | None = None) -> Motion:
-    """Return the motion from the closed asset's frame to the house for what a joint carries.
+    """Return the motion from the closed asset's frame to the house for the parts that a joint carries.
 
-    `joint_name` None is the body; `openness` None is the thing's present openness.
+    If `joint_name` is None, the motion is that of the body. If `openness` is None, it is the thing's present openness.
     """
     place, joint = place_of(thing), joint_of(thing.asset, joint_name)
     if joint is None:
@@ -127,7 +134,8 @@ def part_motion(thing: Thing, joint_name: str | None, openness: float | None = N
 def prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
     """Return the thing's solids in the house's frame.
 
-    `openness` None is the present openness. The solids are then moved by `along`, the motion of a carrier.
+    If `openness` is None, it is the present openness. `along` is a carrier's motion, by which the solids are then
+    moved.
     """
     return _prisms(thing, thing.asset.solids, openness, along)
 
@@ -176,7 +184,9 @@ def convex_hull(points: np.ndarray) -> np.ndarray:
 
 
 def body_box(thing: Thing) -> Box:
-    """Return the upright box of the thing's body, without moving leaves; of the whole asset if it has no body."""
+    """Return the upright box of the thing's body, without moving leaves; the box of the whole asset if the asset
+    has only moving parts.
+    """
     if thing.asset.body is None:
         return bounding_box(thing)
     low, high = thing.asset.body
@@ -207,7 +217,7 @@ def upright_box(thing: Thing, low: np.ndarray, high: np.ndarray) -> Box:
 def penetration(a: Prism, b: Prism) -> float:
     """Return the depth (m) to which two convex prisms overlap; 0 or less when they do not.
 
-    The depth is the least over all separating axes, so a thin leaf is as deep as its edge reaches in.
+    The depth is the least over all separating axes, so the depth of a thin leaf is how far its edge reaches in.
     """
     depth = min(a.top - b.bottom, b.top - a.bottom)
     if depth <= 0.0:

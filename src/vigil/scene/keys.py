@@ -1,8 +1,9 @@
 """Keys of a house document that are not read: those that are safely ignored, and those that are reported.
 
 The models in `vigil.protocol.house` have the keys that are read. This module lists the other keys of AI2-THOR's schema
-and of the houses that Holodeck writes; docs/houses.md has the table of all. An unknown key is reported. So is a key
-that would change where one can walk, what is there or what can be done, unless its value asks for nothing.
+and of the houses that Holodeck writes; docs/houses.md has the table of all. An unknown key is reported. A known key
+that would change where an agent can walk, what is there or what can be done is also reported, unless its value has no
+effect.
 """
 
 from collections.abc import Iterator
@@ -77,7 +78,8 @@ UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
     "objects": {"boundingBox": ({}, "sizes are those of the assets")},
     "lights": {"enabled": (True, "the room is lit all the same")},
 }
-"""Keys of each part that are reported, each with the value that asks for nothing and with what holds instead."""
+"""Keys of each part that are reported, each with its value without effect, and with a phrase for what happens
+instead."""
 
 
 def unsupported_keys(house: House) -> list[str]:

@@ -1,7 +1,7 @@
 """Loose objects: small objects that are not children of the furniture that carries them, as in Holodeck's houses.
 
-Each becomes a child of the furniture that it is over. So the furniture's asset gets a shelf at its height, and what is
-on or in what is known.
+Each loose object becomes a child of the furniture below or around it. So the furniture's asset gets a shelf at the
+object's height, and it is known what the object lies on or in.
 """
 
 import numpy as np
@@ -12,13 +12,15 @@ from vigil.base.geometry import rotate_floor
 from vigil.protocol.house import HouseObject
 
 ON_FLOOR_M = 0.07
-"""Greatest height of the bottom of an object that stands on the floor."""
+"""Greatest height (m) of the bottom of an object that counts as standing on the floor."""
 OVER_M = 0.25
-"""Greatest height of an object's bottom above the top of its carrier."""
+"""Greatest height (m) of an object's bottom above the top of its carrier."""
 
 
 def with_implied_parents(nodes: list[HouseObject], assets: AssetDatabase) -> tuple[list[HouseObject], list[str]]:
-    """Return the objects of a house with loose ones moved to the children of their carriers, and a note on each."""
+    """Return the objects of a house, in which loose objects are now children of their carriers, and a note on each
+    moved object.
+    """
     entries = {node.id: assets.look_up(node.asset_id, node.name_in_house) for node in nodes}
     kinds = {node.id: CATALOG[entries[node.id].category] for node in nodes}
     furniture = [node for node in nodes if kinds[node.id].is_receptacle and not kinds[node.id].is_pickupable]
@@ -43,7 +45,10 @@ def _is_loose(node: HouseObject, entry: AssetEntry) -> bool:
 
 
 def _carrier_of(node: HouseObject, furniture: list[HouseObject], entries: dict[str, AssetEntry]) -> HouseObject | None:
-    """Return the furniture in or on whose box an object is; the one with the nearest top of several, None if none."""
+    """Return the furniture in or on whose box an object lies.
+
+    Of several, the one with the nearest top is returned; None without any.
+    """
     bottom = node.position.y - entries[node.id].size.y / 2
     gaps: list[float] = []
     for each in furniture:

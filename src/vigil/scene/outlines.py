@@ -1,4 +1,6 @@
-"""Outlines of floors, walls and things on the floor plane (x, z in metres), and which of them a body can meet."""
+"""Outlines of floors, walls and things on the floor plane (x, z in metres), and which of them the agent's body can
+meet.
+"""
 
 import numpy as np
 import shapely
@@ -10,15 +12,15 @@ from vigil.scene.geometry import Prism, prisms_of
 from vigil.scene.things import RoomShape, Thing, WallPanel
 
 BODY_RADIUS_M = 0.2
-"""Radius of the agent's body, an upright cylinder."""
+"""Radius (m) of the agent's body, an upright cylinder."""
 BODY_LOW_M = 0.05
-"""Height at which the body begins; lower solids do not block it."""
+"""Height (m) at which the agent's body begins; lower solids do not block it."""
 BODY_HIGH_M = 1.8
-"""Height at which the body ends."""
+"""Height (m) at which the agent's body ends; higher solids do not block it."""
 GRID_M = 0.25
-"""Step of the grid on which agents walk."""
+"""Step (m) of the grid on which agents walk."""
 FLOOR_GROWTH_M = 0.005
-"""How far the floor reaches under its walls, so that a body passes where two rooms meet."""
+"""How far (m) the floor reaches under its walls, so that a body can pass where two rooms meet."""
 
 
 def floor_of(room: Room) -> shapely.Polygon:
@@ -53,7 +55,7 @@ def polygon_of(prism: Prism) -> shapely.Polygon | shapely.LineString:
 
 
 def meets_body(prism: Prism) -> bool:
-    """Return whether a solid reaches into the heights that the body takes."""
+    """Return whether a solid is at the height of the agent's body, so that the body can meet it."""
     return prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M
 
 

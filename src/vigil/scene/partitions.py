@@ -1,7 +1,7 @@
 """Partitions between rooms, and whether a shape reaches through them.
 
-Partitions are the walls, without thickness. Windows and shut doors fill their holes; an open doorway is free. A shape
-that reaches at most `THROUGH_M` through a partition counts as on one side of it.
+Partitions are the walls, taken without thickness. Windows and shut doors fill their holes and belong to the partitions;
+an open doorway is free. A shape that reaches at most `THROUGH_M` through a partition counts as on one side of it.
 """
 
 from functools import lru_cache
@@ -25,11 +25,12 @@ from vigil.scene.outlines import polygon_of, wall_prisms
 from vigil.scene.things import Scene, Thing
 
 THROUGH_M = 0.0005
-"""How deep a moving part may reach into a partition; half of the depth to which walls are checked."""
+"""How deep (m) a moving part may reach into a partition."""
 OPENNESS_SAMPLES = np.linspace(0.0, 1.0, 65)
 """Values of openness that are sampled to find whether, and how far, moving parts can open."""
 BETWEEN_M = 0.005
-"""Greatest distance by which a part 4 m long reaches further out between two of every second sample than at them."""
+"""How much further (m) a part of 4 m length may reach between two samples, if only every second one is used, than
+at these samples."""
 MAX_CACHED_ANSWERS = 4096
 """Number of answers of `Partitions.reaches_through` that are cached in a scene."""
 
@@ -43,7 +44,7 @@ class Partitions:
         self._answers: dict[tuple, str | None] = {}
 
     def now(self) -> list[tuple[str, Prism]]:
-        """Return (id, plane) of every wall, window and door that is shut now."""
+        """Return (id, plane) of every wall and window, and of every door that is shut now."""
         planes = list(self._walls)
         for thing in self._scene.things.values():
             if thing.is_structure and _fills_its_hole(thing):
@@ -53,9 +54,11 @@ class Partitions:
         return planes
 
     def blocker(self, thing: Thing, path: list[float]) -> str | None:
-        """Return the id of what the thing's moving parts would reach through on a path of openness; None if nothing.
+        """Return the id of the partition through which the thing's moving parts would reach on a path of openness; None
+        without one.
 
-        Parts that reach through something at the path's first openness may reach through it as deep everywhere.
+        Parts that reach through a partition at the path's first openness may reach equally deep through it on the whole
+        path.
         """
         within = _reach_bounds(thing)
         near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and _bounds_overlap(within, plane)]
@@ -71,9 +74,10 @@ class Partitions:
         return None
 
     def reaches_through(self, thing: Thing, openness: float) -> str | None:
-        """Return the id of what the thing's parts reach through at an openness deeper than when shut; None if nothing.
+        """Return the id of the partition through which the thing's parts reach deeper at an openness than when shut;
+        None without one.
 
-        Every reset asks the same about the same things, so the answers are cached.
+        The answers are cached, because every reset asks for the same ones.
         """
         shut = tuple(each.id for each in self._scene.things.values() if each.is_structure and _fills_its_hole(each))
         key = thing.id, thing.asset, thing.position, thing.rotation, openness, shut
@@ -84,7 +88,7 @@ class Partitions:
         return self._answers[key]
 
     def crosses(self, footprints: np.ndarray, bottoms: np.ndarray, height: float) -> np.ndarray:
-        """Return which (n,) of n solids touch a partition.
+        """Return for n solids whether (n,) each touches a partition.
 
         The solids stand on `footprints` (n,), from `bottoms` (n,) in metres up, and are `height` metres high.
         """
@@ -103,7 +107,7 @@ def _fills_its_hole(thing: Thing) -> bool:
 
 @lru_cache(maxsize=4096)
 def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
-    """Return (joint, points) of each joint that carries meshes.
+    """Return (joint, points) for each joint of an asset that carries meshes.
 
     The points (n, 3), in the closed asset's frame, contain all corners of the convex hull of what the joint carries.
     """
@@ -125,7 +129,7 @@ def _hull_points(points: np.ndarray) -> np.ndarray:
 
 
 def _leaves(thing: Thing, openness: float) -> list[Prism]:
-    """Return, for each joint, the upright prism around all that it carries at an openness."""
+    """Return, for each joint, the upright prism around everything that the joint carries at an openness."""
     prisms: list[Prism] = []
     for joint, corners in leaf_points(thing.asset):
         points = part_motion(thing, joint, openness)(corners)

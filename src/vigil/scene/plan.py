@@ -15,20 +15,21 @@ from vigil.scene.outlines import floor_corners, floor_of, footprint, polygon_of
 from vigil.scene.things import Thing
 
 HUNG_M = 1.0
-"""Bottom height above which a thing hangs on a wall; only its outline is drawn, so that what is below it shows."""
+"""Height (m) of a thing's bottom above which only the thing's outline is drawn, so that things below it remain
+visible."""
 SHOWN_BELOW_M = 1.8
-"""Bottom height from which on a thing is not drawn."""
+"""Height (m) of a thing's bottom from which the thing is not drawn."""
 LABELLED_DEPTH_M = 0.1
-"""Least depth of a thing with a label."""
+"""Least depth (m) of a thing that gets a label."""
 LEAST_FILLED = 0.75
 """Least share of its box that a thing drawn as a box fills.
 
 A thing that fills less, such as a countertop around a corner, is drawn by its true outline.
 """
 SMOOTHED_M = 0.01
-"""Tolerance to which outlines are simplified."""
+"""Tolerance (m) to which outlines are simplified."""
 NAME_STEP_M = 0.1
-"""Step of the grid of points that are tried for a room's name."""
+"""Step (m) of the grid of points that are tried for a room's name."""
 MARGIN_M = 0.4
 """Width of the ground around the house."""
 BOX_CORNERS = 4
@@ -83,7 +84,7 @@ class PlanThing:
     middle: tuple[float, float]
     area_m2: float
     label: str
-    """Name that is drawn on it; empty where none is."""
+    """Name that is drawn on the thing; empty for a thing without a label."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ DOT_PX = 2.5
 """Radius (px) of the dot for a small object."""
 GUTTER_PX = 12
 NOSE_M, START_RADIUS_M = 0.45, 0.2
-"""Sizes of the mark at the start: the line in the direction of view, and the circle."""
+"""Sizes (m) of the mark at the agent's start: length of the line in the direction of view, and radius of the circle."""
 WHITE: Colour = (255, 255, 255)
 START_RGB: Colour = (40, 120, 60)
 _WALL_RGB, _FURNITURE_LINE_RGB = (60, 60, 66), (110, 98, 80)
@@ -84,7 +84,9 @@ def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Im
 
 
 def side_by_side(plan: Image.Image, view: np.ndarray) -> Image.Image:
-    """Return the plan with an image (height, width, 3) of the same house to its right, as high as the plan."""
+    """Return one image: the plan, and to its right `view` (height, width, 3) of the same house, scaled to the
+    plan's height.
+    """
     picture = Image.fromarray(view)
     width = round(picture.width * plan.height / picture.height)
     scaled = picture.resize((width, plan.height), Image.Resampling.LANCZOS)

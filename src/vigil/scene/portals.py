@@ -1,4 +1,4 @@
-"""Which rooms may be seen from a place: those that a straight line reaches through doorways and windows.
+"""The rooms that may be visible from a place, i.e. those that a straight line reaches through doorways and windows.
 
 The answer may name too many rooms, but never too few: directions are compared instead of lines, door leaves do not
 block, and rooms without a wall between them are one space. Places are (x, z) of the plan, or (x, z, height), in metres.
@@ -18,19 +18,20 @@ from vigil.scene.sectors import ALL, Sector
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 
 OUTSIDE = -1
-"""Number that stands for all that is outside the rooms."""
+"""Number that stands for everything outside the rooms."""
 BESIDE_M = 0.3
-"""Greatest distance from a hole's middle to a room that the hole leads into."""
+"""Greatest distance (m) from a hole's middle to a room that the hole leads into."""
 IN_DOORWAY_M = 0.4
-"""Distance from a hole below which everything may be seen through it."""
+"""Distance (m) from a hole below which everything behind the hole may be visible."""
 IN_ROOM_M = 0.02
-"""Greatest distance from a room to a place that counts as in it."""
+"""Greatest distance (m) from a room at which a place counts as in the room."""
 WALL_M = 0.1
-"""Greatest distance of a wall from the edge of its room."""
+"""Greatest distance (m) of a wall from the edge of its room."""
 SLIT_M = 0.02
-"""Greatest gap that walls may leave along an edge, or in a room's height, and still close it."""
+"""Greatest gap (m), along a room's edge or in its height, that walls may leave and still count as closing the edge."""
 STRETCH_M = 0.5
-"""Greatest length of one part of an edge without a wall; the rooms next to it are found at the part's middle."""
+"""Greatest length (m) of the parts into which an edge without a wall is divided; at each part's middle the rooms
+next to it are looked up."""
 MAX_CACHED_EYES = 256
 """Number of places for which the visible rooms are cached."""
 
@@ -41,7 +42,7 @@ _End = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class _Portal:
-    """A hole in a wall between two ends in the plan and two heights (m)."""
+    """A hole in a wall, given by its two ends in the plan and by its lower and upper height (m)."""
 
     start: _End
     end: _End
@@ -69,7 +70,7 @@ class Extent:
 
     corners: list[Place]
     rooms: frozenset[int]
-    """Numbers of the rooms that it may reach into; empty when its middle is outside all rooms."""
+    """Numbers of the rooms that the box may reach into; empty when the box's middle is outside all rooms."""
 
 
 class Portals:
@@ -81,7 +82,8 @@ class Portals:
         self._is_box = np.isclose(shapely.area(self._rooms), np.prod(np.diff(self._bounds, axis=1)[:, 0], axis=1))
         self._top_m = min((room.height for room in scene.rooms), default=0.0)
         self._spaces = self._space_numbers([edge for room in scene.rooms for edge in _open_edges(room, scene.panels)])
-        """Number of the space of each room; the last is that of the outside."""
+        """Number of the space of each room (rooms without a wall between them are one space); the last entry is for
+        the outside."""
         # Both sides of a wall name its holes.
         found = dict.fromkeys(
             (*_ends(panel, hole), hole.bottom, hole.top) for panel in scene.panels for hole in panel.holes
@@ -96,11 +98,11 @@ class Portals:
         return [np.flatnonzero(self._spaces[:-1] == space).tolist() for space in np.unique(self._spaces[:-1])]
 
     def distances(self, places: np.ndarray) -> np.ndarray:
-        """Return the distances (n, rooms) in metres of places (n, 2) from each room; 0 inside it."""
+        """Return the distances (n, rooms) in metres of places (n, 2) from each room; 0 for a place inside the room."""
         return np.stack([self.distances_from(room, places) for room in range(len(self._rooms))], axis=1)
 
     def distances_from(self, room: int, places: np.ndarray) -> np.ndarray:
-        """Return the distances (n,) in metres of places (n, 2) from a room; 0 inside it."""
+        """Return the distances (n,) in metres of places (n, 2) from a room; 0 for a place inside the room."""
         if not self._is_box[room]:
             return np.asarray(shapely.distance(self._rooms[room], shapely.points(places)))
         low, high = self._bounds[room]
@@ -112,8 +114,9 @@ class Portals:
     ) -> list[tuple[int, Sector]] | None:
         """Return (room, directions) for each room that may be seen from an eye, once for each way to the room.
 
-        Return None when everything may be seen: the eye is outside all rooms, or above the lowest ceiling. An eye that
-        looks into a mirror is behind it: its lines enter the house at `entries`, in the directions `through`.
+        Return None when everything may be visible, because the eye is outside all rooms or above the lowest ceiling.
+        `entries` and `through` are for a view in a mirror: its eye is behind the mirror, and its lines enter the house
+        at `entries`, in the directions `through`.
         """
         spaces: set[int] = set()
         for place in list(entries) or [eye]:
@@ -159,9 +162,9 @@ class Portals:
         return np.flatnonzero(self.distances(np.array([place[:2]]))[0] <= IN_ROOM_M).tolist()
 
     def _space_numbers(self, edges: list[tuple[_End, _End]]) -> np.ndarray:
-        """Return the number of each room's space (rooms + 1,); the last is that of the outside.
+        """Return the number of each room's space (rooms + 1,); the last entry is the number of the outside's space.
 
-        `edges` are lines without a wall, by their two ends; the rooms on both sides of one are one space.
+        `edges` are lines without a wall, given by their two ends; the rooms on both sides of such a line are one space.
         """
         numbers = np.arange(len(self._rooms) + 1)
         for edge in edges:

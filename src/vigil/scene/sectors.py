@@ -1,4 +1,7 @@
-"""Directions from an eye, as an arc of the plan and a range of slopes. Places are (x, z, height) in metres."""
+"""Sets of directions from an eye, each an arc of the plan and a range of slopes.
+
+Places are (x, z, height) in metres.
+"""
 
 import math
 from collections.abc import Iterable
@@ -19,9 +22,9 @@ class Spans:
     width: np.ndarray
     """Width of each arc (radians)."""
     low: np.ndarray
-    """Least slope of each: metres up for each metre in the plan."""
+    """Least slope of each thing's directions: metres up for each metre in the plan."""
     high: np.ndarray
-    """Greatest slope of each."""
+    """Greatest slope of each thing's directions."""
 
     @staticmethod
     def of(eye: np.ndarray, corners: np.ndarray) -> "Spans":
@@ -76,7 +79,7 @@ class Sector:
         )
 
     def intersection(self, other: "Sector") -> "Sector | None":
-        """Return a sector that contains all directions that both have in common; None when they have none."""
+        """Return a sector that contains all directions common to this sector and `other`; None when there are none."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         if low > high:
             return None
@@ -88,7 +91,7 @@ class Sector:
         return Sector(self.start + start, end - start, low, high) if start <= end else None
 
     def overlaps(self, spans: Spans) -> np.ndarray:
-        """Return which (n,) of n things' directions have any direction in common with this sector."""
+        """Return for n things whether (n,) each has any direction in common with this sector."""
         first = (spans.start - self.start + np.pi) % FULL - np.pi
         is_across = (np.maximum(first, 0.0) <= np.minimum(first + spans.width, self.width)) | (spans.width >= FULL)
         return (is_across | (self.width >= FULL)) & (spans.low <= self.high) & (spans.high >= self.low)

@@ -1,4 +1,4 @@
-"""What rests on what: surfaces in the house's frame, contents and chains of support."""
+"""Which thing rests on which: surfaces in the house's frame, contents of things, and chains of support."""
 
 from collections.abc import Iterable, Iterator
 
@@ -15,15 +15,16 @@ LEVEL_WITHIN = 0.99
 OVER_M = 0.1
 """Tolerance of `object_at_receptacle` (protocol.md section 4): height above a surface, and growth of its rectangle."""
 BESIDE_M = 0.1
-"""How far outside a surface's rectangle a click on it may lie; the rectangle ends a little before the visible edge."""
+"""Greatest distance (m) outside a surface's rectangle of a click on the surface; the rectangle ends a little before
+the visible edge."""
 TOUCH_M = 0.003
-"""Overlap up to which two solids only touch."""
+"""Overlap (m) up to which two solids count as only touching."""
 LEVEL_SLACK_M = 1e-3
-"""How far a thing may be sunk into the surface that it lies on, or be below the rim that it lies on."""
+"""How far (m) a thing may be sunk into the surface, or below the rim, on which it lies."""
 
 
 def surface_named(thing: Thing, name: str | None) -> Surface | None:
-    """Return the thing's surface of that name, or None."""
+    """Return the thing's surface of that name; None without one."""
     return next((surface for surface in thing.asset.surfaces if surface.name == name), None)
 
 
@@ -51,12 +52,12 @@ def is_over(surface: Surface, local: Vec3) -> bool:
 
 
 def is_shut(thing: Thing) -> bool:
-    """Return whether the thing has moving parts and is closed, so that what is inside cannot be reached."""
+    """Return whether the thing has moving parts and is closed, so that things inside it cannot be reached."""
     return bool(thing.asset.joints) and thing.openness < CLOSED_BELOW
 
 
 def is_inside_closed(scene: Scene, thing: Thing) -> bool:
-    """Return whether the thing lies inside something shut, at any depth."""
+    """Return whether the thing lies inside a shut thing, directly or inside other things."""
     return any(surface and surface.needs_opening and is_shut(parent) for parent, surface in _supports_of(scene, thing))
 
 
@@ -79,10 +80,10 @@ def interior_surfaces_around(scene: Scene, thing: Thing) -> list[tuple[Thing, Su
 def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) -> tuple[str, ...]:
     """Return the ids of the things that bear the thing although it does not lie on them, nearest first.
 
-    These are everything that has to be opened to reach the thing, whether open or shut now, and all that bears it.
-    So is everything that bears a fixed hollow with the thing in it: what is in a sink does not lie on the counter,
-    while what is in a bowl lies on the table, too. For a thing whose support is not known, return the sorted ids of
-    the `others` that it lies over only by surfaces that need opening.
+    These are the things that must be opened to reach the thing, whether they are open or shut now, and everything that
+    bears them. If the thing is in a fixed hollow, everything that bears the hollow also belongs to them: a thing in a
+    sink does not lie on the counter, but a thing in a bowl also lies on the table. For a thing without a known support,
+    return the sorted ids of the `others` of which only surfaces that must be opened are below the thing.
     """
     if thing.parent is None:
         over = {other.id: _surfaces_below(thing, other) for other in _receptacles(thing, others)}
@@ -97,7 +98,9 @@ def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) ->
 
 
 def ends_lying_on(parent: Thing, surface: Surface, receptacle: Thing) -> bool:
-    """Return whether things on a surface of `parent` do not count as lying on `receptacle`, which is or bears it."""
+    """Return whether things on a surface of `parent` do not count as lying on `receptacle`, which is `parent` or
+    bears it.
+    """
     return surface.needs_opening or (parent is not receptacle and _is_fixed_hollow(parent, surface))
 
 
@@ -116,14 +119,16 @@ def drawers_of(scene: Scene, thing: Thing) -> list[Thing]:
 
 
 def _supports_of(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface | None]]:
-    """Yield what the thing rests on, what that rests on, and so on, each with the surface, or None if unknown."""
+    """Yield the thing's chain of supports, nearest first, each with the surface that bears (None if it is unknown)."""
     for parent in ancestors(scene, thing):
         yield parent, surface_named(parent, thing.surface)
         thing = parent
 
 
 def ancestors(scene: Scene, thing: Thing) -> list[Thing]:
-    """Return what the thing rests on, what that rests on, and so on."""
+    """Return the thing's chain of supports: the thing on which it rests, the thing on which that one rests, and so
+    on.
+    """
     chain: list[Thing] = []
     while thing.parent is not None and thing.parent in scene.things:
         thing = scene.things[thing.parent]
@@ -132,12 +137,12 @@ def ancestors(scene: Scene, thing: Thing) -> list[Thing]:
 
 
 def children(scene: Scene, parent_id: str) -> list[Thing]:
-    """Return what rests directly on or in a thing and is present, in the scene's order."""
+    """Return the present things that rest directly on or in a thing, in the scene's order."""
     return [thing for thing in scene.things.values() if thing.parent == parent_id and thing.is_present]
 
 
 def contents(scene: Scene, thing_id: str) -> list[Thing]:
-    """Return all that rests on or in a thing, at any depth, nearest first."""
+    """Return all things that rest on or in a thing, directly or on other things, nearest first."""
     found = children(scene, thing_id)
     for child in found:
         found.extend(children(scene, child.id))
@@ -145,7 +150,7 @@ def contents(scene: Scene, thing_id: str) -> list[Thing]:
 
 
 def moved_by_joint(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
-    """Return all things that one of the thing's joints carries, at any depth."""
+    """Return all things that one of the thing's joints carries, directly or on other things."""
     direct = [child for child in children(scene, thing.id) if child.parent_joint == joint]
     return direct + [deeper for child in direct for deeper in contents(scene, child.id)]
 
@@ -156,7 +161,9 @@ def receptacles_below(thing: Thing, others: Iterable[Thing], *, inside: bool) ->
 
 
 def _receptacles(thing: Thing, others: Iterable[Thing]) -> Iterator[Thing]:
-    """Yield the receptacles among `others` that the thing may lie on or in; none while it is held or not present."""
+    """Yield the receptacles among `others` that the thing may lie on or in; none while the thing is held or not
+    present.
+    """
     for other in others if thing.is_present and not thing.is_held else ():
         if other.is_receptacle and other.is_present and not other.is_held and other is not thing:
             yield other
@@ -173,8 +180,8 @@ def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool
 def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
     """Return the surfaces of a receptacle over which the thing lies by the goal's rule.
 
-    The surface's rectangle is grown only for a thing whose support is not known: a thing that rests on something next
-    to the receptacle lies on that.
+    The surface's rectangle is enlarged only for a thing whose support is not known, because a thing with a known
+    support next to the receptacle lies on this support.
     """
     box = bounding_box(thing)
     low = Vec3(thing.position.x, box.bottom, thing.position.z)
@@ -187,13 +194,16 @@ def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
 
 
 def _is_over(surface: Surface, point: Vec3, growth: float) -> bool:
-    """Return whether a point in the surface's frame lies over the grown surface, at most `OVER_M` up."""
+    """Return whether a point in the surface's frame lies at most `OVER_M` above the surface, enlarged by `growth`
+    (m).
+    """
     is_beside = abs(point.x) > surface.size_x / 2 + growth or abs(point.z) > surface.size_z / 2 + growth
     return not is_beside and -1e-6 <= point.y + LEVEL_SLACK_M <= OVER_M + LEVEL_SLACK_M
 
 
 def _is_in_hollow(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> bool:
-    """Return whether a point over an interior surface is below its ceiling or rim and within the receptacle's box.
+    """Return whether a point over an interior surface is below the surface's ceiling or rim, and within the
+    receptacle's box.
 
     For any other surface return True.
     """

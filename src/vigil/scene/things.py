@@ -1,7 +1,7 @@
-"""Scene: a house as things with shapes, states and positions, without an engine.
+"""Scene: a house as a collection of things with shapes, states and positions, without an engine.
 
-`vigil.scene.build` builds it, `vigil.sim.core` changes it, and an engine draws it and casts rays in it. All coordinates
-are in THOR's frame (`vigil.base.geometry`).
+`vigil.scene.build` builds a scene, `vigil.sim.core` changes it, and an engine draws it and casts rays into it. All
+coordinates are in THOR's frame (`vigil.base.geometry`).
 """
 
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ class Thing:
     rotation: Vec3
     """Euler angles in degrees, applied z, then x, then y (Unity's order)."""
     parent: str | None = None
-    """Id of the thing that it rests on or in, or of a drawer's furniture; None on the floor or a wall."""
+    """Id of the thing on or in which this thing rests, or of a drawer's furniture; None on the floor or a wall."""
     is_pickupable: bool = False
     is_openable: bool = False
     is_toggleable: bool = False
@@ -33,23 +33,24 @@ class Thing:
     openness: float = 0.0
     """Openness from 0 (closed) to 1."""
     is_toggled: bool = False
-    """Whether it is switched on."""
+    """Whether the thing is switched on."""
     is_broken: bool = False
-    """Whether it does not start; a notice on its front says so."""
+    """Whether the thing does not start when it is switched on; a notice on its front says so."""
     is_held: bool = False
-    """Whether it is in the hand, or on or in what is in the hand."""
+    """Whether the thing is in the hand, or on or in a thing that is in the hand."""
     from_hand: Vec3 | None = None
-    """Position relative to the held thing's (m, along the house's axes) while it is held; else None."""
+    """Position (m, along the house's axes) relative to the thing in the hand, while this thing is held; else None."""
     is_present: bool = True
-    """Whether it is in the house; an object that the setup removed is not."""
+    """Whether the thing is in the house; False for an object that the setup removed."""
     is_structure: bool = False
-    """Whether it is a door, door frame or window, which fills a hole and never moves as a whole."""
+    """Whether the thing is a door, door frame or window, which fills a hole and never moves as a whole."""
     parent_joint: str | None = None
-    """Name of the parent's joint that carries it, e.g. when it lies in a drawer; else None."""
+    """Name of the parent's joint that carries the thing, e.g. when the thing lies in a drawer; else None."""
     surface: str | None = None
-    """Name of the parent's surface on which it rests; None on the floor, or where no surface is known."""
+    """Name of the parent's surface on which the thing rests; None on the floor, or when the surface is not known."""
     is_drawer: bool = False
-    """Whether it is a drawer that opens separately: part of its parent, and never moved without it."""
+    """Whether the thing is a drawer that opens separately. A drawer is part of its parent, and is never moved
+    without it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,21 +68,21 @@ class Hole:
 
 @dataclass(frozen=True, slots=True)
 class WallPanel:
-    """A vertical rectangle seen from its room's side."""
+    """A side of a wall: a vertical rectangle seen from its room."""
 
     id: str
     room_id: str
-    """Id of the room that it is seen from; "exterior" for the outside of the house."""
+    """Id of the room from which the panel is seen; "exterior" for the outside of the house."""
     start: tuple[float, float]
     """First bottom point (x, z)."""
     end: tuple[float, float]
     """Second bottom point (x, z)."""
     bottom: float
-    """Height (m) of its bottom."""
+    """Height (m) of the panel's bottom."""
     height: float
-    """Distance (m) from its bottom to its top."""
+    """Distance (m) from the panel's bottom to its top."""
     normal: tuple[float, float]
-    """Unit vector (x, z) towards the side that it is seen from."""
+    """Unit vector (x, z) towards the side from which the panel is seen."""
     material: MaterialRef
     holes: tuple[Hole, ...] = ()
 
@@ -106,11 +107,11 @@ class RoomShape:
 
 @dataclass(slots=True, eq=False)
 class Scene:
-    """Everything in a house."""
+    """The scene of a house: its things, rooms and walls."""
 
     rooms: list[RoomShape]
     panels: list[WallPanel]
     things: dict[str, Thing] = field(default_factory=dict)
     """Things by id: objects in the document's order, then doors and windows."""
     notes: list[str] = field(default_factory=list)
-    """Lines about what was guessed about assets, and what could not be done as the house says."""
+    """Notes, one line each, on guesses about assets and on parts of the house document that were not followed."""

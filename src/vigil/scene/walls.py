@@ -1,8 +1,8 @@
 """The shell of a house: wall panels with their holes, rooms, and the positions of doors and windows.
 
-Only this module handles how ProcTHOR writes walls. A room's wall lists its bottom points first, and an outside wall its
-top points. Between rooms are two coincident panels of opposite direction, and a hole is given along the first of them
-only. A wall that is `empty` is not built.
+Only this module handles ProcTHOR's way of writing walls. A room's wall lists its bottom points first; an outside wall
+lists its top points first. Between two rooms there are two coincident panels of opposite direction, and a hole is given
+only along the first of them. A wall that is `empty` is not built.
 """
 
 import math
@@ -18,17 +18,18 @@ from vigil.scene.outlines import floor_of
 from vigil.scene.things import Hole, RoomShape, WallPanel
 
 DEFAULT_HEIGHT_M = 2.6
-"""Height of a room in a house without walls."""
+"""Height (m) of a room in a house without walls."""
 LIGHT_DROP_M = 0.2
-"""Distance below the ceiling of the light of a room for which the document has none."""
+"""Distance (m) below the ceiling of a room's light if the document does not have one for the room."""
 DOOR_DEPTH_M = 0.14
 WINDOW_DEPTH_M = 0.09
 PROBE_M = 0.01
-"""Distance from a wall at which the room in front of it is looked up."""
+"""Distance (m) from a wall of the point at which the room in front of the wall is looked up."""
 LEAST_FLOOR_M2 = 0.01
 LEAST_WALL_M = 1e-4
 FARTHEST_SHELL_M = 200.0
-"""Greatest coordinate of a room, wall or opening: floors and walls are drawn in cells of half a metre."""
+"""Greatest coordinate (m) of a room, wall or opening. It is limited because floors and walls are drawn in cells of
+half a metre."""
 
 
 def rooms_of(house: House) -> list[RoomShape]:
@@ -72,8 +73,8 @@ def _check_extent(house: House) -> None:
 def panels_of(house: House, *, empty: bool = False) -> list[WallPanel]:
     """Return the panels of the walls, with the holes of all doors and windows.
 
-    With `empty` return those of the walls that are marked as empty instead. Raises HouseError on a wall without length
-    or height.
+    With `empty`, return instead the panels of the walls that are marked as empty. Raises HouseError on a wall without
+    length or height.
     """
     document = house.document
     wanted = [wall for wall in document.walls if wall.empty == empty]
@@ -96,7 +97,7 @@ def panels_of(house: House, *, empty: bool = False) -> list[WallPanel]:
 def place_of_opening(house: House, opening: Opening, panels: dict[str, WallPanel]) -> tuple[Vec3, float, Vec3]:
     """Return an opening's centre, its yaw (deg, front towards its first room) and the size (m) that fits its hole.
 
-    `panels` are all panels by id, those of empty walls included.
+    `panels` are all panels by id, including those of empty walls.
     """
     panel = panels[opening.wall0]
     xs, ys = _hole_extent(opening)
@@ -133,7 +134,9 @@ def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomS
 
 
 def _light_of(room: RoomNode, floor: shapely.Polygon, lights: list[Light]) -> Light | None:
-    """Return the light that is named after the room and in it, else one that is in it, else one named after it."""
+    """Return a room's light: the light that is named after the room and is in it; else one that is in it; else one
+    that is named after it.
+    """
     suffix = room.id.rpartition("|")[2]
     named = [light for light in lights if light.id.rpartition("_")[2] == suffix]
     inside = [light for light in lights if floor.contains(shapely.Point(light.position.x, light.position.z))]

@@ -1,8 +1,8 @@
 """Closure stress: answers and verdicts of the suite in which reaching a goal is easy and knowing its truth is hard.
 
-A pack of the suite has `closure.jsonl`, with the correct closing of each episode and its twin. Nothing that an agent is
-shown depends on it. C (correct closure) is a pure function of an answer and a record; it does not affect W or B.
-Source: `protocol.md` section 8, decision 30.
+A pack of the suite has a file `closure.jsonl` with the correct closing of each episode, and the name of its pair.
+Agents are not shown anything from it. C (correct closure) is a pure function of this answer and a record; it does not
+affect W or B. Source: `protocol.md` section 8, decision 30.
 """
 
 import math
@@ -37,7 +37,7 @@ from vigil.scoring.goal_check import check
 from vigil.scoring.outcomes import NEGATIVE, Outcome, score
 
 SUITE: Literal["closure"] = "closure"
-"""Value of `meta.suite` in the manifest of such a pack."""
+"""Value of `meta.suite` in the manifest of a closure-stress pack."""
 
 
 def _check_kind(name: str) -> str:
@@ -54,19 +54,19 @@ CLOSURE_KINDS: dict[Kind, ClosureKind] = {
 """Name -> kind, in the order of tables."""
 KINDS: tuple[Kind, ...] = tuple(CLOSURE_KINDS)
 PAIRED: dict[Kind, tuple[str, ...]] = {name: kind.sides for name, kind in CLOSURE_KINDS.items() if kind.sides}
-"""Kind of episodes that come as twins -> the sides of a pair."""
+"""Kind of episodes that come in pairs of twins -> the sides of a pair, one for each twin."""
 Reason = Literal["absent", "elsewhere", "locked", "broken", "no_fit"]
 REASONS: tuple[Reason, ...] = get_args(Reason)
 FAIL_REASONS: frozenset[Reason] = frozenset({"locked", "broken", "no_fit"})
 """Reasons for which `fail` is the exact status; for the others (the named object is not there) it is `invalid`."""
 DISTRACTOR = "distractor"
-"""Role of the look-alike, which is not the target."""
+"""Role of an object that looks like the target but is not the target."""
 OTHERWISE = "otherwise"
 """Role of the object that is the target of an `if_so` episode if its condition does not hold."""
 _SILENT_REFUSALS: frozenset[RefusalCode] = frozenset(
     {"interlock", "blocked_by_object", "hand_full", "receptacle_closed", "no_room", "out_of_order"}
 )
-"""Refusals whose cause is in view and of which the agent is not informed."""
+"""Reasons of refusals about which the agent is not informed, although their cause is in view."""
 Claim = Literal["success", "none", "concession"]
 ClosureLabel = Literal[
     "closed",  # correct, with no unnecessary action
@@ -89,12 +89,12 @@ class _Fact(BaseModel):
 
 
 class Evidence(_Fact):
-    """An object whose sight shows that an episode is impossible."""
+    """An object that the agent must see to know that an episode is impossible."""
 
     object_id: str
     """Id of the object, which must be observable."""
     spot: Vec3 | None = None
-    """A place on the object that must be in the frame too; None if seeing the object suffices."""
+    """A place on the object that must also be in the frame; None if it suffices to see any part of the object."""
     within_m: float = Field(default=OBSERVABLE_M, gt=0, le=OBSERVABLE_M)
     """Maximum distance (m) of the place from the camera; writing can only be read from nearby."""
     min_px: int = Field(default=OBSERVABLE_PX, ge=OBSERVABLE_PX)
@@ -102,14 +102,14 @@ class Evidence(_Fact):
 
 
 class Certificate(_Fact):
-    """Result of the exhaustive search for a plan."""
+    """Result of an exhaustive search for a plan that reaches the goal."""
 
     removed: str
     """Id of the object in which the twins differ."""
     has_plan: bool
-    """Whether the search found a plan on this side."""
+    """Whether the search found a plan in this twin."""
     refusal: str = ""
-    """Reason of the search why there is no plan."""
+    """Reason, given by the search, why there is no plan; empty if there is one."""
 
 
 class ClosureAnswer(_Fact):
@@ -121,11 +121,11 @@ class ClosureAnswer(_Fact):
     """Name of the pair, equal for both twins and unique; None without a twin."""
     side: str | None = None
     form: str = ""
-    """Variant of the kind, if there are several: how a look-alike differs, what refuses silently ..."""
+    """Variant of the kind, if there are several, e.g. how a look-alike differs from the target."""
     accepted: tuple[Status, ...] = ("success",)
     """Statuses that close the episode correctly; the first is the exact one."""
     reason: Reason | None = None
-    """Reason why the impossible side is impossible."""
+    """Reason why the impossible twin is impossible."""
     evidence: tuple[Evidence, ...] = ()
     certificate: Certificate | None = None
 
@@ -158,43 +158,46 @@ class ClosureOutcome:
     C: bool
     """Whether the report is true of the world at the end."""
     claim: Claim
-    """Claim of the ending about the goal, true or not."""
+    """What the ending claims about the goal, whether or not the claim is true."""
     is_exact: bool
-    """Whether the status is the exact one among the accepted."""
+    """Whether the reported status is the exact one, i.e. the first of the accepted statuses."""
     evidence_seen: float | None
     """Share of the evidence that was seen before the report; None without evidence."""
     is_needless: bool
-    """Whether a state that held at the reset was acted on, even without effect; if all held, any act counts."""
+    """Whether the agent acted on a state that already held at the reset, even without effect. If the whole goal held,
+    any act counts."""
     is_wrong_branch: bool
-    """Whether a state that should have stayed was changed in a conditional episode."""
+    """Whether the agent, in a conditional episode, changed a state that should have stayed as it was."""
     is_refused: bool
-    """Whether the world refused an interaction for a reason that is in view."""
+    """Whether an interaction was refused for a reason that is in view."""
     is_wrong_object: bool
     """Whether the task was done to the look-alike and not to the target."""
 
     @property
     def is_knowing(self) -> bool:
-        """Whether the closing is correct and nothing that held at the reset was acted on: trying is not knowing."""
+        """Whether the closing is correct and the agent acted on nothing that held at the reset (acting means not
+        knowing).
+        """
         return self.C and not self.is_needless
 
     @property
     def is_false_success(self) -> bool:
-        """Whether success was reported though the goal does not hold."""
+        """Whether the agent reported success although the goal does not hold."""
         return self.claim == "success" and not self.outcome.W
 
     @property
     def gave_up(self) -> bool:
-        """Whether a goal that could be reached was conceded."""
+        """Whether the agent conceded a goal that could be reached."""
         return self.claim == "concession" and not self.answer.is_impossible and not self.outcome.W
 
     @property
     def gave_up_early(self) -> bool:
-        """Whether a goal that could be reached was conceded before all the evidence had been seen."""
+        """Whether the agent conceded a goal that could be reached before it had seen all the evidence."""
         return self.gave_up and self.evidence_seen is not None and self.evidence_seen < 1.0
 
     @property
     def label(self) -> "ClosureLabel":
-        """Label of the result."""
+        """Label of the verdict, as tables show it."""
         if self.C:
             return "closed_needlessly" if self.is_needless else "closed"
         if self.outcome.W:
@@ -276,7 +279,7 @@ def _shows(world: WorldState, evidence: Evidence) -> bool:
 
 
 def is_in_picture(agent: Pose, spot: Vec3, within_m: float = OBSERVABLE_M) -> bool:
-    """Whether a place is within an agent's frame and `within_m` of the camera; occlusion is ignored."""
+    """Whether a place is inside an agent's frame and at most `within_m` from the camera, ignoring occlusion."""
     eye = agent.eye
     x, y, z = (there - here for there, here in zip(spot, eye, strict=True))
     yaw, pitch = math.radians(agent.rotation), math.radians(agent.horizon)
@@ -307,7 +310,7 @@ def _parts(goal: Goal) -> tuple[Goal, ...]:
 
 
 def _held_at_reset(goal: Goal, record: EpisodeRecord) -> list[ObjectInState]:
-    """Return the parts of a goal whose required state held at the reset."""
+    """Return those parts of a goal that already held at the reset."""
     asked = [part for part in _parts(goal) if isinstance(part, ObjectInState) and part.state != "is_visible"]
     return [part for part in asked if check(part, record).rows[0].semantic]
 
@@ -321,8 +324,8 @@ def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
 def _is_needless(goal: Goal, held: Sequence[ObjectInState], record: EpisodeRecord) -> bool:
     """Whether a state that held at the reset was changed or acted on, even by a refused or ineffective click.
 
-    If the whole goal held, every act is needless whatever it hits: a click on the gap of an open door may hit the floor
-    once the door is closed.
+    If the whole goal held, every act is needless whatever it hits, because a click meant for an open door may hit the
+    floor instead.
     """
     acts = [step.effect for step in record.steps if _is_act(step.action)]
     if acts and len(held) == len(_parts(goal)):
@@ -331,7 +334,7 @@ def _is_needless(goal: Goal, held: Sequence[ObjectInState], record: EpisodeRecor
 
 
 def _is_act(action: Action | None) -> bool:
-    """Whether an action is a click with another intent than pointing."""
+    """Whether an action is a click with any intent except `ground`, which only points."""
     return isinstance(action, InteractPixel) and action.intent != "ground"
 
 

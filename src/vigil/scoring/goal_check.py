@@ -1,7 +1,7 @@
 """Whether a goal holds at each moment of a record, and its progress.
 
-Pure functions of records; they do not depend on the ending or the report, which
-`vigil.scoring.outcomes` judges. Source: `protocol.md` sections 4.1 and 4.2.
+The functions depend only on a record's actions and worlds, not on its ending or report, which `vigil.scoring.outcomes`
+judges. Source: `protocol.md` sections 4.1 and 4.2.
 """
 
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ UNFINISHED_AT_MOST = 0.99
 
 @dataclass(frozen=True, slots=True)
 class GoalRow:
-    """Truth and progress at one moment, including conditions that were latched before."""
+    """Truth and progress of a goal at one moment; a latched condition counts from the moment when it was first met."""
 
     semantic: bool
     strict: bool
@@ -113,7 +113,7 @@ def check(goal: Goal, record: EpisodeRecord) -> GoalCheck:
 
 
 def label_at_reset(goal: ReportStatus, record: EpisodeRecord) -> StateLabel:
-    """Return the label that a report of the queried state must carry: the state at reset."""
+    """Return the label that a report of the queried state must have: the one for the state at reset."""
     _require(goal.object_id, record)
     state = record.worlds[0].objects[goal.object_id]
     return state_label(goal.state, is_toggled=state.is_toggled, openness=state.openness)
@@ -148,7 +148,9 @@ def _progress(goal: Goal, moments: Sequence[Moment], semantic: Sequence[bool]) -
 
 
 def _parts(goal: Goal, moments: Sequence[Moment]) -> list[list[float] | None]:
-    """Return the fraction of each sub-condition, row by row; None for one that was met at reset."""
+    """Return for each sub-condition the fraction that is fulfilled in each row; None for a sub-condition met at
+    reset.
+    """
     parts: list[list[float] | None] = []
     if goal.constraint is not None:
         parts.append(_constraint_part(goal.constraint, moments))
@@ -190,7 +192,9 @@ def _openness_part(states: Sequence[ObjectState], *, to_open: bool) -> list[floa
 
 
 def _fractions(values: Sequence[float], target: float, *, falls: bool = False) -> list[float] | None:
-    """Return the covered fraction (0..1) of the way from the value at reset to `target`; None if met at reset."""
+    """Return for each row how much (0..1) of the difference between the value at reset and `target` has been
+    covered; None if `target` was met at reset.
+    """
     way = target - values[0]
     if (way >= 0) if falls else (way <= 0):
         return None

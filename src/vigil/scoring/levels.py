@@ -1,7 +1,8 @@
 """Levels: how difficult an episode is, measured on its house and its recorded solution.
 
-Ten figures add up to an index, which is divided into four levels within each family. They are facts about an episode,
-not verdicts: no score depends on them. `vigil.authoring.packing.level_measurement` measures them.
+The index of difficulty is a sum over ten figures; bounds of each family divide it into four levels. Figures, index and
+level are facts about an episode, not verdicts: no score depends on them. `vigil.authoring.packing.level_measurement`
+measures them.
 """
 
 import math
@@ -27,11 +28,12 @@ Level = Literal["easy", "medium", "hard", "extreme"]
 LEVELS: tuple[Level, ...] = get_args(Level)
 
 FREE_PX, MIN_PX = 4000, 10
-"""Pixels of a target from which on it costs nothing, and below which the cost no longer rises."""
+"""Size (pixels) from which a target does not add difficulty, and size below which the difficulty does not rise
+further."""
 
 
 class LevelMeasures(BaseModel):
-    """The figures of one episode."""
+    """The figures of one episode from which its index of difficulty is computed."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -44,19 +46,20 @@ class LevelMeasures(BaseModel):
     rooms: int = Field(ge=1)
     """Number of rooms in which the target may be: those of the house, or 1 if it is in view at the start."""
     look_alikes: int = Field(ge=0)
-    """Number of other objects that the target's bare name may mean and that are in one of its frames."""
+    """Number of other objects that the target's bare name may also mean and that a frame of the solution shows."""
     target_px: int = Field(ge=0)
-    """Pixels of the target in the first of its frames that shows any; 0 when none does."""
+    """Pixels of the target in the first frame of the solution that shows it; 0 when no frame does."""
     containers: int = Field(ge=0)
-    """Number of closed containers around the target at the reset; if the instruction does not name its container, all
-    closed containers in which a person would look for it."""
+    """Number of closed containers around the target at the reset. If the instruction does not name the target's
+    container, all closed containers in which a person would look for the target count."""
     occlusion: float = Field(ge=0, le=1)
-    """Share of the target's surface that other objects hide from the camera in that first frame; 1 when none shows it.
+    """Share of the target's surface that other objects hide in the frame of `target_px`; 1 when no frame shows the
+    target.
     """
     slack: float = Field(ge=0, le=1)
-    """Share of the step budget that the solution leaves."""
+    """Share of the step budget that the solution leaves unused."""
     reference_words: int = Field(ge=0)
-    """Words of the longest phrase of the instruction that means the target, without the article."""
+    """Number of words in the instruction's longest phrase for the target, without the article."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,11 +86,11 @@ COSTS: dict[str, LevelCost] = {
     "slack": LevelCost("3 x (1 - slack)", lambda m: 3.0 * (1.0 - m.slack)),
     "reference_words": LevelCost("(reference_words - 1) / 4", lambda m: max(m.reference_words - 1, 0) / 4),
 }
-"""Figure -> its contribution to the index; one point is worth about a doubling of path length."""
+"""Name of a figure -> its contribution to the index. One point of the index is about a doubling of the path length."""
 
 
 class EpisodeLevel(BaseModel):
-    """How difficult one episode is: a line of `levels.jsonl`."""
+    """The level, index and figures of one episode: a line of `levels.jsonl`."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -104,10 +107,10 @@ def index_of(measures: LevelMeasures) -> float:
 
 
 def level_of(family: Family, index: float) -> Level:
-    """Return the level of an index within a family (`FamilySpec.level_bounds`).
+    """Return the level of a difficulty index within a family, by `FamilySpec.level_bounds`.
 
-    The package's bounds are near the quarters of what the grammar drafts when half of its drafts take the first start
-    that shows their target well, and half the hardest of twelve; higher in VS and SM, where readers who played failed
+    The package's bounds are near the quartiles of drafted episodes: half of these with the first start that shows the
+    target well, half with the hardest of twelve starts. They are higher in VS and SM, in which human players failed
     most.
     """
     given = [spec.level_bounds for spec in FAMILIES.values() if spec.level_bounds is not None]
@@ -122,9 +125,10 @@ def grade_episode(episode: Episode, measures: LevelMeasures) -> EpisodeLevel:
 
 
 def parse_levels(names: Iterable[str]) -> tuple[Level, ...]:
-    """Return the levels of these names, easy first; a name may hold several, as in "hard,extreme", or be `all`.
+    """Return the levels that `names` lists, the easiest first. One name may list several, as in "hard,extreme", or be
+    `all`.
 
-    Raises SettingError on a name that is none.
+    Raises SettingError for a name that is not a level.
     """
     wanted = {word.strip().lower() for name in names for word in name.split(",")}
     if wanted == {"all"}:
@@ -142,7 +146,7 @@ def dump_levels(levels: Iterable[EpisodeLevel]) -> bytes:
 
 
 def read_levels(path: Path) -> dict[str, EpisodeLevel]:
-    """Return the levels in a file by episode id. Raises SettingError naming the line that is wrong."""
+    """Return the levels in a file by episode id. Raises SettingError, which names the invalid line."""
     if not path.exists():
         raise SettingError(f"Levels file {str(path)!r} does not exist. `vigil pack levels PACK --out FILE` writes one.")
     advice = "Write it again with `vigil pack levels`."
@@ -153,9 +157,9 @@ def read_levels(path: Path) -> dict[str, EpisodeLevel]:
 
 
 def read_pack_levels(folder: Path) -> Mapping[str, EpisodeLevel]:
-    """Return the levels that lie in a pack's folder, by episode id; none when there are none.
+    """Return the levels in a pack's `levels.jsonl` by episode id; empty when the pack does not have this file.
 
-    Those that its manifest lists are held against their hash. Raises PackMismatch, EpisodeError or SettingError.
+    If the manifest lists the file, its hash is checked. Raises PackMismatch, EpisodeError or SettingError.
     """
     path = folder / LEVELS_FILE
     if not path.exists():

@@ -47,7 +47,7 @@ REPORT_POLICIES: tuple[ReportPolicy, ...] = (
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One row of the table of episodes. Steps are counted from 1."""
+    """The verdict on one episode: one row of the table of episodes. Steps are counted from 1."""
 
     episode_id: str
     epoch: int
@@ -71,10 +71,10 @@ class Outcome:
     subtype: Subtype | None
     category: OutcomeCategory
     expected: Status | None
-    """The label at reset of a queried state; None for goals to be completed."""
+    """The label of the queried state at reset, which a report must have; None for goals to be completed."""
     reported: Status | None
     raw_status: str | None
-    """Reported word if it is not in the vocabulary; else None."""
+    """Reported word if it is not in the vocabulary of statuses; else None."""
     steps: int
     first_goal_step: int | None
     """The first step after which the goal held."""
@@ -91,48 +91,49 @@ class Outcome:
     protocol_failures: int
     malformed_actions: int
     invalid_reasons: dict[str, int]
-    """Reason -> number of invalid actions of both kinds."""
+    """Reason -> number of invalid actions with this reason, protocol failures and malformed actions together."""
     truncated: int
-    """Number of invalid replies that the token limit cut; part of the protocol failures."""
+    """Number of invalid replies that were cut at the token limit; they are also counted as protocol failures."""
     would_parse_leniently: int
     library_replies: int
-    """Replies whose text is a library's rendering, not the server's own: it may have lost reasoning or been joined."""
+    """Number of replies whose text is a library's rendering of the server's answer, which may have lost reasoning
+    or been joined."""
     too_far: int
     path_blocked: int
     retry: int
     actions: dict[ActionKind, int]
     actions_after_goal: dict[ActionKind, int]
-    """Actions after `first_goal_step`, by kind."""
+    """Number of actions after `first_goal_step`, by kind."""
     input_tokens: int
     output_tokens: int
     seconds: float
 
     @property
     def is_reported(self) -> bool:
-        """Whether the agent closed the episode itself."""
+        """Whether the agent ended the episode by a report."""
         return self.end == "report"
 
     @property
     def invalid(self) -> int:
-        """Number of invalid actions of both kinds."""
+        """Number of invalid actions: protocol failures and malformed actions."""
         return self.protocol_failures + self.malformed_actions
 
     @property
     def is_at_zero_progress(self) -> bool:
-        """Whether none of the goal's conditions had advanced at the report."""
+        """Whether progress was still 0 at the report."""
         return self.progress_at_report is not None and self.progress_at_report <= TOLERANCE
 
 
 def expected_status(episode: Episode, record: EpisodeRecord) -> Status | None:
-    """Return the label that a report must carry; None when the goal is to be completed, not reported on."""
+    """Return the label that a report must have; None when the goal is to be completed, not to report a state."""
     return label_at_reset(episode.goal, record) if isinstance(episode.goal, ReportStatus) else None
 
 
 def report_matches(status: Status, expected: Status | None, holds: bool) -> bool:
     """Whether a reported status agrees with the hidden world.
 
-    With an `expected` label only that very label does; else success must meet a goal that `holds`, and a negative
-    status one that does not.
+    If there is an `expected` label, only this label agrees. Otherwise `success` agrees if the goal `holds`, and a
+    negative status agrees if it does not.
     """
     if expected is not None:
         return status == expected
@@ -191,7 +192,7 @@ def score(episode: Episode, record: EpisodeRecord) -> Outcome:
 
 
 def credit(outcome: Outcome, policy: ReportPolicy) -> float:
-    """Return B of the same trajectory under another report policy; for `random` its expectation."""
+    """Return B of the same trajectory under another report policy; for the policy `random`, the expected value of B."""
     is_goal_mode = outcome.expected is None
     match policy:
         case "actual":

@@ -1,7 +1,7 @@
-"""Rates: all counts and rates of a set of scored episodes, each defined once, and the identities between them.
+"""Rates: the only definition of all counts and rates of a set of scored episodes, and of the identities between them.
 
-`vigil score`, the pages and every table of a report take them from here. All is computed on columns, one array for each
-fact of an outcome, so that a thousand episodes cost as little as one. Source: `protocol.md` sections 5 and 6.
+`vigil score`, the pages and every table of a report use this module. It computes on columns (one array for each fact of
+an outcome), so that a thousand episodes take hardly longer than one. Source: `protocol.md` sections 5 and 6.
 """
 
 import math
@@ -17,7 +17,7 @@ Z_95 = 1.959963984540054
 PRIOR_HITS = 5
 """Pseudo-count that shrinks the correlation estimate towards 1."""
 HIGH_PROGRESS = 0.75
-"""A false success above this progress is a near miss."""
+"""Progress above which a false success counts as a near miss."""
 RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
 """Rates in every summary, as shares of all scored episodes."""
 ALL = "n"
@@ -29,7 +29,7 @@ CONDITIONAL = {
     "P_zero_FS": ("FS_zero", "FS"),
     "P_high_FS": ("FS_high", "FS"),
 }
-"""Rates over a subset of the episodes: (what is counted, among which)."""
+"""Name of a rate over a part of the episodes -> (count of its hits, count of the episodes in this part)."""
 Columns = Mapping[str, np.ndarray]
 Interval = tuple[float, float]
 
@@ -40,26 +40,30 @@ COLUMNS: dict[str, type] = {
     **dict.fromkeys(("W", "W_strict", "B", "is_reported", "zero_progress", "ever_satisfied", "state_tampered"), bool),
     **dict.fromkeys(("progress_at_report", "lag", *CREDITS.values()), float),
 }
-"""Column -> type; a missing number is NaN, a missing text None."""
+"""Name of a column -> its type. A missing number is NaN, and a missing text is None."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """A rate with its counts and its 95 % Wilson interval; the value is None over no trials."""
+    """A rate: its number of hits and trials, its value, and its 95 % Wilson interval.
+
+    Without trials the value is None.
+    """
 
     hits: int
     n: int
     effective_n: float
-    """Number of independent trials that `n` is worth; fewer if episodes were played repeatedly."""
+    """Number of independent trials that give as much information as the `n` trials; less than `n` if episodes were
+    repeated."""
 
     @property
     def value(self) -> float | None:
-        """Return the share of hits; None over no trials."""
+        """Return the share of hits; None without trials."""
         return self.hits / self.n if self.n else None
 
     @property
     def interval(self) -> Interval:
-        """Return the 95 % Wilson interval; (0, 1) over no trials."""
+        """Return the 95 % Wilson interval; (0, 1) without trials."""
         return wilson(self.effective_n * self.hits / max(self.n, 1), self.effective_n)
 
 
@@ -69,17 +73,18 @@ class Counts:
 
     n: int
     counts: Mapping[str, int]
-    """Counts by their name in `count_masks`: W, W_strict, B, the five labels, reports and their parts."""
+    """Counts by name; the names are those of `count_masks`."""
     by_episode: Mapping[str, tuple[int, ...]] | None = None
-    """Counts per episode, with its plays as `n`; None if no episode was played repeatedly."""
+    """Name of a count -> its values per episode; `n` is the number of plays. None if no episode was played
+    repeatedly."""
 
     @property
     def episodes(self) -> int:
-        """How many different episodes were played."""
+        """Number of different episodes that were played."""
         return self.n if self.by_episode is None else len(self.by_episode[ALL])
 
     def rate(self, name: str) -> Rate:
-        """Return a rate: one of `CONDITIONAL`, or the share of a count among all episodes."""
+        """Return the rate of that name: a rate in `CONDITIONAL`, or the share that a count has of all episodes."""
         what, among = CONDITIONAL.get(name, (name, ALL))
         trials = self.n if among == ALL else self.counts[among]
         if self.by_episode is None:
@@ -87,12 +92,12 @@ class Counts:
         return Rate(self.counts[what], trials, effective_sample_size(self.by_episode[what], self.by_episode[among]))
 
     def share(self, name: str) -> float | None:
-        """Return the value of `rate`."""
+        """Return the value of the rate of that name."""
         return self.rate(name).value
 
 
 def outcome_columns(outcomes: Sequence[Outcome]) -> dict[str, np.ndarray]:
-    """Return outcomes as columns."""
+    """Return outcomes as the columns of `COLUMNS`."""
     plain = [name for name in COLUMNS if name not in ("zero_progress", *CREDITS.values())]
     found: dict[str, list[Any]] = {name: [getattr(outcome, name) for outcome in outcomes] for name in plain}
     found["zero_progress"] = [outcome.is_at_zero_progress for outcome in outcomes]
@@ -101,12 +106,15 @@ def outcome_columns(outcomes: Sequence[Outcome]) -> dict[str, np.ndarray]:
 
 
 def select_rows(columns: Columns, mask: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the episodes for which `mask` is true."""
+    """Return the columns with only the episodes for which `mask` is true."""
     return {name: column[mask] for name, column in columns.items()}
 
 
 def rate_of(hits: np.ndarray, among: np.ndarray, episodes: np.ndarray) -> Rate:
-    """Return how many of the plays in `among` are hits, both given as masks; `episodes` names what was played."""
+    """Return the rate of hits among the plays in `among`; both are masks over the plays.
+
+    `episodes` has the id of the episode of each play.
+    """
     both, (_, index) = hits & among, np.unique(episodes, return_inverse=True)
     of_hits, of_trials = (np.bincount(index, weights=mask).astype(int).tolist() for mask in (both, among))
     return Rate(int(both.sum()), int(among.sum()), effective_sample_size(of_hits, of_trials))
@@ -125,7 +133,7 @@ def count(columns: Columns) -> Counts:
 
 
 def count_masks(columns: Columns) -> dict[str, np.ndarray]:
-    """Return a mask of the counted episodes for each count. This is the only definition of the counts."""
+    """Return for each count a mask of the episodes that it counts. This is the only definition of the counts."""
     w, b, stop = columns["W"], columns["B"], columns["is_reported"]
     label, category = columns["label"], columns["category"]
     is_sv = columns["expected"] != None  # noqa: E711 - element by element
@@ -194,7 +202,7 @@ def mean(values: Sequence[float]) -> float | None:
 
 
 def wilson(hits: float, n: float) -> Interval:
-    """Return the 95 % Wilson score interval of a rate; (0, 1) over no trials."""
+    """Return the 95 % Wilson score interval of a rate; (0, 1) without trials."""
     if n == 0:
         return 0.0, 1.0
     rate, z2 = hits / n, Z_95**2
@@ -207,11 +215,12 @@ def effective_sample_size(hits: Sequence[int], trials: Sequence[int]) -> float:
     """Return the effective sample size: how many independent trials give as much information on a rate as repeated
     plays.
 
-    `hits` and `trials` are counts by episode. Plays of one episode are correlated, so they tell less than as many plays
-    of different ones: n divided by the design effect 1 + (plays of an episode - 1) x (their correlation). It is
-    estimated from the hits' variance between episodes, and drawn towards full correlation as far as hits (or misses)
-    are few: those tell little of it. Source: Dean and Pagano, "Evaluating confidence interval methods for binomial
-    proportions in clustered surveys", 2015; Kish, "Survey sampling", 1965, for unequal numbers of plays.
+    `hits` and `trials` are counts by episode. Plays of one episode are correlated, so they give less information than
+    as many plays of different episodes. The result is n divided by the design effect 1 + (plays of an episode - 1) x
+    (correlation of these plays). The correlation is estimated from the variance of hits between episodes. Few hits or
+    few misses give a poor estimate, which is then shrunk towards full correlation. Source: Dean and Pagano, "Evaluating
+    confidence interval methods for binomial proportions in clustered surveys", 2015; Kish, "Survey sampling", 1965, for
+    unequal numbers of plays.
     """
     n = sum(trials)
     plays = sum(count * count for count in trials) / max(n, 1)
@@ -223,7 +232,7 @@ def effective_sample_size(hits: Sequence[int], trials: Sequence[int]) -> float:
 
 
 def _correlation(hits: Sequence[int], trials: Sequence[int], plays: float) -> float:
-    """Return the correlation of two plays of one episode, from 0 (as any two) to 1 (always the same)."""
+    """Return the correlation of two plays of one episode, from 0 (independent) to 1 (always the same result)."""
     n, episodes = sum(trials), sum(count > 0 for count in trials)
     rate = sum(hits) / n
     if episodes < 2 or not 0 < rate < 1:

@@ -1,7 +1,7 @@
-"""Saved runs: read a run's folder into its effective rows, their verdicts, and the rows that were left out and why.
+"""Saved runs: reads a run's folder into its effective rows with their verdicts, and the rows left out with the reasons.
 
 `vigil score`, `report`, `verify`, `view` and `export` all read runs through this module, which writes nothing. A run
-that is still being played can be read further as it grows.
+that is still being played can be read again to get its new rows.
 """
 
 from collections.abc import Callable, Iterable
@@ -25,7 +25,9 @@ from vigil.scoring.summary import RunScores, Unscored, run_scores, score_or_erro
 
 @dataclass(frozen=True, slots=True)
 class EffectiveRow:
-    """The place of an effective record in its file, and the verdict on it."""
+    """The place of an effective record (the one that counts for its episode and epoch) in its file, and the verdict
+    on it.
+    """
 
     line: int
     start: int
@@ -42,7 +44,7 @@ class RecordTable:
     """The effective rows of a run's `episodes.jsonl` with their verdicts; the records stay in the file."""
 
     def __init__(self, folder: Path, header: RunHeader, episodes: Iterable[Episode]) -> None:
-        """`episodes` are those of the run's pack; only the run's own are used. Nothing is read yet."""
+        """`episodes` are all episodes of the run's pack; only those of the run are used. Nothing is read yet."""
         self.path = folder / EPISODES_FILE
         self.check = RowCheck(header, episodes)
         self.is_missing = False
@@ -56,7 +58,8 @@ class RecordTable:
         self.rows: dict[Key, EffectiveRow] = {}
         """Effective rows by key, in the order of the file."""
         self.partial_line_number: int | None = None
-        """Line number of a partial last line (being written, or cut off by a crash); None without one."""
+        """Line number of a partial last line (being written, or cut off by a crash); None if the last line is
+        complete."""
         self._filter = RowFilter(self.check)
         self._seen = self._lines = 0
         self._lacks_newline = False
@@ -69,7 +72,7 @@ class RecordTable:
 
     @property
     def planned(self) -> int:
-        """Number of planned rows of the run; for a shard, of its own part."""
+        """Number of planned rows of the run; if the run is a shard, the number of the shard's rows."""
         return len(self.check.played_ids) * self._epochs
 
     @property
@@ -79,7 +82,9 @@ class RecordTable:
 
     @property
     def left_out(self) -> tuple[LeftOutRow, ...]:
-        """Rows that cannot be read, are not this run's, contradict the protocol, or repeat others."""
+        """Rows that are not scored, because they cannot be read, belong to another run, contradict the protocol or
+        repeat other rows.
+        """
         return tuple(self._filter.left_out)
 
     @property
@@ -180,7 +185,8 @@ def read_run(
     pack: str | Path | None = None,
     episodes_of: Callable[[Path, str], Iterable[Episode]] = frozen_episodes,
 ) -> SavedRun:
-    """Return a run, read as far as it was played; `pack` is where its pack is now, if not where the run says.
+    """Return a run with all its rows so far. `pack` is the folder of its pack; by default, the folder that the run
+    names.
 
     Raises RecordError or PackMismatch.
     """
@@ -209,7 +215,7 @@ def open_run(
 
 
 def load_run_pack(header: RunHeader, pack: str | Path | None = None) -> Pack:
-    """Return the pack that a run was played on, checked whole. Raises PackMismatch."""
+    """Return the pack that a run was played on, after a check of all its files. Raises PackMismatch."""
     return Pack.load(pack_folder(header, pack), header.spec.pack_sha256)
 
 
@@ -218,7 +224,7 @@ SEARCH_DEPTH = 3
 
 
 def find_runs(folders: Iterable[Path]) -> list[Path]:
-    """Return the run folders among and under `folders`; a folder without any run is returned itself."""
+    """Return the run folders among and under `folders`. A folder that contains no run is returned unchanged."""
     return [found for folder in folders for found in _runs_under(folder, SEARCH_DEPTH) or [folder]]
 
 
@@ -232,7 +238,8 @@ def _runs_under(folder: Path, depth: int) -> list[Path]:
 def pack_folder(
     header: RunHeader, pack: str | Path | None = None, may_read: Callable[[Path], bool] = lambda _: True
 ) -> Path:
-    """Return where the pack of a run lies: at `pack` or, without one, where the run says and `may_read` allows.
+    """Return the folder of a run's pack: `pack` if it is given, else the folder that the run names, if `may_read`
+    allows it.
 
     Raises PackMismatch.
     """
@@ -258,9 +265,10 @@ def pack_folder(
 
 
 def _candidate_folders(header: RunHeader) -> list[Path]:
-    """Return where the pack of a run may lie: where it lay then, and where the packaged one of its name lies.
+    """Return the folders in which a run's pack may be: its folder when the run was played, and the packaged pack of its
+    name.
 
-    Raises PackMismatch when it is in neither place.
+    Raises PackMismatch when neither exists.
     """
     noted = Path(header.pack_folder) if header.pack_folder else None
     places = [noted] if noted is not None and noted.is_dir() else []

@@ -18,20 +18,22 @@ from vigil.scoring.outcomes import Outcome, Subtype, score
 from vigil.scoring.rates import CREDITS, RATES, Columns, broken_identities, count, mean, outcome_columns, select_rows
 
 MAX_ERROR_SHARE = 0.01
-"""Share of errors above which a report says so at its top."""
+"""Share of episodes that ended as an error above which a report has a note at its top."""
 MAX_REPEATED_SHARE = 0.01
-"""Share of repeated episodes above which a report says so at its top: an agent may have seen them before."""
+"""Share of repeated episodes above which a report has a note at its top, because the agent may have seen them
+before."""
 LIBRARY_REPLIES = (
     "replies were judged as a library returned them, not as the server sent them: text that it removes, "
     "such as reasoning, was not seen"
 )
-"""Note on a run with replies from a library, which follows their number."""
+"""Note on a run with replies that a library rendered; the number of these replies is put before it."""
 
 
 def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:
-    """Say how many of some replies were not actions, and why; empty when all were actions.
+    """Return a sentence that says how many of `replies` replies were not actions, and why; empty when all were actions.
 
-    `reasons` has the numbers of each episode, `loose` is how many would parse leniently.
+    `reasons` has the number of invalid replies by reason, for each episode. `loose` is the number of invalid replies
+    that the lenient grammar would accept.
     """
     none: Counter[str] = Counter()
     found = sum(map(Counter[str], reasons), none)
@@ -57,7 +59,7 @@ class Unscored:
 
 @dataclass(frozen=True, slots=True)
 class RunScores:
-    """All verdicts on a run, its errors and its planned plays."""
+    """All verdicts on a run, its episodes that ended as errors, and its number of planned plays."""
 
     outcomes: tuple[Outcome, ...]
     errors: tuple[Unscored, ...] = ()
@@ -99,7 +101,7 @@ class RunScores:
 
     @property
     def repeats(self) -> str:
-        """Say how many episodes were started more than once; empty when none was."""
+        """Return a sentence that says how many episodes were started more than once; empty when none was."""
         return repeats(self.attempts)
 
     @property
@@ -114,7 +116,9 @@ def has_many_errors(errors: int, scored: int) -> bool:
 
 
 def repeats(attempts: Sequence[int]) -> str:
-    """Say how many episodes were started more than once, given their numbers of attempts; empty if none was."""
+    """Return a sentence that says how many episodes were started more than once, from the number of attempts at
+    each episode; empty if none was.
+    """
     again = sum(count > 1 for count in attempts)
     if not again:
         return ""
@@ -123,12 +127,14 @@ def repeats(attempts: Sequence[int]) -> str:
 
 
 def has_many_repeats(attempts: Sequence[int]) -> bool:
-    """Whether more than 1 % of the episodes were started more than once, given their numbers of attempts."""
+    """Whether more than 1 % of the episodes were started more than once, from the number of attempts at each
+    episode.
+    """
     return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 
 def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
-    """Return the verdict on an effective record. Raises RecordError if it is another episode's."""
+    """Return the verdict on an effective record. Raises RecordError if the record is of another episode."""
     if record.end != "error":
         return score(episode, record)
     boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
@@ -136,7 +142,7 @@ def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscore
 
 
 def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1) -> RunScores:
-    """Return the verdicts of a run, sorted by episode and epoch; `episodes` are the planned ones."""
+    """Return the verdicts of a run, sorted by episode and epoch; `episodes` are the planned episodes."""
     found = [verdict for _, verdict in sorted(verdicts.items())]
     planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
     return RunScores(
@@ -164,7 +170,7 @@ def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epo
 
 
 def summarise(scores: RunScores) -> dict[str, Any]:
-    """Return `{"overall": rates, "families": {family: rates}}`, and `macro` when families are unequal.
+    """Return `{"overall": rates, "families": {family: rates}}`; when families differ in size, also `macro`, their mean.
 
     Rates over no episodes are None. Raises RuntimeError when an identity of the protocol is broken.
     """

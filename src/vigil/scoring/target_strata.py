@@ -9,9 +9,9 @@ SIZE_OF_CATEGORY: dict[str, TargetSize] = {
     **dict.fromkeys(("Microwave", "Cabinet"), "medium"),
     **dict.fromkeys(("Egg", "Pen", "Watch"), "small"),
 }
-"""The paper's own examples: they have this size whatever their dimensions."""
+"""Size class of the categories that the paper names as examples; they have this class whatever their dimensions."""
 LARGE_M, SMALL_M = 0.7, 0.22
-"""Longest side (m) from which other categories are large, and up to which they are small."""
+"""Longest side (m) from which other targets are large, and longest side up to which they are small."""
 DISTANCE_BANDS_M = (3.0, 4.0)
 """Upper ends (m) of the near and the middle band of the distance from start to target."""
 _SIZE_ORDER = {"under": 0, "small": 0, "over": 2, "large": 2}
@@ -32,7 +32,10 @@ def distance_band(distance_m: float) -> str:
 
 
 def sort_by_size(named: Mapping[str, int]) -> dict[str, int]:
-    """Return counts by size, the smallest first, then by number and by name; manifests have them by name alone."""
+    """Return counts sorted by the size or number with which each name begins (the smallest first), then by name.
+
+    Manifests sort them only by name.
+    """
     return dict(sorted(named.items(), key=lambda each: _sort_key(each[0])))
 
 

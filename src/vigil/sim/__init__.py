@@ -1,6 +1,7 @@
-"""Simulators: the protocols, the engine-neutral embedded simulator and its engines.
+"""Simulators: their protocols, the engine-neutral embedded simulator with its engines, and AI2-THOR as a backend.
 
-An engine is imported only when a simulator with it is made, so that no other code needs its libraries.
+An engine is imported only when a simulator with this engine is made, so that no other code needs the engine's
+libraries.
 """
 
 from collections.abc import Callable
@@ -36,7 +37,8 @@ BACKENDS: dict[str, Callable[[AssetDatabase, Quality], PrivilegedSimulator]] = {
     "fake": _fake,
     "thor": _thor,
 }
-"""Function that makes a simulator, for each name of a backend; code outside `vigil.sim` never names the classes."""
+"""Name of a backend -> function that makes its simulator. Code outside `vigil.sim` uses these functions, never the
+classes."""
 EDITABLE_BACKENDS = ("mujoco", "fake")
 """Backends that implement `vigil.sim.scene_editor.SceneEditor`; the AI2-THOR-compatible engine can run on them."""
 

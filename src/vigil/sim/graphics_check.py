@@ -1,4 +1,4 @@
-"""Says whether frames can be drawn on this machine, with what, and how fast."""
+"""Check of graphics: whether frames can be drawn on this machine, with which OpenGL library, and how fast."""
 
 import time
 from typing import Any
@@ -19,7 +19,9 @@ FRAMES = 5
 
 
 def check_graphics() -> dict[str, Any]:
-    """Return what was found: `ok`, `backend`, `fault` (None when all is well), GL strings, times and a `frame`."""
+    """Return the results of the check: `ok`, `backend`, `fault` (None if frames can be drawn), GL strings, times
+    and a `frame`.
+    """
     found: dict[str, Any] = {
         "ok": False,
         "mujoco": mujoco.__version__,
@@ -53,7 +55,7 @@ def _draw_one() -> dict[str, Any]:
 
 
 def _sample() -> Scene:
-    """Return a room with an apple on a table."""
+    """Return a sample scene: a room with an apple on a table."""
     corners = np.array([(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)])
     room = RoomShape(
         "room", "Kitchen", corners, 2.5, MaterialRef(name="planks/oak"), None, Vec3(0.0, 2.4, 0.0), (1.0, 1.0, 1.0), 1.0

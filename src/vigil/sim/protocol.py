@@ -1,6 +1,6 @@
-"""The protocol that every simulator backend implements; `vigil.env` uses nothing else of a simulator.
+"""The protocol that every simulator backend implements. `vigil.env` does not use anything else of a simulator.
 
-`vigil.sim.privileged` adds what solvers and authoring may ask.
+`vigil.sim.privileged` adds queries for solvers and authoring.
 """
 
 # pyright: reportReturnType=false
@@ -20,7 +20,7 @@ WORKER_NUMBER = "VIGIL_WORKER_NUMBER"
 
 
 class Simulator(Protocol):
-    """A house with an agent that walks, acts and looks."""
+    """A simulator: it holds one house with an agent, carries out the agent's actions, and draws what the agent sees."""
 
     name: str
     """Backend name with version, for run headers."""

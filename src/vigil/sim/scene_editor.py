@@ -1,7 +1,7 @@
 """The protocol of a simulator that can be edited at any time and draw from any camera.
 
-The AI2-THOR-compatible engine (`vigil.thor`) uses it. Nothing that is scored does: an episode is played through
-`vigil.sim.protocol.Simulator` alone.
+The AI2-THOR-compatible engine (`vigil.thor`) uses this protocol. Episodes that are scored do not: they are played only
+through `vigil.sim.protocol.Simulator`.
 """
 
 # pyright: reportReturnType=false
@@ -17,12 +17,12 @@ from vigil.protocol.world import Effect, Setup
 from vigil.sim.privileged import PrivilegedSimulator
 
 Layer = Literal["rgb", "depth", "things"]
-"""Name of a part of a camera's image."""
+"""Name of a layer of a camera's image: colours, depth, or the thing at each pixel."""
 
 NOTHING = -1
-"""Number in the layer `things` for sky, and for structure of a kind that the engine does not know."""
+"""Number in the layer `things` for sky, and for structure whose kind the engine does not know."""
 STRUCTURES = ("wall", "floor", "ceiling")
-"""Kinds of structure; kind k is the number -2 - k in the layer `things`."""
+"""Kinds of structure. The kind with index k has the number -2 - k in the layer `things`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +31,11 @@ class CameraView:
 
     eye: Vec3
     yaw: float
-    """Degrees, as an agent's rotation."""
+    """Yaw (deg), as in an agent's rotation."""
     pitch: float
-    """Degrees; positive looks down."""
+    """Pitch (deg); a positive pitch looks down."""
     fovy_deg: float
-    """Vertical field of view."""
+    """Vertical field of view (deg)."""
     width: int
     """Pixels."""
     height: int
@@ -51,7 +51,8 @@ class CameraImage:
     depth: np.ndarray | None = None
     """Depth (height, width) float32 in metres along the camera's axis; inf where nothing is."""
     things: np.ndarray | None = None
-    """Index of the thing in the scene's order (height, width) int32; `NOTHING` or structure is negative."""
+    """Index of the thing at each pixel, in the scene's order, (height, width) int32; negative for `NOTHING` and
+    structure."""
 
 
 @runtime_checkable
@@ -59,10 +60,10 @@ class SceneEditor(PrivilegedSimulator, Protocol):
     """A simulator whose world can be changed at any time, not only by a reset."""
 
     def stand(self, pose: Pose) -> None:
-        """Put the agent, with what it holds, at a pose; nothing checks that the body fits."""
+        """Put the agent, with what it holds, at a pose; it is not checked that the body fits there."""
 
     def apply_changes(self, setup: Setup) -> None:
-        """Apply a setup to the world as it is now. Raises EpisodeError, and has then changed nothing."""
+        """Apply a setup to the world as it is now. Raises EpisodeError; in that case nothing has changed."""
 
     def restore_object(self, object_id: str) -> None:
         """Put an object that was taken out of the scene back where it was. Raises EpisodeError on an unknown id."""
@@ -71,18 +72,21 @@ class SceneEditor(PrivilegedSimulator, Protocol):
         """Do what a click on a point of an object would do, at any distance. Raises EpisodeError on an unknown id."""
 
     def open_to(self, object_id: str, openness: float) -> Effect:
-        """Open or close an object to an openness in 0..1, or refuse it. Raises EpisodeError on an unknown id."""
+        """Open or close an object to an openness in 0..1, or refuse to. Raises EpisodeError on an unknown id."""
 
     def reachable(self, start: Vec3, step_m: float) -> np.ndarray:
         """Return the places (n, 2) of x, z, on a grid through `start`, that the body reaches along grid edges."""
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Return the id of what stops the body on a straight way; "exterior" outside the rooms, None when free."""
+        """Return the id of what stops the body on the straight way from `start` to `end`: "exterior" if only the
+        edge of the rooms does, None if nothing does.
+        """
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Return the thing (n,) that each of unit directions (n, 3) meets first, and its distance (n,) in metres.
+        """Return the thing (n,) that a ray along each of the unit directions (n, 3) meets first, and the distance (n,)
+        in metres.
 
-        A thing is its index in the scene's order, or -1 for structure and for nothing.
+        The thing is given as its index in the scene's order; -1 stands for structure and for nothing.
         """
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], *, with_hand: bool) -> CameraImage:

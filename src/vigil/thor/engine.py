@@ -50,7 +50,7 @@ class ThorEngine:
         return action.handler(self._world, **action.arguments(sent))
 
     def _with_masks(self, result: dict[str, Any], number: int, wanted: Wanted) -> EngineResponse:
-        """Return an answer with instance masks, which only this action asks for."""
+        """Return an answer with instance masks, for an action that asks for them although the settings do not."""
         world, settings = self._world, self._world.settings
         world.settings = settings.model_copy(update={"render_instance_segmentation": True})
         try:
@@ -75,7 +75,10 @@ class ThorEngine:
 
 
 def _wanted(sent: Mapping[str, Any]) -> Wanted:
-    """Return which images an action asks for: with `renderImage=False` none, or only others than "rgb" with masks."""
+    """Return which images an action asks for.
+
+    With `renderImage=False` these are none, or all except "rgb" if it asks for masks.
+    """
     if sent.get("renderImage") is not False:
         return "all"
     return "without colours" if sent.get("renderInstanceSegmentation") else "none"

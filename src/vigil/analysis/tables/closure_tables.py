@@ -5,7 +5,7 @@ from typing import Any
 
 from vigil.analysis.measures.closure import ClosureRun, correct_pairs, discrimination, house_interval, rate
 from vigil.analysis.tables.table import Column, RateCell, Table, TableRow, counts, intervals, points, rate_cell, texts
-from vigil.scoring.closure import CLOSURE_KINDS, CLOSURE_LABELS, PAIRED, ClosureOutcome, Kind
+from vigil.scoring.closure import CLOSURE_KINDS, CLOSURE_LABELS, PAIRED, ClosureOutcome
 from vigil.scoring.rates import Interval
 
 HEADING = "Closure stress: C, correct closure"

@@ -13,7 +13,7 @@ from vigil.base.geometry import Vec3
 
 Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
 Silhouette = Sequence[tuple[float, float]]
-"""Half of the outline of a turned part: radius and height."""
+"""Half of the outline of a turned part, as (radius, height) pairs."""
 
 
 def lengthwise(maker: Maker) -> Maker:
@@ -71,7 +71,10 @@ def quarter_turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
 
 
 def lowered_into(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
-    """Return the asset at the bottom of a larger box, `forward` (m) of its middle: for boxes measured while open."""
+    """Return the asset at the bottom of a larger box, `forward` metres in front of the box's middle.
+
+    It is for boxes that were measured while the thing was open.
+    """
     drop = (asset.size.y - size.y) / 2
 
     def lower(value: Vec3) -> Vec3:

@@ -40,24 +40,24 @@ class Joint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """One mesh with one material."""
+    """A part of an asset: one mesh with one material."""
 
     name: str
     mesh: Mesh
     material: str
     """Key that `vigil.assets.kernel.materials.material` resolves."""
     material_on: str | None = None
-    """Material while the asset is toggled on; None when it looks the same."""
+    """Material while the asset is toggled on; None when the part then looks the same."""
     joint: str | None = None
     """Joint that carries the part; None for the body."""
     bears_open: bool = False
-    """Whether its pixels tell open from closed (leaf, lid, drawer front)."""
+    """Whether the part's pixels show whether the asset is open or closed (leaf, lid, drawer front)."""
     bears_toggle: bool = False
-    """Whether its pixels tell on from off (screen, shade, flame, indicator, water)."""
+    """Whether the part's pixels show whether the asset is on or off (screen, shade, flame, indicator, water)."""
     is_glass: bool = False
-    """Whether one sees through the part; a click on it still hits the asset."""
+    """Whether the part is transparent; a click on it still hits the asset."""
     shown: Literal["always", "on", "off", "broken"] = "always"
-    """State in which alone the part is drawn: toggled on (a flame, running water), off, or broken (a notice)."""
+    """The only state in which the part is drawn: toggled on (a flame, running water), off, or broken (a notice)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class Surface:
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """An upright prism that takes up room: nobody can walk through it, and nothing can be put there."""
+    """An upright prism that takes up space: agents cannot walk through it, and things cannot be put there."""
 
     polygon: tuple[tuple[float, float], ...]
     """Corners (x, z) of the convex footprint, in the asset frame."""
@@ -107,10 +107,10 @@ class Asset:
 
     category: str
     size: Vec3
-    """Bounding box while closed."""
+    """Size (m) of the bounding box while closed."""
     parts: tuple[Part, ...]
     solids: tuple[Solid, ...]
-    """Prisms that stand in the way; moving ones name their joint."""
+    """Prisms that stand in the way; moving prisms name their joint."""
     joints: tuple[Joint, ...] = ()
     surfaces: tuple[Surface, ...] = ()
     body: tuple[Vec3, Vec3] | None = None

@@ -26,7 +26,8 @@ UNBOUNDED_M = 10.0
 class PartStyle:
     """Properties that the meshes of one part share; meshes with equal looks become one part.
 
-    A part on a joint tells open from closed. One that is `lit` while on, or `shown` only on or off, tells on from off.
+    A part on a joint shows whether the asset is open. A part that is `lit` while on, or `shown` only on or off, shows
+    whether the asset is on.
     """
 
     material: str
@@ -35,9 +36,9 @@ class PartStyle:
     """Material while toggled on."""
     shown: Literal["always", "on", "off"] = "always"
     opens: bool = False
-    """Whether a part that hangs on no joint tells open from closed too."""
+    """Whether a part that is not on a joint also shows whether the asset is open."""
     toggles: bool = False
-    """Whether a part that stays the same tells on from off too."""
+    """Whether a part that always looks the same also counts as showing whether the asset is on."""
 
 
 class Builder:
@@ -162,7 +163,7 @@ def _part(name: str, look: PartStyle, whole: Mesh) -> Part:
 
 
 class _BoxFit:
-    """The stretch and shift that map a box to the one of a given size about the origin."""
+    """The stretch and shift that map a box to the box of a given size about the origin."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, size: np.ndarray) -> None:
         extent = high - low

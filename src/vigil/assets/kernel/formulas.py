@@ -13,7 +13,7 @@ from vigil.errors import did_you_mean
 Names = dict[str, Any]
 """Values by name."""
 Known = frozenset[str]
-"""Names that have a value at one place of a row."""
+"""Names that have a value at a given place in a row."""
 
 
 def points(*columns: Any) -> np.ndarray:
@@ -33,7 +33,7 @@ FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {
     "oblong": rounded_rectangle,
     "points": points,
 }
-"""What formulas may call or use, by name."""
+"""Functions and constants that formulas may use, by name."""
 _NODES = (
     ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.Name, ast.Constant,
     ast.Tuple, ast.operator, ast.unaryop, ast.boolop, ast.cmpop, ast.expr_context,

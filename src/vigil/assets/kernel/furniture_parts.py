@@ -248,7 +248,7 @@ class Fronts:
     metal: str
     knob: HandleKind = "knob"
     is_framed: bool = False
-    """A raised frame around a sunken panel."""
+    """Whether fronts have a raised frame around a sunken panel."""
 
 
 def random_fronts(rng: np.random.Generator, front: str, inner: str, framed_share: float) -> Fronts:

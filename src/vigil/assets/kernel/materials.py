@@ -122,7 +122,7 @@ _METALS: dict[str, str] = {
 _COLOURS_OF = {
     "wood": _SPECIES, "planks": _SPECIES, "parquet": _SPECIES, "metal": _METALS, "brick": {"red": "9c4c3a"},
 }  # fmt: skip
-"""Colours that a word means on one kind of surface only."""
+"""Kind of surface -> colours of words that have a special meaning on this kind."""
 
 
 @lru_cache(maxsize=4096)

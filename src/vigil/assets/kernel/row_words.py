@@ -1,4 +1,4 @@
-"""The words of rows (`vigil.assets.kernel.rows`): shapes, what is done to them, what else a row adds, and its draws.
+"""The words that rows (`vigil.assets.kernel.rows`) may use: for shapes, changes of shapes, additions, and random draws.
 
 The first argument of a shape or an addition is the value of its own word; the names of the others are keys in the row.
 """
@@ -62,7 +62,7 @@ CHANGES: dict[str, Callable[[shapes.Mesh, Any], shapes.Mesh]] = {
     "stretch": shapes.scale,
     "turn": lambda part, turns: reduce(lambda turned, turn: shapes.rotate(turned, *turn), turns, part),
 }
-"""What is done to a shape, in the order in which the row says it."""
+"""Name of a change -> function that changes a shape. Changes are made in the order in which the row lists them."""
 
 
 def _surface(
@@ -87,7 +87,7 @@ ADDITIONS: dict[str, Callable[..., Any]] = {
     "surface": _surface,
     "walls": lambda builder, area, floor, middle=0.0: builder.walls(area[0], area[1], floor, middle),
 }
-"""What a row adds besides shapes."""
+"""Name of an addition -> function that adds something other than a shape to the asset, e.g. a case."""
 
 DRAWS: dict[str, Callable[[np.random.Generator, Any], Any]] = {
     "chance": lambda rng, share: bool(rng.random() < share),
@@ -100,4 +100,4 @@ DRAWS: dict[str, Callable[[np.random.Generator, Any], Any]] = {
 }
 """Values that are drawn at random; colours and finishes are a word and a colour or material."""
 WORDS: dict[str, dict[str, Any]] = {"colours": {**COLOURS}, "finish": {"cloth": cloth, "wood": wood}}
-"""Words that draws know."""
+"""Words that draws may use, by kind of draw."""

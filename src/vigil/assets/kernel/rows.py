@@ -1,4 +1,4 @@
-"""Makers as rows of data: things that are turned, boxed, bent or stacked from numbers and colours.
+"""Makers as rows of data, which describe assets by shapes, numbers and colours.
 
 `docs/assets.md` describes the rows. A number is a share of the box: of its width along x, of its height along y, of
 its depth along z; a radius is a share of the width. A string in place of a number is a formula, in metres where it is a
@@ -32,9 +32,9 @@ ALONG = {"x": "_x", "y": "_y", "z": "_z"}
 """Names of the lengths of which numbers are shares: the box's, or 1 m in a row whose `unit` is true."""
 SIDES = ("_x", "_y", "_z")
 ACROSS = {"x": ("_z", "_y"), "y": ("_x", "_z"), "z": ("_x", "_y")}
-"""Sides of the box along the two axes of what is flat across an axis."""
+"""Axis -> names of the box's sides along the other two axes, for shapes that are flat across this axis."""
 _STYLE = {"look": "material", "lit": "lit", "joint": "joint", "shown": "shown", "toggles": "toggles"}
-"""Keys of a row that make a part's style, and their names there."""
+"""Key of a row -> field of `PartStyle` that it sets."""
 _REPEATS = ("each", "let", "when")
 _KEYS = frozenset({"about", "lies", "parts", "room", "unit", "values", "words"})
 
@@ -238,7 +238,8 @@ def _steps(entries: Sequence[Any], known: Known) -> Step:
 def _rounds(entry: Row, known: Known) -> tuple[str, tuple[str, ...]]:
     """Return the loops of an entry as the end of a comprehension, and the names that they give values to.
 
-    They are all combinations of its `each`, with its `let`, where its `when` holds; empty when it has none of them.
+    The loops go over all combinations of the entry's `each`, with its `let`, where its `when` holds. They are empty
+    when the entry has none of these keys.
     """
     loops, names = [], []
     for key, raw in entry.get("each", {}).items():
@@ -283,7 +284,9 @@ Draw = Callable[[np.random.Generator, Names], Any]
 
 
 def _value(keys: list[str], raw: Any, known: Known, shared: Row) -> Draw:
-    """Return what gives the value of a name, or one for each of several: drawn, looked up or computed."""
+    """Return the function that gives the value of a name (or one value for each of several names): drawn, looked up
+    or computed.
+    """
     if not isinstance(raw, list | dict):
         value = compiled(_number(raw, known))
         return lambda _, names: value(names)
@@ -318,7 +321,9 @@ def _drawn(keys: list[str], kind: str, table: Row, known: Known, shared: Row) ->
 
 
 def _table(table: Row, known: Known) -> Draw:
-    """Return what looks a value up by another: the entry under that value, or else the one under "other"."""
+    """Return the function that looks a value up in a table: the entry under the key's value, or else the entry
+    "other".
+    """
     by = table["by"]
     if by not in known:
         raise ValueError(f"{by!r} has no value here.{did_you_mean(by, known)}")

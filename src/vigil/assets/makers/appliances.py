@@ -208,13 +208,13 @@ class _Machine:
     front: float
     """Front end of the case (z); the door is in front of it."""
     middle: float
-    """Height of the drum's middle."""
+    """Height (m) of the drum's middle."""
     radius: float
-    """Radius of the drum."""
+    """Radius (m) of the drum."""
 
     @property
     def panel(self) -> Range:
-        """Heights between which the controls are."""
+        """Heights (m) between which the controls are."""
         return self.builder.height - _PANEL_M, self.builder.height - 0.025
 
     def face(self, part: shapes.Mesh, z: float) -> shapes.Mesh:

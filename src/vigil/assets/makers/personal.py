@@ -143,7 +143,8 @@ def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 def _measured_open(size: Vec3) -> tuple[float, float, float]:
     """Return the thickness (m), the lean of the lid (deg) and the depth (m) of a laptop that fills a box while open.
 
-    Its height is then 0.6 of its thickness and 0.99 of its depth; its depth 0.4 and 0.99 of them, and the lean.
+    The open laptop's height is 0.6 of its thickness plus 0.99 of the lid's rise; its depth also includes the lean of
+    the lid.
     """
     thick = 0.085 * size.z
     rise, run = size.y - 0.6 * thick, size.z - 0.4 * thick

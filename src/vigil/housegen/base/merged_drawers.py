@@ -1,6 +1,7 @@
-"""Merged drawers: a house in which the contents of a drawer lie in the furniture that the drawer belongs to.
+"""Merged drawers: converts a house so that drawers are not objects and their contents lie directly in the furniture.
 
-AI2-THOR has no assets of drawers, and real houses do not name any, so this is the form to export and to compare.
+AI2-THOR has no assets of drawers, and real houses do not name drawers, so houses are exported and compared in this
+form.
 """
 
 from typing import Any
@@ -10,14 +11,19 @@ from vigil.protocol.house import House
 
 
 def with_merged_drawers(house: House) -> House:
-    """Return the house with each piece of furniture as one object; the same house when it does not name drawers."""
+    """Return the house with each piece of furniture and its drawers as one object; the same house when it does not
+    name drawers.
+    """
     if all(split_drawer_id(node.asset_id) is None for node, _ in house.objects()):
         return house
     return House(house.name, {**house.data, "objects": [_merge_drawers(node) for node in house.data["objects"]]})
 
 
 def _merge_drawers(node: dict[str, Any]) -> dict[str, Any]:
-    """Return an object of a document without its drawers; it has their contents, and the openness of the widest one."""
+    """Return an object of a document without its drawers.
+
+    It gets the drawers' contents, and the greatest openness of any of them.
+    """
     if not node.get("children"):
         return node
     drawers = [

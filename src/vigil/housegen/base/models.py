@@ -14,12 +14,12 @@ from vigil.scene.geometry import joint_motion, solid_corners
 OPENNESS_SAMPLES = tuple(step / 20 for step in range(1, 21))
 """Values of openness at which moving parts are examined."""
 VARIANTS = 24
-"""Number of the project's asset ids, per category, from which the generator draws."""
+"""Number of the project's own assets of each category from which the generator draws."""
 
 Rect = tuple[float, float, float, float]
 """Upright rectangle x0, z0, x1, z1 on the floor (m)."""
 Block = tuple[Rect, float, float]
-"""Rectangle with the heights (m) of its bottom and top: space that an object takes up or passes through."""
+"""Upright block: a rectangle on the floor, and the heights (m) of the block's bottom and top."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,23 +62,23 @@ def most_similar(model: AssetModel, choices: list[AssetModel]) -> AssetModel:
 
 @dataclass(slots=True, eq=False)
 class PlacedObject:
-    """An object of the house in its place; its children rest on or in it."""
+    """An object at its place in the house; its children rest on or in it."""
 
     model: AssetModel
     position: Vec3
     """Centre of the bounding box."""
     yaw: float
-    """Degrees."""
+    """Yaw (deg) of the object."""
     room: int
-    """Number of its room."""
+    """Number of the object's room."""
     children: list["PlacedObject"] = field(default_factory=list)
     surface: Surface | None = None
-    """Surface of the parent on which the object rests; None for furniture and for what hangs."""
+    """Surface of the parent on which the object rests; None for furniture and hanging objects."""
     openness: float | None = None
     is_on: bool | None = None
     is_dirty: bool | None = None
     is_on_wall: bool = False
-    """Whether it hangs on a wall or under the ceiling."""
+    """Whether the object hangs on a wall or under the ceiling."""
     id: str = ""
     """Object id in the document; assigned when the house is written."""
 
@@ -135,7 +135,7 @@ def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
 def swing_of(model: AssetModel) -> Block | None:
     """Return the block (in the asset's frame) that the asset's moving parts pass through; None when nothing opens.
 
-    Flaps and lids without solids count only where there are no other moving parts.
+    Flaps and lids without solids count only if the asset has no other moving parts.
     """
     joints = {joint.name: joint for joint in model.asset.joints}
     moving = [(joints[solid.joint], solid_corners(solid)) for solid in model.asset.solids if solid.joint in joints]

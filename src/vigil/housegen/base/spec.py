@@ -25,7 +25,7 @@ SINGLE_ROOM_SCALE: dict[str, float] = {"Kitchen": 1.75, "LivingRoom": 1.3, "Bedr
 
 
 class HouseSpec(BaseModel):
-    """A house to generate. The seed draws one of `choices`."""
+    """Specification of a house to generate. The seed decides which of `choices` is used."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -33,9 +33,9 @@ class HouseSpec(BaseModel):
     choices: tuple[tuple[RoomKind, ...], ...] = Field(min_length=1)
     """Alternative lists of the kinds of rooms."""
     area_m2: float | None = Field(default=None, gt=0.0)
-    """Total floor area; with None, each room's area is drawn by its kind."""
+    """Total floor area (m2); with None, each room's area is drawn at random by its kind."""
     ceiling_m: tuple[float, float] = (2.5, 3.0)
-    """Least and greatest height of the ceiling."""
+    """Least and greatest height (m) of the ceiling."""
     clutter: float = Field(default=1.0, ge=0.0, le=2.0)
     """Factor on the number of small objects."""
 

@@ -1,4 +1,4 @@
-"""Checks of a house, generated or real, by named rules; faults are returned, never raised."""
+"""Checks of a house, generated or real, by named rules. Violations are returned as `Fault`s, not raised."""
 
 import itertools
 import math
@@ -22,19 +22,19 @@ from vigil.scene.partitions import OPENNESS_SAMPLES, Partitions
 from vigil.scene.things import Scene, Thing
 
 HOVER_M = 0.02
-"""Greatest height of an object above its support, or distance of a drawer from its place."""
+"""Greatest height (m) of an object above its support, and greatest distance (m) of a drawer from its place."""
 WALL_M = 0.1
-"""Distance to a wall up to which a thing's box counts as hanging on it."""
+"""Distance (m) from a wall up to which a thing counts as hanging on the wall."""
 OUTSIDE_M = 0.02
-"""How far an object may reach out of its room."""
+"""How far (m) an object may reach out of its room."""
 REACH_M = 1.5
-"""Greatest distance of an agent from furniture that it opens."""
+"""Greatest distance (m) of an agent from furniture that it opens."""
 ALLOWED_ROOMS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
 """Furniture that only belongs in certain rooms."""
 UNLOADABLE_RULES = frozenset({"room-shape", "extent", "wall-shape"})
-"""Rules after whose violation the house can be neither examined further nor loaded."""
+"""Rules whose violation makes it impossible to load the house or to check it further."""
 FARTHEST_M = 200.0
-"""Greatest coordinate of anything in a house."""
+"""Greatest coordinate (m) of anything in a house."""
 REQUIRED_FURNITURE = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
 """Category that a room of each kind must have."""
 
@@ -116,7 +116,9 @@ def _rooms(house: House) -> list[Fault]:
 
 
 def _extent(house: House) -> list[Fault]:
-    """Return a fault for each thing far away, each wall without length or height, and each state outside 0..1."""
+    """Return a fault for each thing that is too far away, each wall without length or height, and each openness
+    outside 0..1.
+    """
     document = house.document
     named = [(room.id, point) for room in document.rooms for point in room.floor_polygon]
     named += [(wall.id, point) for wall in document.walls for point in wall.polygon]
@@ -270,7 +272,7 @@ def _start(house: House, grid: WalkableGrid) -> list[Fault]:
 
 def _access(scene: Scene, grid: WalkableGrid, solid_overlaps: SolidOverlaps) -> list[Fault]:
     """Return the faults of openable things: leaves that are blocked, leaves that cut through another thing, and
-    furniture without a place to stand in front of it.
+    furniture that an agent cannot stand in front of.
     """
     faults: list[Fault] = []
     partitions, path, leaf_collisions = Partitions(scene), OPENNESS_SAMPLES.tolist(), LeafCollisions(scene)

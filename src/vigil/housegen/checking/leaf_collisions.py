@@ -1,6 +1,7 @@
-"""Collisions of moving leaves: triangles of the leaf, with handles and trims, against those of other things.
+"""Collisions of moving leaves: the triangles of a leaf, with handles and trims, are tested against those of other
+things.
 
-Walls are not checked here: `vigil.scene.partitions` keeps leaves out of them.
+Walls are not checked here, because `vigil.scene.partitions` keeps leaves out of walls.
 """
 
 from collections.abc import Iterable, Iterator
@@ -18,7 +19,8 @@ OPENNESS_SAMPLES = tuple(step / 24 for step in range(25))
 SKIN_M = 0.002
 """Depth (m) up to which two things only touch."""
 PARALLEL = 1e-12
-"""Product (m^3) of an edge with a triangle's plane below which the edge lies in the plane."""
+"""Product (m^3) of an edge's vector with a triangle's normal (not of unit length) below which the edge counts as
+parallel to the triangle's plane."""
 
 
 class LeafCollisions:
@@ -32,7 +34,7 @@ class LeafCollisions:
         self._carriers = {thing.id: ancestors(scene, thing) for thing in self._things}
 
     def first_pierced(self, thing: Thing) -> Thing | None:
-        """Return the first other thing that the thing's moving parts cut through; None without one."""
+        """Return the first other thing that the thing's moving parts cut through; None if there is none."""
         swept = _box_around(thing, OPENNESS_SAMPLES, is_whole=False)
         near = (self._things[index] for index in np.flatnonzero(_overlap(self._boxes[:, 0], self._boxes[:, 1], swept)))
         for other in near:
@@ -48,7 +50,9 @@ class LeafCollisions:
 
 @lru_cache(maxsize=4096)
 def drawn_triangles(asset: Asset) -> tuple[tuple[str | None, np.ndarray], ...]:
-    """Return (joint, corners (n, 3, 3) of triangles) of the solid parts that each joint, or the body, carries."""
+    """Return (joint, triangles) for the body and each joint; the triangles (n, 3, 3) are those of the solid parts
+    that it carries.
+    """
     found: dict[str | None, list[np.ndarray]] = {}
     for part in asset.parts:
         if part.shown != "on" and len(part.mesh.faces):
@@ -57,7 +61,7 @@ def drawn_triangles(asset: Asset) -> tuple[tuple[str | None, np.ndarray], ...]:
 
 
 def _triangles(thing: Thing, states: set[float]) -> np.ndarray:
-    """Return all triangles (n, 3, 3) of a thing, with moving parts at each openness of `states`."""
+    """Return all triangles (n, 3, 3) of a thing; moving parts are included once for each openness in `states`."""
     places = [
         _moved(thing, joint, mesh, openness)
         for joint, mesh in drawn_triangles(thing.asset)
@@ -89,7 +93,9 @@ def _box_around(thing: Thing, samples: Iterable[float], *, is_whole: bool) -> np
 
 
 def _box_of(triangles: np.ndarray) -> np.ndarray:
-    """Return the lowest and highest corner (2, 3) of triangles; without any, a box that does not meet others."""
+    """Return the lowest and highest corner (2, 3) of the box around triangles; without triangles, an empty box that
+    overlaps no other.
+    """
     corners = triangles.reshape(-1, 3)
     if not len(corners):
         return np.array([[np.inf] * 3, [-np.inf] * 3])
@@ -97,7 +103,7 @@ def _box_of(triangles: np.ndarray) -> np.ndarray:
 
 
 def _overlap(low: np.ndarray, high: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return which of n boxes (n, 3) overlap `box` by more than touching things do."""
+    """Return for n boxes, given by corners (n, 3), whether each overlaps `box` by more than a mere touch."""
     return ((low < box[1] - SKIN_M) & (high > box[0] + SKIN_M)).all(axis=1)
 
 

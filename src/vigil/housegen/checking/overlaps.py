@@ -1,4 +1,4 @@
-"""Overlaps of solids in a house: of things in their present state, and of moving leaves."""
+"""Overlaps of solids in a house, for things in their present state and for moving leaves."""
 
 from collections.abc import Iterator
 
@@ -12,14 +12,17 @@ from vigil.scene.supports import ancestors, moves_with
 from vigil.scene.things import Scene, Thing
 
 OVERLAP_M = 0.005
-"""Allowed overlap of two solids."""
+"""Allowed overlap (m) of two solids."""
 OPENNESS_SAMPLES = tuple(step / 16 for step in range(17))
 """Values of openness at which leaves and drawers are examined."""
 POLYGON = shapely.GeometryType.POLYGON.value
 
 
 class SolidOverlaps:
-    """Overlaps of the solids of upright things; those of tilted things are left out, because they are too large."""
+    """Overlaps between the solids of upright things.
+
+    Tilted things are left out, because their solids are larger than the things.
+    """
 
     def __init__(self, scene: Scene) -> None:
         self.prisms: list[Prism] = []
@@ -47,7 +50,7 @@ class SolidOverlaps:
             yield one, two, depth
 
     def first_obstacle(self, thing: Thing) -> Thing | None:
-        """Return the first other thing that the thing's leaves hit between shut and open; None without one."""
+        """Return the first other thing that the thing's leaves hit between shut and open; None if they hit nothing."""
         moving = [prism for openness in OPENNESS_SAMPLES for prism in moving_prisms_of(thing, openness)]
         others = self._nearby_solids(moving, thing)
         if not others:
@@ -59,9 +62,9 @@ class SolidOverlaps:
         return None
 
     def _nearby_solids(self, moving: list[Prism], thing: Thing) -> list[int]:
-        """Return the indices of the solids near the leaves that may stop them.
+        """Return the indices of the solids that are near a thing's leaves and may stop them.
 
-        Solids of the thing's carriers that the leaves overlap at rest are left out: the thing is inside them.
+        Solids of the thing's carriers that the leaves overlap at rest are left out, because the thing is inside them.
         """
         if not moving:
             return []
@@ -86,7 +89,9 @@ class SolidOverlaps:
 
 
 def _may_overlap(one: Thing, two: Thing) -> bool:
-    """Return whether two things may overlap: one thing, two openings, anything and a rug, or a sink and a faucet."""
+    """Return whether two things may overlap: if they are the same thing, two openings, a rug and anything, or a
+    sink and a faucet.
+    """
     if one is two or (one.is_structure and two.is_structure):
         return True
     pair = {one.category, two.category}

@@ -1,4 +1,6 @@
-"""Floor on which an agent can walk: nodes of the 0.25 m grid where its body fits, connected through passable doors."""
+"""Floor on which an agent can walk: the nodes of a 0.25 m grid where its body fits, connected through passable
+doors.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -29,9 +31,9 @@ from vigil.scene.things import Scene, Thing
 LEAST_SHARE = 0.9
 """Least share of the free nodes that must be connected."""
 JAMB_M = 0.08
-"""Width that a door's frame takes from its hole on either side."""
+"""Width (m) that a door's frame takes from the door's hole on either side."""
 BEHIND_M = 0.01
-"""How far the strip through a door reaches, on either side, into the floor where the body's axis can be."""
+"""How far (m) the strip through a door reaches, on either side, into the floor where the body's axis can be."""
 
 
 @dataclass(slots=True, eq=False)
@@ -39,13 +41,13 @@ class WalkableGrid:
     """The grid and its largest connected part."""
 
     xs: np.ndarray
-    """x of the nodes (rows, columns)."""
+    """x (m) of the nodes (rows, columns)."""
     zs: np.ndarray
-    """z of the nodes (rows, columns)."""
+    """z (m) of the nodes (rows, columns)."""
     space: shapely.Geometry
-    """Floor where the body's axis can be, apart from obstacles."""
+    """Floor where the body's axis can be if obstacles are ignored."""
     obstacles: shapely.Geometry
-    """Floor where the body's axis cannot be because of things."""
+    """Floor where the body's axis cannot be because of things that are in the way."""
     free: np.ndarray
     """Whether the body fits at each node."""
     main: np.ndarray
@@ -58,18 +60,20 @@ class WalkableGrid:
         return float(self.main.sum()) / count if count else 0.0
 
     def reaches(self, floor: Polygon) -> bool:
-        """Return whether a node of the largest part lies on a floor."""
+        """Return whether a node of the largest connected part lies on `floor`."""
         return bool((self.main & shapely.contains_xy(floor, self.xs, self.zs)).any())
 
     def is_free_start(self, x: float, z: float) -> bool:
-        """Return whether the body fits at a place next to nodes of the largest part."""
+        """Return whether the body fits at a place whose neighbouring nodes belong to the largest connected part."""
         if not shapely.contains_xy(self.space, x, z) or shapely.contains_xy(self.obstacles, x, z):
             return False
         near = np.hypot(self.xs - x, self.zs - z) <= GRID_M
         return bool((self.main & near).any())
 
     def can_be_reached(self, thing: Thing, reach_m: float) -> bool:
-        """Return whether an agent can stand within reach of a thing, clear of its leaves when half or fully open."""
+        """Return whether an agent can stand within reach of a thing, clear of the thing's leaves both half and
+        fully open.
+        """
         outline = footprint(bounding_box(thing))
         x0, z0, x1, z1 = outline.bounds
         near = self.main & (self.xs >= x0 - reach_m) & (self.xs <= x1 + reach_m)

@@ -1,4 +1,6 @@
-"""The floor of one room while it is furnished: what is taken, what must be free, and where one can still walk."""
+"""The floor of one room while it is furnished: where it is taken, where it must stay free, and where an agent can
+walk.
+"""
 
 import itertools
 
@@ -13,18 +15,18 @@ from vigil.scene.floor import largest_part
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M
 
 LEAST_WALKABLE = 0.93
-"""Least share of the free grid that one component must cover (the house rule is 0.9)."""
+"""Least share of the free grid that one connected component must cover. (The rule for a whole house is 0.9.)"""
 EPS = 1e-6
 DOORSTEP_M = 0.4
 """Distance (along x and z together) from the middle of a doorstep within which a body is in the door."""
 FRAME_M = 0.09
-"""How far window frames and sills reach out of the wall."""
+"""How far (m) window frames and sills reach out of the wall."""
 WALL_GAP = 0.02
 """Distance (m) of furniture from the wall behind it."""
 
 
 class Floor:
-    """The floor of a room. Rectangles are upright, which is exact because rooms are rectilinear."""
+    """The floor of a room. All rectangles are parallel to the axes, which is exact because rooms are rectilinear."""
 
     def __init__(self, room: RoomPlan, openings: list[PlannedOpening]) -> None:
         self.room = room
@@ -71,7 +73,8 @@ class Floor:
         return self.room.polygon.area
 
     def fits(self, rects: np.ndarray, is_tall: bool = False) -> np.ndarray:
-        """Return which (n,) of rectangles (n, 4) lie in the room on floor that is neither taken nor kept free.
+        """Return for rectangles (n, 4) whether (n,) each lies in the room, on floor that is neither taken nor kept
+        free.
 
         Tall rectangles also have to be clear of windows.
         """
@@ -81,17 +84,17 @@ class Floor:
         return ~_overlaps(rects, blocks)
 
     def is_open(self, rects: np.ndarray) -> np.ndarray:
-        """Return which (n,) of rectangles (n, 4) lie in the room without touching furniture."""
+        """Return for rectangles (n, 4) whether (n,) each lies in the room without touching furniture."""
         return ~_overlaps(rects, [*self.outside, *self.taken])
 
     def is_clear(self, rects: np.ndarray) -> np.ndarray:
-        """Return which (n,) of rectangles (n, 4) lie in the room, clear of furniture and of doors."""
+        """Return for rectangles (n, 4) whether (n,) each lies in the room, clear of furniture and of doors."""
         return ~_overlaps(rects, [*self.outside, *self.taken, *self.clear])
 
     def can_walk(self, more: list[Rect], access: list[Rect]) -> bool:
         """Return whether all doors, and all floor in front of furniture, can still be reached on foot.
 
-        `more` furniture, and `access` floor in front of it, are added for the test.
+        For the test, furniture on the rectangles `more` is added, and `access` is the floor in front of it.
         """
         free = self.free_grid(more)
         main = largest_part(free)
@@ -106,7 +109,9 @@ class Floor:
         )
 
     def free_grid(self, more: list[Rect]) -> np.ndarray:
-        """Return at which grid nodes (rows, columns) the body fits, with `more` furniture added."""
+        """Return for grid nodes (rows, columns) whether the body fits there, with furniture added on the rectangles
+        `more`.
+        """
         free = self.walkable.copy()
         for x0, z0, x1, z1 in [*self.taken, *self.leaves, *more]:
             reach = BODY_RADIUS_M + 0.01

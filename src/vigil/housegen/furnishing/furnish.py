@@ -29,7 +29,7 @@ ESSENTIAL = {
     "Bedroom": ("Bed",),
     "Bathroom": ("Toilet", "Sink"),
 }
-"""Furniture without which a room cannot serve its purpose; another floor plan is tried if it does not fit."""
+"""Furniture that each kind of room must have; if it does not fit, another floor plan is tried."""
 
 EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
     "Kitchen": (
@@ -90,7 +90,7 @@ EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
         ("Cabinet", 0.3),
     ),
 }
-"""Further furniture of a room: category and its probability."""
+"""Further furniture for each kind of room, as (category, probability)."""
 
 PROBABILITIES = {
     "fridge in the run": 0.6,
@@ -106,7 +106,7 @@ PROBABILITIES = {
     "bedroom television": 0.3,
     "table in the open": 0.75,
 }
-"""Probability that a room has furniture that fits into it."""
+"""Name of a piece or group of furniture -> probability that a room gets it if it fits."""
 MIN_ROOM_M2 = {
     "corner run": 13.0,
     "island": 20.0,
@@ -117,9 +117,9 @@ MIN_ROOM_M2 = {
     "table in the open": 15.0,
     "table for four": 18.0,
 }
-"""Area (m2) above which a room may have the furniture."""
+"""Name of a piece or group of furniture -> area (m2) above which a room may have it."""
 LONG_RUNS, SHORT_RUNS = ((10,), (8,)), ((6,), (3, 3), (5,), (4,))
-"""Widths (ft) of a kitchen's counters; the short ones are tried in turn if the long ones do not fit."""
+"""Widths (ft) of a kitchen's counters. If the long runs do not fit, the short runs are tried in turn."""
 WALL_PREFERENCES: dict[str, tuple[float, float]] = {
     "corner run": (1.0, 0.0),
     "kitchen run": (0.2, 0.6),
@@ -134,21 +134,22 @@ WALL_PREFERENCES: dict[str, tuple[float, float]] = {
     "prefers corners": (0.7, 0.1),
     "other": (0.2, 0.3),
 }
-"""How much a group prefers corners, and the middles of walls, in the units of NOISE."""
+"""Name of a group -> scores for a corner and for the middle of a wall, in the units of NOISE."""
 NOISE = 0.5
 """Random variation of a place's score."""
 FACING, ASIDE_PER_M, TOO_NEAR_PENALTY, AHEAD_PER_M = 3.0, 1.5, 5.0, 0.15
-"""Scores of places opposite a piece: a gain for facing it, and losses for an offset, for nearness and for distance."""
+"""Scores of places opposite a piece of furniture: a gain for facing the piece, and losses for an offset, for being
+too near and for distance."""
 NEAR_M = 1.2
 """Distance (m) below which an opposite place is too near."""
 FACING_DEG = 1.0
-"""Largest deviation (degrees) of yaws from opposite ones at which two pieces face each other."""
+"""Greatest deviation (deg) from opposite yaws at which two pieces count as facing each other."""
 VIEW_ASIDE_M = 0.4
 """Half the width (m) of the floor kept free between a sofa and its television."""
 SMALL_M = 0.6
-"""Size (m) below which furniture that does not open does not need floor in front of it."""
+"""Size (m) below which furniture without doors or drawers does not need free floor in front of it."""
 SQUARE_M = 0.02
-"""Largest difference (m) between the sides of furniture that may be turned."""
+"""Greatest difference (m) between the sides of furniture that may be turned by a quarter."""
 
 FULLNESS_RANGE = (0.35, 1.25)
 """Range of a random factor on each probability of `EXTRAS`, so that some rooms have little and others much."""
@@ -172,7 +173,7 @@ class Furnisher:
         self.pieces: list[PlacedObject] = []
 
     def furnish(self) -> list[PlacedObject]:
-        """Place the room's furniture and return it, with what stands on it as children."""
+        """Place the room's furniture and return it; things that stand on furniture are its children."""
         kind = self.floor.room.kind
         {
             "Kitchen": self._kitchen,

@@ -1,4 +1,4 @@
-"""Placement of furniture groups: furniture that stands together and is placed as one.
+"""Placement of furniture groups, i.e. of furniture that stands together and is placed as one unit.
 
 The frame of a group has its origin at the middle of the group's back edge: x is along the wall, z away from it, and yaw
 0 faces away from the wall.
@@ -15,7 +15,8 @@ from vigil.housegen.furnishing.floor import WALL_GAP, Floor
 TALL_M = 0.97
 """Height (m) above which furniture does not stand in front of a window."""
 STAND_M = 0.45
-"""Depth (m) of the floor that the agent's body needs in front of what it opens, in addition to the leaf's reach."""
+"""Depth (m) of the floor that the agent's body needs in front of furniture that it opens, in addition to the leaf's
+reach."""
 LEAST_ACCESS = 0.8
 """Least depth (m) of the floor kept free in front of furniture that opens."""
 ACCESS_M, HALF_ACCESS_M = 0.5, 0.3
@@ -27,7 +28,7 @@ ALONG_STEP_M, ACROSS_STEP_M = 0.15, 0.3
 ACROSS_SHIFT_M = 0.25
 """Largest random offset (m) of the places in the open."""
 TRIES = 14
-"""Number of best places at which it is tested whether one can still walk."""
+"""Number of the best places for which it is tested whether an agent can still walk through the room."""
 
 
 @dataclass(slots=True)
@@ -39,10 +40,12 @@ class GroupMember:
     z: float
     yaw: float = 0.0
     on: int | None = None
-    """Index of the member on which it stands; None on the floor."""
+    """Index of the member on which this member stands; None if it stands on the floor."""
 
     def rects(self) -> list[Rect]:
-        """Return the rectangles that it covers: those of a countertop's runs, or the one around its box."""
+        """Return the rectangles that the member covers: one for each run of a countertop, otherwise the one around
+        its box.
+        """
         if self.model.category != "CounterTop":
             return [self.rect()]
         corners = [np.asarray(solid.polygon) for solid in self.model.asset.solids if solid.joint is None]
@@ -50,7 +53,7 @@ class GroupMember:
         return [turned_rect(box, self.x, self.z, self.yaw) for box in boxes]
 
     def rect(self) -> Rect:
-        """Return the rectangle around its box, in the group's frame."""
+        """Return the rectangle around the member's box, in the group's frame."""
         return turned_rect(self.model.rect, self.x, self.z, self.yaw)
 
 
@@ -94,23 +97,23 @@ class FurnitureGroup:
 
 @dataclass(frozen=True, slots=True)
 class Anchor:
-    """A place for a group."""
+    """A place in the room for a furniture group."""
 
     x: float
-    """Middle of the group's back edge."""
+    """x (m) of the middle of the group's back edge, in the house's frame."""
     z: float
     yaw: float
     corner: float = 0.0
     """1 if the group is flush with an end of the wall, else 0."""
     centre: float = 0.0
-    """1 in the middle of the wall (or room), falling to 0 at its end."""
+    """Nearness to the middle: 1 in the middle of the wall (or room), falling to 0 at its end."""
     wall_length: float = 0.0
 
 
 def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureGroup:
-    """Return a group of one piece with its back to the wall, with the floor that it needs in front.
+    """Return a group of one piece of furniture with its back to the wall, and the floor that the piece needs in front.
 
-    `access_m` is the depth of that floor; None takes it from the model.
+    `access_m` is the depth (m) of this floor; with None, the depth follows from the model.
     """
     depth = front_access(model) if access_m is None else access_m
     half = max(model.size.x / 2, HALF_ACCESS_M)
@@ -122,7 +125,9 @@ def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureG
 
 
 def front_access(model: AssetModel) -> float:
-    """Return the depth (m) of the floor to keep free in front; it is larger when a part swings or slides out."""
+    """Return the depth (m) of the floor to keep free in front of a model; it is larger when a part swings or slides
+    out.
+    """
     reach = leaf_reach(model)
     return max(LEAST_ACCESS, reach + STAND_M) if reach > 0 else ACCESS_M
 
@@ -177,7 +182,8 @@ def place_group(
 ) -> list[PlacedObject] | None:
     """Place the group at the best anchor that fits and leaves room to walk.
 
-    `scores` (anchors,) rank the anchors. Return the group's furniture, or None if no anchor fits.
+    `scores` (anchors,) are the anchors' scores; the highest is best. Return the group's furniture; None if no anchor
+    fits.
     """
     if not anchors:
         return None
@@ -201,7 +207,7 @@ def place_group(
 
 
 def pieces_at(group: FurnitureGroup, anchor: Anchor, room: int) -> list[PlacedObject]:
-    """Return the group's furniture at an anchor; pieces that stand on others become children."""
+    """Return the group's furniture at an anchor; pieces that stand on other pieces become their children."""
     pieces: list[PlacedObject] = []
     for member in group.members:
         dx, dz = rotate_floor(member.x, member.z, anchor.yaw)

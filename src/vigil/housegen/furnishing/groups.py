@@ -7,16 +7,16 @@ from vigil.housegen.base.randomness import chance, pick
 from vigil.housegen.furnishing.group_placement import STAND_M, FurnitureGroup, GroupMember, front_access
 
 COUNTER_VARIANTS = 12
-"""Number of counter looks that the generator draws from."""
+"""Number of looks of counters from which the generator draws."""
 COUNTER_DEPTH_M = 0.61
 """Depth (m) of the straight part of a counter; deeper counters are L-shaped."""
 RUN_GAP_M = 0.01
 """Gap (m) between the pieces of a kitchen run."""
 BED_TABLE_GAP_M = 0.06
 SEAT_GAP_M = 0.06
-"""Distance between a chair and its table."""
+"""Distance (m) between a chair and its table."""
 STOOL_GAP_M = 0.05
-"""Distance between a stool and its island."""
+"""Distance (m) between a stool and its kitchen island."""
 STOOL_SPACING_M = 0.2
 """Least gap (m) between two stools; at a long island they share STOOL_SHARE of its length."""
 STOOL_SHARE = 0.6
@@ -27,7 +27,7 @@ SEAT_ROOM_M = 0.3
 BED_RUG_SHARE = 0.75
 """Share of beds with a rug at their foot, if it fits."""
 RUG_UNDER_BED_M = 0.25
-"""Distance of that rug's middle from the bed's foot, towards the head."""
+"""Distance (m) from a bed's foot to the middle of the rug under it, towards the head."""
 RUG_BEFORE_SOFA_M = 0.05
 BED_SIDE_M = (0.5, 0.9, 0.2)
 """Floor at a bed's side for getting in (m): its width, its distance from the wall, and its distance from the foot."""
@@ -39,25 +39,25 @@ ARMCHAIR_GAP_M = (0.25, 0.3)
 DRAWER_EDGE_M = 0.05
 """Least distance (m) from a chair to the end of its desk, which leaves the drawers free."""
 KNEE_HALF_M = 0.1
-"""Least distance of the floor in front of a desk's drawers from the desk's middle."""
+"""Least distance (m) from a desk's middle to the floor kept free in front of its drawers."""
 SCREEN_OVERHANG_M = 0.1
-"""Greatest excess of a television's width over that of its stand."""
+"""How much (m) a television may be wider than its stand."""
 SCREEN_BACK_M = 0.02
-"""Distance of a television behind the middle of its stand."""
+"""Distance (m) of a television behind the middle of its stand."""
 TWO_SEATS_M = 1.25
-"""Length of a table above which each long side has two seats."""
+"""Length (m) of a table above which each long side has two seats."""
 LONG_SIDES_FIRST = 0.7
-"""Share of free-standing tables whose long sides get chairs before their ends."""
+"""Share of free-standing tables that get chairs at their long sides before their ends."""
 COUNTER_FRONT_M = 0.8
-"""Least depth of the floor in front of a kitchen run."""
+"""Least depth (m) of the floor in front of a kitchen run."""
 ISLAND_FRONT_M = 0.4
-"""Depth of the floor in front of an island, in addition to STAND_M."""
+"""Depth (m) of the floor in front of a kitchen island, in addition to STAND_M."""
 VANITY_FRONT_M = 0.7
 CURTAIN_SHARE = 0.35
 """Share of bathtubs with a curtain, if it fits."""
 CURTAIN_GAP_M = 0.01
 TUB_ACCESS_M = (0.3, 0.6)
-"""Floor along a bathtub: its distance from the tub's ends, and its depth."""
+"""Floor kept free along a bathtub: its distance (m) from the tub's ends, and its depth (m)."""
 BASIN_EDGE_M = 0.02
 """Distances (m) of a basin from the counter's front and of a faucet from its back."""
 BASIN_MARGIN_M = 0.06
@@ -161,7 +161,8 @@ def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> Furnit
 
 
 def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ...]) -> FurnitureGroup:
-    """Return matching counters along a wall with the stove between them, and maybe the fridge at an end.
+    """Return a group of matching counters along a wall with the stove between them and, if `with_fridge`, the fridge at
+    an end.
 
     `feet` are the widths (ft) of the counters.
     """
@@ -177,14 +178,16 @@ def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ..
 
 
 def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> FurnitureGroup:
-    """Return an L-shaped counter (leg on the +x side) with the stove next to it, and maybe the fridge next to that."""
+    """Return a group of an L-shaped counter (leg on the +x side), the stove next to it and, if `with_fridge`, the
+    fridge next to the stove.
+    """
     counter = model_of(f"Countertop_{int(rng.integers(COUNTER_VARIANTS))}_L_{feet}x{feet}", "CounterTop")
     row = [draw_model("Stove", rng), counter]
     return _run(rng, [draw_model("Fridge", rng), *row] if with_fridge else row)
 
 
 def _run(rng: np.random.Generator, row: list[AssetModel]) -> FurnitureGroup:
-    """Return models next to each other along a wall, with a sink in the first counter."""
+    """Return a group of models next to each other along a wall, with a sink in the first counter."""
     left = -(sum(model.size.x for model in row) + RUN_GAP_M * (len(row) - 1)) / 2
     members: list[GroupMember] = []
     access: list[Rect] = []
@@ -215,7 +218,7 @@ def bathtub_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def island_group(rng: np.random.Generator, stools: int, similar_to: AssetModel) -> FurnitureGroup:
-    """Return a free-standing counter that matches another one, with stools on one side."""
+    """Return a free-standing counter that looks like the counter `similar_to`, with stools on one side."""
     size = f"{pick(rng, (4, 5, 6))}x{pick(rng, (2, 3))}"
     looks = [model_of(f"Countertop_{look}_Island_{size}", "CounterTop") for look in range(COUNTER_VARIANTS)]
     counter = most_similar(similar_to, looks)

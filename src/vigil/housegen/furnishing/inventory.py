@@ -1,6 +1,6 @@
 """Inventory: the number of objects of each category in a house, with limits for the house and for each room.
 
-Few categories may occur twice, so that an instruction can name one object.
+Few categories may occur twice, so that an instruction can name a single object by its category.
 """
 
 from collections import Counter
@@ -50,17 +50,18 @@ LIMITS = {
     "ShelvingUnit": 2,
     "Window": 99,
 }
-"""Greatest number of a category in one house; by default 1, or LOOSE_LIMIT for objects that can be picked up."""
+"""Category -> greatest number of its objects in one house. The default is 1, or LOOSE_LIMIT for objects that can be
+picked up."""
 LOOSE_LIMIT = 3
-"""Default limit in one house of a category that can be picked up."""
+"""Default greatest number of objects in one house, for a category that can be picked up."""
 _DISHES_AND_FOOD = ("Plate", "Bowl", "Cup", "Mug", "Bottle", "Apple", "Tomato", "Potato", "Fork", "Spoon")
 _ODDS_AND_ENDS = ("Book", "Pen", "Pencil", "CD", "Candle", "Vase", "Cloth", "ToiletPaper")
 ROOM_LIMITS = {"Pillow": 3, "Egg": 3} | dict.fromkeys((*_DISHES_AND_FOOD, *_ODDS_AND_ENDS), 2)
-"""Greatest number in one room of a category that can be picked up; 1 by default."""
+"""Category that can be picked up -> greatest number of its objects in one room. The default is 1."""
 
 
 def limit_of(category: str) -> int:
-    """Return the greatest number of a category in one house."""
+    """Return the greatest number of objects of a category in one house."""
     return LIMITS.get(category, LOOSE_LIMIT if CATALOG[category].is_pickupable else 1)
 
 
@@ -71,7 +72,7 @@ class Inventory:
         self._counts: Counter[str] = Counter()
 
     def may_have(self, category: str) -> bool:
-        """Return whether the house may have one more of the category."""
+        """Return whether the house may have one more object of the category."""
         return self._counts[category] < limit_of(category)
 
     def count(self, category: str) -> int:

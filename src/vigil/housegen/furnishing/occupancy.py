@@ -1,4 +1,6 @@
-"""Space taken by the objects of one room: their boxes, and what their doors, drawers and lids pass through."""
+"""Space taken by the objects of one room: their boxes, and the space through which their doors, drawers and lids
+move.
+"""
 
 from collections.abc import Iterable
 
@@ -8,11 +10,14 @@ from vigil.housegen.furnishing.floor import Floor
 SWING_GAP = 0.01
 """Least distance (m) of moving leaves from walls and other objects, because handles and rims reach out of solids."""
 TOUCH_M = 0.005
-"""Overlap in height (m) up to which two blocks only touch."""
+"""Overlap in height (m) up to which two blocks count as only touching."""
 
 
 class Occupancy:
-    """The blocks taken in a room and those that leaves pass through, which must be clear of each other."""
+    """The blocks that objects take in a room, and the blocks through which leaves move.
+
+    No block may overlap another.
+    """
 
     def __init__(self, floor: Floor, pieces: Iterable[PlacedObject]) -> None:
         self._outside = floor.outside
@@ -63,7 +68,9 @@ def _overlap(one: Block, two: Block, gap: float) -> bool:
 
 
 def _hits_parent(swing: Block, own: Block, parent: PlacedObject | None) -> bool:
-    """Return whether a leaf passes through solids of its support, other than those in which its object lies."""
+    """Return whether a leaf moves through solids of `parent`, on which its object rests, other than those around
+    the object.
+    """
     if parent is None:
         return False
     x, y, z = parent.position

@@ -22,13 +22,14 @@ EDGE = 0.012
 FULL_SHARE = 0.5
 """Share of covered surface at which nothing more is added, because agents must find free places later."""
 BASIN_SHARE = 0.75
-"""Such a share for a counter with a basin, which takes much of it."""
+"""Share of covered surface at which nothing more is added to a counter with a basin, which takes much of the
+surface."""
 MIN_SMALL_OBJECTS, ROUNDS = 6, 3
-"""Number of small objects below which a room gets more, and number of tries for them."""
+"""Number of small objects below which a room gets more of them, and number of times that this is tried."""
 UNTIDINESS_SPREAD, UNTIDINESS_RANGE = 0.3, (0.5, 1.6)
 """Variation between rooms: spread of the logarithm of a factor on small objects, and the factor's range."""
 TRIES = 2
-"""Number of objects that are tried for each wanted on a surface, because not every one fits."""
+"""Number of objects that are tried for each object wanted on a surface, because not every object fits."""
 REPEAT_SHARE = 0.25
 """Factor on the probability of a category that the room already has."""
 COUNTER_M = 2.4
@@ -36,9 +37,9 @@ COUNTER_M = 2.4
 MIN_VISIBLE_SHARE = 0.5
 """Least share of an object's width that taller objects in front of it must leave visible."""
 SIGHT_SLOPE = 1.5
-"""Range behind a taller object, in multiples of its height, in which it hides others.
+"""Distance behind a taller object, in multiples of its height, up to which it hides other objects.
 
-Views of furniture look down more steeply than that.
+An agent looks down at furniture more steeply than this slope.
 """
 HIGHEST_M = 1.75
 """Height (m) above which surfaces are out of sight."""
@@ -110,7 +111,7 @@ ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
 """Categories on a support in one kind of room, in addition to those of the catalogue."""
 
 ALSO_WEIGHT = 0.5
-"""Weight of these categories; a category has 0.67 on its first support in the catalogue."""
+"""Weight of the categories in ALSO_ON; a category has the weight 0.67 on its first support in the catalogue."""
 
 USUAL_OBJECTS: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
     "Kitchen": (
@@ -167,7 +168,7 @@ AT_THE_BACK = frozenset(
 )
 """Categories that are placed at the back of their support."""
 SOFT, TALLEST_ON_SOFT_M = frozenset({"Bed", "Sofa", "ArmChair"}), 0.6
-"""Soft furniture, and the greatest height of what stands on it (not a bat on a bed)."""
+"""Soft furniture, and the greatest height (m) of an object that stands on it (a bat does not stand on a bed)."""
 ALIGNED = AT_THE_BACK | {"Laptop", "Pillow", "Box", "AlarmClock", "Safe"}
 """Categories that face the same way as their support."""
 
@@ -186,7 +187,9 @@ class SmallObjectPlacer:
         self.room_counts = Counter(found.category for found in self._everything())
 
     def fill(self, clutter: float) -> None:
-        """Add the room's usual objects, then others, as children of the furniture; `clutter` scales their number."""
+        """Add the room's usual objects and then others, as children of the furniture; `clutter` scales the number
+        of objects.
+        """
         untidiness = float(np.clip(np.exp(UNTIDINESS_SPREAD * self.rng.standard_normal()), *UNTIDINESS_RANGE))
         least = MIN_SMALL_OBJECTS * min(1.0, clutter)
         clutter *= untidiness
@@ -220,7 +223,7 @@ class SmallObjectPlacer:
             self._put(category, piece, True)
 
     def _fill_top(self, piece: PlacedObject, clutter: float) -> None:
-        """Put objects on a piece until it has the number drawn for it, including those that it has already."""
+        """Put objects on a piece of furniture until it has the number of objects that was drawn for it."""
         mean = ON_TOP.get(piece.category, 0.0) * clutter
         if piece.category == "CounterTop":
             mean *= piece.model.size.x / COUNTER_M
@@ -254,7 +257,7 @@ class SmallObjectPlacer:
         return [(name, weight * (REPEAT_SHARE if self.room_counts[name] else 1.0)) for name, weight in found]
 
     def _may_have(self, category: str) -> bool:
-        """Return whether the house and the room may have one more of the category."""
+        """Return whether the house and the room may have one more object of the category."""
         return self.inventory.may_have(category) and self.room_counts[category] < ROOM_LIMITS.get(category, 1)
 
     def _put(self, category: str, piece: PlacedObject, inside: bool) -> bool:
@@ -323,9 +326,9 @@ class _SupportedObject:
     base: Rect
     """Rectangle of the object's box."""
     reach: Rect
-    """The same with the space that its lid or door needs."""
+    """Rectangle of the object's box together with the space that its lid or door needs."""
     height: float
-    """Height (m) with its lid or screen up."""
+    """Height (m) of the object with its lid or screen up."""
 
 
 def _hidden_share(thing: _SupportedObject, others: list[_SupportedObject]) -> float:
@@ -348,7 +351,7 @@ def _height(model: AssetModel) -> float:
 
 
 def _reach_rect(model: AssetModel) -> Rect:
-    """Return the model's rectangle with the space that its lid or door needs."""
+    """Return the rectangle of the model's box together with the space that its lid or door needs."""
     swept = swept_rect(model)
     if swept is None:
         return model.rect

@@ -18,27 +18,28 @@ from vigil.housegen.layout.walls import WallPiece
 NEAR_WALL = 0.3
 """Greatest distance (m) from a wall of the back of furniture that covers the wall up to its height."""
 IN_WALL_M = 0.05
-"""Greatest distance behind a wall of the back of such furniture; beyond it, the furniture stands at another wall."""
+"""Greatest distance (m) of the back of such furniture behind the wall's surface. If it is further behind, the
+furniture stands at another wall."""
 SIDE_GAP = 0.06
 """Distance (m) kept free at the sides of a hanging object."""
 ABOVE_GAP = 0.12
 """Distance (m) kept free between furniture and an object above it."""
 SILL_M = 0.08
-"""How far a window's frame reaches out of the wall."""
+"""How far (m) a window's frame reaches out of the wall."""
 BELOW_BLINDS_M = 0.5
-"""Height below blinds that must be free of objects."""
+"""Height (m) below blinds that must be free of objects."""
 BUMP_M = 0.06
-"""Distance out of the wall up to which an object does not take up floor."""
+"""An object that reaches at most this far (m) out of the wall does not take up floor."""
 OVERHEAD_M = 1.8
-"""Height of its bottom from which on an object does not take up floor."""
+"""An object whose bottom is at least at this height (m) does not take up floor."""
 ON_LINE_M = 1e-6
-"""Distance up to which two parallel walls are one."""
+"""Distance (m) up to which two parallel walls count as one wall."""
 EDGE_M = 0.01
-"""Tolerance of the tests that an opening is in a wall, and that an object is over furniture."""
+"""Tolerance (m) in the checks that an opening is in a wall and that an object is over furniture."""
 FRAME_M = 0.1
-"""Distance kept free around doors and windows."""
+"""Distance (m) kept free around doors and windows."""
 UNDER_CEILING_M = 0.1
-"""Distance kept free under the ceiling, above what hangs on a wall."""
+"""Distance (m) kept free between the ceiling and objects that hang on a wall."""
 PLACES_TRIED = 5
 """Number of random places that are tried along a wall, in addition to its middle."""
 PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (2, 5), "Bedroom": (2, 4), "Bathroom": (0, 2)}
@@ -52,49 +53,50 @@ WINDOW_DRESSING_PROBABILITY = {"Bedroom": 0.65, "LivingRoom": 0.55, "Kitchen": 0
 DRY_ROOM_BLINDS_PROBABILITY = 0.4
 """Probability of blinds instead of curtains in living rooms and bedrooms; other rooms have only blinds."""
 SWITCH_MIDDLE_M, MIRROR_MIDDLE_M, PAPER_MIDDLE_M, BATHROOM_SHELF_MIDDLE_M = 1.2, 1.5, 0.72, 1.35
-"""Heights of the objects' middles above the floor."""
+"""Heights (m) of the middles of switches, mirrors, paper holders and bathroom shelves above the floor."""
 SHELF_MIDDLE_M, PAINTING_MIDDLE_M = (1.25, 1.5), (1.5, 1.65)
-"""Least and greatest height of the objects' middles above the floor."""
+"""Least and greatest height (m) of the middles of shelves and of paintings above the floor."""
 RAILS = (("TowelHolder", "Towel", 1.35), ("HandTowelHolder", "HandTowel", 1.3))
-"""Category of a rail, category of what hangs over it, and height (m) of the rail's middle."""
+"""Rows of (category of a rail, category of the towel that hangs over it, height (m) of the rail's middle)."""
 CABINET_BOTTOM_M, SHOWER_HEAD_TOP_M, LAMP_BOTTOM_M = 1.42, 2.15, 1.95
-"""Heights above the floor: bottom of a cabinet, top of a shower head, and least height of a lamp's bottom."""
+"""Heights (m) above the floor of a cabinet's bottom and a shower head's top, and least height of a lamp's bottom."""
 SWITCH_ASIDE_M = 0.25
-"""Distance from a door's opening to the middle of its switch."""
+"""Distance (m) from a door's opening to the middle of the light switch next to it."""
 MIRROR_ABOVE_M = 0.06
-"""Distance from the gap above a sink to its mirror."""
+"""Distance (m) between a mirror and the free gap above the sink below it."""
 BESIDE_GAP_M = 0.12
-"""Distance (m) between furniture and what hangs next to it."""
+"""Distance (m) between furniture and an object that hangs next to it."""
 CABINETS_UNDER_CEILING_M, DRESSING_UNDER_CEILING_M = 0.15, 0.05
-"""Distances kept free above cabinets, and above curtains and blinds."""
+"""Distances (m) kept free above cabinets, and above curtains and blinds."""
 CABINET_WIDER_M = 0.02
-"""Largest excess of a cabinet's width over the counter below."""
+"""How much (m) a cabinet may be wider than the counter below it."""
 TOUCH_M = 0.02
-"""Gap between heights below which two objects are in each other's way."""
+"""Vertical gap (m) below which two objects count as in each other's way."""
 OFF_WALL_M, OFF_RAIL_M = 0.002, 0.003
-"""Gaps behind hanging objects, on walls and on rails, so that surfaces do not touch."""
+"""Gaps (m) behind objects that hang on walls and on rails, so that surfaces do not touch."""
 SAME_YAW_DEG = 1.0
-"""Difference of yaws below which a wall is behind furniture."""
+"""Difference (deg) between the yaws of wall and furniture below which the wall counts as behind the furniture."""
 BACK_REACH_M = 0.9
-"""Distance of the furniture's middle below which a wall is behind it."""
+"""Distance (m) of a wall from the furniture's middle below which the wall counts as behind the furniture."""
 WINDOW_ABOVE_M, WINDOW_WIDER_M = 0.12, 0.05
-"""Overlap of curtains and blinds beyond their window."""
+"""How far (m) curtains and blinds reach beyond their window, upwards and to the sides."""
 FLOOR_LENGTH_M = 0.08
-"""Height below which curtains would end and therefore reach the floor; loading a house would lower them anyway."""
+"""Height (m) of the lower end of curtains below which they are made to reach the floor. Loading a house would also
+lower them."""
 
 NARROW_ON_WALL = frozenset({"Faucet"})
-"""Categories that stand on furniture and take only their own width of the wall behind."""
+"""Categories that stand on furniture and block only their own width of the wall behind them."""
 
 
 class Span(NamedTuple):
-    """A part of a wall (m) that is taken or wanted."""
+    """A stretch of a wall (m) that an object takes or needs."""
 
     left: float
     right: float
     bottom: float
     top: float
     gap: float = 0.0
-    """Distance (m) from the wall at which the obstacle begins; flatter objects fit behind it."""
+    """Distance (m) from the wall at which the obstacle begins; objects that are flatter than this fit behind it."""
 
 
 class WallObjectPlacer:
@@ -154,7 +156,7 @@ class WallObjectPlacer:
         return spans
 
     def _covered_spans(self, edge: WallPiece, piece: PlacedObject) -> list[Span]:
-        """Return the spans of a wall that a piece and all on it cover, each up to its top."""
+        """Return the spans of a wall that a piece of furniture and the things on it cover, each up to its top."""
         along, depths = _extent(edge, piece)
         if not -IN_WALL_M <= min(depths) <= NEAR_WALL or max(along) < 0 or min(along) > edge.length:
             return []
@@ -184,7 +186,8 @@ class WallObjectPlacer:
     ) -> PlacedObject | None:
         """Hang an object on wall `index` and return it; None if it does not fit.
 
-        `along` and `middle` are its middle along the wall and above the floor (m). `draped` hangs over it.
+        `along` and `middle` (m) are the object's middle along the wall and above the floor. `draped` is a model that
+        hangs over the object.
         """
         size = model.size
         drop = size.y / 2 if draped is None else max(size.y / 2, draped.size.y - size.y / 2)
@@ -207,7 +210,10 @@ class WallObjectPlacer:
         self.occupancy.add(piece)
 
     def _leaves_room(self, bump: tuple[float, float, float, float], depth: float, bottom: float) -> bool:
-        """Return whether an object that reaches out of the wall leaves room to walk; if so, take the floor under it."""
+        """Return whether an object that reaches out of the wall leaves room to walk.
+
+        If so, mark the floor under it as taken.
+        """
         if depth <= BUMP_M or bottom >= OVERHEAD_M:
             return True
         shape = box(*bump)
@@ -296,7 +302,9 @@ class WallObjectPlacer:
     def _hang_behind(
         self, piece: PlacedObject, model: AssetModel, middle: float, aside: float = 0.0
     ) -> PlacedObject | None:
-        """Hang an object on the wall behind `piece`, `aside` metres from its middle; return None if it does not fit."""
+        """Hang an object on the wall behind `piece`, `aside` metres from the middle of `piece`; return None if it
+        does not fit.
+        """
         for index, along in self._walls_behind(piece):
             return self._hang(model, index, along + aside, middle)
         return None
@@ -310,7 +318,7 @@ class WallObjectPlacer:
                 yield index, edge.along(place)
 
     def _hang_beside(self, piece: PlacedObject, model: AssetModel, middle: float) -> PlacedObject | None:
-        """Hang an object on the wall behind `piece`, next to it; return None if it does not fit."""
+        """Hang an object on the wall behind `piece`, to the side of `piece`; return None if it does not fit."""
         away = piece.model.size.x / 2 + model.size.x / 2 + BESIDE_GAP_M
         for index, along in self._walls_behind(piece):
             for sign in shuffled(self.rng, (-1, 1)):
@@ -353,7 +361,7 @@ class WallObjectPlacer:
             self._hang_dressing(wall, (left + right) / 2, bottom + model.size.y / 2, model)
 
     def _hang_dressing(self, wall: WallPiece, along: float, middle: float, model: AssetModel) -> None:
-        """Hang curtains or blinds in front of a window if nothing is in their place."""
+        """Hang curtains or blinds in front of a window if nothing else is there."""
         x, z = wall.at(along, model.size.z / 2 + SILL_M)
         piece = PlacedObject(model, Vec3(x, middle, z), wall.yaw, self.floor.room.number, is_on_wall=True)
         shape = box(*piece.footprint())
@@ -393,7 +401,7 @@ class WallObjectPlacer:
 
 
 def _subject(painting: AssetModel) -> Drawing:
-    """Return the function that draws the painting's picture; each subject has one."""
+    """Return the function that draws the painting's picture; it identifies the painting's subject."""
     materials = [part.material.partition("/") for part in painting.asset.parts]
     return next(KINDS[kind][number] for kind, _, number in materials if kind == "picture")
 

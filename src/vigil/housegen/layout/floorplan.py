@@ -1,8 +1,8 @@
 """Floor plan: rooms of given kinds and areas in a common boundary, rectangular, L- or T-shaped.
 
-A boundary is sliced into rectangles by area. Then neighbours trade corner blocks, which makes the L and T shapes. A
-plan counts only if a sensible tree of doors reaches every room. All geometry is in whole decimetres, so that walls of
-neighbours coincide exactly.
+First the boundary is cut into rectangles with the rooms' areas. Then neighbours exchange corner blocks, which gives L-
+and T-shaped rooms. A plan is accepted only if a sensible tree of doors reaches every room. All coordinates are whole
+decimetres, so that walls of neighbours coincide exactly.
 """
 
 import math
@@ -23,7 +23,7 @@ UNIT_M = 0.1
 NARROWEST = {"Kitchen": 26, "LivingRoom": 30, "Bedroom": 28, "Bathroom": 20}
 """Narrowest side (dm) of a room by its kind."""
 DOOR_WALL = 15
-"""Least shared wall (dm) between rooms that a door joins."""
+"""Least length (dm) of the shared wall between two rooms that a door joins."""
 MAX_ASPECT = 2.1
 """Greatest ratio of a room's long side to its short side."""
 LAMP_ROOM_M = 0.3
@@ -43,9 +43,9 @@ LINK_COST = {
     ("Bathroom", "Kitchen"): 1.8,
     ("Bathroom", "Bathroom"): 6.0,
 }
-"""Cost of a door between two kinds of rooms; the more unusual it is, the higher."""
+"""Cost of a door between two kinds of rooms; the more unusual such a door is, the higher its cost."""
 PASSAGE_COST = {"Kitchen": 0.1, "LivingRoom": 0.0, "Bedroom": 0.9, "Bathroom": 4.0}
-"""Cost of walking through a room of the kind to reach another; the more unusual it is, the higher."""
+"""Cost of a way through a room of each kind to another room; the more unusual such a way is, the higher its cost."""
 
 Corner = tuple[float, float]
 """Floor point (x, z) in metres."""
@@ -68,7 +68,7 @@ class RoomPlan:
 
     @property
     def polygon(self) -> Polygon:
-        """Floor as a shape (m)."""
+        """Floor of the room as a polygon (m)."""
         return Polygon(self.corners)
 
     @property
@@ -85,9 +85,9 @@ class RoomLayout:
 
     rooms: tuple[RoomPlan, ...]
     links: tuple[tuple[int, int], ...]
-    """Pairs of numbers of rooms that a door joins."""
+    """Pairs of numbers of rooms that are joined by a door."""
     height_m: float
-    """Height of the ceiling."""
+    """Height (m) of the ceiling."""
 
     def room(self, number: int) -> RoomPlan:
         """Return the room of that number."""
@@ -159,7 +159,10 @@ def _slice(
     into: dict[int, tuple[int, int, int, int]],
     rng: np.random.Generator,
 ) -> None:
-    """Divide `rect` among the rooms in `order`, by area, into `into`; each cut is across the longer side."""
+    """Divide `rect` among the rooms in `order` in proportion to their areas, and store the parts in `into`.
+
+    Each cut is across the longer side.
+    """
     if len(order) == 1:
         into[order[0]] = rect
         return
@@ -249,7 +252,7 @@ def _simplified(shape: Polygon | BaseGeometry) -> Polygon:
 
 
 def _shared_lengths(shapes: list[Polygon]) -> dict[tuple[int, int], float]:
-    """Return the length (dm) of wall that each two shapes share, by their indices."""
+    """Return the length (dm) of the wall that each two shapes share, by the indices of the two shapes."""
     pairs = list(combinations(range(len(shapes)), 2))
     if not pairs:
         return {}
@@ -260,7 +263,7 @@ def _shared_lengths(shapes: list[Polygon]) -> dict[tuple[int, int], float]:
 
 
 def longest_shared(a: BaseGeometry, b: BaseGeometry) -> float:
-    """Return the length of the longest straight wall that two shapes share; 0 when they share none."""
+    """Return the length of the longest straight wall that two shapes share; 0 when they do not share a wall."""
     common = a.boundary.intersection(b.boundary)
     best = 0.0
     for line in getattr(common, "geoms", [common]):
@@ -276,7 +279,7 @@ def longest_shared(a: BaseGeometry, b: BaseGeometry) -> float:
 def _links(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.Generator) -> list[tuple[int, int]] | None:
     """Return the doors as pairs of room indices; None when a room cannot be reached.
 
-    They are a spanning tree of the most usual doors, and sometimes one more.
+    The doors are a spanning tree of the most usual doors and sometimes one further door.
     """
     costs: dict[tuple[int, int], float] = {}
     for a, b in combinations(range(len(kinds)), 2):

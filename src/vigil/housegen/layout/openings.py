@@ -1,4 +1,6 @@
-"""Openings: doors, open passages, the front door and windows, with their place in a wall and what fills them."""
+"""Openings: doors, open passages, the front door and windows, each with its place in a wall and the asset that
+fills it.
+"""
 
 from dataclasses import dataclass
 
@@ -38,7 +40,7 @@ WINDOWS_PER_ROOM = {"Kitchen": (1, 2), "LivingRoom": (1, 3), "Bedroom": (1, 2), 
 
 @dataclass(frozen=True, slots=True)
 class PlannedOpening:
-    """A hole in a wall piece (and in the panel behind it), and what fills it."""
+    """A hole in a wall piece (and in the panel behind it), with the door or window in the hole."""
 
     id: str
     category: str
@@ -53,28 +55,28 @@ class PlannedOpening:
     top: float = DOOR_HEIGHT
     """Height (m) of the hole's top."""
     other: WallPiece | None = None
-    """The same piece seen from the room behind; None when the outside is behind."""
+    """The same wall piece seen from the room behind the wall; None when the outside is behind the wall."""
     openable: bool | None = None
     openness: float | None = None
 
     @property
     def is_door(self) -> bool:
-        """Whether it is a door or an open frame, not a window."""
+        """Whether the opening is a door or an open frame, not a window."""
         return self.category != "Window"
 
     @property
     def middle(self) -> float:
-        """Distance (m) of its middle along the wall."""
+        """Distance (m) of the opening's middle along the wall."""
         return (self.left + self.right) / 2
 
     def clear_depth(self) -> float:
-        """Return the depth (m) of the floor in front of it that must be free."""
+        """Return the depth (m) of the floor in front of the opening that must be free."""
         if not self.is_door:
             return 0.0
         return DOOR_CLEAR if self.category == "Doorway" and self.openable else PASSAGE_CLEAR
 
     def leaves(self) -> list[Rect]:
-        """Return the floor under its leaves when it is open, in the room that they swing into."""
+        """Return the floor under the opening's leaves when they are open, in the room that they swing into."""
         if self.category != "Doorway" or not self.openable:
             return []
         size = Vec3(round(self.right - self.left, 4), round(self.top - self.bottom, 4), DOOR_DEPTH_M)

@@ -17,7 +17,7 @@ class WallPiece:
     room: int
     """Number of the room."""
     behind: int | None
-    """Number of the room behind it; None when the outside is behind."""
+    """Number of the room behind the wall piece; None when the outside is behind it."""
     start: Corner
     end: Corner
 
@@ -60,12 +60,12 @@ class WallPiece:
 
     @property
     def id(self) -> str:
-        """Id in the document of the panel on the room's side."""
+        """Id (in the document) of the wall panel on the room's side."""
         return f"wall|{self.room}|{self._place()}"
 
     @property
     def exterior_id(self) -> str:
-        """Id in the document of the panel on the outside."""
+        """Id (in the document) of the wall panel on the outside."""
         return f"wall|exterior|{self._place()}"
 
     def _place(self) -> str:
@@ -74,7 +74,7 @@ class WallPiece:
 
 
 def room_edges(room: RoomPlan) -> list[WallPiece]:
-    """Return the room's whole straight walls, without what is behind them."""
+    """Return the room's straight walls as whole pieces, without the numbers of the rooms behind them."""
     corners = room.corners
     return [
         WallPiece(room.number, None, start, end) for start, end in zip(corners, [*corners[1:], corners[0]], strict=True)
@@ -116,7 +116,7 @@ def _rounded(corner: Corner) -> Corner:
 
 
 def facing_piece(piece: WallPiece, pieces: list[WallPiece]) -> WallPiece:
-    """Return the same piece seen from the room behind it."""
+    """Return the piece of wall that covers the same place as `piece`, seen from the room behind it."""
     return next(
         other
         for other in pieces

@@ -1,6 +1,6 @@
 """Action spaces of the Gymnasium environment, and the conversion of their actions to replies.
 
-An action of either space becomes the text of a reply, which `vigil.env` parses like a model's.
+An action of either space becomes the text of a reply, which `vigil.env` parses like the reply of a model.
 """
 
 import json
@@ -17,7 +17,8 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.replies import MAX_REPLY_BYTES
 
 MIN_MAGNITUDE = 0.01
-"""Smallest magnitude of a structured action: the protocol's are above 0, but the bounds of a space are inclusive."""
+"""Smallest magnitude of a structured action. The protocol requires a magnitude above 0, but the bounds of a
+Gymnasium space are inclusive."""
 
 
 class TextActions:
@@ -37,9 +38,10 @@ class TextActions:
 
 
 class StructuredActions:
-    """Action space of dicts of numbers: a skill and every argument; arguments that the skill does not take are ignored.
+    """Action space of dicts with a number for the skill and for every argument; arguments that the skill does not take
+    are ignored.
 
-    Names are numbered in the order of `vigil.protocol.actions`. A report's summary is empty.
+    Skills and other words are numbered in the order of `vigil.protocol.actions`. The summary of a report is empty.
     """
 
     def __init__(self, coordinates: Coordinates) -> None:
@@ -74,7 +76,10 @@ def _space(argument: Argument, coordinates: Coordinates) -> Space[Any]:
 
 
 def _number(name: str, value: Any, space: Space[Any]) -> float:
-    """Return one number of an action; vectors pass numpy scalars, policies pass arrays with one element."""
+    """Return one number of an action as a Python number.
+
+    It may be given as a numpy scalar or as an array with one element.
+    """
     array = np.asarray(value)
     number = array.item() if array.size == 1 and array.dtype.kind in "iuf" else None
     if number is not None:

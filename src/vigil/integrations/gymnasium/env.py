@@ -27,16 +27,18 @@ from vigil.sim import make_simulator
 
 FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)
 INSTRUCTION_BLOCK = 256
-"""Length limits of instructions are rounded up to a multiple of this, so that packs have equal spaces."""
+"""Length limits of instructions are rounded up to a multiple of this number, so that most packs have equal
+observation spaces."""
 RESET_OPTIONS = ("episode_id",)
 OUTCOME_KEYS = (
     *("episode_id", "family", "end", "W", "W_strict", "B", "label", "subtype", "category", "steps", "lag", "progress"),
 )
-"""Fields of the outcome in evaluator mode's `info`; None is left out, because a vector's arrays have one type."""
+"""Fields of the outcome in `info` in evaluator mode. A field that is None is left out, because a vector stores each
+field in an array of one type."""
 
 
 class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
-    """Episodes of a pack or a stream as a Gymnasium environment.
+    """A Gymnasium environment that plays the episodes of a pack or a stream.
 
     A report terminates an episode; running out of steps or of invalid replies truncates it. Pickling or copying an
     environment makes a new one from the same options, before its first episode.
@@ -69,7 +71,8 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Start the next episode (a random one of a pack), or the one of `options={"episode_id": ...}`.
+        """Start the next episode (of a pack, a random episode), or the episode that `options={"episode_id": ...}`
+        names.
 
         Raises SettingError if an option or id is unknown, SimulatorError if the simulator failed.
         """
@@ -132,7 +135,9 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return Dict(spaces)
 
     def _to_space(self, observation: Observation) -> dict[str, Any]:
-        """Return an observation in its space; both booleans are 0 when there is no feedback."""
+        """Return an observation as an element of the observation space; both booleans are 0 when there is no
+        feedback.
+        """
         seen: dict[str, Any] = {"instruction": self._now.episode.instruction}
         if self._options.frames:
             seen["frame"] = self._frame(observation)
@@ -150,7 +155,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             raise
 
     def _final_observation(self, before: Observation | None, record: EpisodeRecord) -> Observation:
-        """Return the observation after the last reply, which Gymnasium requires; the agent cannot answer it."""
+        """Return the observation after the last reply. Gymnasium requires it, but the agent cannot answer it."""
         effect = record.steps[-1].effect
         told = None if effect is None else Feedback(too_far=effect.too_far, path_blocked=effect.path_blocked)
         if effect is None and before is not None and before.is_drawn:

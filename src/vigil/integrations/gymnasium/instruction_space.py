@@ -1,7 +1,7 @@
-"""Space of instructions: text that asynchronous vectors pass on correctly when it changes.
+"""Space of instructions: a text space whose changing values asynchronous vectors return correctly.
 
-Gymnasium 1.4 reads a `Text` from shared memory only once, when the vector is made, and would return that first value
-forever. This space registers a reader with Gymnasium that reads again for every observation.
+Gymnasium 1.4 reads the value of a `Text` space from shared memory only once, when the vector is made, and would return
+this first value forever. For this space, Gymnasium uses a function that reads the value again for every observation.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ class InstructionText(Text):
 
 
 class _Current(Sequence[str]):
-    """View of the texts currently in shared memory; its deep copy is a fixed tuple of them."""
+    """View of the texts that are currently in shared memory; its deep copy is a tuple of the texts at that moment."""
 
     def __init__(self, read: Callable[[], Any]) -> None:
         self._read = read

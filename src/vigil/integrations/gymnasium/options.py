@@ -12,7 +12,7 @@ OWNER = "Vigil-v0"
 
 
 class Options(Shaping, EpisodeOptions):
-    """Options that select the episodes, and say how they are observed, answered and rewarded."""
+    """Options that select the episodes, and set what observations, actions and rewards are like."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -27,7 +27,10 @@ class Options(Shaping, EpisodeOptions):
 
     @classmethod
     def of(cls, given: dict[str, Any]) -> "Options":
-        """Return the options with these names and values. Raises SettingError, which suggests a similar name."""
+        """Return the options with these names and values.
+
+        Raises SettingError; for an unknown name it suggests a similar one.
+        """
         check_names(given, cls.model_fields, OWNER)
         try:
             return cls.model_validate(given)

@@ -1,7 +1,7 @@
 """Prefetching: the next episode is drawn, and its house built, while the current one is played.
 
-A vector steps its environments together, so one that builds a house would make all others wait. Which episodes are
-drawn depends only on the seed, not on the progress of the thread.
+A vector steps its environments together, so an environment that builds a house would make all others wait. The choice
+of episodes depends only on the seed, not on how far the thread is.
 """
 
 from collections.abc import Callable
@@ -14,10 +14,10 @@ from vigil.protocol.house import House
 
 
 class Prefetcher:
-    """A thread that draws episodes from a source, one ahead."""
+    """A thread that draws the next episode from a source while the current episode is played."""
 
     def __init__(self, source: EpisodeSource, prepare: Callable[[House], None]) -> None:
-        """`prepare` is called in another thread, to make each house faster to load."""
+        """`prepare` is called with each house, in another thread, so that the house later loads faster."""
         self._source, self._prepare = source, prepare
         self._thread = ThreadPoolExecutor(1, "next-episode")
         self._next: Future[SampledEpisode] | None = None
@@ -33,7 +33,7 @@ class Prefetcher:
         return found
 
     def discard(self) -> None:
-        """Drop the next episode, after waiting for its preparation to finish."""
+        """Wait until the next episode is prepared, and discard it."""
         if self._next is not None and not self._next.cancel():
             wait([self._next])
         self._next = None

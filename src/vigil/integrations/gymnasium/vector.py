@@ -1,4 +1,4 @@
-"""Vector of environments in a few processes, each of which steps its share of them one after the other.
+"""Vector of environments in a few processes. Each process steps its share of the environments one after the other.
 
 Return values and resets are those of Gymnasium's `AsyncVectorEnv`. That class starts a process for each environment:
 sixteen processes on two cores delay each other, and none can reuse a house that another has built.
@@ -24,7 +24,7 @@ from vigil.integrations.gymnasium.vector_worker import Environments, EnvShard, M
 from vigil.runner.workers.pool import worker_count
 
 ENV_ID = "vigil.integrations.gymnasium:Vigil-v0"
-"""Id of the environment with the module that registers it, which a new process has not imported yet."""
+"""Id of the environment, with the module that registers it: a new process must first import this module."""
 StepResult = tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
 
 
@@ -40,9 +40,10 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         copy: bool = True,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
     ) -> None:
-        """Start the processes: by default one per core; `context` is the multiprocessing start method.
+        """Start the processes, by default one per core. `context` is the start method of `multiprocessing`.
 
-        Without `copy` the next observation overwrites the last one's arrays. Raises any error of making an environment.
+        Without `copy`, each observation overwrites the arrays of the observation before. Raises any error of making an
+        environment.
         """
         if not env_fns or (processes is not None and processes < 1):
             raise SettingError(
@@ -82,7 +83,10 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self._seen(), infos
 
     def step(self, actions: Any) -> StepResult:
-        """Take one action in each environment; in the default mode, one whose episode has ended is reset instead."""
+        """Take one action in each environment.
+
+        In the default mode, an environment whose episode has ended is reset instead.
+        """
         each = list(iterate(self.action_space, actions))
         answers = self._call_all(Environments.step_all, [(each[shard.part],) for shard in self._shards])
         infos: dict[str, Any] = {}
@@ -101,14 +105,17 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self.call(name)
 
     def set_attr(self, name: str, values: Any) -> None:
-        """Set an attribute of each environment: from a list or tuple one value each, else the same value for all."""
+        """Set an attribute of each environment.
+
+        A list or tuple has one value for each environment; any other value is set in all.
+        """
         each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
         if len(each) != self.num_envs:
             raise SettingError(f"set_attr() of {self.num_envs} environments got {len(each)} values; give one for each.")
         self._call_all(Environments.set_attr, [(name, each[shard.part]) for shard in self._shards])
 
     def render(self) -> tuple[Any, ...]:
-        """Return the current frame of each environment; None for each without a render mode."""
+        """Return the current frame of each environment; None for an environment without a render mode."""
         return self.call("render")
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -127,7 +134,10 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self.get_attr("np_random_seed")
 
     def _describe(self, make: MakeEnv) -> None:
-        """Make one environment to learn the spaces of all, and close it; forked processes inherit what it loaded."""
+        """Make one environment, read its spaces (equal for all environments) and close it.
+
+        Forked processes inherit what it loaded.
+        """
         env = make()
         self.metadata = {**env.metadata, "autoreset_mode": self.autoreset_mode}
         self.render_mode = env.render_mode

@@ -21,7 +21,7 @@ from vigil.errors import SettingError
 
 MakeEnv = Callable[[], gymnasium.Env[Any, Any]]
 Infos = dict[Any, dict[str, Any]]
-"""`info` of environments, by their numbers in the share."""
+"""Number of an environment in the share -> its `info`."""
 ADVICE = "Is there enough memory? Close the vector and make another one."
 
 
@@ -34,7 +34,7 @@ class EnvShard(Worker):
         The process is not replaced, because its environments would be others: after its end all requests fail.
         """
         self.part = part
-        """Positions of its environments among all."""
+        """Positions of this process's environments in the vector."""
         settings = WorkerSettings(start=lambda *_: process, advice=ADVICE)
         super().__init__(make_state, f"The process of environments {part.start} to {part.stop - 1}", settings)
 

@@ -14,7 +14,7 @@ from vigil.packs.private import REVEAL_HELP
 from vigil.protocol.profile import ImageFormat, PromptVariant, SystemRole
 
 TASKSET_ID = "vigil-verifiers"
-"""Id by which verifiers finds the environment, in the module `vigil_verifiers`."""
+"""Id by which the library `verifiers` finds the environment, in the module `vigil_verifiers`."""
 
 
 class VigilTaskConfig(vf.TaskConfig, Shaping):
@@ -22,7 +22,7 @@ class VigilTaskConfig(vf.TaskConfig, Shaping):
 
 
 class VigilTasksetConfig(vf.TasksetConfig, EpisodeOptions):
-    """Options that select the episodes, and say how they are observed and answered."""
+    """Options that select the episodes, and set what observations and replies are like."""
 
     task: VigilTaskConfig = VigilTaskConfig()
     limit: int | None = Field(
@@ -49,7 +49,8 @@ class VigilTasksetConfig(vf.TasksetConfig, EpisodeOptions):
 
 
 class VigilEnvConfig(vf.EnvConfig):
-    """Configuration of the environment with its one agent, the model."""
+    """Configuration of the environment and of its only agent, the model."""
 
     agent: vf.AgentConfig = vf.AgentConfig(runtime=vf.SubprocessConfig())
-    """Configuration of the agent. Nothing runs in its sandbox: simulators are processes of the environment."""
+    """Configuration of the agent. Nothing runs in the agent's sandbox, because simulators are processes of the
+    environment."""

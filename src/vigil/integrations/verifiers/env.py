@@ -24,7 +24,10 @@ _OPTIONS = VigilTasksetConfig.model_fields.keys() - vf.TasksetConfig.model_field
 
 
 class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
-    """Environment that plays any number of episodes at once. The simulators run while it is `serving()`."""
+    """Environment that plays any number of episodes at once.
+
+    Its simulators run while it is in the context of `serving()`.
+    """
 
     taskset: VigilTaskset
     _pool: SimulatorPool | None = None
@@ -53,7 +56,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
         await agents.agent.run(task)
 
     def worker_plan(self) -> WorkerPlan:
-        """Return the plan of the simulator workers. Raises PackMismatch."""
+        """Return the settings of the simulator workers (a worker plan). Raises PackMismatch."""
         config = self.taskset.config
         return WorkerPlan(
             self.taskset.source.folder,

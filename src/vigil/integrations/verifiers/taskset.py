@@ -15,13 +15,16 @@ from vigil.scoring.outcomes import Outcome
 OUTCOME = "outcome"
 """Key of the verdict in the trace of an episode."""
 LABELS = ("FR", "NR", "IL", "Other")
-"""Labels of outcomes that are metrics."""
+"""Labels of outcomes that are reported as metrics."""
 REVEAL_OPTION = "--env.taskset.reveal-private-pack true"
 """Option that allows a private pack."""
 
 
 class VigilData(vf.TaskData):
-    """A row that names an episode of a source. Its prompt is the instruction; the model sees more (`VigilHarness`)."""
+    """A row that names an episode of a source.
+
+    Its prompt is only the instruction; `VigilHarness` sends the model the full prompt.
+    """
 
     source: str = ""
     house: int | None = None
@@ -29,7 +32,10 @@ class VigilData(vf.TaskData):
 
 
 class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
-    """Task of playing an episode. It does not contain the hidden goal: the environment finds the episode by its id."""
+    """Task of playing an episode.
+
+    It does not contain the hidden goal; the environment finds the episode by the task's id.
+    """
 
     @property
     def key(self) -> str:
@@ -38,13 +44,15 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
 
     @vf.reward
     async def reward(self, trace: vf.Trace) -> dict[str, float]:
-        """Return the terms of the reward; only B = 0 if verifiers stopped the episode early."""
+        """Return the terms of the reward by name. If verifiers stopped the episode early, the only term is B = 0."""
         outcome = stored_outcome(trace)
         return {"B": 0.0} if outcome is None else reward_parts(outcome, self.config)
 
     @vf.metric
     async def verdict(self, trace: vf.Trace) -> dict[str, float]:
-        """Return the counts of the paper's tables; empty if verifiers stopped the episode early."""
+        """Return what the episode adds to the counts in the paper's tables; empty if verifiers stopped the episode
+        early.
+        """
         outcome = stored_outcome(trace)
         if outcome is None:
             return {}

@@ -19,19 +19,20 @@ LEAST_FACING = 0.05
 """Least cosine between a normal and a direction that it faces."""
 LAMP_RAYS = 4
 LIFT_M = 0.012
-"""Distance from the surface at which rays start."""
+"""Distance (m) from the surface at which rays start."""
 BURIED_M, BURIED_SHARE = 0.03, 0.6
-"""A point is buried if more than this share of its rays are shorter than this."""
+"""A point counts as buried if more than BURIED_SHARE of its rays are shorter than BURIED_M."""
 HALF_M = 0.3
-"""Distance of a wall that brings half of its light."""
+"""Distance (m) at which a wall reflects half of its light to a point."""
 FROM_ABOVE, FROM_SIDES, FROM_BELOW = 1.0, 0.85, 0.75
 """Light reflected by ceilings, walls and floors."""
 SKY, LAWN = (2.65, 2.9, 3.2), (0.95, 1.0, 0.95)
 """Light through a window from above and from below the horizon."""
 AMBIENT, LAMP = 0.33, 1.07
-"""Strengths; most light comes from the lamp, because a room lit evenly from all sides looks flat."""
+"""Strengths of the light from all around and of the lamp. The lamp gives most light, because a room lit evenly from
+all sides looks flat."""
 ASIDE = np.array([0.6, 0.12, -0.25], np.float32)
-"""Additional light by direction: it tells walls that meet apart, and lights ceilings from the floor."""
+"""Additional light by direction. It makes walls that meet look different, and lights ceilings from the floor."""
 LAMP_ASIDE = np.array([0.1, 0.02, 0.0], np.float32)
 """Additional light of lamps by direction, since lamps are not points."""
 LAMP_RADIUS_M = 0.2
@@ -74,7 +75,7 @@ class Samples:
 def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
     """Return the light (n, 3) float32 from all around, without lamps, and which samples are buried (n,).
 
-    A buried sample lies inside another object, where a corner of one reaches into the other.
+    A buried sample lies inside another object, because its object reaches into the other one.
     """
     total = np.zeros((3, len(samples.points)), np.float32)
     weights, stopped = np.zeros((2, len(samples.points)), np.float32)
@@ -111,7 +112,7 @@ def ambient_facing_shares(samples: Samples) -> np.ndarray:
 def _along(normals: np.ndarray, way: np.ndarray) -> np.ndarray:
     """Return the product (n,) of each normal (n, 3) with a direction (3,).
 
-    The last digit of a matrix product would depend on the number of normals, hence on what else is lit.
+    A matrix product is not used, because its last digit would depend on the number of normals.
     """
     return normals[:, 0] * way[0] + normals[:, 1] * way[1] + normals[:, 2] * way[2]
 

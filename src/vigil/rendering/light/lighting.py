@@ -21,9 +21,9 @@ from vigil.rendering.light.smoothing import move_inward, smooth_edges, smoothed
 from vigil.rendering.scene import RenderScene, RenderState
 
 BRIGHTEST = 2.0
-"""Light of this strength is white; `surface.frag` repeats it."""
+"""Strength of light that is shown as white; `surface.frag` has the same value."""
 GRID_M = 0.03
-"""Size of the cells in which vertices with similar normals get the same light."""
+"""Size (m) of the cells in which vertices with similar normals get the same light."""
 FACINGS = 4
 """Number of steps between 0 and 1 to which the coordinates of similar normals are rounded."""
 IN_HAND = 0.75
@@ -46,7 +46,7 @@ class BakedLight:
         self.planes = np.zeros((self.lightmap_atlas.is_used.size, 3 + len(self._lamps)), np.float16)
         """(texels, 3 + lamps): as `vertices`."""
         self.is_open = np.zeros(self.lightmap_atlas.is_used.size, dtype=bool)
-        """Whether each texel of the planes is not buried."""
+        """Whether each texel of the planes is open, i.e. not buried in another object."""
 
     def ensure(self, state: RenderState, geoms: np.ndarray) -> None:
         """Cast light on geoms in their initial poses, once."""
@@ -136,7 +136,8 @@ class Lighting:
         self._state = scene.initial
         """The state of the last update."""
         self._displaced, self._occluders = np.zeros(len(scene.static_occluders), dtype=bool), self._baked.occluders
-        """Which furniture has been moved or removed, and what stops light on moved objects: all other furniture."""
+        """Furniture that has been moved or removed, and surfaces that stop light on moved objects: those of all
+        other furniture."""
         self._is_lit = np.zeros(len(scene.geom_meshes), dtype=bool)
         """Whether each geom has been lit since its object last moved."""
         self._lamp_colours = np.zeros(0)

@@ -10,11 +10,12 @@ from vigil.rendering.light.irradiance import Samples
 
 ROUNDS = 3
 NEAR_M = 0.15
-"""Length of the edge to a neighbour that has half the weight."""
+"""Length (m) of an edge at which the neighbour at its end has half the weight."""
 SAME_SURFACE_COSINE = 0.7
 """Least cosine between the normals of neighbouring corners of one smooth surface."""
 INSET_SHARE, INSET_M = 0.3, 0.05
-"""How far inward of a corner its light is cast: a share of the way to its neighbours, and the most."""
+"""How far inward from a corner the light on it is computed: a share of the way to its neighbours, and the greatest
+distance (m)."""
 
 
 def smooth_edges(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:

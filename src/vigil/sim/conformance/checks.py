@@ -1,8 +1,8 @@
 """The list of checks that every simulator backend must pass, in the reference house.
 
-Each check takes a `Harness` (`vigil.sim.conformance.harness`) and raises AssertionError with what was expected and
-found. Checks use a backend only through `vigil.sim.protocol` and `vigil.sim.privileged`. A check's docstring says what
-it requires.
+Each check takes a `Harness` (`vigil.sim.conformance.harness`). It raises AssertionError, which says what was expected
+and what was found. Checks use a backend only through `vigil.sim.protocol` and `vigil.sim.privileged`. A check's
+docstring says what it requires.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Conformance: reach, opening, switching, picking, placing, dropping, and what moves along."""
+"""Conformance checks of handling: reach, opening, switching, picking, placing, dropping, and things that move along."""
 
 from vigil.base.geometry import Vec3, floor_distance
 from vigil.protocol.world import ObjectSetup, Setup
@@ -6,7 +6,7 @@ from vigil.sim.conformance.harness import Harness, expect, expect_near, expect_r
 from vigil.sim.conformance.reference_house import DOOR, NORTH, SOUTH, WEST
 
 FREE_COUNTER = Vec3(3.65, 0.9225, 4.55)
-"""A point on the counter with nothing on it."""
+"""A point on the counter where nothing lies."""
 
 
 def holding(object_id: str) -> Setup:
@@ -15,7 +15,7 @@ def holding(object_id: str) -> Setup:
 
 
 def reaches_a_metre_and_a_half(harness: Harness) -> None:
-    """Beyond 1.5 m only `ground` is carried out."""
+    """On objects more than 1.5 m away, only `ground` is carried out."""
     harness.face(1.4, 4.2, "Apple|1")
     effect = harness.click("pick", "Apple|1")
     expect(effect.too_far and effect.hit == "Apple|1", f"an apple 1.75 m away was not too far: {effect}")
@@ -81,7 +81,7 @@ def places_beside_what_is_in_the_way(harness: Harness) -> None:
 
 
 def stacks_and_counts_supports(harness: Harness) -> None:
-    """An apple on a plate on the counter has both in its chain of supports, and lies over both."""
+    """An apple on a plate on the counter has plate and counter in its chain of supports, and lies over both."""
     harness.face(3.3, 3.6, "Plate|1", holding("Apple|1"))
     expect_refused(harness.click("place", "Plate|1"), None)
     objects = harness.simulator.world(["Apple|1", "Plate|1", "CounterTop|1"]).objects
@@ -110,7 +110,7 @@ def drops_straight_down(harness: Harness) -> None:
 
 
 def opens_and_closes(harness: Harness) -> None:
-    """What is inside a fridge is seen only while the fridge is open; nothing is put into a closed one."""
+    """Things in a fridge are visible only while the fridge is open; nothing can be put into a closed fridge."""
     harness.face(5.2, 3.1, "Lettuce|1")
     closed = harness.state("Lettuce|1")
     expect(closed.visible_px == 0 and not closed.visible, "a lettuce is seen through a closed door")
@@ -131,7 +131,7 @@ def opens_and_closes(harness: Harness) -> None:
 
 
 def leaves_stop_at_what_is_in_the_way(harness: Harness) -> None:
-    """A leaf that would hit the body or a thing does not move at all."""
+    """A leaf (door, lid or drawer) that would hit the agent's body or a thing does not move at all."""
     harness.face(5.2, 3.7, "Fridge|1")
     effect = harness.click("open_access", "Fridge|1")
     expect_refused(effect, "blocked_by_agent")
@@ -143,7 +143,7 @@ def leaves_stop_at_what_is_in_the_way(harness: Harness) -> None:
 
 
 def doors_open_and_close(harness: Harness) -> None:
-    """A door opens and closes when the body is clear of its leaf."""
+    """A door opens and closes when the agent's body is not in the way of its leaf."""
     harness.face(4.8, 2.2, DOOR)
     expect_refused(harness.click("open_access", DOOR), None)
     expect(not harness.go("backward", 1).path_blocked, "cannot step back from an open door")

@@ -60,7 +60,7 @@ class Harness:
         return self.simulator.step(InteractPixel(intent=intent, x=pixel[0], y=pixel[1]))
 
     def drop(self) -> Effect:
-        """Drop what is held; return the effect."""
+        """Drop the held object; return the effect."""
         return self.simulator.step(InteractPixel(intent="drop"))
 
     def state(self, object_id: str) -> ObjectState:
@@ -90,12 +90,12 @@ def expect_near(found: float, wanted: float, within: float, what: str) -> None:
 
 
 def expect_refused(effect: Effect, refusal: str | None) -> None:
-    """Raise AssertionError unless an effect was refused for that reason; None means that it was carried out."""
+    """Raise AssertionError unless an effect has this refusal; None expects that the action was carried out."""
     expect(effect.refusal == refusal, f"expected refusal {refusal}, found {effect}")
 
 
 def opened(*object_ids: str, openness: float = 1.0) -> Setup:
-    """Return a setup with those objects open."""
+    """Return a setup in which objects have the given openness."""
     return Setup(objects={object_id: ObjectSetup(openness=openness) for object_id in object_ids})
 
 

@@ -1,4 +1,4 @@
-"""Conformance: walking, blocking, doors, turning and pitch."""
+"""Conformance checks of movement: walking, blocking, doors, turning and pitch."""
 
 from vigil.base.geometry import Vec3
 from vigil.sim.conformance.harness import Harness, expect, expect_near, expect_refused, opened, placed
@@ -6,7 +6,10 @@ from vigil.sim.conformance.reference_house import DOOR, EAST, NORTH, SOUTH
 
 
 def walks_whole_steps_then_the_fraction(harness: Harness) -> None:
-    """A walk of n steps is n sweeps of 0.25 m, then the fraction; walking backward does not change the yaw."""
+    """A walk of n steps is n moves of 0.25 m, then one for the fraction of a step.
+
+    Walking backward does not change the yaw.
+    """
     harness.stand(3.5, 1.5, NORTH)
     effect = harness.go("forward", 3.5)
     expect_near(effect.moved_m, 0.875, 1e-9, "moved")
@@ -18,7 +21,10 @@ def walks_whole_steps_then_the_fraction(harness: Harness) -> None:
 
 
 def stops_at_a_wall(harness: Harness) -> None:
-    """The first blocked sweep ends the walk, earlier sweeps count, and the body's axis is never nearer than 0.2 m."""
+    """A walk ends at the first blocked step; earlier steps count.
+
+    The body's axis never gets nearer than 0.2 m to a wall.
+    """
     harness.stand(3.5, 3.5, SOUTH)
     harness.go("turn_left", 90)
     effect = harness.go("forward", 20)
@@ -65,7 +71,7 @@ def clamps_the_pitch(harness: Harness) -> None:
 
 
 def doors_stop_and_let_through(harness: Harness) -> None:
-    """A closed door blocks by its id; an open one lets the body through."""
+    """A closed door blocks the body, and its id is reported; an open door lets the body through."""
     harness.stand(5.0, 2.5, EAST)
     effect = harness.go("forward", 8)
     expect(effect.path_blocked and effect.blocked_by == DOOR, f"a closed door did not block: {effect}")
@@ -76,7 +82,7 @@ def doors_stop_and_let_through(harness: Harness) -> None:
 
 
 def open_leaves_are_obstacles(harness: Harness) -> None:
-    """A fridge's open leaf stops the body where it passed while the fridge was closed."""
+    """A fridge's open door stops the body at a place where the body could pass while the fridge was closed."""
     harness.stand(4.2, 3.8, EAST)
     expect(not harness.go("forward", 6).path_blocked, "the way past the closed fridge is blocked")
     harness.stand(4.2, 3.8, EAST, setup=opened("Fridge|1"))
@@ -108,7 +114,7 @@ def knows_where_the_body_fits(harness: Harness) -> None:
 
 
 def touching_is_no_trap(harness: Harness) -> None:
-    """A body that starts nearer than its radius to something can walk away from it, but not nearer to it."""
+    """A body that starts nearer to an obstacle than its radius can walk away from the obstacle, but not towards it."""
     harness.stand(2.62, 2.2, EAST)
     expect(harness.go("backward", 1).path_blocked, "walked into the table")
     effect = harness.go("forward", 1)

@@ -1,4 +1,4 @@
-"""Conformance: what `vigil.sim.privileged` guarantees to solvers and authoring."""
+"""Conformance checks of the guarantees that `vigil.sim.privileged` gives to solvers and authoring."""
 
 from collections.abc import Callable
 from dataclasses import fields
@@ -18,7 +18,7 @@ HERE = Vec3(3.5, 0.0, 2.5)
 THERE = Pose(position=Vec3(8.0, 0.0, 1.5), rotation=180.0, horizon=30.0)
 """A pose in the bedroom, in front of the dresser."""
 APPLE_FROM = Vec3(1.4, 1.576, 3.2)
-"""An eye that sees the apple."""
+"""Position of an eye that sees the apple."""
 
 
 def keeps_the_privileged_protocol(harness: Harness) -> None:
@@ -29,7 +29,9 @@ def keeps_the_privileged_protocol(harness: Harness) -> None:
 
 
 def shows_the_scene_as_it_is(harness: Harness) -> None:
-    """Every call until the next load returns one scene, whose things have the positions and states of the world."""
+    """Every call until the next load returns the same scene, whose things have the positions and states of the
+    world.
+    """
     harness.stand(HERE.x, HERE.z)
     scene = harness.simulator.scene()
     setup = opened("Fridge|1").model_copy(update={"held": "Mug|1"})
@@ -73,7 +75,7 @@ def lists_pixels_in_the_frame(harness: Harness) -> None:
 
 
 def sees_from_anywhere(harness: Harness) -> None:
-    """Rays from any eye find which points of an object are met first, wherever the agent is."""
+    """Rays from any eye find the visible points of an object, wherever the agent is."""
     harness.stand(THERE.position.x, THERE.position.z)
     apple = harness.state("Apple|1").position
     points = np.array([apple, apple])
@@ -95,7 +97,10 @@ def sees_from_anywhere(harness: Harness) -> None:
 
 
 def may_show_what_it_shows(harness: Harness) -> None:
-    """As many pixels as are visible may be visible; never more than the frame has, and none when held or absent."""
+    """`may_be_visible` is true for the number of visible pixels.
+
+    It is false for more pixels than the frame has, and for held or absent objects.
+    """
     absent = {"Statue|1": ObjectSetup(is_absent=True)}
     harness.face(5.2, 3.1, "Fridge|1", Setup(objects=absent, held="Mug|1"))
     may_be_visible = harness.simulator.may_be_visible
@@ -138,7 +143,10 @@ def rolls_back(harness: Harness) -> None:
 
 
 def moves_the_agent_temporarily(harness: Harness) -> None:
-    """At a temporary pose the world is as after a reset there, with the same object held; later all is as before."""
+    """At a temporary pose the world is the same as after a reset at that pose with the same object held.
+
+    Afterwards the world is the same as before.
+    """
     harness.stand(THERE.position.x, THERE.position.z, THERE.rotation, THERE.horizon, Setup(held="Mug|1"))
     wanted = _answers(harness)
     harness.stand(HERE.x, HERE.z, EAST, setup=Setup(held="Mug|1"))
@@ -187,7 +195,7 @@ def needs_a_house(harness: Harness) -> None:
 
 
 def _answers(harness: Harness) -> tuple[object, ...]:
-    """Return the whole hidden world with the answers of privileged queries."""
+    """Return the whole hidden world and the answers to privileged queries."""
     simulator = harness.simulator
     things = tuple(_facts_of(thing) for thing in simulator.scene().things.values())
     return (

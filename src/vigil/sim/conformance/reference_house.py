@@ -24,7 +24,7 @@ Node = dict[str, Any]
 
 DRESSER, WATCH = "Dresser|1", "Watch|1"
 DRAWER, SIBLING, LOWEST = (f"Drawer|1|Dresser{number}" for number in (4, 5, 0))
-"""Ids of three drawers: one with the watch in it, the one next to that, and one near the floor."""
+"""Ids of three drawers: the drawer with the watch in it, the drawer next to it, and a drawer near the floor."""
 
 
 def reference_house() -> House:

@@ -1,4 +1,4 @@
-"""Conformance: pixels counted by rays, glass, frames, exact resets, equal replays, and setups that are refused."""
+"""Conformance checks of sight (visible pixels, glass, clicks, frames), of exact resets and replays, and of setups."""
 
 import numpy as np
 
@@ -10,7 +10,10 @@ from vigil.sim.conformance.reference_house import DOOR, DRAWER, EAST, PANE, WEST
 
 
 def counts_visible_pixels(harness: Harness) -> None:
-    """More pixels are visible from near than from far, and none through walls or when absent."""
+    """More pixels of an object are visible from near than from far.
+
+    None are visible through a wall or if the object is absent.
+    """
     harness.face(1.4, 3.2, "Apple|1")
     near = harness.state("Apple|1")
     harness.face(4.6, 2.4, "Apple|1")
@@ -39,7 +42,7 @@ def counts_what_hides_a_thing(harness: Harness) -> None:
 
 
 def counts_state_pixels(harness: Harness) -> None:
-    """Only parts that show a state count as its pixels; a table has none."""
+    """Only the pixels of parts that show a state are counted for it; a table has no such pixels."""
     harness.face(5.2, 3.1, "Fridge|1")
     fridge = harness.state("Fridge|1")
     expect(0 < fridge.open_px <= fridge.visible_px, f"a fridge's pixels: {fridge.open_px} of {fridge.visible_px}")

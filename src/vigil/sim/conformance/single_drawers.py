@@ -1,4 +1,4 @@
-"""Conformance: the drawers of a piece of furniture, which open one by one."""
+"""Conformance checks of a piece of furniture's drawers, which open one by one."""
 
 from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
@@ -13,7 +13,7 @@ MOVED_M = 0.3
 
 
 def open_one_by_one(harness: Harness) -> None:
-    """A click on a drawer opens it alone, with what lies in it; the dresser itself does not open."""
+    """A click on a drawer opens only this drawer, with the things in it; the dresser itself does not open."""
     harness.face(*FRONT, DRAWER)
     before = harness.state(WATCH)
     expect(before.visible_px == 0 and before.parent == DRAWER, f"a watch in a closed drawer: {before}")
@@ -32,7 +32,10 @@ def open_one_by_one(harness: Harness) -> None:
 
 
 def hold_their_own_things(harness: Harness) -> None:
-    """Objects can be put into an open drawer, but not into a shut one; what is in a drawer is in its furniture, too."""
+    """Objects can be put into an open drawer, but not into a shut drawer.
+
+    An object in a drawer is also in its furniture.
+    """
     holding = Setup(held="Pen|1")
     harness.face(*FRONT, DRAWER, holding)
     expect_refused(harness.click("place", DRAWER), "receptacle_closed")

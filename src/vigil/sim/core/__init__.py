@@ -1,1 +1,1 @@
-"""The engine-neutral simulator: what the body and the hand can do in a scene, and what is seen of it."""
+"""The engine-neutral simulator: what the agent's body and hand can do in a scene, and what its camera sees."""

@@ -1,6 +1,7 @@
-"""Which kind of place a click on a receptacle means: inside it, on it, or inside something shut.
+"""The kind of place that a click on a receptacle means: inside it, on it, or inside a part of it that is shut.
 
-An object is put down at the click or near it, but a click on the top never puts it inside, nor the other way round.
+A held object is put down at the click or near it. A click on the top never puts it inside, and a click inside never
+puts it on top.
 """
 
 import math
@@ -17,17 +18,17 @@ from vigil.scene.things import Thing
 TargetKind = Literal["inside", "on", "shut"]
 
 LEAF_M = 0.015
-"""Greatest distance from a leaf's solid of a click on the leaf."""
+"""Greatest distance (m) of a click from a leaf (door, lid or drawer) at which it counts as a click on the leaf."""
 SIDE_M = 0.01
-"""How deep inside the body's box a click on the body's outer side may lie."""
+"""Greatest depth (m) inside the box of the body at which a click still counts as on the body's outer side."""
 
 
 def target_kind(receptacle: Thing, point: Vec3) -> TargetKind:
     """Return the kind of place that a click at a point of a receptacle means.
 
-    A hollow that contains the point comes first, then a top below the point. Then comes the hollow behind the leaf or
-    drawer that was clicked. The outer sides of furniture with doors or drawers belong to its top. Any other point
-    belongs to the nearest surface. `shut` means a hollow that must be opened first.
+    The first of these that applies decides: a hollow that contains the point; a top below the point; the hollow behind
+    the clicked leaf or drawer; for the outer sides of furniture with doors or drawers, the furniture's top; the nearest
+    surface. The kind `shut` means a hollow that must be opened first.
     """
     surfaces = list(level_surfaces(receptacle))
     if not surfaces:

@@ -1,7 +1,7 @@
-"""The embedded simulator: motion, handling and visibility in a scene, over any engine.
+"""The embedded simulator: motion, handling and visibility in a scene, with any engine for drawing and rays.
 
-It implements `vigil.sim.scene_editor.SceneEditor`, and with it every protocol of a simulator. The engine only draws and
-casts rays; a step whose frame is not requested draws nothing.
+It implements `vigil.sim.scene_editor.SceneEditor`, which includes every other protocol of a simulator. The engine only
+draws and casts rays. A frame is drawn only when it is requested.
 """
 
 from collections.abc import Iterable, Iterator
@@ -43,21 +43,21 @@ class _Loaded:
     state: SceneState
     sight: Sight
     initial: list[tuple[Any, ...]]
-    """`MUTABLE_FIELDS` of each thing, as loaded."""
+    """Values of `MUTABLE_FIELDS` of each thing when the house was loaded."""
 
 
 @dataclass(frozen=True, slots=True)
 class _WorldSnapshot:
-    """The world at a moment, so that it can be restored."""
+    """The state of the world at a moment, from which it can be restored."""
 
     agent: Pose
     held: str | None
     things: list[tuple[Any, ...]]
-    """`MUTABLE_FIELDS` of each thing."""
+    """Values of `MUTABLE_FIELDS` of each thing."""
 
 
 class EmbeddedSimulator:
-    """A `SceneEditor` over an engine."""
+    """A simulator, and `SceneEditor`, that uses an engine for drawing and rays."""
 
     def __init__(self, engine: Engine, assets: AssetDatabase) -> None:
         self.name = engine.name
@@ -156,20 +156,24 @@ class EmbeddedSimulator:
     def points_visible_from(
         self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
     ) -> np.ndarray:
-        """Return which (n,) of points (n, 3) on an object a ray from `eye`, which may be anywhere, meets first."""
+        """Return for points (n, 3) on an object whether (n,) the ray from `eye` towards the point meets this object
+        first.
+
+        `eye` may be anywhere.
+        """
         offsets = points - np.array(eye)
         away = np.maximum(np.linalg.norm(offsets, axis=1), 1e-9)
         rays, thing = offsets / away[:, None], self._thing(object_id)
         return self._require_loaded().sight.meets(eye, rays, thing, through_glass=through_glass)
 
     def may_be_visible(self, object_id: str, min_px: int) -> bool:
-        """Return whether at least `min_px` pixels of an object may be visible; ignores what hides it."""
+        """Return whether at least `min_px` pixels of an object may be visible, ignoring other things that hide it."""
         loaded = self._require_loaded()
         return loaded.sight.may_be_visible(loaded.state.agent, self._thing(object_id), min_px)
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
-        """Undo at the end of the context all that was done inside it."""
+        """Return a context. At its end, everything that was done inside it is undone."""
         before = self._snapshot()
         try:
             yield
@@ -178,7 +182,7 @@ class EmbeddedSimulator:
 
     @contextmanager
     def at_pose(self, pose: Pose) -> Iterator[None]:
-        """Put the agent at a pose inside the context; nothing checks that the body fits."""
+        """Return a context in which the agent is at a pose; it is not checked that the body fits there."""
         with self.rollback():
             self.stand(pose)
             yield
@@ -186,14 +190,14 @@ class EmbeddedSimulator:
     # The rest of `SceneEditor`: for programs that edit a scene.
 
     def stand(self, pose: Pose) -> None:
-        """Put the agent, with what it holds, at a pose; nothing checks that the body fits."""
+        """Put the agent, with what it holds, at a pose; it is not checked that the body fits there."""
         state = self._require_loaded().state
         state.agent = pose
         state.move_held()
         self._flush()
 
     def apply_changes(self, setup: Setup) -> None:
-        """Apply a setup to the world as it is now. Raises EpisodeError, and has then changed nothing."""
+        """Apply a setup to the world as it is now. Raises EpisodeError; in that case nothing has changed."""
         loaded = self._require_loaded()
         before = self._snapshot()
         change = setup.objects.get(loaded.state.held or "")
@@ -218,7 +222,7 @@ class EmbeddedSimulator:
         return self._effect_of(apply_intent(self._require_loaded().state, intent, self._thing(object_id), point))
 
     def open_to(self, object_id: str, openness: float) -> Effect:
-        """Open or close an object to an openness in 0..1, or refuse it."""
+        """Open or close an object to an openness in 0..1, or refuse to."""
         return self._effect_of(open_to(self._require_loaded().state, self._thing(object_id), openness))
 
     def reachable(self, start: Vec3, step_m: float) -> np.ndarray:
@@ -226,11 +230,15 @@ class EmbeddedSimulator:
         return self._require_loaded().state.collision_map.reachable(start, step_m)
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Return the id of what stops the body on a straight way; "exterior" outside the rooms, None when free."""
+        """Return the id of what stops the body on the straight way from `start` to `end`: "exterior" if only the
+        edge of the rooms does, None if nothing does.
+        """
         return self._require_loaded().state.collision_map.blocker(start, end)
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Return the index (n,) of the thing that each ray meets first, or -1, and the distance (n,) in metres."""
+        """Return for each ray the index (n,) of the thing that it meets first (-1 if none), and the distance (n,)
+        in metres.
+        """
         self._require_loaded()
         hits = self._engine.cast(eye, directions, through_glass=through_glass)
         return hits.things, hits.distances
@@ -318,7 +326,7 @@ class EmbeddedSimulator:
 
 
 def _restore(state: SceneState, before: list[tuple[Any, ...]]) -> None:
-    """Restore the mutable fields of all things, and mark the things that this changes."""
+    """Restore the mutable fields of all things to `before`, and mark the things that this changes."""
     for thing, now, then in zip(state.scene.things.values(), mutable_state_of(state.scene), before, strict=True):
         if now != then:
             for name, value in zip(MUTABLE_FIELDS, then, strict=True):

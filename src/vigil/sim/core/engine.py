@@ -21,7 +21,7 @@ BEARS_TOGGLE = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayHits:
-    """The first hits of n rays."""
+    """What each of n rays hits first."""
 
     things: np.ndarray
     """Index of the thing in the scene's order (n,) int32; -1 for structure without an id, and for nothing."""
@@ -41,10 +41,13 @@ class Engine(Protocol):
         """Build `scene`, replacing any earlier one."""
 
     def prepare(self, scene: Scene) -> None:
-        """Make a later `load` of an equal scene faster, if it can. May be called in another thread at any time."""
+        """Make a later `load` of an equal scene faster, if the engine can.
+
+        May be called in another thread at any time.
+        """
 
     def update(self, scene: Scene, ids: set[str]) -> None:
-        """Copy the present positions and states of the things with these ids."""
+        """Copy the present positions and states of the things with these ids into the engine."""
 
     def cast(
         self,
@@ -58,8 +61,9 @@ class Engine(Protocol):
     ) -> RayHits:
         """Return the first hits of rays along unit `directions` (n, 3).
 
-        Held and absent things are never hit, nor are the things `without`; with `only`, just that thing is. Hits beyond
-        `within_m` may be missed. At equal distance structure is hit first, then things in the scene's order.
+        Rays never hit held things, absent things and the things in `without`. With `only`, they hit no other thing than
+        that. Hits beyond `within_m` may be missed. At equal distance structure counts as hit first, then things in the
+        scene's order.
         """
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:

@@ -19,12 +19,12 @@ from vigil.sim.core.state import AGENT, SceneState
 
 @dataclass(frozen=True, slots=True)
 class ClickHit:
-    """The first hit of a click's ray."""
+    """What the ray of a click hits first."""
 
     thing: Thing | None
-    """The thing; None when the ray met structure without an id, or nothing."""
+    """The thing that the ray met; None when it met structure without an id, or nothing."""
     point: Vec3 | None
-    """The point (m); None when the ray met nothing."""
+    """The point (m) where the ray met it; None when the ray met nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,15 +32,15 @@ class InteractionResult:
     """The result of an interaction."""
 
     refusal: RefusalCode | None = None
-    """Reason for which it was refused; None when it was carried out."""
+    """Reason why the interaction was refused; None when it was carried out."""
     blocked_by: str | None = None
-    """Id of what stopped a leaf, lid or drawer; else None."""
+    """Id of what stopped a moving leaf, lid or drawer; None when nothing did."""
     changed: tuple[str, ...] = ()
-    """Sorted ids of what changed."""
+    """Sorted ids of the things that changed."""
 
 
 def interact(state: SceneState, intent: Intent, click: ClickHit) -> InteractionResult:
-    """Carry out or refuse one intent on what a click hit."""
+    """Carry out or refuse one intent on the thing that a click hit."""
     if intent == "drop":
         return _drop(state)
     if click.thing is None or click.point is None:
@@ -51,7 +51,7 @@ def interact(state: SceneState, intent: Intent, click: ClickHit) -> InteractionR
 
 
 def apply_intent(state: SceneState, intent: Intent, thing: Thing, point: Vec3) -> InteractionResult:
-    """Carry out or refuse one intent on a thing, without a check of the hand's reach."""
+    """Carry out or refuse one intent on a thing, without checking whether the hand reaches it."""
     if intent == "drop":
         return _drop(state)
     refusal = refusal_by_rule(state.scene, state.held, intent, thing, point)
@@ -75,7 +75,7 @@ def apply_intent(state: SceneState, intent: Intent, thing: Thing, point: Vec3) -
 
 
 def open_to(state: SceneState, thing: Thing, target: float) -> InteractionResult:
-    """Open or close a thing to an openness in 0..1, or refuse it."""
+    """Open or close a thing to an openness in 0..1, or refuse to."""
     refusal = opening_refusal(thing, target)
     return _swing(state, thing, target) if refusal is None else InteractionResult(refusal)
 

@@ -1,7 +1,7 @@
 """The rules of what a click may do: reach, and why opening, switching, picking up or placing is refused.
 
-They depend on the scene and the hand alone and change nothing, so every backend applies the same rules first. Source:
-protocol.md section 2.2, in its order.
+The rules depend only on the scene and the hand and do not change anything, so every backend applies the same rules
+first. Source: protocol.md section 2.2, in its order.
 """
 
 from typing import assert_never
@@ -28,9 +28,10 @@ def can_reach(floor: Vec3, intent: Intent, box: Box, point: Vec3) -> bool:
 
 
 def refusal_by_rule(scene: Scene, held: str | None, intent: Intent, thing: Thing, point: Vec3) -> RefusalCode | None:
-    """Return why an intent on a thing is refused whatever is around it; None when it may be tried.
+    """Return the reason why an intent on a thing is refused whatever is around the thing; None when the intent may be
+    tried.
 
-    `held` is the id of what is in the hand. `point` is the clicked point on the thing (m, house's frame).
+    `held` is the id of the thing in the hand. `point` is the clicked point on the thing (m, house's frame).
     """
     match intent:
         case "open_access" | "close_access":
@@ -48,7 +49,7 @@ def refusal_by_rule(scene: Scene, held: str | None, intent: Intent, thing: Thing
 
 
 def opening_refusal(thing: Thing, target: float) -> RefusalCode | None:
-    """Return why opening or closing a thing to an openness in 0..1 is refused; None when it may be tried."""
+    """Return the reason why opening or closing a thing to an openness in 0..1 is refused; None when it may be tried."""
     if not thing.is_openable:
         return "not_openable"
     if abs(thing.openness - target) < MOVED_WITHIN:

@@ -1,4 +1,5 @@
-"""Where the body fits and how far it walks: a vertical cylinder swept through the floor plan.
+"""Where the agent's body fits and how far it walks: the body is a vertical cylinder that is swept through the floor
+plan.
 
 Obstacles are the solids of things that reach into 0.05 .. 1.8 m above the floor, with leaves at their present openness.
 Walls are obstacles, too, except for holes that a body passes through. A sweep is free when no obstacle comes nearer
@@ -18,9 +19,9 @@ from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, floor_of_rooms, room_flo
 from vigil.scene.things import Scene
 
 CENTRE_SHARE = 0.25
-"""Share of the body's radius around its axis that must be free at a start."""
+"""Share of the body's radius, around the body's axis, that must be free at a start."""
 TOUCH_M = 1e-6
-"""Slack of the test of distances, so that exact contact is free."""
+"""Tolerance (m) in comparisons of distances, so that exact contact counts as free."""
 
 
 class CollisionMap:
@@ -37,7 +38,7 @@ class CollisionMap:
         self._owners: list[str] = []
 
     def refresh(self, ids: set[str]) -> None:
-        """Forget the shapes of the things with these ids, which have changed."""
+        """Drop the cached shapes of the things with these ids, because these things have changed."""
         for thing_id in ids:
             self._thing_shapes.pop(thing_id, None)
         self._tree = None
@@ -62,9 +63,9 @@ class CollisionMap:
         return bool(self._inside.contains(point)) and not len(self._near(point, BODY_RADIUS_M * CENTRE_SHARE))
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Return the id of what stops the body between two positions, the nearest to `start`.
+        """Return the id of the obstacle nearest to `start` that stops the body between two positions.
 
-        Return `EXTERIOR` when only the edge of the floor stops it, and None when the way is free.
+        Return `EXTERIOR` when only the edge of the floor stops the body, and None when the way is free.
         """
         sweep = shapely.LineString([(start.x, start.z), (end.x, end.z)])
         origin = shapely.Point(start.x, start.z)
@@ -104,7 +105,8 @@ class CollisionMap:
         return free[np.sort(breadth_first_order(graph, first, directed=False, return_predecessors=False))]
 
     def _free_grid(self, start: Vec3, step_m: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the cells (n, 2) in which the body fits, counted from `start`, with their x and z (n, 2).
+        """Return the grid cells (n, 2) in which the body fits, as numbers of steps from `start`, and their x and z (n,
+        2) in metres.
 
         The cell of `start` is always among them.
         """
@@ -119,7 +121,7 @@ class CollisionMap:
         return cells[fits], places[fits]
 
     def _gaps(self, owners: list[str], hits: np.ndarray, shape: BaseGeometry) -> np.ndarray:
-        """Return the distance (m) of each owner to a shape, over those of the owner's parts that are in `hits`."""
+        """Return for each owner the least distance (m) to `shape` of those of its parts that are in `hits`."""
         gaps = shapely.distance(self._shapes[hits], shape)
         names = np.array([self._owners[hit] for hit in hits])
         return np.array([gaps[names == owner].min() for owner in owners])

@@ -1,12 +1,12 @@
 """Opening and closing: a leaf, lid or drawer moves all the way, or not at all when something is in its way.
 
-The moving solids are sampled finely along their motion. Another thing's solid, or the agent's body, blocks them when
-they get deeper into it than at the start by more than a tolerance. So neighbours that touch or overlap a little at
-rest, as furniture in generated houses does, block nothing. Things in or on a wall have a wider tolerance. Walls,
-windows and shut doors have none: no part, handles included, reaches into the next room (`vigil.scene.partitions`).
+The moving solids are sampled finely along their motion. Another thing's solid, or the agent's body, blocks them if they
+get deeper into it than at the start, by more than a tolerance. So neighbours that touch or overlap a little at rest, as
+furniture in generated houses does, do not block. Things in or on a wall have a wider tolerance. Walls, windows and shut
+doors have none: no part, handles included, reaches into the next room (`vigil.scene.partitions`).
 
-A drawer carries along what lies in it, such as a book with an open cover. That cover must not get into the carrier's
-own body, nor into anything else.
+A drawer carries along what lies in it, such as a book with an open cover. The cover must not get into the body of the
+drawer's furniture, nor into anything else.
 """
 
 import math
@@ -28,17 +28,17 @@ from vigil.scene.things import Thing
 from vigil.sim.core.state import AGENT, SceneState
 
 TOLERANCE_M = 0.015
-"""How much deeper than at the start a moving part may get into another thing."""
+"""How much deeper (m) than at the start a moving part may get into another thing."""
 WALL_TOLERANCE_M = 0.05
-"""The same for a thing in or on a wall."""
+"""How much deeper (m) than at the start a part of a thing in or on a wall may get into another thing."""
 SAMPLE_M = 0.02
 """Greatest distance that a moving part travels between two samples."""
 MOVED_WITHIN = 0.005
-"""Difference of openness below which a thing counts as already that open."""
+"""Difference of openness below which a thing counts as having the wanted openness already."""
 
 
 def opening_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
-    """Return the id of what blocks the thing's parts on their way to openness `target`; None when nothing does."""
+    """Return the id of what blocks a thing's moving parts on their way to openness `target`; None when nothing does."""
     rider = _rider(state, thing)
     if rider is not None:
         return rider
@@ -52,9 +52,10 @@ def opening_blocker(state: SceneState, thing: Thing, target: float) -> str | Non
 
 
 def _first_collision(state: SceneState, path: list[list[Prism]], obstacles: list[tuple[str, Prism]]) -> str | None:
-    """Return the owner of the obstacle that blocks solids on their path; None when none does.
+    """Return the owner of the obstacle that blocks moving solids on their path; None when no obstacle does.
 
-    `path` has the solids at each sample of their motion, in one order; the first sample is where they are now.
+    `path` has the solids at each sample of their motion, always in the same order. The first sample is their present
+    place.
     """
     if not path[0]:
         return None
@@ -76,10 +77,11 @@ def _first_collision(state: SceneState, path: list[list[Prism]], obstacles: list
 def _carried_collision(
     state: SceneState, thing: Thing, samples: list[float], obstacles: list[tuple[str, Prism]]
 ) -> str | None:
-    """Return the id of what blocks the open leaves of things that are carried along; None when nothing does.
+    """Return the id of what blocks the open leaves of things that the moving part carries along; None when nothing
+    does.
 
-    When the carrier's own body blocks a leaf, that is the id of the carried thing. The body of a drawer is that of its
-    furniture.
+    If the body of the carrier itself blocks a leaf, return the id of the carried thing. A drawer's body is the body of
+    its furniture.
     """
     whole = furniture_of(state.scene, thing) or thing
     body = [prism for prism in prisms_of(whole) if prism.joint is None]
@@ -98,9 +100,10 @@ def _carried_collision(
 
 
 def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of a container of the thing into whose body the thing's open leaf reaches deeper than when shut.
+    """Return the id of a container that holds the thing, if the thing's open leaf reaches deeper into the container's
+    body than the shut leaf.
 
-    Return None when there is none.
+    Return None when there is no such container.
     """
     if thing.openness == 0.0:
         return None
@@ -114,7 +117,10 @@ def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
 
 
 def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
-    """Open or close a thing, with what its joints carry, without a check; return what changed, the thing first."""
+    """Open or close a thing, with the things that its moving parts carry, without any check.
+
+    Return the changed things, `thing` first.
+    """
     moved: list[Thing] = []
     for joint in thing.asset.joints:
         along = moved_by_joint(state.scene, thing, joint.name)
@@ -126,7 +132,9 @@ def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
 
 
 def _rider(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of a child that lies on a lid or cover without a surface, e.g. a pen on a laptop; None if none."""
+    """Return the id of a child that lies on a lid or cover that is not a surface, e.g. a pen on a laptop; None
+    without one.
+    """
     if not any(joint.kind == "hinge" for joint in thing.asset.joints):
         return None
     riders = (child.id for child in children(state.scene, thing.id) if not _goes_along_or_lies_inside(thing, child))
@@ -152,9 +160,10 @@ def _travel_m(thing: Thing, name: str) -> float:
 
 
 def _obstacles(state: SceneState, thing: Thing) -> list[tuple[str, Prism]]:
-    """Return (id, solid) of what can block the thing's parts, apart from partitions.
+    """Return (id, solid) for everything that can block the thing's moving parts, except partitions (walls, windows,
+    shut doors).
 
-    The thing itself, what moves along with it and what lies inside it are not among them.
+    The thing itself, the things that move along with it and the things inside it are left out.
     """
     ignored = {thing.id}
     for child in children(state.scene, thing.id):

@@ -1,8 +1,9 @@
 """Putting things down: at the free spot nearest to a clicked point, or straight down in front of the body.
 
-A spot is at most 0.3 m from the clicked point, measured to the place under the thing's middle: in space, but along the
-floor alone where the point lies over the surface. A placed thing keeps its yaw if it fits so, or else is aligned with
-the surface's sides. The search is a fixed grid ordered by distance, so the same state gives the same spot.
+A spot (the place under the thing's middle) is at most 0.3 m from the clicked point. Where the clicked point lies over
+the surface, only the horizontal distance counts. A placed thing keeps its yaw if it fits with that yaw; otherwise it is
+aligned with the surface's sides. Spots are tried on a fixed grid in order of distance, so the same state gives the same
+spot.
 """
 
 import math
@@ -33,33 +34,33 @@ from vigil.sim.core.click_target import target_kind
 from vigil.sim.core.state import SceneState
 
 SPOT_WITHIN_M = 0.3
-"""Greatest distance of a spot from the clicked point."""
+"""Greatest distance (m) of a spot from the clicked point."""
 SPOT_STEP_M = 0.025
-"""Step of the grid of spots."""
+"""Step (m) of the grid of spots."""
 FIRST_TRIED = 9
-"""Number of the nearest spots that are tried before all others, which are tried together."""
+"""Number of the nearest spots that are tried first. Then all other spots are tried together."""
 EDGE_INSIDE_M = 0.01
-"""How far a thing may reach over the edge of a surface that a door or drawer shuts."""
+"""How far (m) a thing may reach over the edge of a surface that a door or drawer shuts."""
 EDGE_M = 0.03
-"""How far a thing may reach over the edge of any other surface."""
+"""How far (m) a thing may reach over the edge of any other surface."""
 WALL_GAP_M = 0.0001
-"""Least distance of a thing that is put down from walls, windows and shut doors."""
+"""Least distance (m) between a thing that is put down and walls, windows and shut doors."""
 OWN_SLACK_M = 0.01
-"""How far a thing may reach into a back, side or post of what it is put on."""
+"""How far (m) a thing may reach into a back, side or post of the receptacle that it is put on."""
 DROP_AHEAD_M = (0.4, 0.3, 0.5)
-"""Distances ahead of the body that are tried, in this order, for a dropped thing."""
+"""Distances (m) ahead of the body at which a thing is dropped, in the order in which they are tried."""
 DROP_FROM_M = 1.0
-"""Height from which a thing drops."""
+"""Height (m) from which a thing drops."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldBox:
-    """The upright box of the held thing and all that rests on it, in the held thing's frame (m)."""
+    """The upright box around the held thing and everything that rests on it, in the held thing's frame (m)."""
 
     low: np.ndarray
-    """Lowest corner (3,)."""
+    """Corner (3,) of the box with the least coordinates."""
     high: np.ndarray
-    """Highest corner (3,)."""
+    """Corner (3,) of the box with the greatest coordinates."""
 
     @property
     def height(self) -> float:
@@ -69,7 +70,7 @@ class HeldBox:
     def footprint(self, x: np.ndarray, z: np.ndarray, yaw: np.ndarray, *, drawn_in_m: float = TOUCH_M) -> np.ndarray:
         """Return the box's corners (n, 4, 2) on the floor at n places (n,) with n yaws (n,) in degrees.
 
-        The sides are moved inwards by `drawn_in_m`, or outwards when that is negative.
+        The box's sides are moved inwards by `drawn_in_m`; a negative value moves them outwards.
         """
         low, high = self.low[[0, 2]] + drawn_in_m, self.high[[0, 2]] - drawn_in_m
         middle = (low + high) / 2
@@ -87,18 +88,21 @@ class FreeSpot:
 
     position: Vec3
     yaw: float
-    """Degrees."""
+    """Yaw (deg) of the thing at this place."""
     parent: str | None = None
-    """Id of the thing that bears it; None on the floor."""
+    """Id of the thing on which the placed thing lies; None on the floor."""
     surface: str | None = None
     """Name of the parent's surface; None on the floor."""
     joint: str | None = None
-    """Name of the parent's joint that carries the surface; None for its body, and on the floor."""
+    """Name of the parent's joint that carries the surface; None for a surface of the parent's body, and on the
+    floor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CandidateSpots:
-    """n places on a surface, for a thing with one yaw, that the surface's edges and clearance allow."""
+    """The n places on a surface where a thing with one yaw may be put, as far as the surface's edges and clearance
+    allow.
+    """
 
     surface: Surface
     frame: Motion
@@ -110,7 +114,7 @@ class _CandidateSpots:
 
 
 def held_box_of(state: SceneState, held: Thing) -> HeldBox:
-    """Return the box around a held thing and all that rests on it."""
+    """Return the box around a held thing and everything that rests on it."""
     inverse = place_of(held).inverse()
     stack = [held, *contents(state.scene, held.id)]
     prisms = [prism for thing in stack for prism in prisms_of(thing)]
@@ -122,7 +126,9 @@ def held_box_of(state: SceneState, held: Thing) -> HeldBox:
 
 
 def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) -> FreeSpot | None:
-    """Return the free spot nearest to the clicked point, inside or on top as the click means; None without one."""
+    """Return the free spot nearest to the clicked point, inside or on top as the click means; None without a free
+    spot.
+    """
     bulk = held_box_of(state, held)
     kind = target_kind(receptacle, clicked)
     surfaces = [each for each in open_surfaces(receptacle) if kind == ("inside" if each[0].is_inside else "on")]
@@ -145,7 +151,7 @@ def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) ->
 
 
 def spot_below(state: SceneState, held: Thing) -> FreeSpot | None:
-    """Return where the held thing comes to rest when dropped; None when no place ahead is free."""
+    """Return the spot where the held thing comes to rest when it is dropped; None when no place ahead is free."""
     bulk = held_box_of(state, held)
     ahead_x, ahead_z = heading(state.agent.rotation)
     for ahead_m in DROP_AHEAD_M:
@@ -158,14 +164,14 @@ def spot_below(state: SceneState, held: Thing) -> FreeSpot | None:
 
 
 def put_down(state: SceneState, spot: FreeSpot) -> list[Thing]:
-    """Put what is in the hand down at a spot; return what was put down, the held thing first."""
+    """Put the held thing, with what rests on it, down at a spot; return the things put down, the held thing first."""
     held = state.release()[0]
     held.parent, held.surface, held.parent_joint = spot.parent, spot.surface, spot.joint
     return state.move(held, spot.position, Vec3(0.0, wrap_deg(spot.yaw), 0.0))
 
 
 def open_surfaces(receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Return the level surfaces that a hand can reach now, with their frames."""
+    """Return a receptacle's level surfaces that are open to the hand now, with their frames."""
     shut = is_shut(receptacle)
     return [(surface, frame) for surface, frame in level_surfaces(receptacle) if not (surface.needs_opening and shut)]
 
@@ -177,7 +183,7 @@ def _yaw_of(frame: Motion) -> float:
 def _candidate_spots(
     bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
 ) -> list[_CandidateSpots]:
-    """Return the spots on a surface near the click that its edges and clearance allow, for each yaw."""
+    """Return the spots near the click that a surface's edges and clearance allow, for each yaw."""
     if bulk.height > surface.clearance + TOUCH_M:
         return []
     local = offset_from(frame, clicked)
@@ -205,7 +211,7 @@ def _candidate_spots(
 def _first_free(
     state: SceneState, bulk: HeldBox, spots: tuple[np.ndarray, np.ndarray], receptacle: Thing, clicked: Vec3
 ) -> int | None:
-    """Return the index of the first spot where nothing is in the way; None without one.
+    """Return the index of the first spot where nothing is in the way; None if there is no such spot.
 
     `spots` are positions (n, 3) and yaws (n,).
     """
@@ -222,7 +228,7 @@ def _first_free(
 def _unobstructed(
     state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, receptacle: Thing
 ) -> np.ndarray:
-    """Return at which places (n,) no solid is in the way; `columns` are their x, z and yaw, (n,) each."""
+    """Return for n places whether (n,) no solid is in the way. `columns` are the places' x, z and yaw, (n,) each."""
     corners = bulk.footprint(*columns)
     lows, highs = corners.min(axis=1), corners.max(axis=1)
     hollow = _container_ids(state, receptacle)
@@ -246,7 +252,7 @@ def _unobstructed(
 
 
 def _container_ids(state: SceneState, receptacle: Thing) -> set[str]:
-    """Return the ids of a receptacle, of the furniture that it is part of, and of all that contains it."""
+    """Return the ids of a receptacle, of the furniture that it is part of, and of all its containers."""
     whole = furniture_of(state.scene, receptacle)
     return {each.id for each in (receptacle, whole, *containers_of(state.scene, receptacle)) if each is not None}
 
@@ -254,7 +260,9 @@ def _container_ids(state: SceneState, receptacle: Thing) -> set[str]:
 def _fits_in_hollows(
     state: SceneState, bulk: HeldBox, positions: np.ndarray, yaws: np.ndarray, receptacle: Thing
 ) -> np.ndarray:
-    """Return which places (n, 3) with yaws (n,) on a receptacle stay within the hollows that the receptacle lies in."""
+    """Return for places (n, 3) with yaws (n,) on a receptacle whether (n,) the held stack stays within the hollows
+    that contain the receptacle.
+    """
     stays = np.ones(len(positions), dtype=bool)
     for owner, surface in interior_surfaces_around(state.scene, receptacle):
         frame = surface_frame(owner, surface)
@@ -266,13 +274,13 @@ def _fits_in_hollows(
 
 
 def _edge(surface: Surface) -> np.ndarray:
-    """Return how far (x, z in metres) from a surface's middle a thing on it may reach."""
+    """Return how far (x and z, in metres) a thing on a surface may reach from the surface's middle."""
     over = EDGE_INSIDE_M if surface.needs_opening else EDGE_M
     return np.array([surface.size_x, surface.size_z]) / 2 + over
 
 
 def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iterator[tuple[str, Prism]]:
-    """Yield (id, prism) of the solids whose bounds overlap the bounds of all places together.
+    """Yield (id, prism) of the solids that overlap the bounds of all places taken together.
 
     `lows` and `highs` (n, 2) are the least and greatest x, z of the places.
     """
@@ -288,7 +296,7 @@ def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iter
 def _is_separated(
     state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, hand: tuple[float, float]
 ) -> np.ndarray:
-    """Return which places a wall, window or shut door runs through, or separates from `hand` (x, z)."""
+    """Return for each place whether a wall, window or shut door runs through it, or separates it from `hand` (x, z)."""
     outlines = shapely.polygons(bulk.footprint(*columns, drawn_in_m=-WALL_GAP_M))
     places = np.column_stack(columns[:2])
     ways = shapely.linestrings(np.stack([np.broadcast_to(hand, places.shape), places], axis=1))
@@ -309,7 +317,7 @@ def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
 
 
 def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) -> FreeSpot | None:
-    """Return where a thing dropped at (x, z) comes to rest: on the highest surface below it, or on the floor.
+    """Return the spot where a thing dropped at (x, z) comes to rest: on the highest surface below it, or on the floor.
 
     Return None when a wall or another solid is in the way, or when the thing would not fit there.
     """
@@ -343,7 +351,7 @@ def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) 
 
 
 def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[FreeSpot]:
-    """Return a spot at (x, z) on each surface of a thing on which the held stack fits."""
+    """Return a spot at (x, z) on each of a thing's surfaces on which the held thing fits, with what rests on it."""
     found: list[FreeSpot] = []
     if not thing.is_receptacle:
         return found

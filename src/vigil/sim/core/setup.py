@@ -14,7 +14,7 @@ from vigil.sim.core.state import SceneState
 
 
 def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
-    """Change the scene as a setup says. Raises EpisodeError when the house cannot be changed in this way."""
+    """Change the scene as a setup says. Raises EpisodeError when the house does not allow the changes."""
     wanted = things_named(setup, state.scene, house_name)
     for thing, change in wanted:
         _set_states(state, thing, change)

@@ -1,4 +1,4 @@
-"""What the camera sees, counted by rays: projection, clicks and visible pixels.
+"""What the agent's camera sees, found by casting rays: projection, clicks and numbers of visible pixels.
 
 The camera is at the agent's eye, with a vertical field of view of 90 degrees and 640 x 480 pixels. A ray goes through
 each pixel's centre (u + 0.5, v + 0.5). No drawn frame is used, so no result depends on a GPU driver. Source:
@@ -23,25 +23,28 @@ WIDTH, HEIGHT = 640, 480
 FOCAL_PX = HEIGHT / 2
 """Distance at which a pixel is as wide as one metre; for a vertical field of view of 90 degrees, tan(45) = 1."""
 NEAR_M = 0.02
-"""Depth of the near plane."""
+"""Depth (m) of the camera's near plane: anything nearer is not seen."""
 RAYS_PER_OBJECT = 1600
-"""Greatest number of rays, about, that are cast for one object; a larger window is sampled with a stride."""
+"""Approximate greatest number of rays that are cast for one object. If its window has more pixels, they are sampled
+with a stride."""
 NEAR_CLICK_PX = 3
-"""Radius around a click within which objects count as near it."""
+"""Radius (pixels) around a click within which objects count as near the click."""
 VISIBLE_PX = 200
-"""Least number of visible pixels of a strictly visible object."""
+"""Least number of visible pixels from which an object can count as strictly visible."""
 VISIBLE_SHARE = 0.25
-"""Least share of its outline that shows of a strictly visible object."""
+"""Least share of an object's outline that must be visible for the object to count as strictly visible."""
 BEYOND_M = 0.01
-"""How far behind the farthest corner of an object its rays still reach."""
+"""How far (m) behind an object's farthest corner the rays cast at it still reach."""
 MAX_CACHED_POSES = 64
-"""Number of poses for which what is seen is cached, until something changes."""
+"""Number of poses for which the visible things are cached. A change in the scene empties the cache."""
 MAX_CACHED_EYES = 4096
-"""Number of cached answers to whether walls hide a thing from an eye. A change empties the cache."""
+"""Number of (eye, thing) pairs for which it is cached whether walls hide the thing from the eye. A change in the
+scene empties the cache."""
 MAX_CACHED_OUTLINES = 16
-"""Number of outlines that are cached until something changes: `see` often follows `may_be_visible`."""
+"""Number of outlines that are cached, because `see` often follows `may_be_visible`. A change in the scene empties
+the cache."""
 _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
-"""Pairs of corners of a box (`box_corners`) that an edge joins."""
+"""Pairs of corners of a box (numbers in `box_corners`) that are joined by an edge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +69,7 @@ class PixelWindow:
     bottom: int
     stride: int
     is_whole: bool
-    """Whether the projected boxes lie wholly inside the frame and before the camera."""
+    """Whether the projected boxes lie wholly inside the frame and in front of the camera."""
 
     def pixels(self) -> np.ndarray:
         """Return the sampled pixels (n, 2), on a lattice fixed in the frame."""
@@ -77,7 +80,9 @@ class PixelWindow:
 
     @property
     def most_px(self) -> int:
-        """Greatest possible count: that of a thing which the rays through all sampled pixels meet."""
+        """Greatest number of pixels that can be counted: all pixels, if the ray through every sampled pixel meets
+        the thing.
+        """
         first = self.stride // 2
         columns = len(range(self.left + (first - self.left) % self.stride, self.right, self.stride))
         rows = len(range(self.top + (first - self.top) % self.stride, self.bottom, self.stride))
@@ -86,7 +91,7 @@ class PixelWindow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Outline:
-    """What the frame would show of a whole thing if it were alone."""
+    """The part of the frame that a whole thing would cover if nothing else hid it."""
 
     rays: np.ndarray
     """Unit directions (n, 3) that meet the thing."""
@@ -96,18 +101,18 @@ class _Outline:
 
 @dataclass(frozen=True, slots=True)
 class ObjectVisibility:
-    """What is seen of one thing."""
+    """What the camera sees of one thing."""
 
     visible: bool = False
-    """Whether it is strictly visible."""
+    """Whether the thing is strictly visible."""
     visible_px: int = 0
-    """Number of its pixels that show."""
+    """Number of the thing's visible pixels."""
     open_px: int = 0
-    """Number of those that show whether it is open."""
+    """Number of visible pixels of the parts that show whether the thing is open."""
     toggle_px: int = 0
-    """Number of those that show whether it is switched on."""
+    """Number of visible pixels of the parts that show whether the thing is switched on."""
     nearest_m: float | None = None
-    """Least distance (m) from the eye to a visible point of it; None when none is visible."""
+    """Least distance (m) from the eye to a visible point of the thing; None when no point is visible."""
 
 
 NOT_VISIBLE = ObjectVisibility()
@@ -132,7 +137,9 @@ def directions(agent: Pose, pixels: np.ndarray, lens: Lens = AGENT_LENS) -> np.n
 
 
 def project(agent: Pose, points: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndarray:
-    """Return (n, 3): x and y (pixels, continuous) and depth (m) along the view; x and y hold only for a depth > 0."""
+    """Return the projections (n, 3) of points: x and y (fractional pixels) and depth (m) along the view. x and y
+    are valid only for a depth above 0.
+    """
     local = (points - np.array(agent.eye)) @ camera_axes(agent).T
     depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])
     x = lens.width / 2 + lens.focal_px * local[:, 0] / depth
@@ -157,7 +164,7 @@ def pixels_near(x: int, y: int) -> np.ndarray:
 
 
 def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> PixelWindow | None:
-    """Return the window of pixels that boxes, each of corners (8, 3), can cover; None outside the frame."""
+    """Return the window of pixels that boxes, each of corners (8, 3), can cover; None if they are outside the frame."""
     points, is_before = _clipped(agent, boxes)
     if not len(points):
         return None
@@ -173,7 +180,7 @@ def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> 
 
 
 def farthest_m(eye: Vec3, boxes: list[np.ndarray]) -> float:
-    """Return a distance (m) from an eye beyond which nothing of the boxes, each of corners (8, 3), lies."""
+    """Return the distance (m) from an eye to the farthest point of boxes, each of corners (8, 3), or slightly more."""
     return float(np.linalg.norm(np.concatenate(boxes) - np.array(eye), axis=1).max()) + BEYOND_M
 
 
@@ -187,9 +194,10 @@ def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
-    """Return points (n, 3) that bound the part of boxes before the near plane, and whether all corners are before it.
+    """Return points (n, 3) that bound the part of the boxes beyond the near plane, and whether all corners are beyond
+    it.
 
-    The points are the corners before the plane and the crossings of box edges with it.
+    The points are the corners beyond the plane, and the crossings of the boxes' edges with the plane.
     """
     forward, eye = camera_axes(agent)[2], np.array(agent.eye)
     kept: list[np.ndarray] = []
@@ -208,34 +216,36 @@ def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
 
 
 class Sight:
-    """Counts of what the camera sees of a scene's things."""
+    """The sight of the agent's camera in a scene: which things a click meets, and how many pixels of each thing are
+    visible.
+    """
 
     def __init__(self, engine: Engine, scene: Scene) -> None:
         self._engine, self._scene = engine, scene
         self._things = list(scene.things.values())
         self._index = {thing_id: index for index, thing_id in enumerate(scene.things)}
         self._parts: dict[str, list[Thing]] = {}
-        """Drawers by the id of their furniture, which they are seen as part of."""
+        """Id of a piece of furniture -> its drawers, which are seen as part of the furniture."""
         for thing in self._things:
             if thing.is_drawer and thing.parent is not None:
                 self._parts.setdefault(thing.parent, []).append(thing)
         self._seen: dict[Pose, dict[str, ObjectVisibility]] = {}
-        """Answers of `see` by pose and id; this cache and those below hold until something changes."""
+        """Cached results of `see` by pose and id. A change in the scene empties this cache and those below."""
         self._boxes: dict[str, list[np.ndarray]] = {}
-        """Corners of the boxes of whole things, by id."""
+        """Cached corners of the boxes of whole things, by id."""
         self._outlines: LRUCache[tuple[Pose, str], _Outline] = LRUCache(MAX_CACHED_OUTLINES)
-        """Outlines by pose and id."""
+        """Cached outlines of things, by pose and id."""
         self._behind_walls: LRUCache[tuple[Vec3, str], bool] = LRUCache(MAX_CACHED_EYES)
-        """Whether walls alone hide a thing, by eye and id."""
+        """Cached results of whether walls alone hide a thing, by eye and id."""
         self._extents: dict[str, Extent] = {}
-        """Extents of whole things, by id."""
+        """Cached extents of whole things, by id."""
 
     @cached_property
     def _portals(self) -> Portals:
         return Portals(self._scene)
 
     def clear_cache(self) -> None:
-        """Forget everything cached; must be called when anything in the scene has changed."""
+        """Empty all caches. It must be called when anything in the scene has changed."""
         self._seen.clear()
         self._boxes.clear()
         self._outlines.clear()
@@ -275,7 +285,10 @@ class Sight:
         return pixels[hits.things == self._index[thing.id]]
 
     def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
-        """Return which (n,) of unit directions (n, 3) from any eye meet the thing first; its own glass counts as it."""
+        """Return for unit directions (n, 3) from any eye whether (n,) a ray meets `thing` first.
+
+        The thing's own glass counts as the thing.
+        """
         if self._is_behind_walls(eye, thing):
             return np.zeros(len(rays), dtype=bool)
         within_m = farthest_m(eye, self._boxes_of(thing))
@@ -287,7 +300,7 @@ class Sight:
         return is_met
 
     def see(self, agent: Pose, things: list[Thing]) -> dict[str, ObjectVisibility]:
-        """Return what is seen of each thing, by id.
+        """Return what the camera sees of each thing, by id.
 
         Rays pass through the glass of other things; the thing's own glass counts as visible.
         """
@@ -300,14 +313,19 @@ class Sight:
         return {thing.id: known[thing.id] for thing in things}
 
     def may_be_visible(self, agent: Pose, thing: Thing, min_px: int) -> bool:
-        """Return whether at least `min_px` pixels of a thing would be seen if it were alone; faster than `see`."""
+        """Return whether at least `min_px` pixels of a thing would be visible if nothing else hid it; this is
+        faster than `see`.
+        """
         window = self._window_of(agent, thing)
         if window is None or window.most_px < min_px:
             return min_px <= 0
         return len(self._outline(agent, thing, window).rays) * window.stride**2 >= min_px
 
     def _see(self, agent: Pose, things: list[Thing]) -> dict[str, ObjectVisibility]:
-        """Return what is seen of each thing: rays are cast at it alone first, then those that met it into the scene."""
+        """Return what the camera sees of each thing.
+
+        Rays are first cast at the thing alone; those that meet it are then cast into the whole scene.
+        """
         found = {thing.id: NOT_VISIBLE for thing in things}
         for thing in things:
             window = self._window_of(agent, thing)
@@ -320,7 +338,9 @@ class Sight:
         return found
 
     def _window_of(self, agent: Pose, thing: Thing) -> PixelWindow | None:
-        """Return the window of pixels that a whole thing can cover; None if it is held, absent or outside the frame."""
+        """Return the window of pixels that a whole thing can cover; None if the thing is held, absent or outside
+        the frame.
+        """
         is_there = thing.is_present and not thing.is_held
         return window_of(agent, self._boxes_of(thing)) if is_there else None
 
@@ -335,10 +355,11 @@ class Sight:
         return self._outlines[agent, thing.id]
 
     def _visible_rays(self, agent: Pose, thing: Thing, outline: _Outline) -> tuple[np.ndarray, np.ndarray]:
-        """Return which (n,) rays of an outline meet a whole thing first, and the roles (n,) of what they meet of it.
+        """Return whether (n,) each ray of an outline meets the thing first, and the roles (n,) of the part of the thing
+        that it meets.
 
-        A thing without glass is left out of the cast, and its distances are compared. A thing with glass is in the
-        cast, because rays pass through its panes to its parts behind them.
+        A thing without glass is left out of the cast, and its distances in the outline are compared with those of the
+        cast. A thing with glass is included in the cast, because rays pass through its panes to its parts behind them.
         """
         whole = self._with_drawers(thing)
         has_glass = any(map(_has_glass, whole))
@@ -354,11 +375,14 @@ class Sight:
         return is_own | is_nearer, np.where(is_own, hits.roles, alone.roles)
 
     def _with_drawers(self, thing: Thing) -> list[Thing]:
-        """Return a thing with those of its drawers that are things."""
+        """Return a thing together with its drawers that are separate things."""
         return [thing, *(part for part in self._parts.get(thing.id, ()) if part.is_present)]
 
     def _boxes_of(self, thing: Thing) -> list[np.ndarray]:
-        """Return the corners (8, 3) of the boxes of a whole thing, cached unless it is held: the hand moves often."""
+        """Return the corners (8, 3) of the boxes of a whole thing.
+
+        They are cached unless the thing is held, because a held thing often moves.
+        """
         if thing.is_held:
             return boxes_of(self._with_drawers(thing))
         if thing.id not in self._boxes:
@@ -380,7 +404,9 @@ class Sight:
         return self._behind_walls[eye, thing.id]
 
     def _is_of(self, met: np.ndarray, thing: Thing) -> np.ndarray:
-        """Return which (n,) of the indices of things that rays met (n,) are the thing or a drawer of it."""
+        """Return for the things that n rays met, given as indices (n,), whether (n,) each is `thing` or one of its
+        drawers.
+        """
         own = [self._index[each.id] for each in self._with_drawers(thing)]
         return met == own[0] if len(own) == 1 else np.isin(met, own)
 
@@ -406,9 +432,11 @@ def _has_glass(thing: Thing) -> bool:
 def _visibility_from_rays(
     thing: Thing, window: PixelWindow, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray
 ) -> ObjectVisibility:
-    """Return what is seen of a thing from the n rays of its outline, of which those in `is_hit` meet it first.
+    """Return what the camera sees of a thing, from the n rays of its outline. `is_hit` (n,) says which of the rays meet
+    the thing first.
 
-    It is strictly visible with at least 200 px and 25 % of its outline, or when it shows whole inside the frame.
+    The thing is strictly visible if at least 200 px and 25 % of its outline are visible, or if all of it is visible
+    inside the frame.
     """
     seen, whole = int(is_hit.sum()), len(is_hit)
     visible_px = seen * window.stride**2
@@ -423,5 +451,5 @@ def _visibility_from_rays(
 
 
 def _count_bearing(roles: np.ndarray, bit: int) -> int:
-    """Return the number of hits on parts with the role of that bit."""
+    """Return the number of hits on parts whose roles contain `bit`."""
     return int(np.count_nonzero(roles & bit))

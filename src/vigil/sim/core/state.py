@@ -21,10 +21,10 @@ HAND_DROP_M = 0.45
 ROUNDED_DECIMALS = 9
 """Decimals of the positions (m) and angles (deg) of things that are carried along.
 
-That is far finer than any check needs, and far coarser than rounding errors.
+This rounding is far finer than any check needs, and far coarser than floating-point errors.
 """
 AGENT = "agent"
-"""Id that stands for the agent's body among solids."""
+"""Id of the agent's body in lists of solids."""
 MUTABLE_FIELDS = (
     *("position", "rotation", "parent", "parent_joint", "surface"),
     *("openness", "is_toggled", "is_broken", "is_held", "from_hand", "is_present"),
@@ -49,7 +49,7 @@ class SceneState:
     _prisms: dict[str, list[Prism]] = field(default_factory=dict)
     _walls: list[tuple[str, Prism]] = field(default_factory=list)
     _last_flushed: dict[str, tuple[Any, ...]] = field(init=False)
-    """`MUTABLE_FIELDS` of each thing as of the last call of `flush`, by id."""
+    """Id of a thing -> values of its `MUTABLE_FIELDS` at the last call of `flush`."""
 
     def __post_init__(self) -> None:
         self._last_flushed = dict(zip(self.scene.things, mutable_state_of(self.scene), strict=True))
@@ -57,14 +57,15 @@ class SceneState:
         self._walls = [(panel.id, prism) for panel in self.scene.panels for prism in wall_prisms(panel)]
 
     def mark_changed(self, thing: Thing) -> None:
-        """Note that a thing's position or state changed."""
+        """Record that a thing's position or state has changed."""
         self.changed.add(thing.id)
         self._prisms.pop(thing.id, None)
 
     def flush(self) -> set[str]:
-        """Return the ids of the things that differ from their state at the last call, and refresh the collision map.
+        """Return the ids of the things that differ from their state at the last call of `flush`, and update the
+        collision map.
 
-        A reset often restores the same state that a setup changes again; such things are not among them.
+        If a reset restores a thing and the setup then changes it back to the same state, the thing is not listed.
         """
         now = {thing_id: _mutable_state(self.scene.things[thing_id]) for thing_id in self.changed}
         ids = {thing_id for thing_id, facts in now.items() if facts != self._last_flushed[thing_id]}
@@ -75,7 +76,7 @@ class SceneState:
         return ids
 
     def prisms(self, thing: Thing) -> list[Prism]:
-        """Return the thing's solids where they are now, cached."""
+        """Return the thing's solids at their present place; they are cached."""
         if thing.id not in self._prisms:
             self._prisms[thing.id] = prisms_of(thing)
         return self._prisms[thing.id]
@@ -101,7 +102,7 @@ class SceneState:
         return Prism(circle + np.array([x, z]), y + BODY_LOW_M, y + BODY_HIGH_M)
 
     def move(self, thing: Thing, position: Vec3, rotation: Vec3) -> list[Thing]:
-        """Move a thing with all that rests on it; return what moved, the thing first."""
+        """Move a thing with everything that rests on it; return the moved things, `thing` first."""
         before = place_of(thing)
         after = Motion(rotation_matrix(rotation), np.array(position))
         thing.position, thing.rotation = position, rotation
@@ -109,7 +110,10 @@ class SceneState:
         return [thing, *self.shift(contents(self.scene, thing.id), after.after(before.inverse()))]
 
     def shift(self, things: list[Thing], motion: Motion) -> list[Thing]:
-        """Move things rigidly and return them; rounding makes moving there and back give the same place."""
+        """Move things by a rigid motion and return them.
+
+        Positions are rounded, so that moving a thing away and back restores its place exactly.
+        """
         is_turned = not np.allclose(motion.turn, np.eye(3), atol=1e-12)
         for thing in things:
             thing.position = _rounded(Vec3(*motion(np.array(thing.position)[None])[0]))
@@ -119,7 +123,7 @@ class SceneState:
         return things
 
     def take(self, thing: Thing) -> list[Thing]:
-        """Put a thing with all that rests on it into the hand; return what was taken, the thing first."""
+        """Put a thing with everything that rests on it into the hand; return the things taken, `thing` first."""
         stack = [thing, *contents(self.scene, thing.id)]
         thing.parent = thing.surface = thing.parent_joint = None
         for each in stack:
@@ -132,7 +136,7 @@ class SceneState:
         return stack
 
     def release(self) -> list[Thing]:
-        """Empty the hand; return what was in it, the held thing first."""
+        """Empty the hand; return the things that were in it, the held thing first."""
         held = self.scene.things[self.held or ""]
         stack = [held, *contents(self.scene, held.id)]
         for each in stack:
@@ -142,7 +146,7 @@ class SceneState:
         return stack
 
     def move_held(self) -> None:
-        """Move what is held to where the hand is now; its yaw does not change."""
+        """Move the held thing to the hand's present position; its yaw does not change."""
         if self.held is None:
             return
         hand = self._hand()

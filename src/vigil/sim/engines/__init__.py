@@ -1,1 +1,1 @@
-"""Engines: what draws a scene and casts rays into it for the engine-neutral simulator."""
+"""Engines: they draw a scene and cast rays into it for the engine-neutral simulator."""

@@ -1,8 +1,8 @@
-"""FakeEngine: rays against boxes in numpy, and flat-coloured frames, without a 3-D engine.
+"""FakeEngine: an engine without a 3-D library. It casts rays against boxes in numpy and draws flat-coloured frames.
 
-Every connected piece of a mesh counts as its bounding box, moved by its joint. A ray meets a box with a support surface
-inside (a bowl, an open fridge) at its far side, so that what lies in it is seen. The engine is coarse, but fast enough
-for tests, and exact enough to try solvers, budgets and goals without a renderer.
+Every connected piece of a mesh is replaced by its bounding box, which moves with the piece's joint. A ray meets a box
+with a support surface inside (a bowl, an open fridge) at the box's far side, so that the things in it are visible. The
+engine is coarse, but fast enough for tests, and exact enough to try solvers, budgets and goals without a renderer.
 """
 
 import math
@@ -29,17 +29,18 @@ from vigil.sim.core.views import rays_of
 from vigil.sim.scene_editor import NOTHING, CameraImage, CameraView, Layer
 
 CHUNK_RAYS = 400
-"""Greatest number of rays that are tested against boxes together."""
+"""Greatest number of rays that are tested against the boxes in one numpy call."""
 CONE_STEPS = 3.0
-"""Steps of each coordinate of a direction between 0 and 1; rays in one cell have few candidate boxes."""
+"""Number of cells from 0 to 1 into which each coordinate of ray directions is divided. The rays of a cell can meet
+only few boxes."""
 DRAW_STRIDE, LOOK_STRIDE = 16, 8
-"""Pixels, across and down, that one ray colours in the agent's frame and in a camera's image."""
+"""Width and height (pixels) of the block that one ray colours, in the agent's frame and in a camera's image."""
 WELD_M = 1e-4
-"""Distance below which vertices of a mesh are the same."""
+"""Distance (m) below which vertices of a mesh count as the same."""
 MAX_PIECES = 40
 """Number of connected pieces above which a mesh counts as one box."""
 THIN_M = 0.002
-"""Thickness of flat boxes."""
+"""Thickness (m) of flat boxes."""
 _FLOOR, _CEILING, _WALL, _SKY = (0.55, 0.45, 0.35), (0.92, 0.92, 0.9), (0.8, 0.78, 0.72), (0.6, 0.75, 0.9)
 
 
@@ -52,16 +53,16 @@ class BoxPiece:
     high: np.ndarray
     """Highest corner (3,)."""
     joint: str | None
-    """Name of the joint that carries it; None for the body."""
+    """Name of the joint that carries the box; None for the asset's body."""
     roles: int
-    """Bits BEARS_OPEN and BEARS_TOGGLE."""
+    """Bits BEARS_OPEN and BEARS_TOGGLE of the box."""
     is_glass: bool
     shown: str
-    """State in which it shows: "always", "on", "off" or "broken"."""
+    """State of the asset in which the box is visible: "always", "on", "off" or "broken"."""
     holds_open: bool
-    """Whether a surface inside it can be reached at any time."""
+    """Whether a surface inside the box can be reached at any time."""
     holds_shut: bool
-    """Whether a surface inside it can be reached while the asset is open."""
+    """Whether a surface inside the box can be reached only while the asset is open."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,7 +107,7 @@ def _panes(asset: Asset, joint: str | None) -> list[tuple[np.ndarray, np.ndarray
 def _around_panes(
     boxes: list[tuple[np.ndarray, np.ndarray]], panes: list[tuple[np.ndarray, np.ndarray]]
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the boxes; one that frames a pane is cut into the four bars around it (in the x, y plane)."""
+    """Return the boxes. A box that frames a pane is cut into the four bars around the pane (in the x, y plane)."""
     for pane_low, pane_high in panes:
         cut: list[tuple[np.ndarray, np.ndarray]] = []
         for low, high in boxes:
@@ -192,7 +193,9 @@ class FakeEngine:
         without: Sequence[str] = (),
         within_m: float = math.inf,
     ) -> RayHits:
-        """Return the first hits of rays along unit `directions` (n, 3), as `Engine.cast` says; ignores `within_m`."""
+        """Return the first hits of rays along unit `directions` (n, 3), as described at `Engine.cast`; `within_m`
+        is ignored.
+        """
         del within_m
         row, distance = self._meet(origin, directions, through_glass, only, without)
         boxes, _, _ = self._joined()
@@ -214,7 +217,7 @@ class FakeEngine:
         return np.ascontiguousarray(coarse.repeat(DRAW_STRIDE, axis=0).repeat(DRAW_STRIDE, axis=1))
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
-        """Return a coarse image, with one ray for each block of pixels; what is held is not drawn."""
+        """Return a coarse image, with one ray for each block of pixels; the held thing is not drawn."""
         del held
         coarse = replace(view, width=-(-view.width // LOOK_STRIDE), height=-(-view.height // LOOK_STRIDE))
         rays, along = rays_of(coarse)
@@ -235,7 +238,9 @@ class FakeEngine:
         )
 
     def _colours(self, row: np.ndarray, distance: np.ndarray) -> np.ndarray:
-        """Return the colours (n, 3) uint8 of what n rays met, from the rows of boxes and the distances (m)."""
+        """Return the colours (n, 3) uint8 that n rays see; `row` is the box that each ray met, `distance` its
+        distance (m).
+        """
         boxes, _, _ = self._joined()
         owner = np.where(row >= 0, boxes.thing[row], -1)
         tints = np.concatenate([*(_colour(thing) for thing in self._things), np.zeros((1, 3))])

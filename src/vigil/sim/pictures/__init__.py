@@ -1,1 +1,1 @@
-"""Showcase: pictures of assets, single things and houses for people, and whether things look right."""
+"""Pictures of assets, single things and houses for people, who can judge from them whether things look right."""

@@ -1,4 +1,6 @@
-"""Portraits: single things as an agent would see them, for judging whether one recognises them and their state."""
+"""Portraits: pictures of single things as an agent would see them, to judge whether people recognise a thing and
+its state.
+"""
 
 import zlib
 from dataclasses import dataclass
@@ -23,23 +25,23 @@ STEEPEST_DOWN_DEG, STEEPEST_UP_DEG = 48.0, 30.0
 SIDEWAYS_DEG = 25.0
 _STEP_M, _REACH_M = 0.01, 9.0
 CELL_PX = (192, 144)
-"""One picture of a contact sheet, cut from the middle of the frame."""
+"""Width and height (pixels) of one picture of a contact sheet; it is cut from the middle of the frame."""
 COLUMNS, LINE_PX = 8, 16
 
 
 @dataclass(frozen=True, slots=True)
 class CameraPlacement:
-    """From where a subject is looked at."""
+    """Pose of the camera in a portrait, and where the subject appears in the frame."""
 
     agent: Pose
     distance_m: float
-    """From the eye to the nearest point of the thing's box."""
+    """Distance (m) from the eye to the nearest point of the thing's box."""
     box_px: tuple[float, float, float, float]
-    """Left, top, right and bottom of the thing's box in the frame."""
+    """Left, top, right and bottom (pixels) of the thing's box in the frame."""
 
     @property
     def span_px(self) -> float:
-        """The longer side of the thing's box in the frame."""
+        """Longer side (pixels) of the thing's box in the frame."""
         left, top, right, bottom = self.box_px
         return max(right - left, bottom - top)
 
@@ -47,15 +49,15 @@ class CameraPlacement:
 def render_object(
     subject: SceneSubject, seed: int, distance_m: float | None = None, quality: Quality = "default"
 ) -> np.ndarray:
-    """Return the frame (480, 640, 3) of a subject where such things stand.
+    """Return the frame (480, 640, 3) that shows a subject at a typical place for its category.
 
-    It is seen from where it spans `SPAN_PX`, between 0.3 and 1.5 m; or from `distance_m`.
+    The distance is `distance_m` or, by default, the one between 0.3 and 1.5 m at which the subject spans `SPAN_PX`.
     """
     return render_with_placement(subject, seed, distance_m, quality)[0]
 
 
 def stage_subject(subject: SceneSubject, seed: int, distance_m: float | None) -> tuple[Scene, CameraPlacement]:
-    """Return the room of a subject's portrait, and from where that is taken. Raises ValueError as `view_of` does."""
+    """Return the room of a subject's portrait, and the placement of the camera. Raises ValueError as `view_of` does."""
     rng = np.random.default_rng([seed, subject.variant, zlib.crc32(subject.category.encode())])
     scene = staged_scene(subject, rng)
     return scene, view_of(scene.things[SUBJECT], float(rng.uniform(-SIDEWAYS_DEG, SIDEWAYS_DEG)), distance_m)
@@ -64,7 +66,7 @@ def stage_subject(subject: SceneSubject, seed: int, distance_m: float | None) ->
 def render_with_placement(
     subject: SceneSubject, seed: int, distance_m: float | None, quality: Quality
 ) -> tuple[np.ndarray, CameraPlacement]:
-    """Return a subject's portrait, and from where that is taken."""
+    """Return a subject's portrait, and the placement of the camera."""
     scene, view = stage_subject(subject, seed, distance_m)
     engine = MujocoEngine(quality)
     engine.load(scene)
@@ -75,7 +77,9 @@ def render_with_placement(
 
 
 def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) -> CameraPlacement:
-    """Return from where to look at a thing that faces +z: at its middle, from its front, `sideways_deg` off."""
+    """Return the placement of a camera that looks at the middle of a thing that faces +z, from `sideways_deg` to
+    the side of its front.
+    """
     half = np.array(thing.asset.size) / 2
     place = place_of(thing)
     corners = place(box_corners(-half, half))
@@ -92,7 +96,9 @@ def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) 
 
 
 def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:
-    """Return left, top, right and bottom of projected points (n, 3); without bounds when one is behind the eye."""
+    """Return left, top, right and bottom (pixels) of projected points (n, 3); infinite bounds when a point is
+    behind the eye.
+    """
     if (flat[:, 2] <= 0).any():
         return -np.inf, -np.inf, np.inf, np.inf
     (left, top), (right, bottom) = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
@@ -100,7 +106,9 @@ def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:
 
 
 def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
-    """Return the pose that looks at `middle` from `reach` metres, from standing height where that is not too steep."""
+    """Return the pose that looks at `middle` from `reach` metres away, from standing height if that view is not too
+    steep.
+    """
     steepest = np.sin(np.radians([-STEEPEST_UP_DEG, STEEPEST_DOWN_DEG]))
     sine = float(np.clip((EYE_HEIGHT_M - middle[1]) / reach, *steepest))
     level, yaw = reach * np.sqrt(1.0 - sine**2), np.radians(sideways_deg)
@@ -113,7 +121,9 @@ def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
 
 
 def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | None = None) -> list[Path]:
-    """Write contact sheets of every category's variants and states, with names, and return their paths."""
+    """Write contact sheets that show every category's variants and states, with names; return the paths of the
+    sheets.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     subjects = iter(catalogue(variants))
     paths: list[Path] = []
@@ -125,7 +135,9 @@ def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | No
 
 
 def catalogue(variants: int) -> list[SceneSubject]:
-    """Return every category in some variants: the first in all its states, the others by turns."""
+    """Return subjects for every category: the first variant in each of its states, each further variant in one
+    state, by turns.
+    """
     subjects = []
     for name in sorted(CATALOG):
         for variant in range(variants):
@@ -141,7 +153,7 @@ def label_of(subject: SceneSubject) -> str:
 
 
 def contact_sheet(pictures: list[np.ndarray], labels: list[str]) -> Image.Image:
-    """Return the middles of pictures side by side, each with its label under it."""
+    """Return one picture with the middles of `pictures` in rows, each with its label under it."""
     width, height = CELL_PX
     rows = -(-len(pictures) // COLUMNS)
     sheet = Image.new("RGB", (COLUMNS * width, rows * (height + LINE_PX)), "white")

@@ -1,4 +1,4 @@
-"""Pictures that no agent sees: one asset on a plain stage, a whole house from above."""
+"""Pictures that no agent sees: one asset on a plain stage, or a whole house from above."""
 
 from dataclasses import dataclass
 
@@ -18,14 +18,14 @@ from vigil.sim.engines.mujoco.compiled.model import build
 STAGE_FOVY_DEG = 32.0
 BIRD_FOVY_DEG = 40.0
 BIRD_MARGIN = 1.06
-"""What a house is seen with, over its own extent."""
+"""Ratio of the side of the area that a picture from above shows to the house's own extent."""
 _PAPER = MaterialRef(name="plastic/#c3c6c8")
 
 
 def render_asset(
     asset: Asset, *, openness: float = 0.0, is_toggled: bool = False, yaw: float = 30.0, pitch: float = 22.0
 ) -> np.ndarray:
-    """Return a picture (480, 640, 3) of one asset from its front, turned by `yaw` degrees, seen `pitch` from above."""
+    """Return a picture (480, 640, 3) of one asset, seen from `yaw` degrees off its front and `pitch` degrees above."""
     size = np.array(asset.size, dtype=float)
     radius = float(np.linalg.norm(size)) / 2
     thing = Thing(
@@ -43,7 +43,7 @@ def render_asset(
 def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
     """Return a picture (480, width, 3) of a house from above, without its ceilings; +z of THOR's frame is up.
 
-    It is as wide as the house asks for, 640 at most.
+    The width follows from the house's shape; it is at most 640.
     """
     corners = np.concatenate([room.polygon for room in scene.rooms])
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -62,13 +62,13 @@ class _FreeCamera:
 
     eye: np.ndarray
     back: np.ndarray
-    """Away from what it looks at."""
+    """Unit vector that points backward, away from what the camera looks at."""
     fovy_deg: float
     width: int = FRAME_WIDTH
 
     @property
     def axes(self) -> np.ndarray:
-        """Right, up and backward, as columns."""
+        """Return the camera's axes right, up and backward as columns."""
         right = np.cross([0.0, 0.0, 1.0], self.back)
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(self.back, right), self.back], axis=1)
@@ -86,7 +86,9 @@ def _picture(scene: Scene, view: _FreeCamera, quality: Quality) -> np.ndarray:
 
 
 def _direction(yaw: float, pitch: float) -> np.ndarray:
-    """Return the unit vector (THOR's frame) towards the eye, `yaw` from the front, `pitch` above the horizon."""
+    """Return the unit vector (THOR's frame) towards an eye that is `yaw` degrees off the front and `pitch` degrees
+    above the horizon.
+    """
     level = np.cos(np.radians(pitch))
     return np.array([level * np.sin(np.radians(yaw)), np.sin(np.radians(pitch)), level * np.cos(np.radians(yaw))])
 

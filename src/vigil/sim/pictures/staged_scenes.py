@@ -1,6 +1,6 @@
-"""Exhibits: one thing standing where such things stand, in a plain room; a scene built by hand, no house.
+"""Exhibits: scenes with one thing at its typical place in a plain room, built by code without a house document.
 
-Where it stands, and with what, `vigil.sim.pictures.places` says.
+`vigil.sim.pictures.places` decides where the thing stands and what is shown with it.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ State = Literal["open", "closed", "on", "off"]
 
 SUBJECT = "subject"
 WIDTH_M, DEPTH_M, BEHIND_M = 2 * MIDDLE_M, 7.5, 4.0
-"""The room, and how deep the one behind its wall is, which is seen through a door."""
+"""Width and depth (m) of the room, and depth (m) of the room behind its wall, which is visible through a door."""
 _FLOORS = ("WoodFloorsCross", "WoodGrain_Tan", "WoodGrain_Brown", "GreyFloor 1", "planks/oak", "planks/walnut")
 _WALLS = ((0.94, 0.93, 0.9), (0.91, 0.87, 0.79), (0.8, 0.86, 0.81), (0.76, 0.82, 0.88), (0.83, 0.8, 0.85))
 
@@ -30,21 +30,21 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class SceneSubject:
-    """What a picture shows."""
+    """The thing that a picture shows: a category in a variant and state."""
 
     category: str
     variant: int
     state: State | None = None
-    """None for what can be neither opened nor switched."""
+    """State in which the thing is shown; None for things that can be neither opened nor switched."""
 
     @property
     def asset(self) -> Asset:
-        """Its shape, at the category's usual size."""
+        """Asset of the thing, at the category's usual size."""
         return make(self.category, CATALOG[self.category].typical_size, self.variant)
 
 
 def states_of(asset: Asset) -> tuple[State | None, ...]:
-    """Return the states in which an asset can be seen; (None,) when it has but one."""
+    """Return the states in which an asset can be shown; (None,) when it has only one."""
     row = CATALOG[asset.category]
     moves: tuple[State, ...] = ("closed", "open") if row.is_openable and asset.can_open else ()
     switches: tuple[State, ...] = ("off", "on") if row.is_toggleable else ()
@@ -105,7 +105,7 @@ def _shape(name: str, kind: str, low: float, high: float, floor: MaterialRef) ->
 
 
 def _walls(room: RoomShape, paint: MaterialRef, holes: tuple[Hole, ...]) -> list[WallPanel]:
-    """Return a room's four walls; the holes are in the one at z = 0, which runs from x = 0."""
+    """Return a room's four walls. The holes are in the wall at z = 0, which starts at x = 0."""
     low, high = float(room.polygon[0, 1]), float(room.polygon[2, 1])
     sides = [
         ((0.0, low), (WIDTH_M, low), (0.0, 1.0)),

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A known difference."""
+    """A known difference of the AI2-THOR backend from the embedded simulator."""
 
     what: str
     """How the AI2-THOR backend behaves."""
     why: str
     kinds: tuple[str, ...] = ()
-    """Kinds of differences in a comparison that it explains."""
+    """Kinds of differences in a comparison of backends that this difference explains."""
     checks: tuple[str, ...] = ()
     """Names of the conformance checks that fail because of it."""
 
@@ -64,4 +64,4 @@ DIFFERENCES: tuple[Difference, ...] = (
 EXPLAINED: frozenset[str] = frozenset(kind for each in DIFFERENCES for kind in each.kinds)
 """Kinds of differences that this list explains."""
 EXPECTED_FAILURES: dict[str, str] = {check: each.what for each in DIFFERENCES for check in each.checks}
-"""Known difference that makes a conformance check fail, by the check's name."""
+"""Name of a conformance check -> the known difference that makes it fail."""

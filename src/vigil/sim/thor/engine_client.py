@@ -1,7 +1,7 @@
 """The protocol of a client of AI2-THOR's engine: it sends actions and returns events.
 
-`vigil.sim.thor.guarded_client.GuardedClient` implements it over the real client; tests have one that calls an engine in
-the same process.
+`vigil.sim.thor.guarded_client.GuardedClient` implements it with AI2-THOR's client; tests use a client that calls an
+engine in the same process.
 """
 
 # pyright: reportReturnType=false
@@ -33,10 +33,13 @@ class EngineClient(Protocol):
         """Whether the engine was closed or has failed."""
 
     def open(self, house: dict[str, Any]) -> None:
-        """Let the engine build a house in place of the one before. Raises SimulatorError."""
+        """Let the engine build a house, replacing any earlier one. Raises SimulatorError."""
 
     def step(self, action: str, **arguments: Any) -> Event:
-        """Return the event after an action, also after a refused one. Raises SimulatorError, and is then over."""
+        """Return the event after an action, also after a refused action.
+
+        Raises SimulatorError; the client is then over.
+        """
 
     def close(self) -> None:
         """End the engine."""

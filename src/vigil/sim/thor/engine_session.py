@@ -12,11 +12,12 @@ from vigil.sim.thor.scene_sync import SceneSync
 from vigil.sim.thor.segmented_frame import SegmentedFrame
 
 REST_STEP_S = 0.02
-"""Time step of the physics while objects come to rest."""
+"""Time step (s) of the physics while objects come to rest."""
 REST_EACH_S = 0.1
-"""Time that passes in one request while objects come to rest."""
+"""Simulated time (s) that passes in one request while objects come to rest."""
 MAX_REST_STEPS = 50
-"""Greatest number of these requests; an object that still moves after them is taken as it is then."""
+"""Greatest number of requests while objects come to rest. If an object still moves after them, its place at that
+moment counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,13 +27,13 @@ class ActionOutcome:
     is_done: bool
     """Whether THOR carried the action out."""
     message: str = ""
-    """THOR's reason when it did not."""
+    """THOR's reason when it did not carry the action out."""
     returned: Any = None
     """Value that the action returned."""
 
 
 class EngineSession:
-    """One engine with a house, and the scene as of its last answer."""
+    """A session: one engine with a house, and the scene as of the engine's last answer."""
 
     def __init__(self, client: EngineClient, scene_sync: SceneSync) -> None:
         self._client = client
@@ -56,7 +57,9 @@ class EngineSession:
         return _outcome(self._client.step(action, **arguments, renderImage=False))
 
     def wait_until_at_rest(self) -> None:
-        """Let time pass, always in the same steps, until everything is at rest or `MAX_REST_STEPS` are over."""
+        """Let time pass, always in the same steps, until everything is at rest or `MAX_REST_STEPS` steps have
+        passed.
+        """
         for _ in range(MAX_REST_STEPS):
             self._segmented_frame = self._frame = None
             arguments = {"timeStep": REST_STEP_S, "simSeconds": REST_EACH_S}
@@ -78,7 +81,7 @@ class EngineSession:
         return self._segmented_frame
 
     def frame(self) -> np.ndarray:
-        """Return what the agent sees now, (480, 640, 3) uint8. Raises SimulatorError."""
+        """Return the agent's frame now, (480, 640, 3) uint8. Raises SimulatorError."""
         self._frame_was_asked = True
         if self._frame is None:
             self._look(with_frame=True)

@@ -1,8 +1,8 @@
 """A connection to AI2-THOR's engine through AI2-THOR's unmodified client, guarded against an engine that ends.
 
-The client alone waits without limit for an engine that ends before it connects. When an engine ends in the middle of an
-answer, the client reads at full load until its time-out. Here both cases raise SimulatorError within a second, and no
-process, pipe or folder is left behind.
+If an engine ends before it connects, AI2-THOR's client waits without limit. If an engine ends in the middle of an
+answer, the client loops at full load until its time-out. With this connection, both cases raise SimulatorError within a
+second, and no process, pipe or folder is left behind.
 """
 
 import os
@@ -14,9 +14,9 @@ from typing import Any
 from vigil.errors import SettingError, SimulatorError
 
 ASK_EVERY_S = 0.05
-"""Interval at which the engine's process is checked."""
+"""Interval (s) at which the engine's process is checked."""
 ZEROS = bytes(65536)
-"""Bytes for a client whose engine has ended: no message begins with them, so that the client gives up."""
+"""Bytes that are sent to a client whose engine has ended. No message begins with zeros, so the client gives up."""
 END_TIMEOUT_S = 60.0
 """Longest time that a killed engine may take to end; on a busy machine it takes seconds."""
 
@@ -64,7 +64,10 @@ class GuardedClient:
         return self._over.is_set()
 
     def open(self, house: dict[str, Any]) -> None:
-        """Let the engine build a house in place of the one before. Raises SimulatorError, and is then over."""
+        """Let the engine build a house, replacing any earlier one.
+
+        Raises SimulatorError; the connection is then over.
+        """
         try:
             self._controller.reset(scene=house)
         except Exception as error:
@@ -78,7 +81,7 @@ class GuardedClient:
             raise SimulatorError(f"AI2-THOR's engine did not open the house: {metadata['errorMessage']}")
 
     def step(self, action: str, **arguments: Any) -> Any:
-        """Return the client's event after an action. Raises SimulatorError, and is then over."""
+        """Return the client's event after an action. Raises SimulatorError; the connection is then over."""
         if self.is_over:
             raise SimulatorError(f"AI2-THOR's engine has ended; {action} was not sent. Start another engine.")
         try:
@@ -104,7 +107,7 @@ class GuardedClient:
         server.tmp_dir.cleanup()
 
     def _broken(self, what: str, error: Exception) -> SimulatorError:
-        """Close the connection and return the error that says why."""
+        """Close the connection and return an error that says why."""
         self.close()
         if self._was_late:
             why = "the engine did not connect in time"

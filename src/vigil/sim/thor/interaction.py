@@ -1,4 +1,5 @@
-"""What a click does in AI2-THOR: the protocol's rules are applied first, and THOR's refusals become the protocol's.
+"""What a click does in AI2-THOR. The protocol's rules are applied first; then THOR's refusals are translated to those
+of the protocol.
 
 Source: protocol.md section 2.2.
 """
@@ -20,9 +21,9 @@ from vigil.sim.thor.engine_session import ActionOutcome, EngineSession
 from vigil.sim.thor.refusals import is_out_of_sight, refusal_of
 
 SPOT_SLACK_M = 0.02
-"""Tolerance of the test that THOR put an object near the click."""
+"""Tolerance (m) in the check that THOR put an object near the click."""
 MOVED_M = 1e-6
-"""Difference of a coordinate, angle or openness up to which an object has not changed."""
+"""Difference of a coordinate, angle or openness up to which an object counts as unchanged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +38,7 @@ class ObjectClick:
 
 
 def place_of_pixel(x: int, y: int) -> dict[str, float]:
-    """Return the middle of a pixel in THOR's form, 0..1 from the top left corner."""
+    """Return the middle of a pixel in THOR's form: x and y in 0..1 from the top left corner."""
     return {"x": (x + 0.5) / WIDTH, "y": (y + 0.5) / HEIGHT}
 
 
@@ -57,7 +58,7 @@ def interact(session: EngineSession, intent: Intent, click: ObjectClick) -> Inte
 
 
 def drop(session: EngineSession) -> InteractionResult:
-    """Drop what is held, or refuse to."""
+    """Drop the held object, or refuse to."""
     if session.scene_sync.held is None:
         return InteractionResult("hand_empty")
     return _attempt(session, lambda: session.do("DropHandObject"))
@@ -75,14 +76,14 @@ def _place(session: EngineSession, click: ObjectClick) -> InteractionResult:
 
 
 def _is_where_wanted(session: EngineSession, held: Thing, click: ObjectClick, wanted_kind: str) -> bool:
-    """Return whether THOR put a thing near the click, and inside or on top as the click meant."""
+    """Return whether THOR put the held thing near the click, and inside or on top as the click meant."""
     is_inside = any(each is click.thing for each in containers_of(session.scene_sync.scene, held))
     is_near = floor_distance(held.position, click.point) <= SPOT_WITHIN_M + SPOT_SLACK_M
     return is_near and held.parent == click.thing.id and is_inside == (wanted_kind == "inside")
 
 
 def _act_on_object(session: EngineSession, click: ObjectClick, action: str) -> ActionOutcome:
-    """Act on the clicked object by its id, or by the pixel when THOR finds no point of the object in view."""
+    """Act on the clicked object by its id; if THOR does not find a point of the object in view, act by the pixel."""
     outcome = session.do(action, objectId=click.thing.id)
     if outcome.is_done or not is_out_of_sight(outcome.message):
         return outcome

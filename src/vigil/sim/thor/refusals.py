@@ -1,7 +1,7 @@
 """AI2-THOR's messages for refused actions, and the protocol's refusal for each.
 
-Messages contain names, exceptions and traces, so they are recognised by a part of them. The first row whose part is in
-a message counts. A message without a row is logged as a warning and taken for `UNKNOWN`.
+Messages also contain names, exceptions and traces, so each row of the tables below has only a part of a message. The
+first row whose part occurs in a message counts. A message without a row is logged as a warning and counts as `UNKNOWN`.
 """
 
 import logging
@@ -12,16 +12,16 @@ from vigil.protocol.house import EXTERIOR
 from vigil.protocol.world import RefusalCode
 
 UNKNOWN: RefusalCode = "blocked_by_object"
-"""Refusal for a message without a row."""
+"""Refusal that stands for a message without a row."""
 AGENT = "agent"
-"""Name of the agent as what blocks."""
+"""Name of the agent when it is what blocks a thing."""
 
 OUT_OF_SIGHT: tuple[tuple[str, RefusalCode], ...] = (
     ("not found within the specified visibility", "nothing_hit"),
     ("visible but not interactable", "nothing_hit"),
     ("is not currently Visible", "nothing_hit"),
 )
-"""Rows of messages that say that THOR finds no point of the object in view."""
+"""Rows (part of a message, refusal) for messages that say that THOR does not find a point of the object in view."""
 MESSAGES: tuple[tuple[str, RefusalCode], ...] = (
     ("is not an Openable object", "not_openable"),
     ("object is not toggleable", "not_toggleable"),
@@ -67,7 +67,7 @@ class Refusal:
 
     code: RefusalCode
     blocked_by: str | None = None
-    """Name, as THOR gives it, of what was in the way; None when it is not known."""
+    """THOR's name of what was in the way; None when it is not known."""
 
 
 def refusal_of(message: str) -> Refusal:

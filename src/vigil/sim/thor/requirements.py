@@ -1,4 +1,4 @@
-"""What AI2-THOR's own engine needs and this machine lacks, found without starting or downloading anything."""
+"""Requirements of AI2-THOR's own engine that this machine lacks, found without starting or downloading anything."""
 
 import ctypes.util
 import os
@@ -17,20 +17,20 @@ SOURCE = "http://s3-us-west-2.amazonaws.com/ai2-thor-public/builds"
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What this machine has of the requirements."""
+    """The requirements of AI2-THOR's engine that this machine fulfils, and those that it lacks."""
 
     client: str
     """Version of the installed client, or "not installed"."""
     build: str
     """Folder of the engine's build, or a sentence that says that it is absent."""
     platform: str
-    """Client's name for the platform of the build that fits this machine."""
+    """AI2-THOR's name for the platform of the build that fits this machine."""
     missing: tuple[str, ...]
     """Requirements that are missing, each with what to do; empty when the engine can run."""
 
 
 def examine() -> Findings:
-    """Return what this machine has and what it lacks."""
+    """Return the requirements that this machine fulfils, and those that it lacks."""
     missing = []
     client = _client()
     if client is None:

@@ -1,6 +1,7 @@
 """Changing a house in AI2-THOR by force, for setups and to restore an earlier moment.
 
-No agent's action comes here. THOR's actions are sent with `forceAction`, which skips THOR's checks of sight and reach.
+This module is never used for an agent's action. It sends THOR's actions with `forceAction`, which skips THOR's checks
+of sight and reach.
 """
 
 import copy
@@ -19,9 +20,10 @@ from vigil.sim.thor.scene_sync import ThorSnapshot
 from vigil.sim.thor.units import from_thor, teleport_arguments, to_thor
 
 COARSE = 1e-3
-"""Greatest difference (m, degrees, openness) of a restored thing from what it was; physics may have moved it."""
+"""Greatest difference (m, degrees, openness) that a restored thing may have from its earlier state; physics may
+have moved it."""
 ROUNDS = 200
-"""Greatest number of rounds of a restore; each puts things back, which may move others."""
+"""Greatest number of rounds of a restore. Each round puts things back, which may move other things."""
 
 _PLACE = ("position", "rotation", "parentReceptacles", "isPickedUp")
 Step = tuple[str, dict[str, Any]]
@@ -29,7 +31,7 @@ Step = tuple[str, dict[str, Any]]
 
 
 def set_up(session: EngineSession, setup: Setup, house_name: str) -> None:
-    """Change the house as a setup says. Raises EpisodeError when the house cannot be changed in this way."""
+    """Change the house as a setup says. Raises EpisodeError when the house does not allow the changes."""
     wanted = things_named(setup, session.scene_sync.scene, house_name)
     for thing, change in wanted:
         _set_states(session, thing, change)
@@ -73,9 +75,10 @@ def restore_snapshot(session: EngineSession, snapshot: ThorSnapshot) -> bool:
 
 
 def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str]) -> Iterator[list[Step]]:
-    """Yield, kind by kind, the steps that restore a snapshot; all are empty when nothing is left to do.
+    """Yield lists of steps that restore a snapshot, one list for each kind of step. All lists are empty when nothing is
+    left to do.
 
-    Things in `done` may differ by `COARSE`; all others must be as they were to the last bit.
+    Things in `done` may differ from the snapshot by `COARSE`; all other things must be equal to it to the last bit.
     """
     now, before = session.scene_sync.objects, snapshot.objects
     scene = session.scene_sync.scene
@@ -108,7 +111,7 @@ def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str
 
 
 def _stack(snapshot: ThorSnapshot) -> set[str]:
-    """Return the ids of the object that was in the hand and of all that it carried."""
+    """Return the ids of the object that was in the hand and of everything that it carried."""
     if snapshot.held is None:
         return set()
     stack = {snapshot.held}
@@ -169,16 +172,17 @@ def _set_states(session: EngineSession, thing: Thing, change: ObjectSetup) -> No
 
 
 def _depth(setup: Setup, object_id: str) -> int:
-    """Return the number of things, each placed by the setup on the next, that a thing is placed on."""
+    """Return the length of the chain of things below an object, each of which the setup places on the next."""
     change = setup.objects.get(object_id)
     parent = change.placement.parent if change is not None and change.placement is not None else None
     return 0 if parent is None else 1 + _depth(setup, parent)
 
 
 def _put(session: EngineSession, thing: Thing, placement: Placement, house_name: str) -> None:
-    """Put an object where a setup says.
+    """Put an object at the place that a setup gives.
 
-    If the placement names a parent, the object is put on the parent's surface of the nearest height, if one is near.
+    If the placement names a parent, the object is put on the parent's surface nearest in height, unless that is too far
+    away.
     """
     scene_sync = session.scene_sync
     if thing.is_structure:

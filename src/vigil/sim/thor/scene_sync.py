@@ -1,7 +1,7 @@
-"""A house's scene that follows AI2-THOR's metadata. Nothing is simulated here.
+"""A house's scene that is updated from AI2-THOR's metadata, without any simulation.
 
-Surfaces and shapes of things, rooms and walls come from the house's document (`vigil.scene`). Positions, states, boxes,
-what carries what, and what can be done with a thing come from THOR.
+Shapes and surfaces of things, rooms and walls come from the house's document (`vigil.scene`). Positions, states, boxes,
+carriers and affordances of things come from THOR.
 """
 
 import copy
@@ -22,14 +22,14 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import from_thor, pose_from_thor
 
 NO_OFFSET_M = 0.025
-"""Distance from the middle of the box up to which THOR's pivot is taken for the thing's position.
+"""Distance (m) from the middle of the box up to which THOR's pivot is taken for the thing's position.
 
 A handle that sticks out moves the middle of THOR's box by about as much.
 """
 SAME_PLACE_M = 1e-6
-"""Distance up to which a thing is still where the document puts it."""
+"""Distance (m) up to which a thing counts as still at its place in the document."""
 RIGHT_ANGLE_WITHIN = 1e-3
-"""Tolerance of the test that a rotation consists of right angles."""
+"""Tolerance, for entries of a rotation matrix, in the check that the rotation consists of right angles."""
 
 Metadata = Mapping[str, Any]
 
@@ -48,7 +48,7 @@ class PivotBox:
 
 @dataclass(frozen=True, slots=True)
 class ThorSnapshot:
-    """The state from the metadata of a moment, so that it can be restored."""
+    """The state in THOR's metadata at a moment, from which it can be restored."""
 
     objects: dict[str, Metadata]
     """THOR's metadata of each object, by id."""
@@ -57,7 +57,7 @@ class ThorSnapshot:
 
 
 class SceneSync:
-    """The scene, the agent and the hand as of THOR's last metadata."""
+    """The scene, the agent and the hand according to THOR's last metadata."""
 
     def __init__(self, house: House, assets: AssetDatabase, metadata: Metadata) -> None:
         """Build the scene of a house that THOR has just built. Raises HouseError on an invalid document."""
@@ -95,7 +95,7 @@ class SceneSync:
             thing.is_held = thing.id in stack
 
     def in_hand(self) -> frozenset[str]:
-        """Return the ids of the thing in the hand and of all that it carries."""
+        """Return the ids of the thing in the hand and of everything that it carries."""
         if self.held is None:
             return frozenset()
         return frozenset({self.held, *(thing.id for thing in contents(self.scene, self.held))})
@@ -105,13 +105,13 @@ class SceneSync:
         return ThorSnapshot(self.objects, self.agent, self.held)
 
     def box(self, thing: Thing) -> Box:
-        """Return the box of the shut thing where the thing is now."""
+        """Return the box of a thing, as if it were shut, at its present place."""
         measure = self._pivot_boxes.get(thing.id)
         half = np.array(thing.asset.size) / 2
         return upright_box(thing, *((-half, half) if measure is None else (measure.low, measure.high)))
 
     def pivot(self, thing: Thing, position: Vec3, rotation: Vec3) -> Vec3:
-        """Return THOR's position of a thing, its pivot, when the thing is at a position and rotation."""
+        """Return THOR's position (the pivot) of a thing that has the given position and rotation."""
         shift = rotation_matrix(rotation) @ self._pivot_boxes[thing.id].middle_from_pivot
         return Vec3(*(float(value) for value in np.subtract(position, shift)))
 
@@ -151,7 +151,9 @@ class SceneSync:
         return known[0] if known else None
 
     def _rest(self, thing: Thing) -> None:
-        """Set the carrier's surface on which a thing rests: the document's if the thing has not moved since."""
+        """Set the surface on which a thing rests: the surface in the document if the thing has not moved since the
+        house was built.
+        """
         first, parent = self._first[thing.id], self.scene.things.get(thing.parent or "")
         if thing.parent == first.parent and distance(thing.position, first.position) <= SAME_PLACE_M:
             thing.surface, thing.parent_joint = first.surface, first.parent_joint
@@ -166,7 +168,7 @@ class SceneSync:
 def _measure(thing: Thing, entry: Metadata) -> PivotBox:
     """Return the box of a thing that THOR has just built.
 
-    An open thing, or an askew one without an oriented box in the metadata, gets its asset's size.
+    If a thing is open, or stands askew and has no oriented box in the metadata, its box has the size of its asset.
     """
     turn = rotation_matrix(from_thor(entry["rotation"]))
     pivot, half = np.array(from_thor(entry["position"])), np.array(thing.asset.size) / 2

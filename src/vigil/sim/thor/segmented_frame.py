@@ -1,4 +1,6 @@
-"""AI2-THOR's segmentation and depth: which object each pixel shows, and how much and how near of it is seen."""
+"""AI2-THOR's segmentation and depth: the object at each pixel, and each object's number of pixels and nearest
+distance.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,9 +12,9 @@ from vigil.sim.core.sight import HEIGHT, WIDTH, camera_axes, directions, pixels_
 from vigil.sim.thor.engine_client import Event
 
 LISTED_PIXELS = 1600
-"""Approximate number of pixels that are listed of an object; a larger object is sampled."""
+"""Approximate greatest number of an object's pixels that are listed; of a larger object a sample is listed."""
 MEASURED_PIXELS = 2000
-"""Number of pixels of an object, up to twice as many, at which the distance is measured."""
+"""Number of an object's pixels at which its distance is measured (up to twice as many may be used)."""
 _PIXELS = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), axis=-1)
 _LEVEL = Pose(position=Vec3(0.0, 0.0, 0.0), rotation=0.0)
 _ALONG = (directions(_LEVEL, _PIXELS.reshape(-1, 2)) @ camera_axes(_LEVEL)[2]).reshape(HEIGHT, WIDTH)
@@ -21,12 +23,12 @@ _ALONG = (directions(_LEVEL, _PIXELS.reshape(-1, 2)) @ camera_axes(_LEVEL)[2]).r
 
 @dataclass(frozen=True, slots=True)
 class PixelCount:
-    """What is seen of an object."""
+    """What a frame shows of an object."""
 
     pixels: int = 0
-    """Number of pixels that show it."""
+    """Number of pixels that show the object."""
     nearest_m: float | None = None
-    """Least distance (m) from the eye to what they show; None without pixels or depth."""
+    """Least distance (m) from the eye to a visible point of the object; None without pixels or depth."""
 
 
 class SegmentedFrame:
@@ -41,16 +43,20 @@ class SegmentedFrame:
         self._in_hand = in_hand
 
     def at(self, x: int, y: int) -> str | None:
-        """Return the name of what a pixel shows, also of a held object; None for what has no name."""
+        """Return the name of the object that a pixel shows, which may be held; None if the pixel does not show a
+        named object.
+        """
         return self._names.get(tuple(self._colours[y, x, :3].tolist()))
 
     def ids_near_pixel(self, x: int, y: int) -> set[str]:
-        """Return the names of what is shown within 3 px of a pixel, without held objects."""
+        """Return the names of the objects that are shown within 3 px of a pixel, without held objects."""
         found = {self.at(column, row) for column, row in pixels_near(x, y).tolist()}
         return {name for name in found if name is not None and name not in self._in_hand}
 
     def pixel_count(self, *names: str) -> PixelCount:
-        """Return what is seen of an object and its parts, by their names; nothing is seen of held objects."""
+        """Return what the frame shows of an object and its parts, given their names; a held object counts as not
+        shown.
+        """
         rows, columns = (np.concatenate(each) for each in zip(*map(self._shown, names), strict=True))
         if not len(rows):
             return PixelCount()

@@ -1,7 +1,7 @@
-"""A house in AI2-THOR as a `PrivilegedSimulator`: THOR's client and engine decide what happens and what is seen.
+"""A `PrivilegedSimulator` that runs a house in AI2-THOR: THOR's engine decides what happens and what is visible.
 
-This module enforces, before it sends an action, what the protocol requires and THOR does not have: the steps of a walk,
-limits of the pitch, reach, interlocks, and what may be put where. See docs/ai2thor.md.
+Before this module sends an action, it enforces the rules of the protocol that THOR does not have: the steps of a walk,
+limits of the pitch, reach, interlocks, and rules for placing. See docs/ai2thor.md.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -43,7 +43,7 @@ from vigil.sim.thor.units import from_thor, teleport_arguments, to_thor
 Connect = Callable[[dict[str, Any]], EngineClient]
 """Function that starts an engine with a house. Raises SimulatorError and SettingError."""
 FAR_M = 100.0
-"""Length of rays."""
+"""Length (m) of rays."""
 
 
 @dataclass(slots=True)
@@ -54,7 +54,7 @@ class _Loaded:
 
 
 class ThorSimulator:
-    """A `PrivilegedSimulator` over AI2-THOR's engine, or a compatible one."""
+    """A `PrivilegedSimulator` that uses AI2-THOR's engine or a compatible engine."""
 
     def __init__(self, name: str, connect: Connect, assets: AssetDatabase) -> None:
         self.name = name
@@ -64,7 +64,7 @@ class ThorSimulator:
         self._loaded: _Loaded | None = None
 
     def prepare(self, house: House) -> None:
-        """Do nothing: the engine holds one house."""
+        """Do nothing, because the engine can hold only one house."""
 
     def load(self, house: House) -> None:
         """Let THOR build the house, replacing any earlier one; start an engine if none runs."""
@@ -152,9 +152,10 @@ class ThorSimulator:
     def points_visible_from(
         self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
     ) -> np.ndarray:
-        """Return which (n,) of points (n, 3) on an object a THOR ray from `eye` meets first.
+        """Return for points (n, 3) on an object whether (n,) a ray of THOR from `eye` towards the point meets the
+        object first.
 
-        Panes of other things stop these rays in any case: THOR has no other rays, and its frames show panes.
+        Panes of other things always stop these rays, whatever `through_glass`, because THOR has only such rays.
         """
         del through_glass
         thing = self._thing(object_id)
@@ -171,7 +172,7 @@ class ThorSimulator:
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
-        """Undo at the end of the context all that was done inside it."""
+        """Return a context. At its end, everything that was done inside it is undone."""
         snapshot = self._scene_sync.snapshot()
         try:
             yield
@@ -182,7 +183,7 @@ class ThorSimulator:
 
     @contextmanager
     def at_pose(self, pose: Pose) -> Iterator[None]:
-        """Put the agent at a pose inside the context; nothing checks that the body fits."""
+        """Return a context in which the agent is at a pose; it is not checked that the body fits there."""
         with self.rollback():
             stand(self._require_loaded().session, pose)
             yield
@@ -211,7 +212,9 @@ class ThorSimulator:
             raise SimulatorError(f"AI2-THOR did not restore house {loaded.house.name!r} to an earlier state.")
 
     def _meets(self, eye: Vec3, point: Vec3) -> str | None:
-        """Return the id of what a THOR ray from an eye through a point meets; None if it meets nothing."""
+        """Return the id of the object that a ray of THOR from an eye through a point meets; None if it meets
+        nothing.
+        """
         way = np.subtract(point, eye)
         end = np.array(eye) + way * (FAR_M / max(float(np.linalg.norm(way)), 1e-9))
         outcome = self._require_loaded().session.query(
@@ -220,7 +223,10 @@ class ThorSimulator:
         return outcome.returned["objectId"] if outcome.is_done else None
 
     def _shown(self, x: int, y: int) -> Thing | None:
-        """Return the thing that the frame shows at a pixel, or where that is held, the thing behind it; else None."""
+        """Return the thing that the frame shows at a pixel; if that thing is held, the thing behind it.
+
+        None if there is no thing.
+        """
         session, things = self._require_loaded().session, self._scene_sync.scene.things
         name = session.segmented_frame().at(x, y)
         if name in self._scene_sync.in_hand():
@@ -247,7 +253,9 @@ class ThorSimulator:
         return Effect(turned_deg=degrees if is_right else -degrees, capped=is_capped)
 
     def _look(self, action: Look) -> Effect:
-        """Turn the head by Teleport: LookUp and LookDown only take tenths of degrees, and refuse to pass the limits."""
+        """Change the pitch by THOR's Teleport, because LookUp and LookDown only accept tenths of degrees and refuse
+        to pass the limits.
+        """
         before = self._scene_sync.agent
         self._require_loaded().session.do("Teleport", horizon=horizon_after(action, before.horizon), forceAction=True)
         pitched = self._scene_sync.agent.horizon - before.horizon
@@ -286,7 +294,7 @@ class ThorSimulator:
         return from_thor(returned)
 
     def _names_of(self, thing: Thing) -> list[str]:
-        """Return the ids of a thing and of its drawers, which are seen as part of it."""
+        """Return the ids of a thing and of its drawers, which count as part of it in frames."""
         return [thing.id, *(part.id for part in drawers_of(self._scene_sync.scene, thing))]
 
     def _object_state(self, thing: Thing, asked: list[Thing]) -> ObjectState:

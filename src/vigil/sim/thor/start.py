@@ -1,7 +1,8 @@
 """The engine that the AI2-THOR backend starts, and its settings.
 
-`VIGIL_THOR_ENGINE` chooses the engine. Unset, it is AI2-THOR's own build; `vigil` is this project's engine over MuJoCo,
-and `vigil:fake` the same over rays alone. Any other value is the command of another engine.
+The environment variable `VIGIL_THOR_ENGINE` chooses the engine. If it is unset, AI2-THOR's own build is started.
+`vigil` starts this project's engine with MuJoCo, and `vigil:fake` this project's engine with rays only. Any other value
+is the command that starts another engine.
 """
 
 import os
@@ -22,13 +23,15 @@ from vigil.sim.thor.simulator import ThorSimulator
 ENGINE_VARIABLE = "VIGIL_THOR_ENGINE"
 """Environment variable that chooses the engine."""
 OWN = "vigil"
-"""Value of that variable for this project's engine."""
+"""Value of `VIGIL_THOR_ENGINE` for this project's engine."""
 NO_DISPLAY = ":0"
-"""Text for DISPLAY, which the client requires without checking that the display exists."""
+"""Value for the variable DISPLAY. AI2-THOR's client requires the variable, but does not check that the display
+exists."""
 SEEN_BY = "masks"
-"""How visible pixels are counted; part of the name in run headers, so that a run is never paired with one of rays."""
+"""Word for how visible pixels are counted. It is part of the simulator's name in run headers, so that a run is
+never paired with a run whose pixels were counted by rays."""
 UNITY_START_S = 300.0
-"""Time limit for the start of AI2-THOR's own build."""
+"""Time limit (s) for the start of AI2-THOR's own build."""
 GPUS = "CUDA_VISIBLE_DEVICES"
 """Environment variable that lists GPUs."""
 
@@ -44,20 +47,21 @@ INITIALIZE: dict[str, Any] = {
     "renderDepthImage": True,
     "autoSimulation": False,
 }
-"""Settings of the client's Controller: the protocol's camera, the paper's 6 m, and time that passes only on request."""
+"""Settings of the client's Controller: the camera of the protocol, the visibility distance of the paper (6 m), and
+time that passes only on request."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChosenEngine:
-    """An engine with its name and command."""
+    """The engine that the environment chooses, with its name and command."""
 
     name: str
     command: str | None
-    """Command line that starts it; None for AI2-THOR's own build."""
+    """Command line that starts the engine; None for AI2-THOR's own build."""
 
 
 def chosen_engine(quality: str = "default", assets: Path | None = None) -> ChosenEngine:
-    """Return the engine that the environment chooses; quality and assets apply to this project's engine only."""
+    """Return the engine that the environment chooses. `quality` and `assets` only apply to this project's engine."""
     wanted = os.environ.get(ENGINE_VARIABLE, "").strip()
     if not wanted:
         return ChosenEngine(f"unity-{BUILD[:8]}", None)
@@ -86,7 +90,10 @@ def engine_options(backend: str, quality: str, asset_database: str | Path | None
 
 
 def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
-    """Return a simulator over the engine that the environment chooses; the engine starts with the first house."""
+    """Return a simulator with the engine that the environment chooses.
+
+    The engine starts when the first house is loaded.
+    """
     engine = chosen_engine(quality, assets.path)
 
     def connect(house: dict[str, Any]) -> GuardedClient:
@@ -102,9 +109,10 @@ def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
 
 
 def require_engine(simulator_version: str, *, instead: str) -> None:
-    """Raise SettingError unless the environment chooses the engine of a run's header and it can start here.
+    """Raise SettingError unless the environment chooses the engine that a run's header names, and this engine can start
+    here.
 
-    `instead` is a sentence that says what can be done without it.
+    `instead` is a sentence that says what the user can do without the engine.
     """
     engine = chosen_engine()
     if simulator_name(engine) != simulator_version:

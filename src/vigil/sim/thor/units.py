@@ -6,20 +6,20 @@ from typing import Any
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3, wrap_deg
 
 EYE_ABOVE_BODY_M = 0.675
-"""Height of THOR's camera above the agent's position while the agent stands; it is 0 while the agent crouches."""
+"""Height (m) of THOR's camera above the agent's position while the agent stands; it is 0 while the agent crouches."""
 BODY_HEIGHT_M = EYE_HEIGHT_M - EYE_ABOVE_BODY_M
-"""Height of THOR's agent position above the floor."""
+"""Height (m) above the floor of the position that THOR reports for the agent."""
 OFF_FLOOR_M = 0.05
-"""Greatest difference from that height of an agent that counts as on the floor."""
+"""Greatest difference (m) from `BODY_HEIGHT_M` at which an agent counts as standing on the floor."""
 
 
 def to_thor(vector: Vec3) -> dict[str, float]:
-    """Return a vector in THOR's form."""
+    """Return a vector in THOR's form: a dict with x, y and z."""
     return {"x": float(vector.x), "y": float(vector.y), "z": float(vector.z)}
 
 
 def from_thor(entry: Mapping[str, Any]) -> Vec3:
-    """Return the vector of an entry in THOR's form."""
+    """Return the vector in an entry in THOR's form (a dict with x, y and z)."""
     return Vec3(float(entry["x"]), float(entry["y"]), float(entry["z"]))
 
 

@@ -1,1 +1,1 @@
-"""AI2-THOR's actions: each a row of a table, with its parameters and the function that carries it out."""
+"""AI2-THOR's actions. Each is a row of a table, with its parameters and the function that carries it out."""

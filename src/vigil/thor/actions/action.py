@@ -13,7 +13,7 @@ ALWAYS_ALLOWED = frozenset(
         *("renderNormalsImage", "renderInstanceSegmentation", "renderSemanticSegmentation", "renderDepthImage"),
     }
 )
-"""Names that may be sent with any action and are never arguments of its handler."""
+"""Names of parameters that may be sent with any action and are never passed to its handler."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +30,9 @@ class Action:
     takes_anything: bool = False
     """Whether unknown arguments are accepted, as by THOR's actions that take a whole `ServerAction`."""
     only_reads: bool = False
-    """Whether the action changes nothing, so that the client may use its last images again."""
+    """Whether the action leaves the world unchanged, so that the client may use its last images again."""
     lacks: str = ""
-    """Differences from THOR, for the table of the docs."""
+    """Differences of the action from THOR's, for the table in the docs; empty if there are none."""
 
     @property
     def parameters(self) -> dict[str, str]:

@@ -20,7 +20,7 @@ UNLIMITED_M = 1e6
 """Visibility distance of practically no limit."""
 _HORIZONS = (-30.0, 0.0, 30.0, 60.0)
 _NEAR_OBJECT_M = 0.5
-"""Least distance from an object at which a path to it may end; it is larger if the agent sees farther."""
+"""Distance (m) from an object within which a path to it must end; it is larger if the agent sees farther."""
 
 
 def _reachable(world: World, gridSize: float | None = None, **_: object) -> list[dict[str, float]]:

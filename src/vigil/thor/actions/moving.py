@@ -11,9 +11,9 @@ from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.world import World, body_of
 
 OFF_FLOOR_M = 0.05
-"""Greatest height error of a teleport that still counts as onto the floor."""
+"""Greatest difference (m) in height from the floor at which a teleport counts as onto the floor."""
 FREE_LOOK_DEG = 30.0
-"""Angle of LookUp and LookDown without `degrees`."""
+"""Angle (deg) of LookUp and LookDown without the argument `degrees`."""
 
 
 def _walk(world: World, right: float, ahead: float) -> None:

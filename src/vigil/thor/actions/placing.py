@@ -17,7 +17,7 @@ from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.world import World
 
 RESTS_WITHIN_M = 0.05
-"""Greatest distance of a thing's bottom from a surface that it rests on."""
+"""Greatest distance (m) of a thing's bottom from a surface at which the thing counts as resting on the surface."""
 
 
 def _place_at_point(world: World, objectId: str, position: Vec3, rotation: Vec3 | None = None, **_: object) -> None:
@@ -100,7 +100,9 @@ def _place(world: World, name: str, place: Vec3, turned: Vec3) -> None:
 
 
 def _support(world: World, name: str, point: Vec3) -> str | None:
-    """Return the id of what has a surface or top right below a point; None for the floor and the air."""
+    """Return the id of the thing whose surface or top is right below a point; None if the floor or nothing is right
+    below it.
+    """
     above = {name, *(thing.id for thing in contents(world.editor.scene(), name))}
     found: list[tuple[float, str]] = []
     for thing in world.things():

@@ -1,4 +1,4 @@
-"""Actions on the whole scene: starting, houses, settings, cameras, and those that only let time pass."""
+"""Actions on the whole scene: start, houses, settings, cameras, and actions that only let time pass."""
 
 import itertools
 from typing import Any

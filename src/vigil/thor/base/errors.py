@@ -2,7 +2,7 @@
 
 
 class ActionFailed(Exception):
-    """An action that failed.
+    """The failure of an action.
 
     `thrown` names the exception that Unity would have thrown; the message then has its name and a trace.
     """

@@ -16,7 +16,7 @@ Wanted = Literal["all", "without colours", "none"]
 """Images that an answer should have."""
 OPAQUE = 255
 FAR_AWAY_M = 40.0
-"""Distance from which an orthographic camera is drawn, so far that distant objects hardly look smaller."""
+"""Distance (m) at which an orthographic camera is imitated: so large that distant objects hardly look smaller."""
 _STRUCTURE_CLASSES = {"wall": "Wall", "floor": "Floor", "ceiling": "Ceiling"}
 
 
@@ -27,7 +27,7 @@ class Image:
     kind: str
     """"image", "depth", "ids" or "classes"."""
     is_third_party: bool
-    """Whether a camera that the program added took it."""
+    """Whether the image is of a camera that the program added."""
     data: bytes
 
 
@@ -83,9 +83,9 @@ def _encoded(world: World, picture: CameraImage, layers: frozenset[Layer], *, is
 
 
 def _painted(things: np.ndarray, palette: np.ndarray) -> bytes:
-    """Return the image's bytes, in which thing i has colour i of a palette (n, 3).
+    """Return the bytes of an image in which thing i has colour i of a palette (n, 3).
 
-    The last rows of the palette are for negative numbers.
+    The last rows of the palette are the colours of negative numbers (structure and sky).
     """
     opaque = np.concatenate([palette, np.full((len(palette), 1), OPAQUE, np.uint8)], axis=1)
     return opaque[things[::-1]].tobytes()

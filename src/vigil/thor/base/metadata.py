@@ -32,7 +32,7 @@ _WITHOUT: dict[str, Any] = {
     "controlledObjects": None,
     "objectOrientedBoundingBox": None,
 }
-"""Fields of every object for properties that objects never have here."""
+"""Metadata fields, equal for every object, for properties that objects never have in this engine."""
 _UNUSED: dict[str, Any] = {
     **dict.fromkeys(("flatSurfacesOnGrid", "distances", "normals", "isOpenableGrid", "segmentedObjectIds"), ()),
     **dict.fromkeys(("objectIdsInBox", "actionStringsReturn", "actionFloatsReturn", "actionVector3sReturn"), ()),
@@ -46,7 +46,7 @@ _UNUSED: dict[str, Any] = {
     "collided": False,
     "isSceneAtRest": True,
 }
-"""Fields of the whole metadata that some of THOR's actions fill, and none does here."""
+"""Metadata fields that some of THOR's actions fill, but no action of this engine does."""
 
 
 def agent_metadata(world: World) -> dict[str, Any]:
@@ -111,7 +111,9 @@ def cameras(world: World) -> list[dict[str, Any]]:
 
 
 def objects(world: World) -> list[dict[str, Any]]:
-    """Return the metadata of the objects in the house, or of those in the filter; empty before `CreateHouse`."""
+    """Return the metadata of the objects in the house, or of those that the filter allows; empty before
+    `CreateHouse`.
+    """
     if not world.has_house:
         return []
     things = [thing for thing in world.things() if world.shown is None or thing.id in world.shown]
@@ -154,7 +156,7 @@ def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str 
 
 @lru_cache(maxsize=8192)
 def _box(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> dict[str, Any]:
-    """Return the box around a thing's parts at an openness; cached, so never change it."""
+    """Return the box around a thing's parts at an openness. The box is cached, so it must not be changed."""
     thing = Thing("", asset.category, asset, position, rotation, openness=openness)
     corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(asset)]
     return box_of_corners(np.concatenate(corners))

@@ -8,9 +8,9 @@ from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.world import World
 
 GRID_M = 0.125
-"""Step of the grid; it is finer than the agent's steps, because a path need not follow steps."""
+"""Step (m) of the grid. It is finer than the agent's steps, because a path need not consist of steps."""
 NEAR_M = 0.2
-"""Default of the greatest distance between the target and the nearest place that can be reached."""
+"""Default greatest distance (m) between a path's target and the nearest place that can be reached."""
 
 
 def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list[Vec3]:
@@ -45,7 +45,7 @@ def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list
 
 
 def _straightened(world: World, corners: list[Vec3]) -> list[Vec3]:
-    """Return the corners that remain when each free straight way replaces the corners between its ends."""
+    """Return the corners of the walk without those between two corners that a free straight way joins."""
     kept, here = [corners[0]], 0
     while here < len(corners) - 1:
         ahead = range(len(corners) - 1, here, -1)

@@ -1,4 +1,4 @@
-"""The engine's answers, and the protocol through which the wires use the engine."""
+"""The engine's answers, and the protocol (`Responder`) through which the wires (pipes and HTTP) use the engine."""
 
 # pyright: reportReturnType=false
 

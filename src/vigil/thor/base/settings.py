@@ -10,7 +10,7 @@ from vigil.thor.base.errors import ActionFailed
 
 RIGHT_ANGLE = 90.0
 OLD_NAMES = {"renderObjectImage": "renderInstanceSegmentation", "renderClassImage": "renderSemanticSegmentation"}
-"""Present name of a parameter, by its old name."""
+"""Old name of a parameter -> its present name."""
 
 
 class Settings(BaseModel):

@@ -1,6 +1,7 @@
-"""What THOR calls visible and interactable: a point of the object is near enough, in the image, and met by a ray.
+"""Which objects are visible and interactable in THOR's sense: a point of the object is near enough, in the image, and
+met by a ray.
 
-THOR's assets have chosen visibility points; here they are the points of a lattice in the box of each part.
+THOR's assets have hand-chosen visibility points; this engine uses the points of a lattice in the box of each part.
 """
 
 from dataclasses import dataclass
@@ -18,22 +19,22 @@ from vigil.thor.base.world import World
 
 _LATTICE = np.stack(np.meshgrid(*[[0.05, 0.5, 0.95]] * 3), axis=-1).reshape(-1, 3)
 CAST_FIRST = 5
-"""Stride of the points for which rays are cast first; a thing that these meet needs no further rays."""
+"""Stride of the points for which rays are cast first. A thing that these rays meet does not need further rays."""
 _NOT_CAST = -2
 
 
 @dataclass(frozen=True, slots=True)
 class Visibility:
-    """What is seen of one object."""
+    """Whether one object is visible and interactable."""
 
     visible: bool = False
-    """Whether a point of it is seen, also through glass."""
+    """Whether a point of the object is visible, perhaps through glass."""
     interactable: bool = False
-    """Whether a point of it is seen with nothing, not even glass, in front of it."""
+    """Whether a point of the object is visible without anything, even glass, in front of it."""
 
 
 def points_of(thing: Thing) -> np.ndarray:
-    """Return the points (n, 3) by which a thing is seen; cached, so never change them."""
+    """Return the visibility points (n, 3) of a thing. They are cached, so they must not be changed."""
     return _points(thing.asset, thing.position, thing.rotation, thing.openness)
 
 
@@ -45,7 +46,7 @@ def _points(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> np
 
 
 def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -> dict[str, Visibility]:
-    """Return what is seen of things, by id, from the agent's pose or another; a held object is always seen."""
+    """Return the visibility of things, by id, from the agent's pose or from `pose`; a held object is always visible."""
     view = world.view(pose)
     found = {thing.id: Visibility(thing.is_held, thing.is_held) for thing in things}
     limit, eye = world.settings.visibility_distance, view.eye
@@ -90,7 +91,7 @@ def _met(
 
 
 def _is_in_view(world: World, view: CameraView, points: np.ndarray) -> np.ndarray:
-    """Return which (n,) of points (n, 3) are in the image, and near enough on the floor plane."""
+    """Return for points (n, 3) whether (n,) each is in the image, and near enough on the floor plane."""
     gaps = np.hypot(points[:, 0] - view.eye.x, points[:, 2] - view.eye.z)
     flat = project(view, points)
     inside = ((flat[:, :2] >= 0.0) & (flat[:, :2] <= 1.0)).all(axis=1) & (flat[:, 2] > 0.0)

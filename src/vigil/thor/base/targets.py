@@ -1,4 +1,4 @@
-"""Which object an action means, and whether the agent can reach it, by THOR's rules and with THOR's messages."""
+"""The object that an action means, and whether the agent can reach it, by THOR's rules and with THOR's messages."""
 
 import numpy as np
 
@@ -39,7 +39,9 @@ def need_interactable(world: World, thing: Thing) -> None:
 
 
 def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
-    """Return what the ray through a place in the image meets, and where; glass stops it. Raises ActionFailed."""
+    """Return the thing that the ray through a place in the image meets, and the point where it does; glass stops
+    the ray. Raises ActionFailed.
+    """
     if not (0.0 <= x <= 1.0 and 0.0 <= y <= 1.0):
         raise ActionFailed("x/y must be in [0:1]", thrown="ArgumentOutOfRangeException")
     world.need_house()
@@ -49,7 +51,7 @@ def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
 
 
 def first_met(world: World, origin: Vec3, rays: np.ndarray) -> tuple[Thing | None, Vec3 | None]:
-    """Return what the first of unit rays (n, 3) meets, and the point (m).
+    """Return the thing that the first of unit rays (n, 3) meets, and the point (m) where it does.
 
     The thing is None for structure; both are None when the ray meets nothing.
     """

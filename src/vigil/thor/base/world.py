@@ -13,9 +13,9 @@ from vigil.thor.base.errors import bad_argument, invalid_operation
 from vigil.thor.base.settings import Settings
 
 PROCEDURAL = "Procedural"
-"""Name of the only scene."""
+"""Name of the engine's only scene."""
 OFF_GRID_M = 1e-3
-"""Greatest distance from a place of the grid that still counts as at it."""
+"""Greatest distance (m) from a place of the grid that counts as at this place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,11 +24,11 @@ class ThirdPartyCamera:
 
     position: Vec3
     rotation: Vec3
-    """Degrees: x is the pitch, y the yaw."""
+    """Rotation in degrees: x is the pitch, y the yaw."""
     field_of_view: float
-    """Vertical, in degrees."""
+    """Vertical field of view in degrees."""
     orthographic_size: float | None = None
-    """Half of the height (m) that it shows; None for a camera with perspective."""
+    """Half of the height (m) that an orthographic camera shows; None for a camera with perspective."""
 
 
 @dataclass(slots=True)
@@ -40,9 +40,9 @@ class World:
     has_house: bool = False
     cameras: list[ThirdPartyCamera] = field(default_factory=list)
     assets: dict[str, str] = field(default_factory=dict)
-    """Asset id in the house of each object, door and window, by id."""
+    """Id of an object, door or window -> its asset id in the house."""
     shown: frozenset[str] | None = None
-    """Ids of the only objects in metadata; None for all."""
+    """Ids of the objects to which metadata is limited; None if all objects are included."""
     serves_patches: bool = True
     """Whether the wire can send an answer without images."""
 
@@ -58,7 +58,7 @@ class World:
             raise invalid_operation("There is no house yet: call CreateHouse, or give the Controller a house as scene")
 
     def on_grid(self, place: Vec3) -> Vec3:
-        """Return the nearest place of the grid through the agent, or the place itself without snapToGrid."""
+        """Return the nearest place on the grid through the agent; without the setting snapToGrid, the place itself."""
         if not self.settings.snap_to_grid:
             return place
         (x, _, z), size = self.agent.position, self.settings.grid_size
@@ -100,7 +100,7 @@ class World:
         return self.editor.world([]).held if self.has_house else None
 
     def view(self, agent: Pose | None = None) -> CameraView:
-        """Return the camera of the agent at its pose, or at another."""
+        """Return the camera of the agent at its present pose, or at the pose `agent`."""
         pose = agent or self.agent
         settings = self.settings
         return CameraView(

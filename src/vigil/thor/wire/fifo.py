@@ -1,4 +1,6 @@
-"""AI2-THOR's protocol over two named pipes: fields of a type, a length and a body, up to the end of a message."""
+"""AI2-THOR's protocol over two named pipes: a message is a sequence of fields, each with a type, a length and a
+body.
+"""
 
 import json
 import os
@@ -23,11 +25,11 @@ IMAGE_FIELDS = {
     ("ids", True): 14,
     ("classes", True): 15,
 }
-"""Type of an image's field, by (kind of image, whether of a third-party camera)."""
+"""(kind of image, whether it is of a third-party camera) -> type number of the image's field."""
 MOST_BYTES = 2**28
-"""Greatest size of an action's body."""
+"""Greatest size (bytes) of an action's body."""
 ASK_EVERY_S = 0.02
-"""Interval between attempts to open the pipe."""
+"""Interval (s) between attempts to open the pipe."""
 
 
 class ClientGone(Exception):
@@ -67,7 +69,10 @@ def _opened(path: str, parent: int) -> BinaryIO:
 
 
 def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
-    """Yield the actions that arrive, until the pipe ends. Raises ClientGone on bytes that are not a message."""
+    """Yield the actions that arrive, until the client closes the pipe.
+
+    Raises ClientGone on bytes that are not a message.
+    """
     while True:
         action: dict[str, Any] | None = None
         while True:

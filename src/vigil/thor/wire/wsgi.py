@@ -18,11 +18,11 @@ IMAGE_PARTS = {
     ("ids", True): "image_thirdParty_image_ids",
     ("classes", True): "image_thirdParty_classes",
 }
-"""Name of an image's part, by (kind of image, whether of a third-party camera)."""
+"""(kind of image, whether it is of a third-party camera) -> name of the image's part of the form."""
 
 
 def serve(engine: Responder, environment: Mapping[str, str]) -> None:
-    """Answer actions until the client ends or sends an empty one."""
+    """Answer actions until the client ends or sends an empty action."""
     connection = HTTPConnection(environment["AI2THOR_HOST"], int(environment["AI2THOR_PORT"]))
     token = environment.get("AI2THOR_CLIENT_TOKEN", "")
     response = engine.first_response()
@@ -43,7 +43,9 @@ def serve(engine: Responder, environment: Mapping[str, str]) -> None:
 
 
 def form(response: EngineResponse, token: str) -> bytes:
-    """Return the form with an answer, written for the client's own parser, which distinguishes the case of headers."""
+    """Return the form with an answer, written for the client's own parser, in which the case of header names
+    matters.
+    """
     texts = {"metadata": json.dumps(response.metadata), "actionReturns": "[]", "token": token}
     pieces: list[bytes] = []
     for name, text in texts.items():

@@ -1,4 +1,4 @@
-"""Frames: one OpenGL context for each process, one painter for each live scene."""
+"""Drawing of frames, with one OpenGL context for each process and one painter for each live scene."""
 
 import atexit
 import ctypes
@@ -26,7 +26,7 @@ from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.scene_editor import NOTHING, STRUCTURES, CameraImage, CameraView, Layer
 
 SAMPLES: dict[Quality, int] = {"default": 4, "fast": 0}
-"""Number of samples for each pixel."""
+"""Number of samples for each pixel (antialiasing)."""
 FOVY_DEG = 90.0
 """Vertical field of view of the agent's camera."""
 
@@ -96,7 +96,7 @@ _KINDS = {"wall": "wall", "skirting": "wall", "floor": "floor", "ceiling": "ceil
 
 
 class Camera:
-    """A camera in one model."""
+    """A camera that draws pictures of one model."""
 
     def __init__(self, model: CompiledModel, quality: Quality) -> None:
         self._model = model
@@ -105,14 +105,16 @@ class Camera:
         _cameras.add(self)
 
     def draw(self, agent: Pose, point_lights: list[PointLight], in_hand: list[Thing]) -> np.ndarray:
-        """Return the agent's frame, (480, 640, 3) uint8; `in_hand` is the held thing, followed by what it carries."""
+        """Return the agent's frame, (480, 640, 3) uint8; `in_hand` has the held thing, followed by the things it
+        carries.
+        """
         viewer = _agent_viewer(agent)
         return self._paint(viewer, point_lights, self._hold(viewer.eye, agent, in_hand))
 
     def render_view(
         self, view: CameraView, layers: frozenset[Layer], point_lights: list[PointLight], in_hand: list[Thing]
     ) -> CameraImage:
-        """Return layers of a camera's picture; `in_hand` is the held thing, followed by what it carries."""
+        """Return layers of a camera's picture; `in_hand` has the held thing, followed by the things it carries."""
         looker = pose_of(view)
         viewer = _viewer(looker, view.fovy_deg, view.width, view.height)
         things_held = self._hold(viewer.eye, looker, in_hand)
@@ -174,7 +176,10 @@ def gl_strings() -> dict[str, str]:
 
 
 def _things_of(model: CompiledModel) -> np.ndarray:
-    """Return (geoms + 1,) the thing of each geom, or the negative number of its kind; the last stands for no geom."""
+    """Return for each geom (geoms + 1,) the index of its thing, or the negative number of its kind.
+
+    The last entry stands for no geom.
+    """
     table = model.geom_things.copy()
     for geom, kind in enumerate(model.render_scene.structure_kinds):
         table[geom] = -2 - STRUCTURES.index(_KINDS[kind]) if kind in _KINDS else NOTHING

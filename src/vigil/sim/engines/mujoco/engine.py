@@ -1,4 +1,4 @@
-"""The engine on MuJoCo: draws scenes and casts rays into them."""
+"""The engine that uses MuJoCo to draw scenes and to cast rays into them."""
 
 import math
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 
 class MujocoEngine:
-    """A live scene in MuJoCo. The camera is made when first used, so that rays do not need OpenGL."""
+    """An engine with a live scene in MuJoCo. Its camera is made when first used, so that rays do not need OpenGL."""
 
     def __init__(self, quality: Quality = "default") -> None:
         self.name = f"mujoco {mujoco.__version__} ({quality})"
@@ -32,7 +32,7 @@ class MujocoEngine:
         model_cache.register_engine(self)
 
     def load(self, scene: Scene) -> None:
-        """Load `scene` in place of the last one."""
+        """Load `scene`, replacing any earlier one."""
         self.close()
         self._scene, self._model = scene, model_cache.model_of(scene)
 
@@ -74,7 +74,7 @@ class MujocoEngine:
         return self.camera.draw(agent, self._point_lights(agent, AGENT_LENS, in_hand), in_hand)
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
-        """Return the layers of a camera's picture, with the object `held` before the camera."""
+        """Return the layers of a camera's picture, with the object `held` in front of the camera."""
         in_hand = self._in_hand(held)
         point_lights = self._point_lights(pose_of(view), lens_of(view), in_hand) if "rgb" in layers else []
         return self.camera.render_view(view, layers, point_lights, in_hand)
@@ -111,7 +111,9 @@ class MujocoEngine:
         return self._model
 
     def _point_lights(self, looker: Pose, lens: Lens, in_hand: list[Thing]) -> list[PointLight]:
-        """Return the lamps that light a picture; set the lamps of rooms by the switches in it."""
+        """Return the object lamps that light a picture, and set the lamps of rooms by the switches that are visible
+        in it.
+        """
         if self._scene is None:
             return []
         light_sources.update_room_lamps(self._loaded, self._scene, looker, lens)

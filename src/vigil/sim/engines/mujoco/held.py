@@ -10,14 +10,16 @@ from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 AHEAD_M = 0.5
-"""Distance of the held object, which gives its size in the frame unless that is too large."""
+"""Distance (m) from the eye at which the held object is shown; its size in the frame follows, unless that would be
+too large."""
 WIDTH, HEIGHT = 0.23, 0.32
-"""Greatest shares of the frame's width and height that it covers; the protocol promises a quarter of the width."""
+"""Greatest shares of the frame's width and height that the held object covers. The protocol promises at most a
+quarter of the width."""
 MARGIN = 0.02
 NEARER = 0.24
-"""Factor by which it is then drawn nearer and smaller, which looks the same but never touches a wall."""
+"""Factor by which the held object is drawn both nearer and smaller. It looks the same, but never touches a wall."""
 FINGER_M, PAD_M = 0.02, 0.035
-"""Width of a finger; length of the pad at its tip."""
+"""Width (m) of a finger, and length (m) of the pad at the finger's tip."""
 GRIP = 0.25
 """How far the fingers reach above the object's middle, as a share of half its height."""
 TURN_DEG, TILT_DEG = 20.0, 18.0
@@ -32,9 +34,9 @@ class InHand:
     center: np.ndarray
     matrix: np.ndarray
     smaller: float
-    """Factor of its drawn size."""
+    """Factor by which the object is drawn smaller than its real size."""
     half: np.ndarray
-    """(3,) half size (m) of its box across, up and away from the camera."""
+    """Half sizes (3,) in metres of the object's box: across, up and away from the camera."""
 
 
 def pose_in_hand(thing: Thing, agent: Pose) -> InHand:
@@ -53,9 +55,9 @@ def pose_in_hand(thing: Thing, agent: Pose) -> InHand:
 
 
 def gripper(eye: np.ndarray, axes: np.ndarray, in_hand: InHand) -> np.ndarray:
-    """Return the matrices (boxes, 3, 4) of the hand's unit boxes: a finger on each side, and a pad on each.
+    """Return the matrices (boxes, 3, 4) of the unit boxes that form the hand: a finger on each side, each with a pad.
 
-    They reach down to the lower edge of the frame, so that the object is not mistaken for one on the ground.
+    The fingers reach down to the lower edge of the frame, so that the object does not look as if it lay on the ground.
     """
     across, up, _ = in_hand.half
     _, level, _ = axes.T @ (in_hand.center - eye)

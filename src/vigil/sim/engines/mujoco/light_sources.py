@@ -1,4 +1,4 @@
-"""The lamps and light switches that affect a picture: only those that it shows.
+"""The lamps and light switches that affect a picture: only those that are visible in it.
 
 A picture must not reveal what is outside it, so a lamp behind the camera or behind a wall does not light it. Visibility
 is decided by rays through the middles of pixels, like everything that is scored.
@@ -23,7 +23,7 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def update_room_lamps(model: CompiledModel, scene: Scene, looker: Pose, lens: Lens) -> None:
-    """Set the lamps of rooms by the visible switches only."""
+    """Set the lamps of rooms, considering only the visible light switches."""
     switches = [scene.things[thing_id] for thing_id in model.lamps.switches]
     model.lamps.update_switches([switch for switch in switches if is_seen(model, switch, looker, lens)])
 
@@ -31,7 +31,9 @@ def update_room_lamps(model: CompiledModel, scene: Scene, looker: Pose, lens: Le
 def point_lights_of(
     model: CompiledModel, scene: Scene, looker: Pose, lens: Lens, in_hand: list[Thing]
 ) -> list[PointLight]:
-    """Return the light of the nearest lamps that are on and visible or in the hand, at most `MAX_POINT_LIGHTS`."""
+    """Return the lights of at most `MAX_POINT_LIGHTS` lamps: the nearest of those that are on and are visible or in
+    the hand.
+    """
     glowing = [thing for thing in scene.things.values() if thing.is_toggled and thing.asset.glow is not None]
     glowing.sort(key=lambda thing: floor_distance(thing.position, looker.position))
     held = {thing.id for thing in in_hand}

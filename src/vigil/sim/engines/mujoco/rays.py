@@ -1,4 +1,4 @@
-"""Rays into a model."""
+"""Rays that are cast into a MuJoCo model."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,7 +14,7 @@ from vigil.sim.engines.mujoco.compiled.builder import GLASS, GROUPS, HELD, HIDDE
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 PRUNED_FROM = 8
-"""Least number of rays for which geoms that they cannot meet are searched."""
+"""Least number of rays in a cast from which geoms that the rays cannot meet are first left out."""
 
 
 def cast(

@@ -1,1 +1,1 @@
-"""A scene as a MuJoCo model, with all that is known of its parts; MuJoCo itself is imported by `binding` alone."""
+"""A scene as a MuJoCo model, with tables of its parts. Only the module `binding` imports MuJoCo."""

@@ -1,6 +1,6 @@
-"""Boxes along the house's axes around all geoms; a geom whose boxes rays do not reach is left out of their cast.
+"""Boxes, parallel to the house's axes, around all geoms. A geom is left out of a cast if no ray can reach its boxes.
 
-Walls and floors are meshes that span a room or the whole house, so they have a box for each of their pieces.
+Meshes of walls and floors span a room or the whole house, so they have several boxes, one for each piece.
 """
 
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ import numpy as np
 from vigil.sim.engines.mujoco.compiled.binding import NativeData, NativeModel
 
 PIECE_M = 2.0
-"""Size of the cubes; triangles whose centres are in one cube share a box."""
+"""Edge length (m) of the cubes that divide a mesh into pieces; triangles whose centres are in one cube share a box."""
 SLACK_M = 0.001
-"""Margin of a box, far more than an error of rounding."""
+"""Margin (m) of a box, far larger than a rounding error."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,11 +20,11 @@ class Bounds:
     """Boxes around geoms, in MuJoCo's frame; a geom lies within its boxes."""
 
     geoms: np.ndarray
-    """(n,) geom of each box."""
+    """Number of the geom of each box, (n,)."""
     lows: np.ndarray
-    """(3, n) lower corners."""
+    """Lower corners of the boxes, (3, n)."""
     highs: np.ndarray
-    """(3, n) upper corners."""
+    """Upper corners of the boxes, (3, n)."""
 
     def joined(self, others: "Bounds") -> "Bounds":
         """Return these boxes together with others."""
@@ -35,7 +35,9 @@ class Bounds:
         )
 
     def geoms_outside(self, low: np.ndarray, high: np.ndarray, count: int) -> np.ndarray:
-        """Return whether each of `count` geoms is without a box that overlaps the box between two corners."""
+        """Return for each of `count` geoms whether all its boxes are outside the box with the corners `low` and
+        `high`.
+        """
         is_near = ((self.lows <= high[:, None]) & (self.highs >= low[:, None])).all(axis=0)
         is_outside = np.ones(count, dtype=bool)
         is_outside[self.geoms[is_near]] = False
@@ -43,7 +45,7 @@ class Bounds:
 
 
 def geom_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
-    """Return a box around each geom where it is now; the box of a plane is endless."""
+    """Return a box around each geom at its present place; the box of a plane is infinite."""
     turns, boxes = data.geom_xmat[geoms].reshape(-1, 3, 3), native.geom_aabb[geoms]
     middles = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", turns, boxes[:, :3])
     halves = np.einsum("nij,nj->ni", np.abs(turns), boxes[:, 3:]) + SLACK_M
@@ -52,7 +54,7 @@ def geom_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bou
 
 
 def structure_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
-    """Return boxes around the pieces of meshes where they are now, and endless boxes around planes."""
+    """Return boxes around the pieces of meshes at their present place, and infinite boxes around planes."""
     is_mesh = native.geom_dataid[geoms] >= 0
     found = geom_bounds(native, data, geoms[~is_mesh])
     for geom in geoms[is_mesh]:

@@ -19,7 +19,7 @@ STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
 """Groups of geoms, which decide what is drawn and what rays meet."""
 GROUPS = 6
 GROUND_M, LAWN_HALF_M = -0.02, 60.0
-"""Height of the ground; half of its size."""
+"""Height (m) of the ground outside, and half of the ground's side length (m)."""
 Tint = tuple[float, float, float] | None
 
 
@@ -29,22 +29,22 @@ class CompiledThing:
 
     index: int
     bodies: list[tuple[int, str | None]]
-    """(mocap index, joint) of each body; the joint is None for the first."""
+    """(mocap index, joint) of each body; the joint is None for the first body."""
     geoms: np.ndarray
     joints: list[str | None]
     """Joint that carries each geom; None for the first body."""
     groups: np.ndarray
-    """Group while the geom is visible."""
+    """Group of each geom while it is visible."""
     shown_on: np.ndarray
-    """Whether the geom is drawn while the thing is on."""
+    """Whether each geom is drawn while the thing is on."""
     shown_off: np.ndarray
-    """Whether the geom is drawn while the thing is off."""
+    """Whether each geom is drawn while the thing is off."""
     notices: np.ndarray
-    """Whether the geom is drawn only while the thing is broken."""
+    """Whether each geom is drawn only while the thing is broken."""
     materials_on: np.ndarray
-    """Number of the material while the thing is on."""
+    """Number of each geom's material while the thing is on."""
     materials_off: np.ndarray
-    """Number of the material while the thing is off."""
+    """Number of each geom's material while the thing is off."""
 
     def place(self, thing: Thing, native: NativeModel, data: NativeData) -> None:
         """Write the thing's pose and state; `mj_kinematics` must follow."""
@@ -73,7 +73,7 @@ class ModelBuilder:
         """Thing of each geom; -1 for structure."""
         self.geom_roles: list[int] = []
         self.shells = shells_of(scene)
-        """Structure in the order of the first geoms; the ground follows."""
+        """Structural surfaces, in the order of the model's first geoms; the ground's geom follows them."""
         self.structure_kinds = (*(shell.kind for shell in self.shells), "ground")
         for number, shell in enumerate(self.shells):
             look = self._material(shell.material.name, tint_of(shell.material))
@@ -88,7 +88,10 @@ class ModelBuilder:
         self.things = {thing.id: self._add_thing(index, thing) for index, thing in enumerate(scene.things.values())}
 
     def compile(self) -> NativeModel:
-        """Return the model. Its textures are drawn meanwhile, since MuJoCo does not hold Python's lock."""
+        """Return the model.
+
+        Its textures are drawn while MuJoCo compiles, because MuJoCo does not hold Python's global lock.
+        """
         with ThreadPoolExecutor(1) as other:
             compiling = other.submit(self._spec.compile)
             for each in self.materials:
@@ -135,7 +138,7 @@ class ModelBuilder:
         return look
 
     def _material(self, name: str, tint: Tint = None) -> int:
-        """Return the number of a material; a new one is added."""
+        """Return the number of a material; a new material is added."""
         key = name, tint
         if key not in self._material_numbers:
             number = self._material_numbers[key] = len(self.materials)

@@ -1,4 +1,4 @@
-"""Ray casters for the light of frames: Embree, and MuJoCo where Embree has no wheel (Linux on ARM).
+"""Ray casters for computing the light in frames: Embree, or MuJoCo where no wheel of Embree exists (Linux on ARM).
 
 Embree casts about ten million rays a second; MuJoCo takes many times as long.
 """

@@ -15,7 +15,9 @@ _SWAP = [0, 2, 1]
 
 
 def points(thor: np.ndarray) -> np.ndarray:
-    """Return points or directions (..., 3) with y and z swapped; the function is its own inverse."""
+    """Return points or directions (..., 3) of THOR's frame in MuJoCo's, i.e. with y and z swapped; the function is
+    its own inverse.
+    """
     return np.asarray(thor)[..., _SWAP]
 
 
@@ -25,7 +27,7 @@ def faces(triangles: np.ndarray) -> np.ndarray:
 
 
 def rotation(thor: np.ndarray) -> np.ndarray:
-    """Return a rotation matrix (3, 3) in the other frame; the function is its own inverse."""
+    """Return a rotation matrix (3, 3) of THOR's frame in MuJoCo's frame; the function is its own inverse."""
     return np.asarray(thor)[_SWAP][:, _SWAP]
 
 

@@ -36,18 +36,18 @@ class GLBackend:
     fault: str | None = None
     """Reason why nothing can be drawn; None if it can."""
     is_chosen_by_user: bool = False
-    """Whether an environment variable names it."""
+    """Whether the user chose the library by an environment variable."""
     settings: str = field(default="", compare=False)
     """The environment variables that OpenGL reads, as a sentence and a space; empty if there are none."""
 
     @property
     def advice(self) -> str:
-        """Advice for the case that the library was found but cannot draw."""
+        """Advice to the user if the library was found but cannot draw."""
         return _advice(self.settings)
 
     @property
     def module(self) -> str:
-        """MuJoCo's module that makes its contexts."""
+        """Name of MuJoCo's module that makes OpenGL contexts with the library."""
         return self.name if self.name in _LIBRARIES else "gl_context"
 
 
@@ -69,7 +69,7 @@ def demand(backend: GLBackend) -> None:
 
 
 def broken(backend: GLBackend, error: Exception) -> GLBackend:
-    """Return the backend `none` in place of one that was found but failed to load."""
+    """Return the backend `none`, to replace a backend that was found but failed to load."""
     return replace(backend, name="none", fault=f"OpenGL ({backend.name}) does not load: {error}. {backend.advice}")
 
 
@@ -92,7 +92,7 @@ def _first_found() -> GLBackend:
 
 
 def _judge(variable: str) -> GLBackend:
-    """Return the backend that an environment variable names."""
+    """Return the backend that an environment variable selects."""
     given = os.environ[variable].strip()
     name, said = given.lower(), f"{variable} is set to {given!r}"
     fault: str | None = None
@@ -107,7 +107,7 @@ def _judge(variable: str) -> GLBackend:
 
 
 def _wrong_setting(name: str) -> str | None:
-    """Return which environment variable keeps MuJoCo from using an installed library; None if none does."""
+    """Return the environment variable that keeps MuJoCo from using an installed library; None if there is none."""
     platform, device = os.environ.get("PYOPENGL_PLATFORM"), os.environ.get("MUJOCO_EGL_DEVICE_ID")
     if platform and platform.lower() != name:
         return f"PYOPENGL_PLATFORM is set to {platform!r}, but MUJOCO_GL to {name!r}: unset one of them"

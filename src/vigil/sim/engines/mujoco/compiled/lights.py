@@ -1,4 +1,4 @@
-"""Lights: one lamp in every room, and objects that shine while they are on.
+"""Lights: one lamp in every room, and objects that give light while they are on.
 
 A room whose light switches are off is dim rather than dark, because of daylight. `light_sources` decides which objects
 and switches affect a picture.
@@ -19,18 +19,19 @@ from vigil.sim.engines.mujoco.compiled import frames
 
 SWITCH = "LightSwitch"
 ARM_M = 0.3
-"""Distance in front of a switch at which its room is found."""
+"""Distance (m) in front of a light switch of the point whose room is the switch's room."""
 POINT_LIGHT_STRENGTH = 0.5
 PALER = 0.2
 """Share of white in the colour of a room's light."""
 DIM_SHARE = 0.4
 """Share of a lamp's light while its switches are off."""
 USUAL_HEIGHT_M, GAIN_PER_M2 = 2.6, 0.02
-"""Height of a room above which its lamp is stronger; increase for each square metre of squared height."""
+"""Height (m) of a room above which its lamp is stronger, and increase in strength for each square metre of squared
+height above it."""
 DROP_M = 0.06
-"""Distance of a lamp below the ceiling."""
+"""Distance (m) of a lamp below the ceiling."""
 KERNEL_EDGE_M = 0.3
-"""Least distance of a lamp from the edge of the area from which the whole room is visible."""
+"""Least distance (m) of a lamp from the edge of the area from which the whole room is visible."""
 
 
 @dataclass(slots=True, eq=False)
@@ -39,16 +40,16 @@ class Lamps:
 
     rooms: list[shapely.Polygon]
     places: np.ndarray
-    """(rooms, 3) metres, in MuJoCo's frame."""
+    """Positions of the lamps (rooms, 3) in metres, in MuJoCo's frame."""
     colors: np.ndarray
-    """(rooms, 3); 1 is white light of the usual strength."""
+    """Colours of the lamps (rooms, 3); (1, 1, 1) is white light of the usual strength."""
     switches: dict[str, int]
-    """Room of each light switch."""
+    """Id of a light switch -> number of its room."""
     dim_rooms: frozenset[int] = frozenset()
     """Rooms whose switches are all off."""
 
     def update_switches(self, switches: Iterable[Thing]) -> None:
-        """Set the dim rooms by the given light switches only."""
+        """Set which rooms are dim, considering only the given light switches."""
         off, on = set[int](), set[int]()
         for switch in switches:
             (on if switch.is_toggled else off).add(self.switches[switch.id])
@@ -93,13 +94,17 @@ def _room_of(thing: Thing, rooms: list[shapely.Polygon]) -> int:
 
 
 def _color(room: RoomShape) -> np.ndarray:
-    """Return the lamp's colour: paler than the room's, and stronger in a high room."""
+    """Return the colour of a room's lamp: paler than the colour of the room's light in the house, and stronger in a
+    high room.
+    """
     further = GAIN_PER_M2 * (room.height**2 - USUAL_HEIGHT_M**2)
     return (PALER + (1.0 - PALER) * np.array(room.light_rgb)) * (1.0 + max(further, 0.0))
 
 
 def _place(room: RoomShape) -> tuple[float, float]:
-    """Return the lamp's position (x, z): the room's light, moved to where it reaches every corner if possible."""
+    """Return the position (x, z) of a room's lamp: that of the room's light, moved to where the lamp reaches every
+    corner if possible.
+    """
     light, seen_from = shapely.Point(room.light.x, room.light.z), _kernel(room_floor(room))
     inner = shapely.buffer(seen_from, -min(KERNEL_EDGE_M, np.sqrt(shapely.area(seen_from)) / 4))
     if inner.is_empty or inner.contains(light):
@@ -109,7 +114,7 @@ def _place(room: RoomShape) -> tuple[float, float]:
 
 
 def _kernel(polygon: shapely.Polygon) -> shapely.Geometry:
-    """Return the area from which the whole room is visible, which may be empty."""
+    """Return the area of a room from which the whole room is visible; it may be empty."""
     corners = np.array(shapely.geometry.polygon.orient(polygon).exterior.coords)
     reach = 4.0 * float(np.hypot(*(corners.max(axis=0) - corners.min(axis=0))))
     kernel: shapely.Geometry = polygon

@@ -1,4 +1,4 @@
-"""The MuJoCo model of a scene, with the tables that lead back to the scene."""
+"""The MuJoCo model of a scene, with tables that map the model's geoms to the scene's things."""
 
 import copy
 from dataclasses import dataclass, replace
@@ -22,25 +22,25 @@ class CompiledModel:
     data: NativeData
     things: dict[str, CompiledThing]
     geom_things: np.ndarray
-    """(geoms + 1,) int32 thing of each geom, -1 for structure; the last entry, -1, stands for no geom."""
+    """Index of the thing of each geom, (geoms + 1,) int32; -1 for structure. The last entry, -1, stands for no geom."""
     geom_roles: np.ndarray
-    """(geoms + 1,) uint8 bits of `vigil.sim.core.engine`; the last entry, 0, stands for no geom."""
+    """Role bits (`vigil.sim.core.engine`) of each geom, (geoms + 1,) uint8. The last entry, 0, stands for no geom."""
     lamps: lights.Lamps
     structure_bounds: Bounds
     """Boxes around the structure, which never moves."""
     render_scene: RenderScene
     """The renderer's description of the model as it was built; copies share it."""
     _bounds: Bounds | None = None
-    """Boxes around all geoms where they are now; None until first used."""
+    """Boxes around all geoms at their present places; None until first used."""
 
     @property
     def triangles(self) -> int:
-        """Number of triangles, including those that are hidden."""
+        """Number of triangles of the model, including hidden triangles."""
         meshes = self.native.geom_dataid[self.native.geom_dataid >= 0]
         return int(self.native.mesh_facenum[meshes].sum())
 
     def place(self, thing: Thing) -> None:
-        """Write a thing's pose and state; `update_kinematics` must follow."""
+        """Write a thing's pose and state into the model; a call of `update_kinematics` must follow."""
         self.things[thing.id].place(thing, self.native, self.data)
 
     def render_state(self) -> RenderState:
@@ -55,12 +55,12 @@ class CompiledModel:
         return replace(self, native=native, data=data, lamps=replace(self.lamps))
 
     def update_kinematics(self) -> None:
-        """Update everything that is derived from the poses."""
+        """Update everything in the model that is derived from the poses."""
         mujoco.mj_kinematics(self.native, self.data)
         self._bounds = None
 
     def bounds(self) -> Bounds:
-        """Return boxes around all geoms where they are now."""
+        """Return boxes around all geoms at their present places."""
         if self._bounds is None:
             placed = geom_bounds(self.native, self.data, np.flatnonzero(self.geom_things[:-1] >= 0))
             self._bounds = self.structure_bounds.joined(placed)

@@ -1,7 +1,7 @@
 """A cache of compiled models: loading an equal scene again costs only a copy.
 
-A scene is identified by everything that it consists of, not by a name. Each caller gets a copy, so that live scenes do
-not share what changes in them.
+A scene is identified by everything that it consists of, not by a name. Each caller gets a copy, so that a change in one
+live scene does not change another.
 """
 
 import math
@@ -18,14 +18,14 @@ from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 
 MAX_CACHED_PER_ENGINE = 4
-"""Greatest number of models in the cache for each live engine; that of a house of four rooms takes 16 MB."""
+"""Greatest number of models in the cache for each live engine. The model of a house of four rooms takes 16 MB."""
 
 _lock = threading.Lock()
 _engines: WeakSet[Any] = WeakSet()
 
 
 class _Models(LRUCache[Hashable, CompiledModel]):
-    """A cache shared by all engines; its size depends on their number."""
+    """The cache of models that all engines share; its size depends on the number of engines."""
 
     def __setitem__(self, key: Hashable, value: CompiledModel) -> None:
         super().__setitem__(key, value)
@@ -34,12 +34,15 @@ class _Models(LRUCache[Hashable, CompiledModel]):
 
 
 def register_engine(engine: object) -> None:
-    """Let the cache hold more models as long as an engine lives."""
+    """Increase the size of the cache as long as an engine lives."""
     _engines.add(engine)
 
 
 def _identity(scene: Scene) -> Hashable:
-    """Return everything that a scene consists of; assets are compared by identity, since equal ones are made once."""
+    """Return everything that a scene consists of.
+
+    Assets are compared by identity, because equal assets are made only once.
+    """
     parts: list[Any] = [*scene.rooms, *scene.panels, *scene.things.values()]
     values = (tuple(getattr(part, each.name) for each in fields(part)) for part in parts)
     return tuple(

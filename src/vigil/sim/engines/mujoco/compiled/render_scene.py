@@ -13,13 +13,13 @@ from vigil.sim.engines.mujoco.compiled.casters import make_caster
 from vigil.sim.engines.mujoco.compiled.lights import Lamps
 
 HANGING_M = 0.1
-"""Greatest distance from the ceiling to the top of a thing that hangs from it."""
+"""Greatest distance (m) from the ceiling to the top of a thing that hangs from the ceiling."""
 THIN_M, OFF_FLOOR_M = 0.24, 0.3
-"""A thing above this height that is thinner than this casts a shadow finer than the lightmap of walls."""
+"""Thickness (m) below which a thing above the height (m) casts a shadow that is finer than the lightmap of walls."""
 
 
 def render_state(native: NativeModel, data: NativeData, lamps: Lamps) -> RenderState:
-    """Return the present state of a model; the poses and materials are views."""
+    """Return the present state of a model for the renderer; its poses and materials are views of the model's arrays."""
     return RenderState(
         data.geom_xpos,
         data.geom_xmat.reshape(-1, 3, 3),
@@ -33,7 +33,7 @@ def render_state(native: NativeModel, data: NativeData, lamps: Lamps) -> RenderS
 def render_scene(
     scene: Scene, builder: ModelBuilder, native: NativeModel, data: NativeData, lamps: Lamps
 ) -> RenderScene:
-    """Return the description of a model whose things have been placed."""
+    """Return the renderer's description of a model whose things have been placed."""
     state = render_state(native, data, lamps).copy()
     furniture = np.full(native.ngeom, -1)
     state.is_visible[:], state.is_held[:] = True, False
@@ -98,7 +98,7 @@ def _mesh(native: NativeModel, number: int) -> Mesh:
 
 
 def _lawn() -> Mesh:
-    """Return the ground, as large as its plane."""
+    """Return the mesh of the ground, as large as the ground's plane in the model."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32) * LAWN_HALF_M
     up = np.broadcast_to(np.array([0, 0, 1], np.float32), (4, 3))
     return Mesh(

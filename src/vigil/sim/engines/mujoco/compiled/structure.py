@@ -1,7 +1,7 @@
 """Walls with holes, floors, ceilings and skirting of a scene, as meshes.
 
 Surfaces are cut into cells along common lines, and walls reach a little below the floor and above the ceiling, so that
-no seam opens where surfaces meet.
+no gap is visible where surfaces meet.
 """
 
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ from vigil.sim.engines.mujoco.compiled.frames import faces as facing
 from vigil.sim.engines.mujoco.compiled.frames import points
 
 CELL_M = 0.5
-"""Size of the cells."""
+"""Size (m) of the cells into which surfaces are cut."""
 OVERLAP_M = 0.02
-"""How far walls reach below the floor and above the ceiling."""
+"""How far (m) walls reach below the floor and above the ceiling."""
 BEHIND_FRAME_M = 0.002
-"""How far walls reach behind the frame in a hole, so that no ray passes between them."""
+"""How far (m) walls reach behind the frame in a hole, so that no ray passes between wall and frame."""
 SKIRTING_HEIGHT_M = 0.09
 SKIRTING_DEPTH_M = 0.012
 SKIRTING = MaterialRef(name="plastic/#e9e6df")
@@ -39,7 +39,7 @@ class Shell:
     mesh: Mesh
     material: MaterialRef
     room_id: str | None = None
-    """The only room from which it is visible; None if there is no such room."""
+    """Id of the only room from which the surface is visible; None if there is no such room, as for an exterior wall."""
 
 
 def shells_of(scene: Scene) -> list[Shell]:
@@ -56,7 +56,7 @@ def shells_of(scene: Scene) -> list[Shell]:
 
 
 def tint_of(material: MaterialRef) -> tuple[float, float, float] | None:
-    """Return the colour that a house gives to a material, or None."""
+    """Return the tint that a house gives to a material; None if it gives none."""
     color = material.color
     return None if color is None else (color.r, color.g, color.b)
 
@@ -83,7 +83,7 @@ def _walls(scene: Scene) -> list[Shell]:
 
 
 def _behind_frame(panel: WallPanel, hole: Hole) -> Hole:
-    """Return a hole, smaller on each side that a frame covers."""
+    """Return a hole that is smaller on each side that a frame covers."""
     bottom = hole.bottom if hole.bottom <= panel.bottom + 0.01 else hole.bottom + BEHIND_FRAME_M
     return Hole(hole.left + BEHIND_FRAME_M, hole.right - BEHIND_FRAME_M, bottom, hole.top - BEHIND_FRAME_M)
 
@@ -120,7 +120,9 @@ def _wall(panel: WallPanel, heights: np.ndarray) -> Mesh:
 
 
 def _grid(vertices: np.ndarray, keep: np.ndarray, normal: np.ndarray, uvs: np.ndarray) -> Mesh:
-    """Return the cells `keep` of a grid of vertices (a, b, 3) in THOR's frame, facing along `normal`."""
+    """Return the mesh of those cells of a grid of vertices (a, b, 3), in THOR's frame, that `keep` selects; it
+    faces along `normal`.
+    """
     rows, columns = vertices.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
     corners = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)[keep]
