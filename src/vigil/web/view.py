@@ -108,9 +108,9 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
         if first.table is None or second.table is None:
             unread = first if first.table is None else second
             raise RecordError(f"Run {unread.slug!r} cannot be read: {unread.fault}")
-        scores = (run.scores_and_summary(table)[0] for run, table in ((first, first.table), (second, second.table)))
+        (one, _), (other, _) = first.scores_and_summary(first.table), second.scores_and_summary(second.table)
         is_same_pack = first.pack is not None and second.pack is not None and first.pack.sha256 == second.pack.sha256
-        values = {"a": first, "b": second, "comparison": compare(*scores, family), "is_same_pack": is_same_pack}
+        values = {"a": first, "b": second, "comparison": compare(one, other, family), "is_same_pack": is_same_pack}
         return page("compare.html", title="Compare", family=family, families=FAMILIES, **values)
 
 
