@@ -151,7 +151,7 @@ def find_pairs(runs: Sequence[Run]) -> Pairing:
         kind: _one_base_per_run(found) for kind, found in pairs.items() if kind != "repeat"
     }
     kept = {kind: one_each for kind, (one_each, _) in interventions.items()}
-    choices = {kind: sentences for kind, (_, sentences) in interventions.items()}
+    choices: dict[PairKind, tuple[str, ...]] = {kind: sentences for kind, (_, sentences) in interventions.items()}
     return Pairing(**kept, repeats=_repeats(runs, pairs["repeat"]), refusals=tuple(refusals), choices=choices)
 
 
