@@ -47,12 +47,12 @@ def outcome_partition(study: Study) -> Figure | None:
         figure = canvas(_WIDTH, 1.25 + 0.36 * len(entries))
         axes = figure.add_subplot()
         shares = np.array([[100 * (entry.overall.share(name) or 0.0) for name in LABELS] for entry in entries])
+        handles = _stack(axes, shares, LABEL_LOOKS)
         _name_rows(axes, [f"{entry.name}  (n={entry.overall.n:,})" for entry in entries])
         mark = _mark_w(axes, entries)
         axes.set_xlabel("share of scored episodes (%)")
         axes.set_title("Outcome partition, sorted by B")
-        handles = [*_stack(axes, shares, LABEL_LOOKS), mark]
-        figure.legend(handles=handles, loc="outside lower center", ncols=3, handlelength=1.6)
+        figure.legend(handles=[*handles, mark], loc="outside lower center", ncols=3, handlelength=1.6)
         return figure
 
 
