@@ -14,7 +14,7 @@ import pytest
 
 from vigil.packs.pack import Pack
 
-PACKS = ("starter", "vigil_smoke_v2", "vigil_mini_v2_1", "vigil_balanced_1000_v2_2")
+PACKS = ("starter", "vigil_smoke_v3", "vigil_mini_v3", "vigil_balanced_1000_v3")
 TABLES = ("episodes", "solutions", "facts", "levels")
 
 
