@@ -24,7 +24,7 @@ from vigil.authoring.packing.baselines import (
     measured_baselines,
 )
 from vigil.authoring.packing.dataset_card import write_card
-from vigil.authoring.packing.level_measurement import pack_levels
+from vigil.authoring.packing.episode_measures import pack_levels
 from vigil.authoring.packing.verify import VerificationSettings
 from vigil.authoring.review.contact_sheets import pick_sample, write_sheets
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent

@@ -1,7 +1,7 @@
 """Levels: how difficult an episode is, measured on its house and its recorded solution.
 
 The index of difficulty is a sum over ten figures; bounds of each family divide it into four levels. Figures, index and
-level are facts about an episode, not verdicts: no score depends on them. `vigil.authoring.packing.level_measurement`
+level are facts about an episode, not verdicts: no score depends on them. `vigil.authoring.packing.episode_measures`
 measures them.
 """
 

@@ -8,7 +8,7 @@ import pytest
 
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header
 from vigil.authoring.packing.assemble import assemble
-from vigil.authoring.packing.level_measurement import measured_levels, pack_levels
+from vigil.authoring.packing.episode_measures import measured_levels, pack_levels
 from vigil.authoring.packing.requests import PackRequest
 from vigil.authoring.packing.selection import Candidate, TooFewDrafts, select
 from vigil.authoring.packing.verify import VerificationSettings, VerificationTask, house_batches

@@ -1,17 +1,18 @@
-"""Measures that determine an episode's level, taken in its house while its solution is replayed.
+"""Levels of episodes, and the measures that determine them, taken in a house while each solution is replayed.
 
 Frames are not rendered: rays in the simulator determine what a frame would show. `vigil.scoring.levels` defines the
 measures.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
 
 from vigil.authoring.language.drawer_names import without_position
 from vigil.authoring.language.referring import Phrase, referents
+from vigil.authoring.packing.verify import HouseBatch, VerificationSettings, house_batches, pack_tasks
 from vigil.authoring.review.containers import may_hold, room_mentioned
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.rules import INSIDE_TEMPLATE
@@ -19,17 +20,51 @@ from vigil.authoring.solving.goal_actions import closed_containers_around
 from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose, Vec3
+from vigil.base.processes.group import map_in_workers
+from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action, Navigate, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import OBSERVABLE_PX
 from vigil.protocol.house import House
 from vigil.scene.things import Thing
-from vigil.scoring.levels import LevelMeasures
+from vigil.scoring.levels import EpisodeLevel, LevelMeasures, grade_episode
 from vigil.sim.privileged import PrivilegedSimulator
 
 ROOM_STEP_M = 0.1
 """Distance (m) between points of a walk at which the room is looked up; no passage through a room is shorter."""
+OnMeasured = Callable[[int, int], None]
+"""A function that gets the numbers of episodes measured and of all episodes."""
+
+
+def pack_levels(
+    pack: Pack, settings: VerificationSettings, on_measured: OnMeasured = lambda done, of: None
+) -> list[EpisodeLevel]:
+    """Return the level of each of a pack's episodes that has a recorded solution, sorted by id."""
+    return measured_levels(house_batches(pack_tasks(pack), pack.house_of), settings, on_measured)
+
+
+def measured_levels(
+    work: Sequence[HouseBatch], settings: VerificationSettings, on_measured: OnMeasured = lambda done, of: None
+) -> list[EpisodeLevel]:
+    """Return the level of each episode that has a solution, sorted by id."""
+    total = sum(len(task.episodes) for batch in work for task in batch.tasks)
+    found: list[EpisodeLevel] = []
+    for batch in map_in_workers(settings.simulator, _measure, work, settings.workers):
+        found += batch
+        on_measured(len(found), total)
+    return sorted(found, key=lambda each: each.episode_id)
+
+
+def _measure(simulator: PrivilegedSimulator, batch: HouseBatch) -> list[EpisodeLevel]:
+    house = House(batch.name, batch.document)
+    simulator.load(house)
+    return [
+        grade_episode(episode, measures_of_episode(simulator, episode, house, actions))
+        for task in batch.tasks
+        for episode, actions in zip(task.episodes, task.solutions, strict=True)
+        if actions is not None
+    ]
 
 
 def measures_of_episode(

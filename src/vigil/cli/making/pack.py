@@ -13,7 +13,7 @@ from vigil.authoring.drafting.generation import (
 )
 from vigil.authoring.drafting.sources import HouseSource
 from vigil.authoring.packing.assemble import assemble
-from vigil.authoring.packing.level_measurement import measured_levels
+from vigil.authoring.packing.episode_measures import measured_levels
 from vigil.authoring.packing.requests import PackRequest
 from vigil.authoring.packing.selection import Missing, TooFewDrafts, candidates
 from vigil.authoring.packing.verify import VerificationSettings, VerificationTask, candidate_checker, house_batches
