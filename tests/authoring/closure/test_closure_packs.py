@@ -20,6 +20,7 @@ from vigil.authoring.closure.already_done import EVERYTHING_FORMS
 from vigil.authoring.closure.certify import EXEMPT, MIN_LOOKING_SHARE, Certifier, task_of
 from vigil.authoring.closure.distractors import look_alike
 from vigil.authoring.closure.generation import CLOSURE_GRAMMAR
+from vigil.authoring.closure.guessing import BLIND, guessing
 from vigil.authoring.closure.impossible import BLOCKERS, NOTICE_READABLE_M, impossible
 from vigil.authoring.closure.silent_refusals import FULL, silent_refusal
 from vigil.authoring.closure.tasks import ClosureTask
@@ -31,7 +32,6 @@ from vigil.authoring.drafting.proposals import is_seen
 from vigil.authoring.drafting.sources import GeneratedHouse
 from vigil.authoring.language.referring import ROOM_NAMES
 from vigil.authoring.packing.assemble import assemble
-from vigil.authoring.packing.guessing import BLIND, guessing
 from vigil.authoring.packing.requests import PackRequest
 from vigil.authoring.packing.selection import Candidate, candidates, select
 from vigil.authoring.packing.verify import VerificationSettings, candidate_checker, verify_pack
