@@ -19,6 +19,7 @@ from tests.support import builders
 from vigil.authoring.closure.certify import MIN_LOOKING_SHARE, Certifier, task_of
 from vigil.authoring.closure.everything import HOME
 from vigil.authoring.closure.generation import CLOSURE_GRAMMAR
+from vigil.authoring.closure.guessing import BLIND, guessing
 from vigil.authoring.closure.kinds.already import EVERYTHING_FORMS
 from vigil.authoring.closure.kinds.impossible.tasks import BLOCKERS, NOTICE_READABLE_M, impossible
 from vigil.authoring.closure.kinds.look_alike.tasks import look_alike
@@ -33,7 +34,6 @@ from vigil.authoring.drafting.proposals import is_seen
 from vigil.authoring.drafting.sources import GeneratedHouse
 from vigil.authoring.language.referring import ROOM_NAMES
 from vigil.authoring.packing.assemble import assemble
-from vigil.authoring.packing.guessing import BLIND, guessing
 from vigil.authoring.packing.requests import PackRequest
 from vigil.authoring.packing.selection import Candidate, candidates, select
 from vigil.authoring.packing.verify import VerificationSettings, candidate_checker, verify_pack

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import vigil
+from vigil.authoring.closure.guessing import guessing, kind_counts
 from vigil.authoring.drafting.drafts import DraftsContent, DraftsFile, Header, house_in
 from vigil.authoring.packing.balance import count_strata, text_guess
 from vigil.authoring.packing.dataset_card import write_card
-from vigil.authoring.packing.guessing import guessing, kind_counts
 from vigil.authoring.packing.requests import PackRequest
 from vigil.authoring.packing.selection import Candidate, CandidateCheck, candidates, select_valid
 from vigil.authoring.review.reviews import Review, apply_reviews
