@@ -148,8 +148,7 @@ def verify(
     """Example: vigil pack verify starter"""
     loaded, database = _with_assets(pack, assets)
     with progress("verify") as show:
-        rules = loaded.manifest.versions.rules
-        settings = VerificationSettings(backend, database, worker_count(workers), robust, rules)
+        settings = VerificationSettings(backend, database, worker_count(workers), robust)
         findings = verify_pack(loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"))
     for finding in findings:
         print(finding)

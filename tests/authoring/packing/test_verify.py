@@ -59,7 +59,7 @@ def test_a_log_of_the_quick_verification_says_nothing_of_robustness(
     episode = small.episodes[0]
     task = VerificationTask((episode,), (small.solutions[episode.id].actions,))
     quick, robust = VerificationSettings(), VerificationSettings(is_robust=True)
-    assert len({key_of(task, quick), key_of(task, robust), key_of(task, VerificationSettings(rules=1))}) == 3
+    assert key_of(task, quick) != key_of(task, robust)
     assert key_of(task, quick) == key_of(task, VerificationSettings(workers=2))
 
 

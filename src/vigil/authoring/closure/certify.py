@@ -12,7 +12,6 @@ from vigil.authoring.closure.partly_open import can_be_partly_open, gap_evidence
 from vigil.authoring.closure.receptacle_space import fits_on
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.twins import (
-    STRICT_SINCE,
     BrokenRule,
     check_hidden,
     check_single_difference,
@@ -32,7 +31,6 @@ from vigil.authoring.solving.solvers import carry_out
 from vigil.authoring.solving.viewpoints import Viewpoint, ViewpointQuery, viewpoints
 from vigil.base.exported import loaded
 from vigil.base.geometry import Pose, floor_distance
-from vigil.base.versions import RULES_VERSION
 from vigil.errors import EpisodeError
 from vigil.packs.pack import protocol_faults
 from vigil.protocol.actions import Action, Report, Status
@@ -79,9 +77,7 @@ def exempt_of(task: ClosureTask) -> frozenset[str]:
 class Certifier:
     """A certifier of tasks on one simulator."""
 
-    def __init__(self, simulator: PrivilegedSimulator, rules: int = RULES_VERSION) -> None:
-        """`rules` is the version of the rules to apply; a frozen pack has that of its time."""
-        self._is_strict = rules >= STRICT_SINCE
+    def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
         self._validator = Validator(simulator)
         self._view = PrivilegedView(simulator)
@@ -169,7 +165,7 @@ class Certifier:
         """Return the answers of twins. Raises BrokenRule if they are not twins, or the impossible side is possible."""
         first = task.episodes[0]
         check_single_difference(task, second)
-        for side in task.episodes if self._is_strict and not CLOSURE_KINDS[task.kind].has_branches else ():
+        for side in () if CLOSURE_KINDS[task.kind].has_branches else task.episodes:
             self._begin(side)
             check_hidden(task, side, self._view, is_searched="hidden_at_start" not in exempt_of(task))
         sides, pair = PAIRED[task.kind], f"pair:{first.id}"
@@ -202,7 +198,7 @@ class Certifier:
             if not removed.is_broken:
                 raise BrokenRule("twin_impossible", f"{task.removed!r} is present and not broken")
             return "broken"
-        return reason_for_absence(meant, items_of(self._view.scene).values(), is_strict=self._is_strict)
+        return reason_for_absence(meant, items_of(self._view.scene).values())
 
     def _search_refusal(self, second: Episode) -> str:
         """Return the result of the exhaustive search in words. Raises BrokenRule if it finds a way."""

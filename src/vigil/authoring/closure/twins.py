@@ -13,9 +13,6 @@ from vigil.errors import EpisodeError
 from vigil.protocol.episode import Episode
 from vigil.scoring.closure import CLOSURE_KINDS
 
-STRICT_SINCE = 3
-"""Version of the rules since which first frames must not show the difference, and `elsewhere` needs the exact name."""
-
 
 class BrokenRule(EpisodeError):
     """Twins break a rule; the message says how."""
@@ -59,17 +56,15 @@ def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, i
             raise BrokenRule(rule, f"{pixels} px of {object_id!r} are in view at the start of {episode.id!r}")
 
 
-def reason_for_absence(
-    phrases: Sequence[Phrase], items: Iterable[DescribedThing], *, is_strict: bool = True
-) -> Literal["absent", "elsewhere"]:
+def reason_for_absence(phrases: Sequence[Phrase], items: Iterable[DescribedThing]) -> Literal["absent", "elsewhere"]:
     """Return "elsewhere" if another thing has the missing thing's name, else "absent".
 
-    A thing that may be mistaken for the missing one, as a pot for a kettle, must not match a phrase either. It counts
-    as another such thing only if the rules are not `is_strict`. Raises BrokenRule if something still matches a phrase.
+    A thing that may be mistaken for the missing thing, as a pot for a kettle, does not count as another such thing, but
+    it must not match a phrase either. Raises BrokenRule if something still matches a phrase.
     """
     everything = list(items)
     for phrase in phrases:
         for other in referents(phrase, everything)[:1]:
             raise BrokenRule("distinguished", f"{str(phrase)!r} still fits {other.id!r}")
     left = [(phrase.name, each.name) for phrase in phrases for each in referents(phrase.without_place, everything)]
-    return "elsewhere" if any(name == found or not is_strict for name, found in left) else "absent"
+    return "elsewhere" if any(name == found for name, found in left) else "absent"

@@ -22,7 +22,7 @@ from vigil.authoring.review.rules import RULES, binds
 from vigil.authoring.review.validate import Finding, Validator
 from vigil.base.json_lines import AppendFile, dump_line, parse_line
 from vigil.base.processes.group import map_in_workers
-from vigil.base.versions import RULES_VERSION, PackVersions
+from vigil.base.versions import PackVersions
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode, Solution
@@ -67,8 +67,6 @@ class VerificationSettings:
     workers: int = 1
     is_robust: bool = False
     """Whether episodes that satisfy all other rules are also checked by the robustness rules."""
-    rules: int = RULES_VERSION
-    """Version of the rules by which tasks of a suite are certified: that of their pack."""
 
     def simulator(self) -> PrivilegedSimulator:
         """Return a new simulator."""
@@ -81,7 +79,7 @@ class Verifier:
     def __init__(self, settings: VerificationSettings) -> None:
         simulator = settings.simulator()
         self._validator = Validator(simulator)
-        self._certifier = Certifier(simulator, settings.rules)
+        self._certifier = Certifier(simulator)
         self._is_robust = settings.is_robust
 
     def faults(self, task: VerificationTask, house: House) -> Sequence[Finding]:
@@ -241,7 +239,7 @@ def house_batches(tasks: Iterable[VerificationTask], house_of: Callable[[Episode
 
 
 def key_of(task: VerificationTask, settings: VerificationSettings) -> str:
-    """Return the hash of episodes, solutions, answers, the backend, the asset database, the versions and the rules."""
+    """Return the hash of episodes, solutions, answers, the backend, the asset database and the versions."""
     solutions = [
         Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
         for episode, actions in zip(task.episodes, task.solutions, strict=True)
@@ -250,7 +248,7 @@ def key_of(task: VerificationTask, settings: VerificationSettings) -> str:
     more += [settings.assets.sha256] if settings.assets and settings.assets.sha256 else []
     more += [name for name, rule in RULES.items() if any(binds(rule, name, each.family) for each in task.episodes)]
     dumped = [[each.model_dump(mode="json") for each in facts] for facts in (task.episodes, task.answers or ())]
-    facts = [*dumped, solutions, settings.backend, settings.rules, PackVersions.current().model_dump(), *more]
+    facts = [*dumped, solutions, settings.backend, PackVersions.current().model_dump(), *more]
     return hashlib.sha256(canonical_json(facts)).hexdigest()
 
 
