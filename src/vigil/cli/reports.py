@@ -182,8 +182,8 @@ def figure(
         bool,
         typer.Option(
             "--runs",
-            help="May be written before the folders of the runs, to separate them from other arguments; it has "
-            "no effect.",
+            help="Optional word before the folders of the runs, which makes the command easier to read. "
+            "It changes nothing.",
         ),
     ] = False,
 ) -> None:

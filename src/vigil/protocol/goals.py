@@ -146,7 +146,7 @@ class AllOf(_Goal):
     def _parts_are_distinct(self) -> "AllOf":
         ids = [part.object_id for part in self.parts]
         if len(set(ids)) < len(ids) or ids[0] != self.object_id:
-            raise ValueError("the parts of `all_of` are about different things, the first of them `object_id`")
+            raise ValueError("each part of `all_of` must be about another object, and the first part about `object_id`")
         if any(isinstance(part, ObjectInState) and part.state == "is_visible" for part in self.parts):
             raise ValueError("the parts of `all_of` are places or states of things: open or closed, on or off")
         if any(part.constraint is not None or part.chain for part in self.parts):

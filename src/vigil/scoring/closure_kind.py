@@ -33,7 +33,9 @@ class ClosureKind:
     `protocol` is checked as for a suite.
     """
     faults: str | Callable[..., Any] | None = None
-    """Function that yields (rule, message) for the faults of a side by rules of this kind alone; None without such.
+    """Function that yields (rule, message) for each fault of a side under the rules that only this kind has.
+
+    None if the kind has no rules of its own.
 
     Its arguments are a `PrivilegedView` at the side's start, the task, the episode, and the actions that solve it.
     """

@@ -209,7 +209,10 @@ def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[f
 
 
 def difference(base: pd.DataFrame, other: pd.DataFrame, name: str) -> tuple[float, Interval | None]:
-    """Return the difference of W, B or a label between rows of the same plays, and its interval by houses."""
+    """Return the difference of W, B or a label between two sets of rows of the same plays, with its interval.
+
+    The interval is a paired bootstrap over houses; None if there are too few houses.
+    """
     return paired_difference(_indicator(base, name), _indicator(other, name), houses_of(base))
 
 

@@ -90,7 +90,7 @@ def prompt_shifts(study: Study) -> Table:
 
 
 def serving_modes(study: Study) -> Table:
-    """Return each checkpoint's thinking serving mode against its instruct counterpart."""
+    """Return the table that compares each checkpoint with thinking to the same checkpoint without (instruct)."""
     sides = (("base", "instruct", 0), ("other", "thinking", 1))
     rates = {
         f"{name}_{side}": (f"{name} {shown} %", lambda pair, at=at, name=name: rate_cell(pair.measures[at].rate(name)))

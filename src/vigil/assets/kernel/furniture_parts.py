@@ -332,7 +332,7 @@ def add_drawers(
 
 
 def _rim(bottom: float, top: float) -> float:
-    """Return how far (m) the box of a drawer between two heights is from its front's edges."""
+    """Return the distance (m) between the edges of a drawer's front, from `bottom` to `top`, and the drawer's box."""
     return min(0.012, 0.1 * (top - bottom))
 
 

@@ -141,7 +141,7 @@ class GenerationSettings:
     With several, objects that are hard to name are proposed first.
     """
     forms: Forms = "public"
-    """Half of the sentence forms from which instructions are drawn, or all."""
+    """Sentence forms from which instructions are drawn: the public half, the half that is held out, or all."""
     is_seed_secret: bool = False
     """Whether names of houses and episodes must not reveal the seed."""
     grammar: Grammar = FAMILY_GRAMMAR
@@ -239,7 +239,10 @@ class DraftWorker:
         self._check = settings.grammar.make_checker(self._simulator)
 
     def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-        """Return a house, or None if it cannot be made, and the lines of proposing some families in it."""
+        """Propose episodes of some families in a house; return the house and the lines for the drafts file.
+
+        The house is None if it cannot be made.
+        """
         begun = time.monotonic()
         try:
             house = source.house()

@@ -129,7 +129,7 @@ def _prior() -> Any:
         import prior  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise SettingError(
-            f"{DATASET} is read by the package prior, which is not installed. Run: "
+            f"{DATASET} is read with the Python package 'prior', which is not installed. Run: "
             'pip install "vigil-bench[procthor]"; or give a file of houses.'
         ) from None
     except KeyError:

@@ -30,7 +30,7 @@ NEVER_ANCHORS = frozenset(
 ANCHOR_M = 0.2
 """Least longest side (m) of an anchor, the thing in a relation by which another is located."""
 MIN_ANCHOR_SHARE = 0.7
-"""Least longest side of an anchor as a share of the located thing's; people do not find a desk by a lamp next to it."""
+"""Minimum length of an anchor, as a share of the length of the thing that it locates: a lamp does not locate a desk."""
 LARGE_M = 0.6
 """Least longest side (m) of a landmark, an anchor for a whole room."""
 LANDMARK_M = 3.0

@@ -8,7 +8,7 @@ from vigil.housegen.base.randomness import pick
 from vigil.housegen.layout.floorplan import RoomLayout
 
 WARMTH = ((1.0, 0.855, 0.722), (1.0, 0.93, 0.84), (1.0, 0.96, 0.92))
-"""Colours of lamps; all lamps of a house have the same of these colours."""
+"""Colours of lamps; each house uses one of these colours for all its lamps."""
 DROP_M = 0.2
 """Distance (m) of a light below the ceiling."""
 LAYERS = 4

@@ -67,7 +67,7 @@ def place(thing: Thing, rng: np.random.Generator) -> list[Thing]:
 
 
 def companions(thing: Thing, rng: np.random.Generator) -> list[Thing]:
-    """Return the things that are shown with a placed thing without carrying it."""
+    """Return the things that are shown together with a placed thing, but do not carry that thing."""
     category = COMPANIONS.get(thing.category)
     if category is None:
         return []
