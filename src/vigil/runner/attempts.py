@@ -50,8 +50,8 @@ class AttemptLog:
     def __init__(self, path: Path, spec: RunSpec) -> None:
         """Read the file, if it exists. Raises RecordError when it cannot be read.
 
-        An incomplete last line does not count: a line is written before the agent sees its first frame, so that attempt had
-        not begun.
+        An incomplete last line does not count: a line is written before the agent sees its first frame, so that
+        attempt had not begun.
         """
         self._path = path
         self._spec = spec.sha256

@@ -1,8 +1,9 @@
 """Rows of demonstrations as chat messages, and two formats of files for them.
 
 `sft` writes the chat messages to `train.jsonl`, which names the paths of the files with the pictures. `parquet` is one
-file with the same columns and the pictures inside, which HF `datasets` reads as images. A message has a part `{"type": "image"}`
-for a picture, and the column `images` holds the picture, as trainers of vision-language models expect.
+file with the same columns and the pictures inside, which HF `datasets` reads as images. A message has a part
+`{"type": "image"}` for a picture, and the column `images` holds the picture, as trainers of vision-language models
+expect.
 """
 
 import json

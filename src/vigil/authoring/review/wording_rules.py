@@ -100,7 +100,7 @@ def _hand(case: EpisodeStart) -> Faults:
 
 
 def _meant(case: EpisodeStart) -> list[tuple[Phrase, DescribedThing]]:
-    """Return each phrase that refers to exactly one thing, with the description of the visible features of that thing."""
+    """Return each phrase that refers to exactly one thing, with the visible features of that thing."""
     things = items_as_seen(case.view.scene)
     return [(phrase, things[meant[0].id]) for phrase, meant in case.mentioned if len(meant) == 1]
 
