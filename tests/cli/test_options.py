@@ -92,7 +92,12 @@ def test_the_help_says_what_is_declared() -> None:
 def played(monkeypatch: pytest.MonkeyPatch) -> list[RunSettings]:
     """The settings of the runs that would have been played."""
     settings: list[RunSettings] = []
-    monkeypatch.setattr(runs, "_play", settings.append)
+
+    def plan(asked: RunSettings) -> None:
+        settings.append(asked)
+        raise typer.Exit
+
+    monkeypatch.setattr(runs, "plan_run", plan)
     return settings
 
 

@@ -49,6 +49,7 @@ from vigil.packs.pack import ANSWERS, Pack
 from vigil.protocol.actions import InteractPixel, Report, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import AllOf
+from vigil.protocol.house import House
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import rendered_sha256
 from vigil.protocol.world import Setup
@@ -219,12 +220,18 @@ def task_of_reason(drafts: DraftsFile, reason: Reason) -> ClosureTask:
     return task_of([draft.episode for draft in found.drafts], found.answers)
 
 
-def test_a_twin_that_is_possible_after_all_is_refused_by_rule(
-    drafts: DraftsFile, simulator: PrivilegedSimulator
-) -> None:
-    certifier, task = Certifier(simulator), task_of_reason(drafts, "no_fit")
+def packaged_task(reason: Reason) -> tuple[ClosureTask, House]:
+    """Return the first pair of the packaged suite that is impossible for a reason, and its house."""
+    pack = Pack.load("vigil_closure_400")
+    answers = closure_answers(pack.folder)
+    pair = next(answer.pair for answer in answers.values() if answer.reason == reason)
+    sides = [episode for episode in pack.episodes if answers[episode.id].pair == pair]
+    return task_of(sides, [answers[episode.id] for episode in sides]), pack.house_of(sides[0])
+
+
+def test_a_twin_that_is_possible_after_all_is_refused_by_rule(simulator: PrivilegedSimulator) -> None:
+    certifier, (task, house) = Certifier(simulator), packaged_task("no_fit")
     first, second = task.episodes
-    house = drafts.house(first.house.name)
     same = replace(task, episodes=(first, first))
     assert certifier.certify(same, house)[1][0].rule == "twins_differ_in_one"
     change = second.setup.objects[task.removed]
@@ -238,9 +245,8 @@ def test_a_twin_that_is_possible_after_all_is_refused_by_rule(
     assert found[0].rule in {"twin_impossible", "can_be_set_up", "evidence_seen"}
 
 
-def test_what_bars_the_way_is_in_no_first_frame(drafts: DraftsFile, simulator: PrivilegedSimulator) -> None:
-    certifier, task = Certifier(simulator), task_of_reason(drafts, "no_fit")
-    house = drafts.house(task.episodes[0].house.name)
+def test_what_bars_the_way_is_in_no_first_frame(simulator: PrivilegedSimulator) -> None:
+    certifier, (task, house) = Certifier(simulator), packaged_task("no_fit")
     context = HouseContext(simulator, house, np.random.default_rng(3))
     for episode in task.episodes:
         simulator.reset(episode.start, episode.setup)
