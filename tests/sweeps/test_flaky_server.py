@@ -17,7 +17,7 @@ SLOW = {"stall_before", "stall_in_headers"}
 def test_no_failure_of_a_server_changes_a_record(tmp_path: Path) -> None:
     modes = tuple(mode for mode in MODES if mode not in SLOW)
     assert len(modes) >= 30
-    pack = tiny_pack(tmp_path / "tiny", 16).folder
+    pack = tiny_pack(tmp_path / "tiny", 24).folder
     with flaky(FailurePlan(0.0, ())) as server:
         reference = play(pack, tmp_path / "calm", server)
     done = compare(pack, reference, FailurePlan(0.6, modes), tmp_path / "rough")
