@@ -26,7 +26,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "9c606ed27bbecda32aa6ccf99c9756469f863000f076d824f140b7eefaaa252a"
+PINNED = "fd696ed88d1571f84acff03587fdd271a255aa4b268eacead2201599879f8a3b"
 
 
 @pytest.fixture(scope="module")

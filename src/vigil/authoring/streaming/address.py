@@ -13,7 +13,7 @@ _ADDRESS = re.compile(rf"{STREAM}(?P<seed>\d{{1,40}})(?:@(?P<version>[\d.]+))?",
 
 
 def stream_version() -> str:
-    """Return the versions of houses, shapes, rules and drafts, on which a stream's bytes depend, e.g. `5.4.3.4`."""
+    """Return the versions of houses, shapes, rules and drafts, on which a stream's bytes depend, e.g. `6.5.3.5`."""
     return f"{GENERATOR_VERSION}.{SHAPES_VERSION}.{RULES_VERSION}.{DRAFTS_VERSION}"
 
 
