@@ -13,6 +13,7 @@ from vigil.base.settings import Setting
 from vigil.cli import app, runs
 from vigil.cli.options import with_options
 from vigil.errors import SettingError
+from vigil.protocol.families import FAMILIES
 from vigil.records.costs import Prices
 from vigil.records.record import Shard
 from vigil.runner.settings import RunSettings
@@ -140,4 +141,4 @@ def test_a_run_of_a_model_takes_every_option(played: list[RunSettings]) -> None:
 def test_families_are_read_alike(verb: list[str]) -> None:
     done = CliRunner().invoke(app, [*verb, "--family", "PG,XY"])
     assert isinstance(done.exception, SettingError)
-    assert str(done.exception) == "Family 'XY' does not exist. The families: PG, DA, VS, SV, AI, SI, SM, CR."
+    assert str(done.exception) == f"Family 'XY' does not exist. The families: {', '.join(FAMILIES)}."
