@@ -72,7 +72,7 @@ def test_an_engine_that_is_killed_is_an_error_and_another_can_be_started(folders
         connection._controller.server.unity_proc.kill()
         with pytest.raises(SimulatorError, match=r"status -9|BrokenPipe"):
             connection.step("Pass")
-        with pytest.raises(SimulatorError, match="is gone"):
+        with pytest.raises(SimulatorError, match="has ended"):
             connection.step("Pass")
         connection.close()
     assert left_in(folders) == []
