@@ -98,12 +98,13 @@ def test_every_rate_stands_there_with_its_interval_overall_and_by_family(write: 
 
 
 def test_the_settings_of_the_run_stand_there_and_no_address(write: Write, tmp_path: Path) -> None:
-    sampling = {"temperature": 0.5, "max_tokens": 512, "extra_body": {"key": "hush"}}
+    sampling = {"temperature": 0.5, "max_tokens": 512, "seed": 7, "extra_body": {"key": "hush"}}
     run = write("a", sampling=sampling, base_url="http://10.1.2.3:8000/v1")
     results, samples = exported(tmp_path / "out", run, organization="Lab", relationship="third_party")
     config = results["evaluation_results"][0]["generation_config"]
     assert config["generation_args"]["temperature"] == 0.5
     assert config["generation_args"]["max_tokens"] == 512
+    assert config["additional_details"]["seed"] == "7"
     assert "Task: " in config["generation_args"]["prompt_template"]
     assert results["source_metadata"]["source_organization_name"] == "Lab"
     assert results["evaluation_results"][0]["source_data"]["additional_details"]["sha256"] == (

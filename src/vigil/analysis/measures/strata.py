@@ -14,8 +14,11 @@ from vigil.scoring.target_strata import DISTANCE_BANDS_M, SIZE_OF_CATEGORY, dist
 
 _SIZES = ("large", "medium", "small")
 _BANDS = tuple(distance_band(distance_m) for distance_m in (0.0, *DISTANCE_BANDS_M))
-_WITH_TEMPLATE: tuple[Family, ...] = tuple(
-    family for family, spec in FAMILIES.items() if spec.stratum not in ("target_size", "distance") and family != "CR"
+_CONSTRAINED: tuple[Family, ...] = ("CR",)
+_BY_SIZE: tuple[Family, ...] = tuple(code for code, spec in FAMILIES.items() if spec.stratum == "target_size")
+_BY_DISTANCE: tuple[Family, ...] = tuple(code for code, spec in FAMILIES.items() if spec.stratum == "distance")
+_BY_TEMPLATE: tuple[Family, ...] = tuple(
+    code for code in FAMILIES if code not in (*_CONSTRAINED, *_BY_SIZE, *_BY_DISTANCE)
 )
 
 
@@ -58,13 +61,14 @@ def _names_where(wanted: np.ndarray, names: list[str]) -> np.ndarray:
 def _size(rows: pd.DataFrame) -> np.ndarray:
     """Return the size by the rule, or as the pack says if the rule needs a measurement."""
     pairs = zip(values(rows, "target", object), values(rows, "target_size", object), strict=True)
-    return _names_where(_is_of_family(rows, "PG"), [SIZE_OF_CATEGORY.get(target, said) or "" for target, said in pairs])
+    sizes = [SIZE_OF_CATEGORY.get(target, size) or "" for target, size in pairs]
+    return _names_where(_is_of_family(rows, *_BY_SIZE), sizes)
 
 
 def _template(rows: pd.DataFrame) -> np.ndarray:
     pairs = zip(values(rows, "family", str), values(rows, "template", object), strict=True)
     names = [f"{family} {template}" if template else "" for family, template in pairs]
-    return _names_where(_is_of_family(rows, *_WITH_TEMPLATE), names)
+    return _names_where(_is_of_family(rows, *_BY_TEMPLATE), names)
 
 
 def _rooms(rows: pd.DataFrame) -> np.ndarray:
@@ -77,12 +81,20 @@ def _distance(rows: pd.DataFrame) -> np.ndarray:
     return _names_where(np.isfinite(distances), [distance_band(distance_m) for distance_m in distances])
 
 
+def _constraint(rows: pd.DataFrame) -> np.ndarray:
+    return _names_where(_is_of_family(rows, *_CONSTRAINED), list(values(rows, "template", object)))
+
+
+def _distance_of_some(rows: pd.DataFrame) -> np.ndarray:
+    return np.where(_is_of_family(rows, *_BY_DISTANCE), _distance(rows), "")
+
+
 STRATA: dict[str, Callable[[pd.DataFrame], np.ndarray]] = {
-    "Target size (PG)": _size,
-    f"Template ({', '.join(_WITH_TEMPLATE)})": _template,
-    "Constraint (CR)": lambda rows: _names_where(_is_of_family(rows, "CR"), list(values(rows, "template", object))),
+    f"Target size ({', '.join(_BY_SIZE)})": _size,
+    f"Template ({', '.join(_BY_TEMPLATE)})": _template,
+    f"Constraint ({', '.join(_CONSTRAINED)})": _constraint,
     "Rooms of the house (all families)": _rooms,
-    "Distance from start to target (DA)": lambda rows: np.where(_is_of_family(rows, "DA"), _distance(rows), ""),
+    f"Distance from start to target ({', '.join(_BY_DISTANCE)})": _distance_of_some,
     "Distance from start to target (all families)": _distance,
 }
 """Criterion -> function that names every episode's stratum; the name is empty if it has none."""

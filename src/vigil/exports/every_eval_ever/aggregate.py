@@ -16,6 +16,8 @@ from vigil.scoring.saved_run import SavedRun
 from vigil.scoring.summary import LIBRARY_REPLIES, RunScores, summarise
 
 _Json = dict[str, Any]
+_GENERATION_ARGS = ("temperature", "top_p", "top_k", "max_tokens")
+"""Sampling settings that the schema has fields for; the others are additional details."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,8 +150,8 @@ def _source_data(run: SavedRun) -> _Json:
 
 def _generation_config(header: RunHeader) -> _Json:
     spec, profile = header.spec, header.spec.profile
-    sampling = {name: spec.sampling.get(name) for name in ("temperature", "top_p", "top_k", "max_tokens")}
-    known = {name: value for name, value in sampling.items() if value is not None}
+    known = {name: value for name, value in spec.sampling.items() if name in _GENERATION_ARGS}
+    others = {name: value for name, value in spec.sampling.items() if name not in {*_GENERATION_ARGS, "extra_body"}}
     if has_exact_prompt(spec):
         known["prompt_template"] = policy_text(profile)
     if (reasons := _has_reasoned(header)) is not None:
@@ -166,7 +168,7 @@ def _generation_config(header: RunHeader) -> _Json:
             image_format=profile.image_format,
             system_role=profile.system_role,
             thinking=spec.thinking,
-            reasoning_effort=spec.sampling.get("reasoning_effort"),
+            **others,
             epochs=spec.epochs,
             simulator=spec.simulator,
             render_quality=spec.render_quality,
