@@ -14,13 +14,13 @@ import numpy as np
 from PIL import Image
 
 import vigil
-from vigil.assets import make, register
 from vigil.assets.catalog import Category
 from vigil.assets.database import AssetDatabase
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.palette import colour
+from vigil.assets.making import make, register
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.families.ai.drafts import acting
 from vigil.authoring.solving.solvers import privileged_agent

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from vigil.assets import MAKERS, register
 from vigil.assets.catalog import CATALOG, CEILING, FLOOR, ROOM_TYPES, WALL, Category, category_of
+from vigil.assets.making import MAKERS, register
 from vigil.errors import SettingError
 
 CATEGORIES = sorted(CATALOG.values(), key=lambda row: row.name)

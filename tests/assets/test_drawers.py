@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.database import AssetDatabase, own_asset_id
 from vigil.assets.drawers import (
     body_of,
@@ -13,6 +12,7 @@ from vigil.assets.drawers import (
     split_drawer_id,
 )
 from vigil.assets.kernel.asset import Asset
+from vigil.assets.making import make
 from vigil.protocol.house import drawer_id
 
 DATABASE = AssetDatabase.default()

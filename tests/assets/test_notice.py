@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
+from vigil.assets.making import make
 from vigil.assets.notice import HEIGHT_M, LINES, MACHINES, WIDTH_M, notice_centre, notice_parts
 
 VARIANTS = range(4)

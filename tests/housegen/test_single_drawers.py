@@ -3,9 +3,9 @@
 import pytest
 
 from tools.house_measures import measure
-from vigil.assets import make
 from vigil.assets.database import AssetDatabase
 from vigil.assets.drawers import drawer_names, split_drawer_id
+from vigil.assets.making import make
 from vigil.housegen import GENERATOR_VERSION, check_house, generate, spec_for
 from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.housegen.thor_export import export_thor

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.database import AssetDatabase
+from vigil.assets.making import make
 from vigil.errors import HouseError
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import pytest
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 from vigil.housegen import generate, spec_for
 from vigil.protocol.house import House

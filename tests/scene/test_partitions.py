@@ -6,9 +6,9 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
+from vigil.assets.making import make
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import EpisodeError
 from vigil.protocol.actions import Look, Navigate

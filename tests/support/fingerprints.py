@@ -13,9 +13,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from vigil.assets import MAKERS, make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset, Joint, Part, Solid, Surface
+from vigil.assets.making import MAKERS, make
 from vigil.base.versions import GRAMMAR_VERSION, SHAPES_VERSION
 from vigil.protocol.actions import Coordinates, Reply, ReplyPolicy
 from vigil.protocol.profile import Profile

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.drawers import DRAWER, drawer_names, drawer_of, split_drawer_id
 from vigil.base.files import read_file
@@ -223,6 +222,8 @@ def _own_drawer(asset_id: str) -> AssetEntry | None:
     own = _OWN_ID.fullmatch(chest_id)
     if own is None or own[1] not in CATALOG:
         return None
+    from vigil.assets.making import make  # noqa: PLC0415 - loads every maker
+
     chest = _own_entry(chest_id, own[1])
     asset = make(chest.category, chest.size, chest.variant)
     return AssetEntry(DRAWER, drawer_of(asset, name)[0].size, chest.variant) if name in drawer_names(asset) else None

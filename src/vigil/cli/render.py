@@ -8,9 +8,9 @@ import numpy as np
 import typer
 from PIL import Image
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
+from vigil.assets.making import make
 from vigil.authoring.drafting.procthor import DATASET
 from vigil.authoring.drafting.sources import house_at
 from vigil.base.geometry import Pose, Vec3

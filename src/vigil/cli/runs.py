@@ -9,7 +9,6 @@ import typer
 
 from vigil.agents.registry import is_known
 from vigil.agents.scripted import SCRIPTS
-from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import Imports, RunArgument
 from vigil.cli.models import source_of_coordinates
 from vigil.cli.progress import progress, run_progress
@@ -127,13 +126,15 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
 def _with_agent(settings: RunSettings) -> RunSettings:
     """Return the settings with the factory of an agent with hidden sight. Raises SettingError on an unknown agent."""
     name = settings.agent
-    if name in PRIVILEGED:
-        return replace(settings, agent_factory=privileged_agent)
-    if name is not None and not is_known(name):
+    if name is None or is_known(name):
+        return settings
+    from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent  # noqa: PLC0415 - loads the simulator
+
+    if name not in PRIVILEGED:
         known = (*PRIVILEGED, *SCRIPTS)
         hint = did_you_mean(name, known)
         raise SettingError(f"Agent {name!r} does not exist.{hint} Choose one of {', '.join(known)}, or exec:COMMAND.")
-    return settings
+    return replace(settings, agent_factory=privileged_agent)
 
 
 def _print_estimate(plan: RunPlan) -> None:

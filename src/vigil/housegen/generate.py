@@ -3,7 +3,6 @@ checks.
 """
 
 import numpy as np
-from scipy import ndimage
 
 from vigil.assets.database import AssetDatabase
 from vigil.assets.drawers import drawer_names
@@ -169,6 +168,8 @@ def _free_start(
     plan: RoomLayout, floors: dict[int, Floor], pieces: list[PlacedObject], rng: np.random.Generator
 ) -> Pose | None:
     """Return a pose at a free place in a random room, with most furniture in view; None without a free place."""
+    from scipy import ndimage  # noqa: PLC0415 - loads over 200 modules
+
     floor = floors[pick(rng, plan.rooms).number]
     free = floor.free_grid([])
     for rect in floor.clear:

@@ -23,7 +23,6 @@ from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.runner.workers.resimulation import FactDifference
 from vigil.scoring.saved_run import read_run
-from vigil.sim.thor.start import require_engine
 
 SAME_HOST = ("machine", "python", "numpy", "processor")
 """Host facts that must be equal for bit-identical numbers; the results of libraries depend on processor features."""
@@ -146,6 +145,8 @@ def _worker_plan(pack: Pack, header: RunHeader, settings: VerifySettings) -> Wor
     """Return the plan of the workers. Raises SettingError or RecordError if the simulator or assets are missing."""
     backend = settings.backend or header.spec.simulator
     if backend == "thor":
+        from vigil.sim.thor.start import require_engine  # noqa: PLC0415 - loads the parts of AI2-THOR
+
         require_engine(header.simulator_version, instead="--records-only checks what needs no simulator.")
     return WorkerPlan(
         pack=pack.folder,

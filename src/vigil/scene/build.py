@@ -11,11 +11,11 @@ import re
 
 import numpy as np
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG, FLOOR
 from vigil.assets.database import AssetDatabase, AssetEntry
 from vigil.assets.drawers import body_of, drawer_names
 from vigil.assets.kernel.asset import Asset, Surface
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3, wrap_deg
 from vigil.errors import HouseError
 from vigil.protocol.house import Door, House, HouseObject, Opening

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.assets import MAKERS
 from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.database import AssetDatabase
 from vigil.assets.kernel.asset import Asset
+from vigil.assets.making import MAKERS
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import House
 from vigil.scene.geometry import bounding_box, joint_motion, joint_of

@@ -9,11 +9,11 @@ from collections.abc import Callable
 from vigil.assets.database import AssetDatabase
 from vigil.errors import SettingError
 from vigil.protocol.observation import Quality
-from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.privileged import PrivilegedSimulator
 
 
 def _fake(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
+    from vigil.sim.core.embedded import EmbeddedSimulator  # noqa: PLC0415 - loads the rules of the world
     from vigil.sim.engines.fake import FakeEngine  # noqa: PLC0415 - loads SciPy
 
     del quality  # its frames are always coarse
@@ -21,6 +21,7 @@ def _fake(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
 
 
 def _mujoco(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
+    from vigil.sim.core.embedded import EmbeddedSimulator  # noqa: PLC0415 - loads the rules of the world
     from vigil.sim.engines.mujoco.engine import MujocoEngine  # noqa: PLC0415 - loads MuJoCo
 
     return EmbeddedSimulator(MujocoEngine(quality), assets)

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
+from vigil.assets.making import make
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import SimulatorError
 from vigil.protocol.house import MaterialRef

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import along_longest, lengthwise, quarter_turned
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vigil.assets import MAKERS, ROWS
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.rows import maker_of, makers_in
+from vigil.assets.making import MAKERS, ROWS
 from vigil.base.geometry import Vec3
 
 SIZE = Vec3(0.4, 1.0, 0.2)

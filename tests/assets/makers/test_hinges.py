@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 from vigil.scene.geometry import joint_motion
 

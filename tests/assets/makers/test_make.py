@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from vigil import assets
-from vigil.assets import MAKERS, make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.materials import material
+from vigil.assets.making import MAKERS, make
 from vigil.base.geometry import Vec3
 
 USUAL = {"ShowerDoor": Vec3(0.8, 2.0, 0.1)}

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import shapely
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 
 HANDLE_M = 0.09

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset, Part
 from vigil.assets.kernel.materials import material
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 
 LIT = ("CellPhone", "Desktop", "Laptop", "Television", "DeskLamp", "FloorLamp", "CeilingLamp", "LightSwitch", "Candle")

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset, Surface
+from vigil.assets.making import make
 
 NEAR_M = 0.02
 SPOTS = ((0.0, 0.0), (0.3, 0.3), (-0.3, 0.3), (0.3, -0.3), (-0.3, -0.3))

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from vigil.assets import MAKERS
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.palette import nearest_word
+from vigil.assets.making import MAKERS
 from vigil.authoring.language.appearance import (
     MIN_SEAT_COLOUR_SHARE,
     colour_shares,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.database import AssetDatabase
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 from vigil.housegen import generate, spec_for
 from vigil.housegen.checking.leaf_collisions import LeafCollisions, drawn_triangles

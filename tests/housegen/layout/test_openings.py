@@ -1,7 +1,7 @@
 import pytest
 
-from vigil.assets import make
 from vigil.assets.database import AssetDatabase
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 from vigil.housegen import generate
 from vigil.housegen.base.randomness import generator

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
+from vigil.assets.making import make
 from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.errors import EpisodeError
 from vigil.protocol.actions import InteractPixel

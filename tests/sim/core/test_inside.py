@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from vigil.assets import MAKERS, make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
+from vigil.assets.making import MAKERS, make
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.goals import ObjectAtReceptacle
 from vigil.protocol.house import MaterialRef

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.database import AssetDatabase
 from vigil.assets.kernel.asset import Asset
+from vigil.assets.making import make
 from vigil.base.geometry import Pose, Vec3, yaw_towards
 from vigil.protocol.actions import InteractPixel, Look
 from vigil.protocol.world import ObjectSetup, Placement, Setup

@@ -13,7 +13,6 @@ from functools import lru_cache
 import numpy as np
 import pandas as pd
 from scipy.special import chdtrc, ndtr, ndtri, stdtrit
-from scipy.stats import binom
 
 from vigil.scoring.rates import Interval
 
@@ -125,7 +124,7 @@ def _sign_flip_p(gains: np.ndarray) -> float:
     likely = np.ones(1)
     for size, count in zip(sizes.tolist(), counts.tolist(), strict=True):
         signs = np.zeros(2 * size * count + 1)
-        signs[:: 2 * size] = binom.pmf(np.arange(count + 1), count, 0.5)
+        signs[:: 2 * size] = [math.comb(count, k) / 2**count for k in range(count + 1)]
         likely = np.convolve(likely, signs)
     reach = len(likely) // 2
     is_as_far = np.abs(np.arange(-reach, reach + 1)) >= abs(int(gains.sum()))

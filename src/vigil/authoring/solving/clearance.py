@@ -9,7 +9,6 @@ from collections.abc import Mapping
 
 import numpy as np
 import shapely
-from scipy.sparse.csgraph import dijkstra
 from shapely.geometry.base import BaseGeometry
 
 from vigil.scene.floor import Point2, grid_graph
@@ -107,6 +106,8 @@ class RoutesTo:
     """The cheapest ways from all cells to one place, given their clearances."""
 
     def __init__(self, grid: ClearanceGrid, clearances: np.ndarray, place: Point2) -> None:
+        from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules
+
         self._grid = grid
         goal = tuple(int(index) for index in grid.cells(np.array([place]))[0])
         is_open = clearances >= MIN_CLEARANCE_M

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 from shapely.geometry.base import BaseGeometry
 
 from vigil.authoring.solving.clearance import ClearanceGrid
@@ -108,6 +107,8 @@ class PrivilegedView:
 
     def click_pixel(self, thing_id: str) -> tuple[int, int] | None:
         """Return the pixel of a thing that is farthest from all that is not the thing; None if it is out of view."""
+        from scipy import ndimage  # noqa: PLC0415 - loads over 200 modules
+
         pixels = self._simulator.pixels_of(thing_id)
         if not len(pixels):
             return None
@@ -115,7 +116,7 @@ class PrivilegedView:
         columns, rows = ((pixels - pixels.min(axis=0)) // stride + 1).T
         mask = np.zeros((rows.max() + 2, columns.max() + 2), dtype=bool)
         mask[rows, columns] = True
-        depths = np.asarray(distance_transform_edt(mask))[rows, columns] * stride
+        depths = np.asarray(ndimage.distance_transform_edt(mask))[rows, columns] * stride
         border = np.minimum.reduce(
             [pixels[:, 0], pixels[:, 1], FRAME_WIDTH - 1 - pixels[:, 0], FRAME_HEIGHT - 1 - pixels[:, 1]]
         )

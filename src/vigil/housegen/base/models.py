@@ -5,9 +5,9 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from vigil.assets import make
 from vigil.assets.database import AssetDatabase, own_asset_id
 from vigil.assets.kernel.asset import Asset, Surface
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3, rotate_floor
 from vigil.scene.geometry import joint_motion, solid_corners
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.assets import make
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 from vigil.housegen.base.models import Rect
 from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled

@@ -8,9 +8,9 @@ things hang on the wall or from the ceiling. Curtains and blinds hang in front o
 
 import numpy as np
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG, CEILING, FLOOR, WALL
 from vigil.assets.kernel.asset import Asset, Surface
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 from vigil.scene.things import Thing
 

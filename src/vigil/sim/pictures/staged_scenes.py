@@ -9,9 +9,9 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import Color, MaterialRef
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
 from vigil.assets.kernel.asset import Glow
+from vigil.assets.making import make
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Scene, Thing

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import shapely
 
-from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Glow
+from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import MaterialRef
 from vigil.scene.things import RoomShape, Scene, Thing
