@@ -16,7 +16,8 @@ import psutil
 
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose
-from vigil.housegen import SPECS, generate
+from vigil.housegen.base.spec import SPECS
+from vigil.housegen.generate import generate
 from vigil.protocol.actions import Navigate
 from vigil.protocol.house import House
 from vigil.protocol.world import Setup

@@ -31,7 +31,7 @@ from vigil.base.json_lines import dump_line
 from vigil.cli import main as vigil_main
 from vigil.env import Env
 from vigil.errors import VigilError
-from vigil.housegen import check_house
+from vigil.housegen.checking.check import check_house
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
 from vigil.protocol.episode import Episode

@@ -26,7 +26,8 @@ from vigil.base.geometry import Pose, Vec3
 from vigil.base.json_lines import append_line, read_lines
 from vigil.cli.progress import progress
 from vigil.errors import VigilError
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.packs.pack import PACKAGED
 from vigil.protocol.house import House
 from vigil.scene.supports import contents, level_surfaces

@@ -47,6 +47,7 @@ LAZY = {
     "inspect_ai",
     "av",
     "scipy",
+    "matplotlib",
     "vigil.runner.models.inspect_model",
     "vigil.runner.inspect_task",
     "vigil.runner.ray_cluster",

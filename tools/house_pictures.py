@@ -9,7 +9,8 @@ from shapely import Polygon, contains_xy
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3, heading
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.plan_image import draw_plan, side_by_side

@@ -20,7 +20,8 @@ from matplotlib.axes import Axes
 from tools.house_measures import MEASURES, DistributionComparison, RoomStatistics, compare, measure
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
-from vigil.housegen import GENERATOR_VERSION, generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import GENERATOR_VERSION, generate
 from vigil.protocol.house import House
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -20,7 +20,8 @@ from vigil.agents.agent import Agent
 from vigil.assets.database import AssetDatabase
 from vigil.env import Env
 from vigil.errors import RecordError, VigilError
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
 from vigil.protocol.episode import Episode

@@ -7,7 +7,8 @@ from typing import Any
 
 from vigil.base.geometry import Pose, Vec3, rotate_floor, yaw_towards
 from vigil.errors import SettingError
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.packs.pack import Pack
 from vigil.protocol.episode import Episode, HouseRef
 from vigil.protocol.families import FAMILIES, Family

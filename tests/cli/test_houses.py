@@ -11,7 +11,8 @@ from typer.testing import CliRunner, Result
 from tests.support.fake_prior import FakePrior, as_procthor_writes
 from vigil.cli import app
 from vigil.errors import HouseError, SettingError
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.protocol.house import House
 
 

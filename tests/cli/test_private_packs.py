@@ -20,7 +20,8 @@ from vigil.authoring.drafting.sources import GeneratedHouse, houses_drawn_from
 from vigil.authoring.packing.dataset_card import CARD
 from vigil.cli import app
 from vigil.errors import ModelAPIError, SettingError
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.packs.pack import MANIFEST, Pack
 from vigil.packs.private import MIN_SECRET_SEED, REVEAL, is_private, read_seed, seed_sha256
 from vigil.protocol.profile import Profile

@@ -4,7 +4,8 @@ from functools import lru_cache
 
 import pytest
 
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.protocol.house import House
 
 SEEDS = {

@@ -7,12 +7,15 @@ from shapely import Point, Polygon
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
 from vigil.assets.drawers import split_drawer_id
-from vigil.housegen import check_house, generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.checking.check import check_house
 from vigil.housegen.furnishing.inventory import limit_of
+from vigil.housegen.generate import generate
 from vigil.protocol.house import House
 
 AGAIN = """
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 print(generate(1, spec_for("2")).sha256)
 """
 

@@ -11,7 +11,8 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
 from vigil.assets.making import make
 from vigil.base.geometry import Vec3
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.fidelity import mismatches_of, too_many_triangles

@@ -7,7 +7,7 @@ import pytest
 from tests.support.external_houses import APPLE_ID, DRESSER_ID, FORMS, TABLE_ID, furnished, thing
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Vec3
-from vigil.housegen import check_house
+from vigil.housegen.checking.check import check_house
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import bounding_box

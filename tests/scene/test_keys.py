@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.bare_house import bare_house
 from vigil.assets.database import AssetDatabase
-from vigil.housegen import check_house
+from vigil.housegen.checking.check import check_house
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.keys import IGNORED, SECTIONS, UNSUPPORTED, unsupported_keys

@@ -6,7 +6,7 @@ import pytest
 from tests.support.two_rooms import BETWEEN, door_between, point, two_rooms, without_walls_between
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
-from vigil.housegen import check_house
+from vigil.housegen.checking.check import check_house
 from vigil.protocol.house import House
 from vigil.protocol.world import Setup
 from vigil.scene.build import build_scene

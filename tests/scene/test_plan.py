@@ -8,7 +8,8 @@ import shapely
 
 from tests.support.tiny_pack import FRIDGE, MUG, SIDE, TABLE, tiny_house
 from vigil.assets.database import AssetDatabase
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import bounding_box

@@ -7,7 +7,8 @@ from pathlib import Path
 from tests.support.doc_commands import ROOT
 from tests.support.quick_runs import claim, quick
 from tests.support.thor_files import write_asset_database
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.runner.run import run_pack
 
 EPISODES = (

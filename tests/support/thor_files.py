@@ -13,7 +13,8 @@ from typing import Any
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.housegen.thor_export import export_thor
 from vigil.protocol.house import House
 

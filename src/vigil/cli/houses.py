@@ -16,9 +16,10 @@ from vigil.cli.arguments import HouseArgument, SeedFile
 from vigil.cli.progress import progress
 from vigil.cli.text import print_note
 from vigil.errors import HouseError, SettingError
-from vigil.housegen import Fault, check_house, generate, spec_for
-from vigil.housegen.checking.check import UNLOADABLE_RULES
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.checking.check import UNLOADABLE_RULES, Fault, check_house
 from vigil.housegen.document import with_seed_removed
+from vigil.housegen.generate import generate
 from vigil.housegen.survey import survey
 from vigil.housegen.thor_export import export_thor, load_materials
 from vigil.packs.private import chosen_seed, is_secret

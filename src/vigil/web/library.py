@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from itertools import chain, count
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from vigil.analysis.measures.closure import ClosureScores, closure_rates
 from vigil.assets.database import AssetDatabase
 from vigil.base.files import is_inside, resolve_inside
 from vigil.base.json_lines import is_being_written
@@ -28,6 +27,9 @@ from vigil.records.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunH
 from vigil.runner.workers.frames import FrameStore
 from vigil.scoring.saved_run import RecordTable, pack_folder
 from vigil.scoring.summary import RunScores, summarise
+
+if TYPE_CHECKING:
+    from vigil.analysis.measures.closure import ClosureScores
 
 RunState = Literal["ended", "in progress", "interrupted", "not ended"]
 """State of a run. `interrupted`: not ended, and no process writes to it; `not ended`: unknown whether one does."""
@@ -88,7 +90,7 @@ class LibraryRun:
     """State of the run's files; it changes when one of them is written to."""
     lock: threading.RLock = field(default_factory=threading.RLock, repr=False, compare=False)
     """Lock that is held while the run is read."""
-    _closure_scores: ClosureScores = field(default_factory=dict, repr=False, compare=False)
+    _closure_scores: "ClosureScores" = field(default_factory=dict, repr=False, compare=False)
     """Cached verdicts on rows of the closure-stress suite."""
     _cached_scores: tuple[RecordTable, tuple[int, int], RunScores, dict] | None = None
 
@@ -108,6 +110,8 @@ class LibraryRun:
 
     def closure(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
         """Return C and related rates by kind; None if the run's pack is not of the closure-stress suite."""
+        from vigil.analysis.measures.closure import closure_rates  # noqa: PLC0415 - loads pandas
+
         with self.lock:
             return None if self.pack is None else closure_rates(self.pack.folder, table, self._closure_scores)
 

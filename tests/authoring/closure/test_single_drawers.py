@@ -7,7 +7,8 @@ from vigil.authoring.closure.certify import Certifier
 from vigil.authoring.closure.kinds.all_of.tasks import all_of
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.sim.privileged import PrivilegedSimulator
 
 

@@ -26,7 +26,7 @@ from vigil.authoring.drafting.sources import (
 )
 from vigil.authoring.review.validate import Validator
 from vigil.errors import HouseError, RecordError, SettingError
-from vigil.housegen import spec_for
+from vigil.housegen.base.spec import spec_for
 from vigil.packs.pack import Pack
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import Family

@@ -9,7 +9,8 @@ from tests.support.fake_prior import FakePrior, as_procthor_writes
 from vigil.authoring.drafting.procthor import REVISION, NamedHouses, is_dataset, named, split_file
 from vigil.authoring.drafting.sources import HouseInFile, house_at, houses_from, read_all
 from vigil.errors import HouseError, SettingError
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.protocol.house import House
 
 

@@ -16,8 +16,9 @@ from vigil.authoring.families.si.drafts import seeking
 from vigil.authoring.families.sv.drafts import verifying
 from vigil.authoring.families.vs.drafts import searching
 from vigil.authoring.review.validate import Validator
-from vigil.housegen import generate, spec_for
 from vigil.housegen.base.merged_drawers import with_merged_drawers
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import ObjectAtReceptacle
 from vigil.protocol.house import House

@@ -16,7 +16,8 @@ from vigil.authoring.language.appearance import (
 )
 from vigil.authoring.language.referring import DescribedThing, Phrase, items_as_seen, mentions, phrase_for, referents
 from vigil.base.geometry import Vec3
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.sim.privileged import PrivilegedSimulator
 
 STOOL = Vec3(0.5, 0.45, 0.35)

@@ -13,7 +13,8 @@ from vigil.authoring.language.referring import (
     referents,
     resolve_mentions,
 )
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.scene.build import build_scene
 from vigil.scene.supports import drawers_of
 from vigil.sim.conformance.reference_house import DRESSER, WATCH, reference_house

@@ -19,7 +19,8 @@ from vigil.authoring.packing.selection import TooFewDrafts
 from vigil.cli import app
 from vigil.cli.making import pack as making
 from vigil.errors import EpisodeError, PackMismatch, SettingError
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.packs.pack import Pack
 
 MADE = ("--family", "PG", "--per-family", "1", "--seed", "5", "--workers", "1")

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from vigil.assets.database import AssetDatabase
-from vigil.housegen import Fault, check_house
+from vigil.housegen.checking.check import Fault, check_house
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.supports import surface_frame

@@ -6,8 +6,9 @@ import pytest
 from vigil.assets.database import AssetDatabase
 from vigil.assets.making import make
 from vigil.base.geometry import Vec3
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
 from vigil.housegen.checking.leaf_collisions import LeafCollisions, drawn_triangles
+from vigil.housegen.generate import generate
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import part_motion
 from vigil.scene.things import Scene, Thing

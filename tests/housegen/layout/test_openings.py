@@ -3,9 +3,9 @@ import pytest
 from vigil.assets.database import AssetDatabase
 from vigil.assets.making import make
 from vigil.base.geometry import Vec3
-from vigil.housegen import generate
 from vigil.housegen.base.randomness import generator
 from vigil.housegen.base.spec import spec_for
+from vigil.housegen.generate import generate
 from vigil.housegen.layout.floorplan import RoomLayout, plan_rooms
 from vigil.housegen.layout.openings import DOOR_HEIGHT, DOOR_VARIANTS, PlannedOpening, cut_openings
 from vigil.housegen.layout.walls import room_edges, wall_pieces

@@ -19,8 +19,9 @@ from vigil.authoring.drafting.procthor import DATASET, REVISION, SPLITS, is_data
 from vigil.base.files import MIB, open_file
 from vigil.base.json_files import read_json
 from vigil.errors import HouseError, SettingError, did_you_mean, first_error
-from vigil.housegen import generate, spec_for
+from vigil.housegen.base.spec import spec_for
 from vigil.housegen.document import with_seed_removed
+from vigil.housegen.generate import generate
 from vigil.packs.private import is_secret, secret_name, secret_subseed
 from vigil.protocol.house import MAX_HOUSE_BYTES, House
 

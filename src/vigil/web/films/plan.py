@@ -5,7 +5,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
@@ -28,13 +27,15 @@ RING_M = 0.3
 """Radius of the ring around an object that is too small to notice on a plan."""
 GROUND, INK, SOFT = (247, 246, 243), (28, 33, 38), (83, 91, 99)
 PATH, AGENT, TARGET = (11, 92, 138), (179, 55, 47), (27, 122, 83)
-_FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 
 
 @lru_cache(maxsize=16)
 def font_of(size: int, *, is_bold: bool = False) -> ImageFont.FreeTypeFont:
     """Return the font of films at a size."""
-    return ImageFont.truetype(_FONTS / ("DejaVuSans-Bold.ttf" if is_bold else "DejaVuSans.ttf"), size)
+    import matplotlib  # noqa: PLC0415 - loads over 100 modules
+
+    fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+    return ImageFont.truetype(fonts / ("DejaVuSans-Bold.ttf" if is_bold else "DejaVuSans.ttf"), size)
 
 
 class FilmPlan:
