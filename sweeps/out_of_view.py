@@ -4,8 +4,10 @@
     python -m sweeps.out_of_view --piece 3           one house again
 
 The agent stands at a random place of a house and looks a random way. One thing that can be switched, of which no pixel
-is seen there whether it is on or off, is switched; the two frames must be equal to the last byte. What a mirror shows
-is in view: where every pixel that changes is of a mirror, and one of them shows the thing there, that is counted apart.
+is seen there whether it is on or off, is switched; the two frames must be equal to the last byte. Two cases are counted
+apart, because the thing is in the frame. A mirror shows it: every pixel that changes is of a mirror, and one of them
+shows the thing. Or a sliver of it is in the frame, too thin for the count of its pixels, which samples: every pixel
+that changes is the thing's, or next to one that is.
 """
 
 import random
@@ -87,14 +89,23 @@ def _compare(simulator: EmbeddedSimulator, thing: Thing, result: PieceResult, pi
     if not change.any():
         return
     changed = np.argwhere(change)[:, ::-1]
-    if _is_mirrored(simulator, thing, changed):
-        result.counts["seen in a mirror"] += 1
-        return
+    for name, is_in_frame in (("seen in a mirror", _is_mirrored), ("seen as a sliver", _is_sliver)):
+        if is_in_frame(simulator, thing, changed):
+            result.counts[name] += 1
+            return
     is_plain = int((change > VISIBLE_LEVELS).sum()) > VISIBLE_PX
     result.counts["changed"] += 1
     result.counts["changed to be seen at a glance"] += is_plain
     detail = f"{where}: {len(changed)} pixels, by {change.max()} levels at most"
     result.failures.append(Failure(f"{thing.category} out of view changed pixels", detail, f"--piece {piece}"))
+
+
+def _is_sliver(simulator: EmbeddedSimulator, thing: Thing, pixels: np.ndarray) -> bool:
+    """Return whether all pixels (n, 2) belong to a thing or adjoin a pixel that does."""
+    agent, things = simulator.world(()).agent, list(simulator.scene().things.values())
+    met, _ = simulator.meets(agent.eye, directions(agent, pixels))
+    own = pixels[[number >= 0 and things[number] is thing for number in met]]
+    return bool(len(own)) and all(np.abs(own - pixel).max(axis=1).min() <= 1 for pixel in pixels)
 
 
 def _is_mirrored(simulator: EmbeddedSimulator, thing: Thing, pixels: np.ndarray) -> bool:
