@@ -6,9 +6,6 @@ side has its own rules. Source: `protocol.md` section 8, decision 30.
 
 from collections.abc import Callable, Iterator, Sequence
 
-import numpy as np
-
-from vigil.authoring.closure.partly_open import can_be_partly_open, gap_evidence, is_partly_open
 from vigil.authoring.closure.receptacle_space import fits_on
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.twins import (
@@ -21,23 +18,22 @@ from vigil.authoring.drafting.generation import SolvedSide
 from vigil.authoring.language.referring import items_of
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
-from vigil.authoring.review.rules import ALMOST_CLOSED, MARGIN_PX, WIDE_OPEN
+from vigil.authoring.review.rules import ALMOST_CLOSED, WIDE_OPEN
 from vigil.authoring.review.validate import BUDGET_SHARE, Finding, Validator
+from vigil.authoring.solving.evidence import shows_all, viewpoint_showing
 from vigil.authoring.solving.goal_actions import is_doable
-from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
+from vigil.authoring.solving.partly_open import can_be_partly_open, gap_evidence, is_partly_open
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import carry_out
-from vigil.authoring.solving.viewpoints import Viewpoint, ViewpointQuery, viewpoints
 from vigil.base.exported import loaded
-from vigil.base.geometry import Pose, floor_distance
+from vigil.base.geometry import floor_distance
 from vigil.errors import EpisodeError
 from vigil.packs.pack import protocol_faults
 from vigil.protocol.actions import Action, Report, Status
 from vigil.protocol.episode import Episode
-from vigil.protocol.goals import ObjectAtReceptacle, is_observable
+from vigil.protocol.goals import ObjectAtReceptacle
 from vigil.protocol.house import House
-from vigil.scene.geometry import body_box, box_distances
 from vigil.scoring.closure import (
     CLOSURE_KINDS,
     CONCEDED,
@@ -49,17 +45,12 @@ from vigil.scoring.closure import (
     Evidence,
     Kind,
     Reason,
-    is_in_picture,
     score_closure,
 )
 from vigil.sim.privileged import PrivilegedSimulator
 
 MIN_LOOKING_SHARE = 0.5
 """Least share of the step budget for looking at everything that is asked about."""
-EVIDENCE_DISTANCE_M = (0.5, 4.0)
-"""Distances (m) from a thing between which views of its evidence are looked for."""
-MAX_LOOKS = 80
-"""Greatest number of views tried for evidence."""
 SUMMARY = "Done."
 """Summary of the report that closes the second side."""
 BrokenRules = Iterator[tuple[str, str]]
@@ -157,7 +148,7 @@ class Certifier:
                 yield "gap_visible", f"{thing.id!r} starts at openness {thing.openness}"
                 continue
             try:
-                self._viewpoint_showing((gap_evidence(thing, thing.openness),))
+                viewpoint_showing(self._view, (gap_evidence(thing, thing.openness),))
             except Unsolvable:
                 yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from close by"
 
@@ -239,9 +230,9 @@ class Certifier:
         left = [(each,) for each in answer.evidence] if is_of_many else [answer.evidence]
         while left:
             nearest = min(left, key=lambda evidence: self._distance_to(evidence[0]))
-            for action in macro_actions.go(self._viewpoint_showing(nearest)):
+            for action in macro_actions.go(viewpoint_showing(self._view, nearest)):
                 yield action
-                left = [evidence for evidence in left if not self._shows_all(self._view.agent, evidence)]
+                left = [evidence for evidence in left if not shows_all(self._view, self._view.agent, evidence)]
             if nearest in left:
                 raise Unsolvable(f"Where the walk to {nearest[0].object_id!r} ends, its evidence is not seen.")
 
@@ -249,36 +240,6 @@ class Certifier:
         """Return the floor distance (m) of a thing from the agent, with its id to break ties."""
         thing = self._view.scene.things[evidence.object_id]
         return floor_distance(self._view.agent.position, thing.position), thing.id
-
-    def _viewpoint_showing(self, evidence: tuple[Evidence, ...]) -> Viewpoint:
-        """Return the nearest viewpoint that clearly shows all evidence at once. Raises Unsolvable if there is none."""
-        thing = self._view.scene.things[evidence[0].object_id]
-        spots = [each.spot for each in evidence if each.object_id == thing.id and each.spot is not None]
-        points = np.array(spots) if spots else surface_points(thing)
-        box, most = body_box(thing), min(EVIDENCE_DISTANCE_M[1], *(each.within_m for each in evidence))
-
-        def near(places: np.ndarray) -> np.ndarray:
-            away = box_distances(box, places)
-            return np.where((away >= EVIDENCE_DISTANCE_M[0]) & (away <= most), 0.0, np.inf)
-
-        query = ViewpointQuery(thing.id, points, near, may_tilt=True, least_seen=1, through_glass=True)
-        for number, viewpoint in enumerate(viewpoints(self._view, self._view.walks(), query)):
-            if number >= MAX_LOOKS:
-                break
-            if self._shows_all(viewpoint.pose, evidence):
-                return viewpoint
-        raise Unsolvable("No reachable place from which all evidence is seen at once.")
-
-    def _shows_all(self, pose: Pose, evidence: tuple[Evidence, ...]) -> bool:
-        """Return whether all evidence is clearly seen from a pose."""
-        with self._view.at_pose(pose):
-            states = self._view.world({each.object_id for each in evidence}).objects
-        clear = [
-            is_observable(states[each.object_id]) and states[each.object_id].visible_px >= each.min_px + MARGIN_PX
-            for each in evidence
-        ]
-        places = [(each.spot, each.within_m) for each in evidence if each.spot is not None]
-        return all(clear) and all(is_in_picture(pose, *place) for place in places)
 
     def _faults_of_second_side(
         self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]
