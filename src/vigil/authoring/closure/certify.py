@@ -4,7 +4,7 @@ The possible side satisfies the rules of its family (`vigil.authoring.review`), 
 side has its own rules. Source: `protocol.md` section 8, decision 30.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from vigil.authoring.closure.receptacle_space import fits_on
 from vigil.authoring.closure.tasks import ClosureTask
@@ -32,7 +32,7 @@ from vigil.errors import EpisodeError
 from vigil.packs.pack import protocol_faults
 from vigil.protocol.actions import Action, Report, Status
 from vigil.protocol.episode import Episode
-from vigil.protocol.goals import ObjectAtReceptacle
+from vigil.protocol.goals import Goal, GoalPart, ObjectAtReceptacle
 from vigil.protocol.house import House
 from vigil.scoring.closure import (
     CLOSURE_KINDS,
@@ -135,22 +135,9 @@ class Certifier:
         """Yield (rule, message) for the faults of a side under the rules of the suite and its kind."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if "clear_openness" in exempt_of(task):
-            yield from self._faults_of_gaps(episode)
+            yield from faults_of_gaps(self._view, sorted(episode.setup.objects))
         if task.kind in FAULTS_BY_KIND:
             yield from FAULTS_BY_KIND[task.kind](self._view, task, episode, actions)
-
-    def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
-        """Yield the faults of things that are neither closed, nor wide open, nor visibly partly open from close by."""
-        for thing in (self._view.scene.things[name] for name in sorted(episode.setup.objects)):
-            if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
-                continue
-            if not (can_be_partly_open(thing) and is_partly_open(thing.openness)):
-                yield "gap_visible", f"{thing.id!r} starts at openness {thing.openness}"
-                continue
-            try:
-                viewpoint_showing(self._view, (gap_evidence(thing, thing.openness),))
-            except Unsolvable:
-                yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from close by"
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
         """Return the answers of twins. Raises BrokenRule if they are not twins, or the impossible side is possible."""
@@ -167,7 +154,7 @@ class Certifier:
             self._begin(second)
             return [answer, ClosureAnswer(episode_id=second.id, side=sides[1], certificate=plan, **facts)]
         reason = self._reason(task, second, house)
-        refusal = self._search_refusal(second)
+        refusal = search_refusal(self._view, second.goal)
         certificate = Certificate(removed=task.removed, has_plan=False, refusal=refusal)
         exact: tuple[Status, ...] = CONCEDED if reason in FAIL_REASONS else CONCEDED[::-1]
         facts |= {"side": sides[1], "accepted": exact, "reason": reason, "certificate": certificate}
@@ -190,24 +177,6 @@ class Certifier:
                 raise BrokenRule("twin_impossible", f"{task.removed!r} is present and not broken")
             return "broken"
         return reason_for_absence(meant, items_of(self._view.scene).values())
-
-    def _search_refusal(self, second: Episode) -> str:
-        """Return the result of the exhaustive search in words. Raises BrokenRule if it finds a way."""
-        macro_actions = MacroActions(self._view, may_tilt=True, is_exhaustive=True)
-        goal, target = second.goal, self._view.scene.things[second.goal.object_id]
-        if not target.is_present:
-            return f"{target.id!r} is not in the house."
-        if isinstance(goal, ObjectAtReceptacle):
-            if fits_on(self._view.scene, target.id, goal.receptacle_id):
-                raise BrokenRule(
-                    "twin_impossible", f"{target.id!r} also has room on {goal.receptacle_id!r} on this side"
-                )
-            return f"{target.id!r} has no room on {goal.receptacle_id!r}, wherever it is put and however it is turned."
-        if is_doable(second.goal, macro_actions):
-            raise BrokenRule("twin_impossible", "the goal can also be reached on this side")
-        if target.is_broken:
-            return f"{target.id!r} is out of order."
-        return f"No reachable place from which it works on {target.id!r}."
 
     def _show_evidence_and_report(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
         """Return the actions that show all evidence and then report.
@@ -266,6 +235,37 @@ class Certifier:
             self._simulator.reset(episode.start, episode.setup)
         except EpisodeError as error:
             raise BrokenRule("can_be_set_up", str(error)) from None
+
+
+def faults_of_gaps(view: PrivilegedView, object_ids: Iterable[str]) -> BrokenRules:
+    """Yield the faults of things that are neither closed, nor wide open, nor visibly partly open from close by."""
+    for thing in (view.scene.things[name] for name in object_ids):
+        if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
+            continue
+        if not (can_be_partly_open(thing) and is_partly_open(thing.openness)):
+            yield "gap_visible", f"{thing.id!r} starts at openness {thing.openness}"
+            continue
+        try:
+            viewpoint_showing(view, (gap_evidence(thing, thing.openness),))
+        except Unsolvable:
+            yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from close by"
+
+
+def search_refusal(view: PrivilegedView, goal: Goal | GoalPart) -> str:
+    """Return in words why an exhaustive search finds no way to a goal. Raises BrokenRule if it finds one."""
+    macro_actions = MacroActions(view, may_tilt=True, is_exhaustive=True)
+    target = view.scene.things[goal.object_id]
+    if not target.is_present:
+        return f"{target.id!r} is not in the house."
+    if isinstance(goal, ObjectAtReceptacle):
+        if fits_on(view.scene, target.id, goal.receptacle_id):
+            raise BrokenRule("twin_impossible", f"{target.id!r} also has room on {goal.receptacle_id!r} on this side")
+        return f"{target.id!r} has no room on {goal.receptacle_id!r}, wherever it is put and however it is turned."
+    if is_doable(goal, macro_actions):
+        raise BrokenRule("twin_impossible", "the goal can also be reached on this side")
+    if target.is_broken:
+        return f"{target.id!r} is out of order."
+    return f"No reachable place from which it works on {target.id!r}."
 
 
 def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> ClosureTask:

@@ -1,6 +1,7 @@
 """Evidence: what must be seen of a thing to know something of it, and viewpoints from which it is clearly seen."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from itertools import islice
 
 import numpy as np
 
@@ -10,7 +11,8 @@ from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.viewpoints import Viewpoint, ViewpointQuery, viewpoints
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
-from vigil.protocol.goals import is_observable
+from vigil.protocol.goals import is_observable, is_state_observable
+from vigil.protocol.world import StateQuery
 from vigil.scene.geometry import body_box, box_distances, place_of
 from vigil.scene.supports import level_surfaces
 from vigil.scene.things import Thing
@@ -22,6 +24,8 @@ EVIDENCE_MARGIN_PX = 20
 """Visible pixels beyond the least ones in a view that is looked for."""
 EVIDENCE_DISTANCE_M = (0.5, 4.0)
 """Distances (m) from a thing between which views of its evidence are looked for."""
+CLEAR_STATE_PX, STATE_WITHIN_M = 200, 3.5
+"""Least pixels that clearly show a state, and greatest distance (m) from the thing in a view that is looked for."""
 MAX_LOOKS = 80
 """Greatest number of views tried for evidence."""
 NOTICE_READABLE_M = 2.0
@@ -64,19 +68,41 @@ def viewpoint_showing(view: PrivilegedView, evidence: Sequence[Evidence]) -> Vie
     thing = view.scene.things[evidence[0].object_id]
     spots = [each.spot for each in evidence if each.object_id == thing.id and each.spot is not None]
     points = np.array(spots) if spots else surface_points(thing)
-    box, most = body_box(thing), min(EVIDENCE_DISTANCE_M[1], *(each.within_m for each in evidence))
+    most_m = min(EVIDENCE_DISTANCE_M[1], *(each.within_m for each in evidence))
+    found = _viewpoint_where(view, thing, points, most_m, lambda pose: shows_all(view, pose, evidence))
+    if found is None:
+        raise Unsolvable("No reachable place from which all evidence is seen at once.")
+    return found
+
+
+def viewpoint_showing_state(view: PrivilegedView, thing_id: str, query: StateQuery) -> Viewpoint:
+    """Return the nearest viewpoint that clearly shows a thing's state. Raises Unsolvable if there is none."""
+    thing = view.scene.things[thing_id]
+
+    def shows(pose: Pose) -> bool:
+        with view.at_pose(pose):
+            state = view.state_of(thing_id)
+        return state.visible and state.state_px(query) >= CLEAR_STATE_PX and is_state_observable(state, query)
+
+    found = _viewpoint_where(view, thing, surface_points(thing), STATE_WITHIN_M, shows)
+    if found is None:
+        raise Unsolvable(f"No reachable place from which the state of {thing_id!r} is clearly seen.")
+    return found
+
+
+def _viewpoint_where(
+    view: PrivilegedView, thing: Thing, points: np.ndarray, most_m: float, is_good: Callable[[Pose], bool]
+) -> Viewpoint | None:
+    """Return the nearest viewpoint of points (n, 3) at most `most_m` from a thing that is good; None without one."""
+    box = body_box(thing)
 
     def near(places: np.ndarray) -> np.ndarray:
         away = box_distances(box, places)
-        return np.where((away >= EVIDENCE_DISTANCE_M[0]) & (away <= most), 0.0, np.inf)
+        return np.where((away >= EVIDENCE_DISTANCE_M[0]) & (away <= most_m), 0.0, np.inf)
 
     query = ViewpointQuery(thing.id, points, near, may_tilt=True, least_seen=1, through_glass=True)
-    for number, viewpoint in enumerate(viewpoints(view, view.walks(), query)):
-        if number >= MAX_LOOKS:
-            break
-        if shows_all(view, viewpoint.pose, evidence):
-            return viewpoint
-    raise Unsolvable("No reachable place from which all evidence is seen at once.")
+    tried = islice(viewpoints(view, view.walks(), query), MAX_LOOKS)
+    return next((viewpoint for viewpoint in tried if is_good(viewpoint.pose)), None)
 
 
 def shows_all(view: PrivilegedView, pose: Pose, evidence: Sequence[Evidence]) -> bool:

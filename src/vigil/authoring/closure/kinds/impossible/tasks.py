@@ -75,7 +75,7 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
         target = context.thing(episode.goal.object_id)
         if target.is_structure or target.is_pickupable or not is_furniture(target):
             continue
-        furniture = context.things(lambda thing, target=target: _may_block(context, thing, target))
+        furniture = context.things(lambda thing, target=target: may_block(context, thing, target))
         for blocker in furniture[:TRIED_FURNITURE]:
             for spot in placements_in_the_way(context, target, blocker, episode.setup):
                 if _is_never_in_view(context, episode, blocker, spot):
@@ -94,7 +94,8 @@ def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, mov
     return found
 
 
-def _may_block(context: HouseContext, thing: Thing, target: Thing) -> bool:
+def may_block(context: HouseContext, thing: Thing, target: Thing) -> bool:
+    """Return whether a piece of furniture may keep a target from opening: it is bare, and in the target's room."""
     is_kind = thing.category in BLOCKERS and not thing.is_pickupable and thing.parent is None
     is_bare, room_at = not children(context.view.scene, thing.id), context.view.room_at
     return is_kind and is_bare and thing.id != target.id and room_at(thing.position) == room_at(target.position)
@@ -113,10 +114,10 @@ def _broken_tasks(context: HouseContext) -> Tasks:
 def _no_room_tasks(context: HouseContext) -> Tasks:
     stands = context.things(lambda thing: thing.category in STANDS and thing.is_receptacle and thing.parent is None)
     for stand in stands:
-        occupants = context.things(lambda thing, stand=stand: _may_occupy(context, thing, stand))
+        occupants = context.things(lambda thing, stand=stand: may_occupy(context, thing, stand))
         for occupant in occupants[:MAX_OCCUPANTS_TRIED]:
             taken = next(placements_on(stand, occupant, inside=False), None)
-            if taken is None or not _takes_enough_room(stand, occupant):
+            if taken is None or not takes_enough_room(stand, occupant):
                 continue
             targets = context.things(
                 lambda thing, stand=stand: can_be_put(thing, stand) and not children(context.view.scene, thing.id)
@@ -125,14 +126,15 @@ def _no_room_tasks(context: HouseContext) -> Tasks:
             yield from islice(found, 1)
 
 
-def _takes_enough_room(stand: Thing, occupant: Thing) -> bool:
+def takes_enough_room(stand: Thing, occupant: Thing) -> bool:
     """Return whether a thing takes up at least `MIN_OCCUPIED_SHARE` of a stand's largest upper surface."""
     tops = [surface for surface, _ in level_surfaces(stand) if not surface.is_inside]
     area = max((top.size_x * top.size_z for top in tops), default=0.0)
     return occupant.asset.size.x * occupant.asset.size.z >= MIN_OCCUPIED_SHARE * area
 
 
-def _may_occupy(context: HouseContext, thing: Thing, stand: Thing) -> bool:
+def may_occupy(context: HouseContext, thing: Thing, stand: Thing) -> bool:
+    """Return whether a machine may leave no room on a stand, on which it does not stand yet."""
     is_bare = not children(context.view.scene, thing.id) and not thing.is_structure
     return thing.category in OCCUPANTS and not thing.is_pickupable and is_bare and thing.parent != stand.id
 
