@@ -10,12 +10,12 @@ from vigil.errors import RecordError
 from vigil.protocol.actions import InteractPixel
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
-from vigil.protocol.goals import describe_goal
 from vigil.protocol.profile import Profile
 from vigil.protocol.replies import read_reply
 from vigil.protocol.world import WorldState
 from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.scoring.goal_check import GoalRow, check
+from vigil.scoring.goal_words import describe_goal
 from vigil.scoring.outcomes import Outcome
 from vigil.web.phrases import CATEGORIES, action_words, click_of, effect_words, verdict_words
 

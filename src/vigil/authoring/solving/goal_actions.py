@@ -21,6 +21,7 @@ from vigil.protocol.goals import (
     STRICTLY_OPEN,
     AgentNearTarget,
     AllOf,
+    Chores,
     Goal,
     ObjectAtReceptacle,
     ObjectHeld,
@@ -63,6 +64,9 @@ def reach_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
             yield from achieve_goal(goal, macro_actions)
         case AllOf():
             yield from _achieve_all(goal, macro_actions)
+        case Chores():
+            for part in (part for chore in goal.chores for part in chore.parts):
+                yield from reach_goal(part, macro_actions)
         case _:
             assert_never(goal)
 
@@ -99,6 +103,8 @@ def report_summary(goal: Goal, name_of: Callable[[str], str], status: Status) ->
             return f"I put {target} {'in' if goal.inside else 'on'} {name_of(goal.receptacle_id)}."
         case AllOf():
             return " ".join(report_summary(part, name_of, status) for part in goal.parts)
+        case Chores():
+            return "I did the chores." if status == "success" else "I did what could be done."
         case _:
             assert_never(goal)
 
