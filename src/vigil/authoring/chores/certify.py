@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from vigil.authoring.chores.claim_controls import false_claims
+from vigil.authoring.chores.claim_controls import false_claims, with_claims
 from vigil.authoring.chores.compose import ListTask
 from vigil.authoring.chores.rules import (
     BrokenRules,
@@ -25,13 +25,13 @@ from vigil.authoring.drafting.generation import SolvedSide
 from vigil.authoring.language.referring import items_of
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.validate import Finding, Validator
-from vigil.authoring.solving.chores import ChorePlan, evidence_of, plan_chores
+from vigil.authoring.solving.chores import ChorePlan, UnsolvableChore, evidence_of, plan_chores
 from vigil.authoring.solving.goal_actions import expected_status
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import carry_out, solve
 from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
-from vigil.protocol.actions import Action, Status
+from vigil.protocol.actions import Action, Report, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import Chores
 from vigil.protocol.house import House
@@ -103,6 +103,8 @@ class ListCertifier:
             self._simulator.reset(episode.start, episode.setup)
             actions = carry_out(solve(episode, self._view), self._view)
         except Unsolvable as error:
+            if isinstance(error, UnsolvableChore):
+                task.unsolvable.add(task.chores[error.place].sentence)
             return [], [Finding(episode.id, "solvable", str(error))]
         budget = budget_for(len(actions), episode.instruction)
         final = episode.model_copy(update={"max_steps": budget, "max_invalid": invalid_limit(budget)})
@@ -194,6 +196,9 @@ class ListCertifier:
         if record.end == "error":
             yield "closes_correctly", record.error.message if record.error else "it ended as an error"
             return
+        report = actions[-1]
+        assert isinstance(report, Report)
+        record = with_claims(record, report.claims or {})
         outcome = score_list(answer, episode, record)
         for number, each in enumerate(outcome.chores, start=1):
             if not each.B or (answer.chores[number - 1].is_possible and not each.W_strict):

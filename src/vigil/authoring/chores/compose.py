@@ -40,7 +40,7 @@ SOURCES: dict[str, tuple[Callable[[HouseContext], Proposals], int]] = {
 }
 """Source of single chores -> its function, and the greatest number of its chores in one home."""
 MAX_PAIRS_OF_HOME = 12
-PAIRS = {3: 1, 4: 1, 5: 1, 6: 2, 7: 2, 8: 2, 9: 3, 10: 3}
+PAIRS = {3: 1, 4: 1, 5: 1, 6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
 """Number of chores -> number of pairs with which a list begins."""
 MAX_IMPOSSIBLE_SHARE, MAX_KIND_SHARE = 0.34, 0.4
 """Greatest shares of the chores of a list that cannot be met, and that are of one kind."""
@@ -66,6 +66,8 @@ class ListTask:
     episode: Episode
     chores: tuple[ProposedChore, ...]
     entanglement: Entanglement
+    unsolvable: set[str] = field(default_factory=set, compare=False, repr=False)
+    """Sentences of the home's chores that the solver could not do; further lists do without them."""
 
     @property
     def instruction(self) -> str:
@@ -83,6 +85,8 @@ class HomePool:
     """Identity of a chore or pair -> number of lists that hold it."""
     of_kind: Counter[ChoreKind] = field(default_factory=Counter)
     """Kind -> number of chores in lists of the home."""
+    unsolvable: set[str] = field(default_factory=set)
+    """Sentences of chores that the solver could not do."""
 
 
 def pool_of(context: HouseContext) -> HomePool:
@@ -107,7 +111,7 @@ def compositions(context: HouseContext, pool: HomePool, count: int) -> Iterator[
             continue
         for chore in found.chores:
             pool.of_kind[chore.kind] += 1
-        yield found
+        yield replace(found, unsolvable=pool.unsolvable)
 
 
 def _chosen(context: HouseContext, pool: HomePool, count: int) -> list[ProposedChore] | None:
@@ -116,7 +120,9 @@ def _chosen(context: HouseContext, pool: HomePool, count: int) -> list[ProposedC
     noise = rng.random(len(pool.pairs))
     for index in sorted(range(len(pool.pairs)), key=lambda index: (pool.uses[id(pool.pairs[index])], noise[index])):
         pair = pool.pairs[index]
-        if len(chosen) < 2 * PAIRS[count] and all(_goes_with(each, chosen, strictly=True) for each in pair):
+        can_be_done = not any(each.sentence in pool.unsolvable for each in pair)
+        is_free = can_be_done and all(_goes_with(each, chosen, strictly=True) for each in pair)
+        if len(chosen) < 2 * PAIRS[count] and is_free:
             chosen += pair
             pool.uses[id(pair)] += 1
     for _ in range(TRIED_CHORES):
@@ -143,7 +149,8 @@ def _next_single(
         offered = context.rng.permutation(len(pool.singles[kind]))
         for index in sorted(offered, key=lambda index: pool.uses[id(pool.singles[kind][index])]):
             chore = pool.singles[kind][index]
-            if _goes_with(chore, chosen, strictly=kind not in ENTANGLED):
+            can_be_done = chore.sentence not in pool.unsolvable
+            if can_be_done and _goes_with(chore, chosen, strictly=kind not in ENTANGLED):
                 return chore
     return None
 

@@ -17,6 +17,7 @@ from vigil.authoring.language.wording import opening_phrase, pronoun_slots
 from vigil.authoring.review.containers import BELONGS_IN
 from vigil.authoring.review.placements import placements_on
 from vigil.authoring.solving.evidence import surface_evidence
+from vigil.authoring.solving.goal_actions import closed_containers_around
 from vigil.protocol.goals import Chore, ObjectAtReceptacle, ObjectInState
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.supports import children
@@ -53,7 +54,7 @@ def putting(context: HouseContext, goal: ObjectAtReceptacle, setup: Setup) -> Pr
     """Return the chore of putting an object somewhere, in the words that mean it with a setup; None without words."""
     if not context.can_begin(setup):
         return None
-    phrases = context.phrase(goal.object_id), context.phrase(goal.receptacle_id)
+    phrases = _phrase_of_object(context, goal.object_id), context.phrase(goal.receptacle_id)
     context.begin(Setup())
     if phrases[0] is None or phrases[1] is None:
         return None
@@ -67,6 +68,13 @@ def putting(context: HouseContext, goal: ObjectAtReceptacle, setup: Setup) -> Pr
         changes=setup.objects,
         distractor=distractor,
     )
+
+
+def _phrase_of_object(context: HouseContext, thing_id: str) -> Phrase | None:
+    """Return a phrase that means a thing; if it lies in a closed container, the phrase names that. None without one."""
+    if closed_containers_around(context.view, thing_id):
+        return phrase_by_support(context, context.items[thing_id])
+    return context.phrase(thing_id)
 
 
 def _sentence(context: HouseContext, goal: ObjectAtReceptacle, target: Phrase, receptacle: Phrase) -> str:
@@ -92,7 +100,7 @@ def put_away(context: HouseContext) -> Proposals:
             openness = float(context.rng.integers(2))
             setup = Setup(objects={container.id: ObjectSetup(openness=openness, is_toggled=is_toggled)})
             found = putting(context, goal, setup)
-            phrases = context.phrase(target.id), context.phrase(container.id)
+            phrases = _phrase_of_object(context, target.id), context.phrase(container.id)
             if found is None or None in phrases:
                 continue
             parts = opening_phrase(container.category, str(phrases[1]))

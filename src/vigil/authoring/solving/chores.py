@@ -32,6 +32,14 @@ BLOCKER = "blocker_{}"
 """Role of the furniture that keeps the thing of a chore from opening, or leaves no room on it."""
 
 
+class UnsolvableChore(Unsolvable):
+    """The solver finds no way to do the chore at a place of a list."""
+
+    def __init__(self, place: int, message: str) -> None:
+        super().__init__(f"Chore {place + 1}: {message}")
+        self.place = place
+
+
 @dataclass(frozen=True, slots=True)
 class ChorePlan:
     """The order in which to do a list."""
@@ -48,7 +56,7 @@ class ChorePlan:
 def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Action]:
     """Yield the actions that do all chores of a list that can be done, and the report with true claims.
 
-    Raises Unsolvable if there is no way.
+    Raises UnsolvableChore if there is no way to do one.
     """
     goal, view = episode.goal, macro_actions.view
     assert isinstance(goal, Chores)
@@ -61,10 +69,13 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
     claims: dict[int, Status] = {}
     held = [_is_done(chore, view) for chore in goal.chores]
     for place in plan.order:
-        if place in conceded:
-            yield from _look(episode, place, macro_actions)
-        else:
-            yield from _do(episode, place, macro_actions, was_held=held[place])
+        try:
+            if place in conceded:
+                yield from _look(episode, place, macro_actions)
+            else:
+                yield from _do(episode, place, macro_actions, was_held=held[place])
+        except Unsolvable as error:
+            raise UnsolvableChore(place, str(error)) from None
     for place, chore in enumerate(goal.chores):
         undone = "success" if _is_done(chore, view) else conceded.get(place, "fail")
         claims[place + 1] = undone if chore.question is None else expected_status(chore.question, view)
