@@ -136,7 +136,7 @@ class Validator:
         `actions` is its recorded solution, else the solver finds one. `exempt` are rules about starts that are not
         applied.
         """
-        fault = self._begin_fault(episode, house)
+        fault = self.begin_fault(episode, house)
         if fault is not None:
             return ValidationResult((fault,))
         start = EpisodeStart(episode, house, self._view)
@@ -163,7 +163,7 @@ class Validator:
 
     def robustness(self, episode: Episode, house: House) -> tuple[Finding, ...]:
         """Return the rules of `vigil.authoring.review.robustness` that a valid episode breaks."""
-        fault = self._begin_fault(episode, house)
+        fault = self.begin_fault(episode, house)
         if fault is not None:
             return (fault,)
         case = EpisodeStart(episode, house, self._view)
@@ -174,7 +174,7 @@ class Validator:
         self._begin(episode, house)
         return self._replay(episode, actions)
 
-    def _begin_fault(self, episode: Episode, house: House) -> Finding | None:
+    def begin_fault(self, episode: Episode, house: House) -> Finding | None:
         """Reset to an episode; return a finding if that is impossible, else None."""
         try:
             check_house(episode, house)

@@ -114,7 +114,7 @@ def achieve_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
 
     Closed containers around an object that is to be held are opened first. Raises Unsolvable if there is no way.
     """
-    if _holds(goal, macro_actions.view):
+    if holds(goal, macro_actions.view):
         return
     if isinstance(goal, ObjectAtReceptacle):
         yield from _pick_up_target(goal, macro_actions)
@@ -133,7 +133,7 @@ def perform_regardless(goal: Goal, macro_actions: MacroActions) -> Steps:
     if isinstance(goal, AllOf):
         for part in goal.parts:
             yield from perform_regardless(part, macro_actions)
-    elif isinstance(goal, ObjectInState) and goal.state != "is_visible" and _holds(goal, macro_actions.view):
+    elif isinstance(goal, ObjectInState) and goal.state != "is_visible" and holds(goal, macro_actions.view):
         undone = goal.model_copy(update={"value": not goal.value})
         viewpoint, pixel = macro_actions.find_click(_intent_of(undone), goal.object_id)
         yield from macro_actions.go(viewpoint)
@@ -193,7 +193,8 @@ def is_doable(goal: Goal, macro_actions: MacroActions) -> bool:
     return True
 
 
-def _holds(goal: Goal, view: PrivilegedView) -> bool:
+def holds(goal: Goal, view: PrivilegedView) -> bool:
+    """Return whether a goal that an interaction brings about holds strictly in the current state."""
     thing = view.scene.things[goal.object_id]
     if isinstance(goal, ObjectAtReceptacle):
         surface = surface_named(view.scene.things[goal.receptacle_id], thing.surface)

@@ -12,6 +12,7 @@ import numpy as np
 
 from vigil.authoring.solving import primitive_actions
 from vigil.authoring.solving.ablated_solvers import ABLATIONS, ablated_solver
+from vigil.authoring.solving.chores import solve_chores
 from vigil.authoring.solving.constraint_actions import resolve_constraint
 from vigil.authoring.solving.goal_actions import Steps, achieve_goal, expected_status, perform_regardless, reach_goal
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
@@ -21,6 +22,7 @@ from vigil.errors import SettingError
 from vigil.protocol.actions import Action, InteractPixel, Reply, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
+from vigil.protocol.goals import Chores
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -47,6 +49,9 @@ def solve_noisily(episode: Episode, view: PrivilegedView, seed: int = 0) -> Step
 def solve_with(episode: Episode, macro_actions: MacroActions) -> Steps:
     """Yield the actions that solve an episode with the given macro actions. Raises Unsolvable if there is no way."""
     goal, view = episode.goal, macro_actions.view
+    if isinstance(goal, Chores):
+        yield from solve_chores(episode, macro_actions)
+        return
     for link in goal.chain:
         yield from achieve_goal(link, macro_actions)
     if goal.constraint is not None:

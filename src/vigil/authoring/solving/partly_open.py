@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vigil.authoring.closure.tasks import EVIDENCE_PX
+from vigil.authoring.solving.evidence import EVIDENCE_PX
 from vigil.authoring.solving.look_targets import surface_points
 from vigil.base.geometry import Vec3
 from vigil.scene.things import Thing
