@@ -195,9 +195,7 @@ class ListOutcome:
         return None if chore.done is None else self.outcome.steps - chore.done
 
 
-def score_list(
-    answer: ListAnswer, episode: Episode, record: EpisodeRecord, *, has_claims: bool = True
-) -> ListOutcome:
+def score_list(answer: ListAnswer, episode: Episode, record: EpisodeRecord, *, has_claims: bool = True) -> ListOutcome:
     """Return the verdict on one record. Raises RecordError as `vigil.scoring.outcomes.score` does.
 
     `has_claims` says whether the run's profile asks for claims. Raises EpisodeError for an answer that does not fit the

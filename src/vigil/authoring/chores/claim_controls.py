@@ -62,4 +62,7 @@ def _opposite(claim: ChoreClaim) -> ChoreClaim:
 def _differs(claims: Claims, true: Claims) -> bool:
     """Return whether claims differ from the true ones, where all concessions are alike."""
     conceded = {"fail": "conceded", "invalid": "conceded"}
-    return any(conceded.get(claims.get(number, ""), claims.get(number)) != conceded.get(claim, claim) for number, claim in true.items())
+    return any(
+        conceded.get(claims.get(number, ""), claims.get(number)) != conceded.get(claim, claim)
+        for number, claim in true.items()
+    )

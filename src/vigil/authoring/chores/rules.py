@@ -36,9 +36,7 @@ def faults_of_words(case: EpisodeStart) -> BrokenRules:
     """Yield (rule, message) where a sentence, read back by itself, does not mean what its chore is about."""
     goal = case.episode.goal
     assert isinstance(goal, Chores)
-    for number, (line, chore) in enumerate(
-        zip(read_list(case.episode.instruction), goal.chores, strict=True), start=1
-    ):
+    for number, (line, chore) in enumerate(zip(read_list(case.episode.instruction), goal.chores, strict=True), start=1):
         alone = EpisodeStart(case.episode.model_copy(update={"instruction": line}), case.house, case.view)
         yield from ((rule, f"chore {number}: {fault}") for rule, fault in _faults_of_line(alone, chore))
 
@@ -121,5 +119,3 @@ def faults_of_order(plan: ChorePlan, answers: Sequence[ChoreAnswer]) -> BrokenRu
     for place, answer in enumerate(answers):
         if (answer.kind == "order") != (place in ordered):
             yield "entangled_as_answered", f"chore {place + 1} is of kind {answer.kind}"
-
-
