@@ -4,6 +4,7 @@ The solver does all that can be done and claims truly, within its share of the b
 Source: `protocol.md` section 9, decision 62.
 """
 
+import re
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -98,18 +99,20 @@ class ListCertifier:
         episode = task.episode
         found, answer = self._answered(episode, house, task.chores)
         if found or answer is None:
+            task.faulty.update(task.chores[place].chore for place in blamed(found))
             return [], found
         try:
             self._simulator.reset(episode.start, episode.setup)
             actions = carry_out(solve(episode, self._view), self._view)
         except Unsolvable as error:
             if isinstance(error, UnsolvableChore):
-                task.unsolvable.add(task.chores[error.place].sentence)
+                task.faulty.add(task.chores[error.place].chore)
             return [], [Finding(episode.id, "solvable", str(error))]
         budget = budget_for(len(actions), episode.instruction)
         final = episode.model_copy(update={"max_steps": budget, "max_invalid": invalid_limit(budget)})
         answer = answer.model_copy(update={"solver_steps": len(actions)})
         found = [Finding(episode.id, *broken) for broken in self._faults_of_solution(final, answer, house, actions)]
+        task.faulty.update(task.chores[place].chore for place in blamed(found))
         return ([], found) if found else ([SolvedSide(final, actions, answer)], [])
 
     def verify(self, episode: Episode, answer: ListAnswer, house: House, actions: Sequence[Action]) -> list[Finding]:
@@ -213,7 +216,13 @@ def _faults_of_record(answer: ListAnswer, record: EpisodeRecord) -> BrokenRules:
             yield "margins", f"step {step.index} is refused ({step.effect.refusal})"
     for number, chore in enumerate(answer.chores, start=1):
         if evidence_seen(chore.evidence, record) not in (None, 1.0):
-            yield "evidence_seen", f"not all evidence of chore {number} is seen"
+            yield "evidence_seen", f"chore {number}: not all evidence is seen"
+
+
+def blamed(findings: Sequence[Finding]) -> list[int]:
+    """Return the places of the chores that findings name."""
+    named = (re.match(r"[Cc]hore (\d+)\b", finding.message) for finding in findings)
+    return [int(found[1]) - 1 for found in named if found is not None]
 
 
 def entangled_with(plan: ChorePlan, place: int, kind: ChoreKind) -> tuple[int, ...]:

@@ -61,5 +61,8 @@ def _opposite(claim: ChoreClaim) -> ChoreClaim:
 
 def _differs(claims: Claims, true: Claims) -> bool:
     """Return whether claims differ from the true ones, where all concessions are alike."""
-    conceded = {"fail": "conceded", "invalid": "conceded"}
-    return any(conceded.get(claims.get(number, ""), claims.get(number)) != conceded.get(claim, claim) for number, claim in true.items())
+    return any(_conceded(claims.get(number)) != _conceded(claim) for number, claim in true.items())
+
+
+def _conceded(claim: ChoreClaim | None) -> ChoreClaim | None:
+    return "fail" if claim == "invalid" else claim

@@ -42,9 +42,7 @@ def list_facts(context: HouseContext, side: SolvedSide) -> DraftFacts:
     """Return the facts over which packs of lists are balanced."""
     rooms = context.simulator.scene().rooms
     area_m2 = round(sum(room_floor(room).area for room in rooms), 1)
-    return DraftFacts(
-        category=CATEGORY, rooms=len(rooms), area_m2=area_m2, distance_m=0.0, is_seen_by_turning=False
-    )
+    return DraftFacts(category=CATEGORY, rooms=len(rooms), area_m2=area_m2, distance_m=0.0, is_seen_by_turning=False)
 
 
 CHORES_GRAMMAR = Grammar("chores grammar", chores_proposer, chores_checker, shares_limits=False, facts_of=list_facts)
