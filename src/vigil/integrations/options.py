@@ -28,7 +28,11 @@ class EpisodeOptions(BaseModel):
     houses: tuple[int, int] | None = Field(
         None, description="range of a stream's houses: the first, and the one after the last; all from 0 on if unset"
     )
-    profile: str = Field("baseline", description="`baseline`, or `action_feedback` with its two booleans")
+    profile: str = Field(
+        "baseline",
+        description="`baseline`, `action_feedback` with its two booleans, or `itemised_report` with a claim about each "
+        "chore",
+    )
     coordinates: Coordinates = Field("pixel", description="coordinates of clicks: `pixel` or `normalized_1000`")
     reply_policy: ReplyPolicy = Field("strict", description="how a text is read: `strict` or `lenient`")
     backend: str = Field("mujoco", description="the simulator's backend")

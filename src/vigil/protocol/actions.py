@@ -19,7 +19,7 @@ LookDirection = Literal["up", "down"]
 Intent = Literal["ground", "open_access", "close_access", "activate", "deactivate", "pick", "place", "drop"]
 Status = Literal["success", "fail", "unsafe", "invalid", "on", "off", "open", "closed"]
 
-ChoreClaim = Status | Literal["unknown"]
+ChoreClaim = Literal["success", "fail", "unsafe", "invalid", "on", "off", "open", "closed", "unknown"]
 """What a report claims about one chore of a list; `unknown` claims nothing."""
 
 STEP_M = 0.25
