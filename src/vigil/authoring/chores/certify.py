@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from vigil.authoring.chores.claim_controls import false_claims, with_claims
+from vigil.authoring.chores.claim_controls import false_claims
 from vigil.authoring.chores.compose import ListTask
 from vigil.authoring.chores.rules import (
     BrokenRules,
@@ -32,10 +32,11 @@ from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import carry_out, solve
 from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
-from vigil.protocol.actions import Action, Report, Status
+from vigil.protocol.actions import Action, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import Chores
 from vigil.protocol.house import House
+from vigil.protocol.profile import ITEMISED_REPORT
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.chore_answers import ChoreAnswer, ChoreKind, ListAnswer, list_kind
 from vigil.scoring.chores import score_list
@@ -91,7 +92,7 @@ class ListCertifier:
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
-        self._validator = Validator(simulator)
+        self._validator = Validator(simulator, profile=ITEMISED_REPORT)
         self._view = PrivilegedView(simulator)
 
     def certify(self, task: ListTask, house: House) -> tuple[list[SolvedSide], list[Finding]]:
@@ -199,15 +200,12 @@ class ListCertifier:
         if record.end == "error":
             yield "closes_correctly", record.error.message if record.error else "it ended as an error"
             return
-        report = actions[-1]
-        assert isinstance(report, Report)
-        record = with_claims(record, report.claims or {})
-        outcome = score_list(answer, episode, record)
+        outcome = score_list(answer, episode, record, has_claims=True)
         for number, each in enumerate(outcome.chores, start=1):
             if not each.B or (answer.chores[number - 1].is_possible and not each.W_strict):
                 yield "closes_correctly", f"chore {number}: W={each.W:d} B={each.B:d} ({each.label})"
         yield from _faults_of_record(answer, record)
-        yield from (("false_claims_fail", name) for name in false_claims(answer, episode, record))
+        yield from (("false_claims_fail", name) for name in false_claims(outcome, episode, record))
 
 
 def _faults_of_record(answer: ListAnswer, record: EpisodeRecord) -> BrokenRules:
