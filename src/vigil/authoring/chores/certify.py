@@ -4,12 +4,13 @@ The solver does all that can be done and claims truly, within its share of the b
 Source: `protocol.md` section 9, decision 62.
 """
 
+import re
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from vigil.authoring.chores.claim_controls import false_claims, with_claims
+from vigil.authoring.chores.claim_controls import false_claims
 from vigil.authoring.chores.compose import ListTask
 from vigil.authoring.chores.rules import (
     BrokenRules,
@@ -31,10 +32,11 @@ from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import carry_out, solve
 from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
-from vigil.protocol.actions import Action, Report, Status
+from vigil.protocol.actions import Action, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import Chores
 from vigil.protocol.house import House
+from vigil.protocol.profile import ITEMISED_REPORT
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.chore_answers import ChoreAnswer, ChoreKind, ListAnswer, list_kind
 from vigil.scoring.chores import score_list
@@ -90,7 +92,7 @@ class ListCertifier:
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
-        self._validator = Validator(simulator)
+        self._validator = Validator(simulator, profile=ITEMISED_REPORT)
         self._view = PrivilegedView(simulator)
 
     def certify(self, task: ListTask, house: House) -> tuple[list[SolvedSide], list[Finding]]:
@@ -98,18 +100,20 @@ class ListCertifier:
         episode = task.episode
         found, answer = self._answered(episode, house, task.chores)
         if found or answer is None:
+            task.faulty.update(task.chores[place].chore for place in blamed(found))
             return [], found
         try:
             self._simulator.reset(episode.start, episode.setup)
             actions = carry_out(solve(episode, self._view), self._view)
         except Unsolvable as error:
             if isinstance(error, UnsolvableChore):
-                task.unsolvable.add(task.chores[error.place].sentence)
+                task.faulty.add(task.chores[error.place].chore)
             return [], [Finding(episode.id, "solvable", str(error))]
         budget = budget_for(len(actions), episode.instruction)
         final = episode.model_copy(update={"max_steps": budget, "max_invalid": invalid_limit(budget)})
         answer = answer.model_copy(update={"solver_steps": len(actions)})
         found = [Finding(episode.id, *broken) for broken in self._faults_of_solution(final, answer, house, actions)]
+        task.faulty.update(task.chores[place].chore for place in blamed(found))
         return ([], found) if found else ([SolvedSide(final, actions, answer)], [])
 
     def verify(self, episode: Episode, answer: ListAnswer, house: House, actions: Sequence[Action]) -> list[Finding]:
@@ -196,15 +200,12 @@ class ListCertifier:
         if record.end == "error":
             yield "closes_correctly", record.error.message if record.error else "it ended as an error"
             return
-        report = actions[-1]
-        assert isinstance(report, Report)
-        record = with_claims(record, report.claims or {})
-        outcome = score_list(answer, episode, record)
+        outcome = score_list(answer, episode, record, has_claims=True)
         for number, each in enumerate(outcome.chores, start=1):
             if not each.B or (answer.chores[number - 1].is_possible and not each.W_strict):
                 yield "closes_correctly", f"chore {number}: W={each.W:d} B={each.B:d} ({each.label})"
         yield from _faults_of_record(answer, record)
-        yield from (("false_claims_fail", name) for name in false_claims(answer, episode, record))
+        yield from (("false_claims_fail", name) for name in false_claims(outcome, episode, record))
 
 
 def _faults_of_record(answer: ListAnswer, record: EpisodeRecord) -> BrokenRules:
@@ -213,7 +214,13 @@ def _faults_of_record(answer: ListAnswer, record: EpisodeRecord) -> BrokenRules:
             yield "margins", f"step {step.index} is refused ({step.effect.refusal})"
     for number, chore in enumerate(answer.chores, start=1):
         if evidence_seen(chore.evidence, record) not in (None, 1.0):
-            yield "evidence_seen", f"not all evidence of chore {number} is seen"
+            yield "evidence_seen", f"chore {number}: not all evidence is seen"
+
+
+def blamed(findings: Sequence[Finding]) -> list[int]:
+    """Return the places of the chores that findings name."""
+    named = (re.match(r"[Cc]hore (\d+)\b", finding.message) for finding in findings)
+    return [int(found[1]) - 1 for found in named if found is not None]
 
 
 def entangled_with(plan: ChorePlan, place: int, kind: ChoreKind) -> tuple[int, ...]:

@@ -11,17 +11,17 @@ from vigil.authoring.chores.pairs import Pair, pairs
 from vigil.authoring.chores.placements import absent, no_room, put, put_away
 from vigil.authoring.chores.proposed import Proposals, ProposedChore
 from vigil.authoring.chores.sentences import OPENINGS
-from vigil.authoring.chores.states import acts, broken, conditional, locked, make_sure, questions, refused
+from vigil.authoring.chores.states import acts, blocked, broken, conditional, locked, make_sure, questions, refused
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.solving.chore_order import Entanglement, length_of
-from vigil.authoring.solving.chores import BLOCKER, PLACE, plan_chores
+from vigil.authoring.solving.chores import BLOCKER, OBSTACLE, PLACE, plan_chores
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.base.geometry import Pose
 from vigil.base.numbered_list import write_list
 from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
 from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
-from vigil.protocol.goals import Chores
+from vigil.protocol.goals import Chore, Chores
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scoring.chore_answers import ChoreKind
 
@@ -33,6 +33,7 @@ SOURCES: dict[str, tuple[Callable[[HouseContext], Proposals], int]] = {
     "questions": (questions, 8),
     "conditional": (conditional, 6),
     "refused": (refused, 4),
+    "blocked": (blocked, 4),
     "absent": (absent, 5),
     "broken": (broken, 4),
     "locked": (locked, 2),
@@ -44,6 +45,8 @@ PAIRS = {3: 1, 4: 1, 5: 1, 6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
 """Number of chores -> number of pairs with which a list begins."""
 MAX_IMPOSSIBLE_SHARE, MAX_KIND_SHARE = 0.34, 0.4
 """Greatest shares of the chores of a list that cannot be met, and that are of one kind."""
+MAX_USES = 3
+"""Greatest number of lists of one home that hold the same chore."""
 TRIED_CHORES = 60
 """Number of chores that are tried for one list."""
 TRIED_TEXT_ORDERS = 40
@@ -53,7 +56,7 @@ START_HORIZON_DEG = 15.0
 SINGLE_KINDS: tuple[ChoreKind, ...] = (
     *("plain", "question", "already", "impossible", "refused", "conditional", "look_alike"),
 )
-ROLES = {"place": PLACE, "blocker": BLOCKER}
+ROLES = {"place": PLACE, "blocker": BLOCKER, "obstacle": OBSTACLE}
 """Role of a proposed chore -> pattern of the role in an episode, which has the chore's number."""
 ENTANGLED: frozenset[ChoreKind] = frozenset({"plain", "already"})
 """Kinds of chores that may concern the same things as others."""
@@ -66,8 +69,8 @@ class ListTask:
     episode: Episode
     chores: tuple[ProposedChore, ...]
     entanglement: Entanglement
-    unsolvable: set[str] = field(default_factory=set, compare=False, repr=False)
-    """Sentences of the home's chores that the solver could not do; further lists do without them."""
+    faulty: set[Chore] = field(default_factory=set, compare=False, repr=False)
+    """Goals of the home's chores that broke a rule; further lists do without them."""
 
     @property
     def instruction(self) -> str:
@@ -85,8 +88,8 @@ class HomePool:
     """Identity of a chore or pair -> number of lists that hold it."""
     of_kind: Counter[ChoreKind] = field(default_factory=Counter)
     """Kind -> number of chores in lists of the home."""
-    unsolvable: set[str] = field(default_factory=set)
-    """Sentences of chores that the solver could not do."""
+    faulty: set[Chore] = field(default_factory=set)
+    """Goals of chores that broke a rule in a list."""
 
 
 def pool_of(context: HouseContext) -> HomePool:
@@ -111,7 +114,7 @@ def compositions(context: HouseContext, pool: HomePool, count: int) -> Iterator[
             continue
         for chore in found.chores:
             pool.of_kind[chore.kind] += 1
-        yield replace(found, unsolvable=pool.unsolvable)
+        yield replace(found, faulty=pool.faulty)
 
 
 def _chosen(context: HouseContext, pool: HomePool, count: int) -> list[ProposedChore] | None:
@@ -120,7 +123,7 @@ def _chosen(context: HouseContext, pool: HomePool, count: int) -> list[ProposedC
     noise = rng.random(len(pool.pairs))
     for index in sorted(range(len(pool.pairs)), key=lambda index: (pool.uses[id(pool.pairs[index])], noise[index])):
         pair = pool.pairs[index]
-        can_be_done = not any(each.sentence in pool.unsolvable for each in pair)
+        can_be_done = pool.uses[id(pair)] < MAX_USES and not any(each.chore in pool.faulty for each in pair)
         is_free = can_be_done and all(_goes_with(each, chosen, strictly=True) for each in pair)
         if len(chosen) < 2 * PAIRS[count] and is_free:
             chosen += pair
@@ -142,14 +145,17 @@ def _next_single(
     """Return a chore of the rarest kind that goes with the chosen ones, the least used first; None without one."""
     kinds = Counter(each.kind for each in chosen)
     noise = dict(zip(SINGLE_KINDS, context.rng.random(len(SINGLE_KINDS)), strict=True))
-    for kind in sorted(SINGLE_KINDS, key=lambda kind: (pool.of_kind[kind] + 3 * kinds[kind], noise[kind])):
+    ranked: list[tuple[float, float, ChoreKind]] = [
+        (pool.of_kind[kind] + 3 * kinds[kind], noise[kind], kind) for kind in SINGLE_KINDS
+    ]
+    for _, _, kind in sorted(ranked):
         share = MAX_IMPOSSIBLE_SHARE if kind == "impossible" else MAX_KIND_SHARE
         if kinds[kind] + 1 > max(1, share * count):
             continue
         offered = context.rng.permutation(len(pool.singles[kind]))
         for index in sorted(offered, key=lambda index: pool.uses[id(pool.singles[kind][index])]):
             chore = pool.singles[kind][index]
-            can_be_done = chore.sentence not in pool.unsolvable
+            can_be_done = chore.chore not in pool.faulty and pool.uses[id(chore)] < MAX_USES
             if can_be_done and _goes_with(chore, chosen, strictly=kind not in ENTANGLED):
                 return chore
     return None

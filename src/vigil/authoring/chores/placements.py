@@ -101,13 +101,15 @@ def put_away(context: HouseContext) -> Proposals:
             setup = Setup(objects={container.id: ObjectSetup(openness=openness, is_toggled=is_toggled)})
             found = putting(context, goal, setup)
             phrases = _phrase_of_object(context, target.id), context.phrase(container.id)
-            if found is None or None in phrases:
+            if found is None or phrases[0] is None or phrases[1] is None:
                 continue
             parts = opening_phrase(container.category, str(phrases[1]))
             shut = parts.whole if parts.piece == "it" else parts.piece
             words = {"target": str(phrases[0]), "receptacle": str(phrases[1]), "shut": shut, "whole": parts.whole}
             is_shut = ObjectInState(object_id=container.id, state="is_open", value=False)
-            sentence = context.say(PUT_AWAY, **words)
+            is_placed = phrases[0] != phrases[0].without_place
+            sentences = Sentences(_unstacked(PUT_AWAY.public), _unstacked(PUT_AWAY.held_out)) if is_placed else PUT_AWAY
+            sentence = context.say(sentences, **words)
             yield replace(found, form="put_away", sentence=sentence, chore=Chore(parts=(goal, is_shut)))
 
 

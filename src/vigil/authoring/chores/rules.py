@@ -13,10 +13,12 @@ from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.wording_rules import worded_badly
 from vigil.authoring.solving.chore_order import ChoreModel, length_of
 from vigil.authoring.solving.chores import ChorePlan
-from vigil.authoring.solving.goal_actions import closed_containers_around
+from vigil.authoring.solving.goal_actions import closed_containers_around, is_doable
+from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.base.numbered_list import read_list
 from vigil.packs.pack import CHORES_SUITE, protocol_faults
 from vigil.protocol.goals import Chore, Chores, ObjectAtReceptacle, ObjectInState, ReportStatus
+from vigil.scene.things import Thing
 from vigil.scoring.chore_answers import ChoreAnswer
 
 LONGER = 1.25
@@ -84,9 +86,9 @@ def faults_of_states(case: EpisodeStart, answers: Sequence[ChoreAnswer]) -> Brok
         is_done = model.is_done(chore, model.initial)
         is_any_undone |= not is_done and answer.is_possible
         if answer.kind == "already" and not is_done:
-            yield "holds_already", f"chore {number} does not hold at the start"
+            yield "holds_already", f"chore {number}: it does not hold at the start"
         if answer.kind not in ("already", "order", "question") and is_done:
-            yield "goal_unmet", f"chore {number} holds at the start"
+            yield "goal_unmet", f"chore {number}: it holds at the start"
         if chore.condition is not None and model.holds(chore.condition, model.initial) != chore.is_met:
             yield "condition_judged", f"the condition of chore {number} is not as its goal says"
         yield from ((rule, f"chore {number}: {fault}") for rule, fault in _faults_of_kind(case, chore, answer))
@@ -102,10 +104,20 @@ def _faults_of_kind(case: EpisodeStart, chore: Chore, answer: ChoreAnswer) -> Br
         others = {item.id for item in confusable(items[thing.id], items.values())} if thing.is_present else set[str]()
         if answer.distractor not in others:
             yield "distinguished", f"{answer.distractor!r} cannot be taken for {thing.id!r}"
-    if answer.kind == "refused":
-        is_interlocked = CATALOG[thing.category].runs_only_when_closed and (thing.is_toggled or thing.openness > 0.0)
-        if not is_interlocked:
-            yield "refused_at_first", f"nothing refuses the act on {thing.id!r}"
+    if answer.kind == "refused" and not (_is_interlocked(thing) or _is_blocked(case, chore)):
+        yield "refused_at_first", f"nothing refuses the act on {thing.id!r}"
+
+
+def _is_interlocked(thing: Thing) -> bool:
+    """Return whether a machine runs or is open, so that it does not open or start."""
+    return CATALOG[thing.category].runs_only_when_closed and (thing.is_toggled or thing.openness > 0.0)
+
+
+def _is_blocked(case: EpisodeStart, chore: Chore) -> bool:
+    """Return whether the act of a chore does not work from anywhere at the start."""
+    part = chore.parts[0]
+    macro_actions = MacroActions(case.view, may_tilt=True, is_exhaustive=True)
+    return isinstance(part, ObjectInState) and not is_doable(part, macro_actions)
 
 
 def faults_of_order(plan: ChorePlan, answers: Sequence[ChoreAnswer]) -> BrokenRules:

@@ -1,6 +1,6 @@
 """Proposals of chores about a state: to open, close or switch something, to make sure of a state, or to say which."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from vigil.assets.catalog import CATALOG
@@ -21,18 +21,19 @@ from vigil.authoring.drafting.proposals import (
     setup_for,
     with_laptop_open,
 )
-from vigil.authoring.families.cr.drafts import is_furniture, placements_in_the_way
+from vigil.authoring.families.cr.drafts import is_furniture, is_low, obstacles, placements_in_the_way
 from vigil.authoring.families.sv.drafts import LABELS as STATE_CHANGES
 from vigil.authoring.language.wording import Act, order_slots
 from vigil.authoring.solving.evidence import notice_evidence
 from vigil.protocol.goals import STATE_LABELS, Chore, ObjectInState, ReportStatus
-from vigil.protocol.world import ObjectSetup, Setup, StateQuery
+from vigil.protocol.world import ObjectSetup, StateQuery
 from vigil.scene.things import Thing
 
 TRIED_BLOCKERS = 2
 """Number of pieces of furniture that are tried in front of one door."""
 CONDITION_LABELS: dict[Act, str] = {"close": "open", "turn_off": "on"}
 """Act that is asked for if a condition holds -> word of the condition."""
+_IMPOSSIBLE = {"kind": "impossible", "distractor": None}
 
 
 def _targets(context: HouseContext, act: Act) -> list[Thing]:
@@ -200,26 +201,42 @@ def broken(context: HouseContext) -> Proposals:
         if distractor_of(context, thing.id) is None and notice_evidence(thing) is not None:
             plain = act_on(context, thing, "turn_on")
             change = plain.changes[thing.id].model_copy(update={"is_broken": True})
-            facts = {"kind": "impossible", "form": "broken", "reason": "broken", "removed": thing.id}
-            yield replace(plain, changes={thing.id: change}, **facts)
+            changes = {thing.id: change}
+            yield replace(plain, form="broken", reason="broken", removed=thing.id, changes=changes, **_IMPOSSIBLE)
 
 
 def locked(context: HouseContext) -> Proposals:
     """Yield chores to open something before which furniture stands that cannot be carried."""
-    for thing in _targets(context, "open"):
-        is_bulky = is_furniture(thing) and not thing.is_structure and not thing.is_pickupable
-        if not is_bulky or distractor_of(context, thing.id) is not None:
-            continue
-        for blocker, change in _barriers(context, thing, setup_for(thing, "open")):
+    for thing in _bulky(context):
+        furniture = context.things(lambda each, thing=thing: may_block(context, each, thing))
+        for blocker, change in _barriers(context, thing, furniture):
             plain = act_on(context, thing, "open")
-            facts = {"kind": "impossible", "form": "locked", "reason": "locked", "removed": blocker.id}
-            yield replace(plain, changes={**plain.changes, blocker.id: change}, roles={"blocker": blocker.id}, **facts)
+            changes, roles = {**plain.changes, blocker.id: change}, {"blocker": blocker.id}
+            facts = {"form": "locked", "reason": "locked", "removed": blocker.id, "roles": roles}
+            yield replace(plain, changes=changes, **facts, **_IMPOSSIBLE)
             break
 
 
-def _barriers(context: HouseContext, thing: Thing, closed: Setup) -> Iterator[tuple[Thing, ObjectSetup]]:
-    """Yield pieces of furniture with placements in front of a thing."""
-    furniture = context.things(lambda each: may_block(context, each, thing))
-    for blocker in furniture[:TRIED_BLOCKERS]:
-        for spot in placements_in_the_way(context, thing, blocker, closed):
+def blocked(context: HouseContext) -> Proposals:
+    """Yield chores to open something before which an object lies that must first be carried away."""
+    for thing in [each for each in _bulky(context) if is_low(each)]:
+        for obstacle, change in _barriers(context, thing, obstacles(context, thing)):
+            plain = act_on(context, thing, "open")
+            changes, roles = {**plain.changes, obstacle.id: change}, {"obstacle": obstacle.id}
+            yield replace(plain, kind="refused", form="swing", changes=changes, roles=roles)
+            break
+
+
+def _bulky(context: HouseContext) -> Iterator[Thing]:
+    """Yield furniture that opens and has no look-alike."""
+    for thing in _targets(context, "open"):
+        is_bulky = is_furniture(thing) and not thing.is_structure and not thing.is_pickupable
+        if is_bulky and distractor_of(context, thing.id) is None:
+            yield thing
+
+
+def _barriers(context: HouseContext, thing: Thing, blockers: Sequence[Thing]) -> Iterator[tuple[Thing, ObjectSetup]]:
+    """Yield things with placements in front of a closed one."""
+    for blocker in blockers[:TRIED_BLOCKERS]:
+        for spot in placements_in_the_way(context, thing, blocker, setup_for(thing, "open")):
             yield blocker, ObjectSetup(placement=spot)

@@ -27,7 +27,7 @@ from vigil.protocol.families import FAMILIES
 from vigil.protocol.family import FamilySpec
 from vigil.protocol.goals import OBSERVABLE_M, OBSERVABLE_PX, AgentNearTarget, ObjectInState, ReportStatus
 from vigil.protocol.house import House
-from vigil.protocol.profile import Profile
+from vigil.protocol.profile import BASELINE, Profile, ProfileName
 from vigil.protocol.world import ObjectState
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.outcomes import score
@@ -113,15 +113,20 @@ class ValidationResult:
 class Validator:
     """A validator of episodes on one simulator."""
 
-    def __init__(self, simulator: PrivilegedSimulator, *, is_draft: bool = False) -> None:
-        """With `is_draft`, also apply rules that frozen packs may predate: wording and the best blind trials."""
+    def __init__(
+        self, simulator: PrivilegedSimulator, *, is_draft: bool = False, profile: ProfileName = BASELINE
+    ) -> None:
+        """With `is_draft`, also apply rules that frozen packs may predate: wording and the best blind trials.
+
+        Solutions are replayed under `profile`.
+        """
         for spec in FAMILIES.values():
             check_rule_names(spec)
         self._simulator = simulator
         self._is_draft = is_draft
         self._houses: dict[str, House] = {}
         self._view = PrivilegedView(simulator)
-        self._env = Env(simulator, lambda episode: self._houses[episode.house.sha256], Profile())
+        self._env = Env(simulator, lambda episode: self._houses[episode.house.sha256], Profile(name=profile))
 
     def validate(
         self,

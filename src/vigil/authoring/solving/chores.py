@@ -14,11 +14,11 @@ from vigil.authoring.solving.evidence import (
     viewpoint_showing,
     viewpoint_showing_state,
 )
-from vigil.authoring.solving.goal_actions import achieve_goal, expected_status, holds
+from vigil.authoring.solving.goal_actions import achieve_goal, expected_status, holds, is_doable
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.partly_open import can_be_partly_open, gap_evidence
 from vigil.authoring.solving.privileged_view import PrivilegedView
-from vigil.protocol.actions import Action, Report, Status
+from vigil.protocol.actions import Action, ChoreClaim, Report, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import Chore, ChorePart, Chores, ObjectAtReceptacle, ObjectInState
 from vigil.protocol.world import OPEN_ABOVE
@@ -30,6 +30,8 @@ PLACE = "place_{}"
 """Role of the thing on which the object of a chore, given by its number, is said to lie."""
 BLOCKER = "blocker_{}"
 """Role of the furniture that keeps the thing of a chore from opening, or leaves no room on it."""
+OBSTACLE = "obstacle_{}"
+"""Role of the object that must be carried away before the thing of a chore opens."""
 
 
 class UnsolvableChore(Unsolvable):
@@ -63,10 +65,11 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
     conceded = {
         place: status
         for place, chore in enumerate(goal.chores)
-        if (status := concession(chore, macro_actions)) is not None
+        if OBSTACLE.format(place + 1) not in episode.bindings
+        and (status := concession(chore, macro_actions)) is not None
     }
     plan = plan_chores(episode, view, conceded)
-    claims: dict[int, Status] = {}
+    claims: dict[int, ChoreClaim] = {}
     held = [_is_done(chore, view) for chore in goal.chores]
     for place in plan.order:
         try:
@@ -77,14 +80,20 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
         except Unsolvable as error:
             raise UnsolvableChore(place, str(error)) from None
     for place, chore in enumerate(goal.chores):
-        undone = "success" if _is_done(chore, view) else conceded.get(place, "fail")
-        claims[place + 1] = undone if chore.question is None else expected_status(chore.question, view)
+        if chore.question is not None:
+            claims[place + 1] = expected_status(chore.question, view)
+        else:
+            claims[place + 1] = _claim(conceded.get(place, "fail"), is_done=_is_done(chore, view))
     is_all_done = not conceded and "fail" not in claims.values()
     yield Report(
         status="success" if is_all_done else "fail",
         summary="I did the chores." if is_all_done else "I did what could be done.",
         claims=claims,
     )
+
+
+def _claim(otherwise: ChoreClaim, *, is_done: bool) -> ChoreClaim:
+    return "success" if is_done else otherwise
 
 
 def plan_chores(episode: Episode, view: PrivilegedView, conceded: Collection[int]) -> ChorePlan:
@@ -170,6 +179,9 @@ def _do(episode: Episode, place: int, macro_actions: MacroActions, *, was_held: 
         yield from _look(episode, place, macro_actions)
     for part in sorted(chore.parts, key=lambda part: isinstance(part, ObjectInState)):  # places come first
         if isinstance(part, ObjectInState | ObjectAtReceptacle) and not holds(part, view):
+            if (obstacle := episode.bindings.get(OBSTACLE.format(place + 1))) is not None:
+                yield from macro_actions.act("pick", obstacle)
+                yield from macro_actions.put_down(lambda part=part: is_doable(part, macro_actions))
             yield from _achieve(part, macro_actions)
 
 
