@@ -34,6 +34,10 @@ ChoreLabel = Literal[
 CHORE_LABELS: tuple[ChoreLabel, ...] = get_args(ChoreLabel)
 TRUE_LABELS: frozenset[ChoreLabel] = frozenset({"closed", "conceded", "unverified"})
 """Labels of the chores whose claim is true."""
+WITHOUT_CLAIMS = (
+    "its profile asks for no claims, so only the list is judged: W, B by the one status, and whether that is true; "
+    "T, overclaim and underclaim are not defined"
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,14 +21,10 @@ from vigil.analysis.measures.intervals import (
     tail_share,
 )
 from vigil.scoring.chore_answers import ListAnswer, answer_of, list_answers
-from vigil.scoring.chores import CHORE_LABELS, ChoreOutcome, ListOutcome, score_list
+from vigil.scoring.chores import CHORE_LABELS, WITHOUT_CLAIMS, ChoreOutcome, ListOutcome, score_list
 from vigil.scoring.rates import Interval
 from vigil.scoring.saved_run import SavedRun, read_run
 
-WITHOUT_CLAIMS = (
-    "its profile asks for no claims, so only the list is judged: W, B by the one status, and whether that is true; "
-    "T, overclaim and underclaim are not defined"
-)
 SINCE_EDGES = (0, 10, 20, 40, 80)
 """Lower ends of the classes of steps since a chore was done. The history has 20 turns."""
 POWER_CALLS = (1000, 2000, 5000, 10_000, 20_000)
