@@ -93,7 +93,7 @@ def _scores(runs: Sequence[ChoresRun]) -> Table:
         f"to the report that claims it. Protocol, section 9. {CLUSTERS}",
         "Tendencies, by thresholds of 80 and 20 %: claims all (also what does not hold), claims none, claims what it "
         "tried (and nothing else), forgets the first (leaves chore 1 unclaimed), undoes (a chore of most lists), stops "
-        "early (leaves chores undone and untouched), claims without looking (skill below 5 %).",
+        "early (reports, and leaves a chore of most lists untouched), claims regardless (skill over chance below 5 %).",
     )
     return Table("chores_scores", "Lists of chores", columns, tuple(rows), notes)
 
