@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.support.chore_lists import FAULTS, HOUSES, LISTS, PLAYS, write_lists, write_lists_run
+from tests.support.chore_lists import FAULTS, LISTS, PLAYS, write_lists, write_lists_run
 from vigil.analysis.measures.chores import (
     ChoresRun,
     by_interference,
@@ -39,10 +39,7 @@ def test_who_does_all_and_claims_truly_is_right_in_everything(runs: dict[str, Ch
     assert [scores[name] for name in ("W_share", "W", "B", "T", "skill", "status_true")] == [1.0] * 6
     assert (scores["overclaim"], scores["underclaim"], scores["interference"]) == (0.0, 0.0, 0.0)
     assert scores["labels"]["closed"] == scores["claims"]
-    assert (
-        scores["intervals"] == {"chance": scores["intervals"]["chance"], "steps": None}
-        or "T" not in scores["intervals"]
-    )
+    assert set(scores["intervals"]) <= {"chance", "steps"}  # nothing else varies
 
 
 @pytest.mark.parametrize("agent", ["blind_success", "blind_fail", "blind_coin"])
@@ -89,7 +86,7 @@ def test_without_claims_only_the_list_is_judged_and_a_note_says_so(runs: dict[st
 def test_t_by_the_number_of_chores_by_interference_and_by_the_steps_since_done(runs: dict[str, ChoresRun]):
     wrong = runs["sometimes_wrong"]
     assert {name: round(mean, 4) for name, (mean, _) in by_number(wrong).items()} == {
-        "5": round(1 - 2 / 3 / 5, 4) if HOUSES % 3 else round(1 - 4 * 2 / 60, 4),
+        "5": round(1 - 4 * 2 / 60, 4),
         "6": round(1 - 4 * 2 / 72, 4),
     }
     (low, high) = by_number(wrong)["6"][1] or (0.0, 0.0)
