@@ -87,7 +87,7 @@ def _scores(runs: Sequence[ChoresRun]) -> Table:
     notes = (
         "W: all chores hold that can be met; W share: the share of them. B: every chore is closed, that is, holds and "
         "is so claimed, or cannot be met and is conceded; without claims: W, and the one status is right. T: the share "
-        "of chores whose claim is true, beside what the same claims would give if dealt out at random, and the skill "
+        "of chores whose claim is true, next to what the same claims would give if dealt out at random, and the skill "
         "over that. Overclaim: of the chores that do not hold, those claimed as done or seen. Underclaim: of those "
         "that hold, those not so claimed. Lag: mean steps from when a chore that did not hold at the reset first held "
         f"to the report that claims it. Protocol, section 9. {CLUSTERS}",
