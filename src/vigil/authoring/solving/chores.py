@@ -1,6 +1,6 @@
 """Solver of lists of chores: it does all that can be done, in an order found by search, and claims truly."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -62,7 +62,7 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
     """
     goal, view = episode.goal, macro_actions.view
     assert isinstance(goal, Chores)
-    conceded = {
+    conceded: dict[int, Status] = {
         place: status
         for place, chore in enumerate(goal.chores)
         if OBSTACLE.format(place + 1) not in episode.bindings
@@ -83,7 +83,7 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
         if chore.question is not None:
             claims[place + 1] = expected_status(chore.question, view)
         else:
-            claims[place + 1] = _claim(conceded.get(place, "fail"), is_done=_is_done(chore, view))
+            claims[place + 1] = "success" if _is_done(chore, view) else _concession_of(place, conceded)
     is_all_done = not conceded and "fail" not in claims.values()
     yield Report(
         status="success" if is_all_done else "fail",
@@ -92,8 +92,8 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
     )
 
 
-def _claim(otherwise: ChoreClaim, *, is_done: bool) -> ChoreClaim:
-    return "success" if is_done else otherwise
+def _concession_of(place: int, conceded: Mapping[int, Status]) -> Status:
+    return conceded.get(place, "fail")
 
 
 def plan_chores(episode: Episode, view: PrivilegedView, conceded: Collection[int]) -> ChorePlan:
