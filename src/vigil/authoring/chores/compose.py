@@ -151,9 +151,8 @@ def _next_single(
         share = MAX_IMPOSSIBLE_SHARE if kind == "impossible" else MAX_KIND_SHARE
         if kinds[kind] + 1 > max(1, share * count):
             continue
-        offered = context.rng.permutation(len(pool.singles[kind]))
-        for index in sorted(offered, key=lambda index: pool.uses[id(pool.singles[kind][index])]):
-            chore = pool.singles[kind][index]
+        offered = [pool.singles[kind][index] for index in context.rng.permutation(len(pool.singles[kind]))]
+        for chore in sorted(offered, key=lambda chore: pool.uses[id(chore)]):
             can_be_done = chore.chore not in pool.faulty and pool.uses[id(chore)] < MAX_USES
             if can_be_done and _goes_with(chore, chosen, strictly=kind not in ENTANGLED):
                 return chore

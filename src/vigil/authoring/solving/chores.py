@@ -8,6 +8,8 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.solving.chore_order import ChoreModel, Entanglement, entanglement, shortest_order, walk_lengths
 from vigil.authoring.solving.evidence import (
+    can_be_partly_open,
+    gap_evidence,
     notice_evidence,
     object_evidence,
     surface_evidence,
@@ -16,7 +18,6 @@ from vigil.authoring.solving.evidence import (
 )
 from vigil.authoring.solving.goal_actions import achieve_goal, expected_status, holds, is_doable
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
-from vigil.authoring.solving.partly_open import can_be_partly_open, gap_evidence
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.protocol.actions import Action, ChoreClaim, Report, Status
 from vigil.protocol.episode import Episode
