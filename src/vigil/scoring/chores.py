@@ -34,6 +34,10 @@ ChoreLabel = Literal[
 CHORE_LABELS: tuple[ChoreLabel, ...] = get_args(ChoreLabel)
 TRUE_LABELS: frozenset[ChoreLabel] = frozenset({"closed", "conceded", "unverified"})
 """Labels of the chores whose claim is true."""
+WITHOUT_CLAIMS = (
+    "its profile asks for no claims, so only the list is judged: W, B by the one status, and whether that is true; "
+    "T, overclaim and underclaim are not defined"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +199,7 @@ class ListOutcome:
         return None if chore.done is None else self.outcome.steps - chore.done
 
 
-def score_list(answer: ListAnswer, episode: Episode, record: EpisodeRecord, *, has_claims: bool) -> ListOutcome:
+def score_list(answer: ListAnswer, episode: Episode, record: EpisodeRecord, *, has_claims: bool = True) -> ListOutcome:
     """Return the verdict on one record. Raises RecordError as `vigil.scoring.outcomes.score` does.
 
     `has_claims` says whether the run's profile asks for claims. Raises EpisodeError for an answer that does not fit the

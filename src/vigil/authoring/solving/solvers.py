@@ -11,9 +11,10 @@ from itertools import islice
 import numpy as np
 
 from vigil.authoring.solving import primitive_actions
-from vigil.authoring.solving.ablated_solvers import ABLATIONS, ablated_solver
 from vigil.authoring.solving.chores import solve_chores
 from vigil.authoring.solving.constraint_actions import resolve_constraint
+from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS, ablated_solver
+from vigil.authoring.solving.flawed.chore_faults import CHORE_FAULTS
 from vigil.authoring.solving.goal_actions import Steps, achieve_goal, expected_status, perform_regardless, reach_goal
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.noisy_actions import NoisyMacroActions
@@ -117,6 +118,7 @@ PRIVILEGED: dict[str, PrivilegedScript] = {
     "premature": _premature,
     "acts_anyway": _acts_anyway,
     **{name: ablated_solver(ablation) for name, ablation in ABLATIONS.items()},
+    **CHORE_FAULTS,
 }
 """Name of privileged agent -> its script."""
 
