@@ -138,6 +138,11 @@ class ListOutcome:
         return sum(chore.W for chore in self.possible) / len(self.possible)
 
     @property
+    def B_share(self) -> float:
+        """Share of the chores that are closed correctly."""
+        return sum(chore.B for chore in self.chores) / len(self.chores)
+
+    @property
     def W(self) -> bool:
         """Whether all chores that can be met hold."""
         return all(chore.W for chore in self.possible)

@@ -15,7 +15,7 @@ from vigil.authoring.closure.tasks import ClosureTask, Tasks
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import GeneratedHouse
 from vigil.authoring.review.synthetic_records import changed_setup
-from vigil.authoring.solving.partly_open import (
+from vigil.authoring.solving.evidence import (
     DRAWERS_AND_DOORS,
     MIN_GAP_M,
     PARTLY_OPEN,

@@ -16,7 +16,7 @@ OTHER: dict[ChoreClaim, ChoreClaim] = {"on": "off", "off": "on", "open": "closed
 
 def false_claims(solved: ListOutcome, episode: Episode, record: EpisodeRecord) -> Iterator[str]:
     """Yield the names of the controls that close a list correctly, given the record of its solution and its verdict."""
-    true = {chore.number: chore.claim for chore in solved.chores if chore.claim is not None}
+    true: dict[int, ChoreClaim] = {chore.number: chore.claim for chore in solved.chores if chore.claim is not None}
     for name, claims in wrong_claims(true):
         if with_claims(solved, claims).B:
             yield name

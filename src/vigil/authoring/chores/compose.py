@@ -144,17 +144,15 @@ def _next_single(
 ) -> ProposedChore | None:
     """Return a chore of the rarest kind that goes with the chosen ones, the least used first; None without one."""
     kinds = Counter(each.kind for each in chosen)
-    noise = dict(zip(SINGLE_KINDS, context.rng.random(len(SINGLE_KINDS)), strict=True))
-    ranked: list[tuple[float, float, ChoreKind]] = [
-        (pool.of_kind[kind] + 3 * kinds[kind], noise[kind], kind) for kind in SINGLE_KINDS
-    ]
-    for _, _, kind in sorted(ranked):
+    noise = context.rng.random(len(SINGLE_KINDS)).tolist()
+    uses = [pool.of_kind[kind] + 3 * kinds[kind] for kind in SINGLE_KINDS]
+    for _, _, place in sorted(zip(uses, noise, range(len(SINGLE_KINDS)), strict=True)):
+        kind = SINGLE_KINDS[place]
         share = MAX_IMPOSSIBLE_SHARE if kind == "impossible" else MAX_KIND_SHARE
         if kinds[kind] + 1 > max(1, share * count):
             continue
-        offered = context.rng.permutation(len(pool.singles[kind]))
-        for index in sorted(offered, key=lambda index: pool.uses[id(pool.singles[kind][index])]):
-            chore = pool.singles[kind][index]
+        offered = [pool.singles[kind][index] for index in context.rng.permutation(len(pool.singles[kind]))]
+        for chore in sorted(offered, key=lambda chore: pool.uses[id(chore)]):
             can_be_done = chore.chore not in pool.faulty and pool.uses[id(chore)] < MAX_USES
             if can_be_done and _goes_with(chore, chosen, strictly=kind not in ENTANGLED):
                 return chore

@@ -114,7 +114,7 @@ def put_away(context: HouseContext) -> Proposals:
 
 
 def absent(context: HouseContext) -> Proposals:
-    """Yield chores whose object is not where it is said to lie, and nowhere else."""
+    """Yield chores whose object is not where it is said to lie, and no other thing of its name is anywhere."""
     for plan in rearranging(context):
         goal = plan.facts[-1]
         assert isinstance(goal, ObjectAtReceptacle)
@@ -126,7 +126,7 @@ def absent(context: HouseContext) -> Proposals:
         receptacle = context.phrase(goal.receptacle_id)
         if support is None or phrase is None or receptacle is None or children(context.view.scene, target.id):
             continue
-        if surface_evidence(support, target.surface):
+        if surface_evidence(support, target.surface) and distractor_of(context, target.id) is None:
             bare = goal.model_copy(update={"chain": ()})
             yield ProposedChore(
                 kind="impossible",

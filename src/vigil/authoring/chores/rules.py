@@ -1,11 +1,12 @@
 """The rules about a list at its start: its words, its states, and the order of its text."""
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.closure.certify import faults_of_gaps
 from vigil.authoring.language.disambiguation import confusable
-from vigil.authoring.language.referring import Phrase
+from vigil.authoring.language.referring import DescribedThing, Phrase, mentions, resolve_mentions
 from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
@@ -34,12 +35,28 @@ def faults_of_start(case: EpisodeStart) -> BrokenRules:
         yield "more_than_a_wall", "the first frame shows one wall"
 
 
+class _SentenceStart(EpisodeStart):
+    """The start of a list with one of its sentences as its instruction, which may name absent things."""
+
+    @cached_property
+    def mentioned(self) -> list[tuple[Phrase, list[DescribedThing]]]:
+        """Every phrase of the sentence with the things that it could mean."""
+        things = self.view.scene.things
+        absent = [CATALOG[things[each].category].display_name for each in self.episode.goal.ids() - self.items.keys()]
+        phrases = mentions(self.episode.instruction, [*(item.name for item in self.items.values()), *absent])
+        return list(zip(phrases, resolve_mentions(phrases, self.items.values()), strict=True))
+
+
+def _sentence_start(case: EpisodeStart, sentence: str) -> EpisodeStart:
+    return _SentenceStart(case.episode.model_copy(update={"instruction": sentence}), case.house, case.view)
+
+
 def faults_of_words(case: EpisodeStart) -> BrokenRules:
     """Yield (rule, message) where a sentence, read back by itself, does not mean what its chore is about."""
     goal = case.episode.goal
     assert isinstance(goal, Chores)
     for number, (line, chore) in enumerate(zip(read_list(case.episode.instruction), goal.chores, strict=True), start=1):
-        alone = EpisodeStart(case.episode.model_copy(update={"instruction": line}), case.house, case.view)
+        alone = _sentence_start(case, line)
         yield from ((rule, f"chore {number}: {fault}") for rule, fault in _faults_of_line(alone, chore))
 
 
@@ -73,7 +90,7 @@ def _faults_of_place(case: EpisodeStart, part: ObjectAtReceptacle) -> BrokenRule
 def absent_phrases(case: EpisodeStart, number: int) -> list[Phrase]:
     """Return the phrases of a chore's sentence that mean nothing."""
     line = read_list(case.episode.instruction)[number - 1]
-    alone = EpisodeStart(case.episode.model_copy(update={"instruction": line}), case.house, case.view)
+    alone = _sentence_start(case, line)
     return [phrase for phrase, items in alone.mentioned if not items]
 
 

@@ -20,10 +20,15 @@ from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
 from vigil.authoring.review.rules import ALMOST_CLOSED, WIDE_OPEN
 from vigil.authoring.review.validate import BUDGET_SHARE, Finding, Validator
-from vigil.authoring.solving.evidence import shows_all, viewpoint_showing
+from vigil.authoring.solving.evidence import (
+    can_be_partly_open,
+    gap_evidence,
+    is_partly_open,
+    shows_all,
+    viewpoint_showing,
+)
 from vigil.authoring.solving.goal_actions import is_doable
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
-from vigil.authoring.solving.partly_open import can_be_partly_open, gap_evidence, is_partly_open
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import carry_out
 from vigil.base.exported import loaded

@@ -18,7 +18,7 @@ from vigil.authoring.review.validate import Finding
 from vigil.errors import EpisodeError
 from vigil.housegen.document import generators_of
 from vigil.packs.freeze import check_can_freeze, freeze
-from vigil.packs.pack import Pack
+from vigil.packs.pack import CHORES_SUITE, Pack
 from vigil.packs.private import SEED_SHA256, is_secret, seed_sha256
 from vigil.protocol.house import canonical_json
 from vigil.scoring.levels import LEVELS_FILE, EpisodeLevel, dump_levels
@@ -57,6 +57,8 @@ def assemble(
         suite = SUITES[request.suite]
         meta |= {"suite": suite.name, **suite.facts(answers)}
         meta |= {"reviews": {**meta["reviews"], "rejected": _count_rejected(read, reviews)}}
+        if request.suite == CHORES_SUITE:
+            meta |= {"rejected": rejected_by_rule(read, request, bad, tried)}
         extra[suite.answers] = dump_rows(answer.model_dump(mode="json") for answer in answers)
     else:
         chosen.sort(key=lambda candidate: candidate.episode.id)

@@ -12,6 +12,7 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.base.geometry import Box
 from vigil.protocol.actions import REACH_M
 from vigil.protocol.goals import (
     STRICTLY_CLOSED,
@@ -30,7 +31,7 @@ from vigil.scene.things import Scene, Thing
 MAX_ENTANGLED = 6
 """Greatest number of chores that concern the same things; more are not tried in all orders."""
 TOUR_CELL_M, FAR_M = 0.2, 1000.0
-"""Size (m) of the cells on which the walks between chores are measured, and length of a walk that is impossible."""
+"""Size (m) of the cells on which the walks between chores are measured, and length where no place is reachable."""
 Fact = tuple[str, str]
 """A changeable fact: "open", "on" or "at", with the id of the thing."""
 Facts = Mapping[Fact, object]
@@ -253,18 +254,15 @@ def length_of(lengths: np.ndarray, order: Sequence[int]) -> float:
 def walk_lengths(view: PrivilegedView, stops: Sequence[tuple[str, str]]) -> np.ndarray:
     """Return the lengths (n + 1, n) in metres of the walks between chores, as `shortest_order` takes them.
 
-    `stops` are the ids of the things at which each chore begins and ends. Lengths are those on a coarse grid; a thing
-    that cannot be reached is `FAR_M` away.
+    `stops` are the ids of the things at which each chore begins and ends. Lengths are those on a coarse grid, to the
+    reachable places within reach of a thing, or nearest to it.
     """
     things, plan = view.scene.things, view.plan()
     coarse = WalkableMap(plan.roomy, plan.tight, TOUR_CELL_M)
     cells, here = coarse.cells, view.agent.position
     from_start = coarse.walks_from((here.x, here.z)).lengths
-    near = {
-        each: (box_distances(body_box(things[each]), cells) <= REACH_M) & np.isfinite(from_start)
-        for pair in stops
-        for each in pair
-    }
+    reachable = np.isfinite(from_start)
+    near = {each: _near(body_box(things[each]), cells, reachable) for pair in stops for each in pair}
 
     def row(lengths: np.ndarray) -> list[float]:
         return [float(lengths[near[begin]].min(initial=FAR_M)) for begin, _ in stops]
@@ -280,3 +278,9 @@ def walk_lengths(view: PrivilegedView, stops: Sequence[tuple[str, str]]) -> np.n
 
     rows = {end: row_from(end) for end in sorted({end for _, end in stops})}
     return np.array([*(rows[end] for _, end in stops), row(from_start)])
+
+
+def _near(box: Box, cells: np.ndarray, reachable: np.ndarray) -> np.ndarray:
+    """Return the mask (n,) of the reachable cells (n, 2) within reach of a box, or nearest to it."""
+    away = np.where(reachable, box_distances(box, cells), np.inf)
+    return reachable & (away <= max(REACH_M, float(away.min(initial=np.inf)) + TOUR_CELL_M))

@@ -1,6 +1,6 @@
 """Solver of lists of chores: it does all that can be done, in an order found by search, and claims truly."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,6 +8,8 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.solving.chore_order import ChoreModel, Entanglement, entanglement, shortest_order, walk_lengths
 from vigil.authoring.solving.evidence import (
+    can_be_partly_open,
+    gap_evidence,
     notice_evidence,
     object_evidence,
     surface_evidence,
@@ -16,7 +18,6 @@ from vigil.authoring.solving.evidence import (
 )
 from vigil.authoring.solving.goal_actions import achieve_goal, expected_status, holds, is_doable
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
-from vigil.authoring.solving.partly_open import can_be_partly_open, gap_evidence
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.protocol.actions import Action, ChoreClaim, Report, Status
 from vigil.protocol.episode import Episode
@@ -62,7 +63,7 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
     """
     goal, view = episode.goal, macro_actions.view
     assert isinstance(goal, Chores)
-    conceded = {
+    conceded: dict[int, Status] = {
         place: status
         for place, chore in enumerate(goal.chores)
         if OBSTACLE.format(place + 1) not in episode.bindings
@@ -83,7 +84,7 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
         if chore.question is not None:
             claims[place + 1] = expected_status(chore.question, view)
         else:
-            claims[place + 1] = _claim(conceded.get(place, "fail"), is_done=_is_done(chore, view))
+            claims[place + 1] = "success" if _is_done(chore, view) else _concession_of(place, conceded)
     is_all_done = not conceded and "fail" not in claims.values()
     yield Report(
         status="success" if is_all_done else "fail",
@@ -92,8 +93,8 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
     )
 
 
-def _claim(otherwise: ChoreClaim, *, is_done: bool) -> ChoreClaim:
-    return "success" if is_done else otherwise
+def _concession_of(place: int, conceded: Mapping[int, Status]) -> Status:
+    return conceded.get(place, "fail")
 
 
 def plan_chores(episode: Episode, view: PrivilegedView, conceded: Collection[int]) -> ChorePlan:

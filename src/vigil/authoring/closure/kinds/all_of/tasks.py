@@ -29,7 +29,7 @@ from vigil.authoring.drafting.proposals import setup_for
 from vigil.authoring.language.drawer_names import without_position
 from vigil.authoring.language.referring import Phrase, items_of, referents
 from vigil.authoring.language.wording import VERBS, Act, say
-from vigil.authoring.solving.partly_open import can_be_partly_open, random_partial_openness
+from vigil.authoring.solving.evidence import can_be_partly_open, random_partial_openness
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose
 from vigil.protocol.actions import Action

@@ -26,8 +26,7 @@ from vigil.authoring.closure.tasks import ClosureTask, Tasks, interleave, reject
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import goal_for, setup_for
 from vigil.authoring.language.wording import Act, say
-from vigil.authoring.solving.evidence import object_evidence
-from vigil.authoring.solving.partly_open import gap_evidence
+from vigil.authoring.solving.evidence import gap_evidence, object_evidence
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode
