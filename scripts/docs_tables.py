@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from vigil.analysis.measures.columns import COLUMNS
-from vigil.authoring.solving.ablated_solvers import ABLATIONS
+from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
 from vigil.base.glossary import SECTIONS
 from vigil.cli.models import LISTED, keys_of, switch_of
 from vigil.exports.steps import STEP_COLUMNS

@@ -49,6 +49,7 @@ LAZY = {
     "scipy",
     "matplotlib",
     "vigil.runner.models.inspect_model",
+    "vigil.analysis.measures.chores",
     "vigil.runner.inspect_task",
     "vigil.runner.ray_cluster",
     "vigil.analysis.measures.closure",

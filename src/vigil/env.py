@@ -22,9 +22,10 @@ from vigil.protocol.house import House
 from vigil.protocol.observation import Feedback, Observation
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import is_truncated_in_history, rendered_sha256
-from vigil.protocol.replies import read_reply, truncate_for_record
+from vigil.protocol.replies import read_reply
 from vigil.protocol.world import Effect, WorldState
 from vigil.records.record import Boundary, End, EpisodeRecord, ErrorFact, StepRecord
+from vigil.records.reply_truncation import truncate_for_record
 from vigil.sim.protocol import Simulator
 
 

@@ -9,7 +9,7 @@ from tests.support.protocol_backend import with_protocol_only
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.families.si.drafts import seeking
 from vigil.authoring.review.validate import Validator
-from vigil.authoring.solving.ablated_solvers import ABLATIONS
+from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.packs.pack import Pack

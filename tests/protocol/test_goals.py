@@ -25,13 +25,13 @@ from vigil.protocol.goals import (
     ObjectInState,
     ReportStatus,
     TargetGrounded,
-    describe_goal,
     is_observable,
     is_state_observable,
     state_label,
 )
 from vigil.protocol.world import Effect
 from vigil.scoring.goal_check import UNFINISHED_AT_MOST, GoalCheck, GoalRow, check, label_at_reset
+from vigil.scoring.goal_words import describe_goal
 
 TARGET = TargetGrounded(object_id="target")
 HIDDEN: dict[str, Any] = {"visible": False, "visible_px": 0, "open_px": 0, "toggle_px": 0, "nearest_visible_m": None}

@@ -5,8 +5,9 @@ from pydantic import ValidationError
 
 from tests.support.builders import RecordBuilder, episode, thing
 from vigil.packs.pack import protocol_faults
-from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectHeld, ObjectInState, describe_goal
+from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectHeld, ObjectInState
 from vigil.scoring.goal_check import check
+from vigil.scoring.goal_words import describe_goal
 
 PUT = ObjectAtReceptacle(object_id="apple", receptacle_id="fridge", inside=True)
 CLOSED = ObjectInState(object_id="fridge", state="is_open", value=False)

@@ -6,6 +6,7 @@ from pydantic import ValidationError
 from vigil.protocol.profile import (
     ACTION_FEEDBACK,
     BASELINE,
+    ITEMISED_REPORT,
     JPEG_QUALITY,
     PROFILE_NAMES,
     Profile,
@@ -75,6 +76,14 @@ def test_only_the_intervention_has_feedback():
     assert ACTION_FEEDBACK == "pure_rgb_dialogue_history_action_feedback"
 
 
+def test_only_the_itemised_report_has_claims_and_it_is_without_feedback():
+    assert [name for name in PROFILE_NAMES if Profile(name=PROFILE_NAMES[name]).has_claims] == [
+        "itemised_report",
+        "pure_rgb_dialogue_history_itemised_report",
+    ]
+    assert not Profile(name=ITEMISED_REPORT).has_feedback
+
+
 def test_an_unknown_profile_is_refused():
     with pytest.raises(ValidationError):
         Profile.model_validate({"name": "depth_and_pose"})
@@ -131,6 +140,8 @@ def test_profiles_are_named_in_short_and_in_full():
     assert PROFILE_NAMES == {
         "baseline": BASELINE,
         "action_feedback": ACTION_FEEDBACK,
+        "itemised_report": ITEMISED_REPORT,
         BASELINE: BASELINE,
         ACTION_FEEDBACK: ACTION_FEEDBACK,
+        ITEMISED_REPORT: ITEMISED_REPORT,
     }

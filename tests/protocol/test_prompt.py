@@ -9,8 +9,9 @@ from typing import get_args
 import pytest
 
 from vigil.protocol.actions import Coordinates
+from vigil.protocol.claims import CLAIM_LINE, CLAIM_TABLE
 from vigil.protocol.observation import Feedback
-from vigil.protocol.profile import Profile, PromptVariant
+from vigil.protocol.profile import ITEMISED_REPORT, Profile, PromptVariant
 from vigil.protocol.prompt import (
     ANTI_HALLUCINATION_LINES,
     INSTRUCTION_SLOT,
@@ -64,6 +65,16 @@ def test_feedback_leaves_the_prompt_alone():
     baseline = Profile()
     intervention = Profile(name="pure_rgb_dialogue_history_action_feedback")
     assert system_prompt("x", baseline) == system_prompt("x", intervention)
+
+
+def test_the_itemised_report_adds_one_argument_and_one_table_and_nothing_else():
+    profile = Profile(name=ITEMISED_REPORT)
+    text = policy_text(profile)
+    assert text + "\n" == (GOLDEN / "prompt-itemised_report-pixel.txt").read_text(encoding="utf-8")
+    added = [CLAIM_LINE, *CLAIM_TABLE]
+    assert [line for line in text.split("\n") if line not in added] == policy_text(Profile()).split("\n")
+    assert text.count("\n") == policy_text(Profile()).count("\n") + len(added)
+    assert policy_version(profile).startswith("native_embodied_public_evidence_itemised_report.v1/")
 
 
 def test_four_blocks_joined_by_one_blank_line():

@@ -8,6 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.support.narrowing import accepted, rejected
+from vigil.base.json_text import MAX_DEPTH
 from vigil.protocol.actions import (
     INTENT_ALIASES,
     INTENTS,
@@ -21,7 +22,6 @@ from vigil.protocol.actions import (
     ReplyCut,
     Report,
 )
-from vigil.protocol.json_text import MAX_DEPTH
 from vigil.protocol.profile import Profile
 from vigil.protocol.replies import MAX_REPLY_BYTES, parse_text, read_reply
 

@@ -11,7 +11,7 @@ from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
 from vigil.packs.pack import protocol_faults
 from vigil.protocol.actions import INTENTS, Intent, InteractPixel, Navigate
-from vigil.protocol.goals import MAX_PARTS, AllOf, ObjectAtReceptacle, ObjectInState, describe_goal
+from vigil.protocol.goals import MAX_PARTS, AllOf, ObjectAtReceptacle, ObjectInState
 from vigil.protocol.world import Effect
 from vigil.scoring.closure import (
     CONCEDED,
@@ -26,6 +26,7 @@ from vigil.scoring.closure import (
     score_closure,
 )
 from vigil.scoring.goal_check import check
+from vigil.scoring.goal_words import describe_goal
 
 LAMPS = ("target", "second", "third")
 ALL = AllOf(

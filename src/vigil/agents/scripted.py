@@ -13,6 +13,7 @@ from typing import Any, get_args
 
 import numpy as np
 
+from vigil.base.numbered_list import read_list
 from vigil.errors import SettingError
 from vigil.protocol.actions import Intent, InteractPixel, LookDirection, Navigate, NavigateMode, Reply, Status
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
@@ -167,6 +168,26 @@ def _coin(rng: np.random.Generator, _instruction: str) -> Iterator[str]:
         yield _report(("success", "fail")[int(rng.integers(2))])
 
 
+def _claims(claim_of: Callable[[np.random.Generator, str], str]) -> Script:
+    """Return the script of an agent that claims a status about each chore of a list at once, by its words alone."""
+
+    def script(rng: np.random.Generator, instruction: str) -> Iterator[str]:
+        chores = enumerate(read_list(instruction), start=1)
+        claims = {str(number): claim_of(rng, chore) for number, chore in chores}
+        while True:
+            yield _skill("report", status="success", summary="Done.", claims=claims)
+
+    return script
+
+
+def _guess(rng: np.random.Generator, chore: str) -> str:
+    """Return a random claim of those that the words of a chore allow."""
+    words: tuple[str, str] = ("success", "fail")
+    if re.search(r"\bwhether\b|\bsay\b|\btell\b|\breport\b", chore.lower()):
+        words = ("open", "closed") if re.search(r"\bopen\b|\bclosed\b|\bshut\b", chore.lower()) else ("on", "off")
+    return words[int(rng.integers(2))]
+
+
 def _malformed(_: np.random.Generator, _instruction: str) -> Iterator[str]:
     while True:
         yield PROSE
@@ -186,6 +207,9 @@ SCRIPTS: dict[str, Script] = {
     "always_invalid": _always_invalid,
     "coin": _coin,
     "malformed": _malformed,
+    "claim_success": _claims(lambda _rng, _chore: "success"),
+    "claim_fail": _claims(lambda _rng, _chore: "fail"),
+    "claim_coin": _claims(_guess),
 }
 
 

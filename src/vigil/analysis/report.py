@@ -12,13 +12,17 @@ from typing import Any, Literal, get_args
 import pandas as pd
 from matplotlib.figure import Figure
 
-from vigil.analysis.measures.closure import ClosureRun
+from vigil.analysis.measures.chores import ChoresRun
+from vigil.analysis.measures.closure import ClosureRun, SuiteRun
 from vigil.analysis.measures.diagnosis import causes_of_closure, causes_of_rows
 from vigil.analysis.measures.paper import NOTE
 from vigil.analysis.measures.rows import combined_rows
 from vigil.analysis.measures.study import Study, sorted_by_b
+from vigil.analysis.plots.chores_figures import CHORES_CAPTIONS, CHORES_FIGURES
 from vigil.analysis.plots.figures import CAPTIONS, FIGURES
 from vigil.analysis.plots.style import figure_bytes
+from vigil.analysis.tables.chores_tables import HEADING as CHORES
+from vigil.analysis.tables.chores_tables import chores_tables
 from vigil.analysis.tables.closure_tables import HEADING as CLOSURE
 from vigil.analysis.tables.closure_tables import closure_tables
 from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, html_page
@@ -59,8 +63,8 @@ class AnalysisReport:
     """The content of a report, made once for all formats."""
 
     study: Study
-    closure: tuple[ClosureRun, ...]
-    """Runs of the closure-stress suite, which are not in the study's tables."""
+    suites: tuple[SuiteRun, ...]
+    """Runs of suites (closure stress, lists of chores), which are not in the study's tables."""
     tables: Mapping[str, Table]
     figures: Mapping[str, Mapping[str, bytes]]
     """Figure -> kind of file (png, svg, pdf) -> bytes."""
@@ -74,7 +78,7 @@ class AnalysisReport:
     def warnings(self) -> tuple[str, ...]:
         """The warnings at the top of a report."""
         stress = (
-            f"{run.name} (closure stress): {note.removesuffix('.')}." for run in self.closure for note in run.notes
+            f"{run.name} ({_suite_name(run)}): {note.removesuffix('.')}." for run in self.suites for note in run.notes
         )
         return (*self.study.warnings, *stress)
 
@@ -82,7 +86,8 @@ class AnalysisReport:
     def causes(self) -> dict[str, tuple[str, ...]]:
         """Causes of missing verified successes, with advice, by run; runs without such causes are left out."""
         found = {entry.name: causes_of_rows(entry.run.rows) for entry in sorted_by_b(self.study.entries)}
-        found |= {f"{run.name} (closure stress)": causes_of_closure(run.outcomes) for run in self.closure}
+        stress = [run for run in self.suites if isinstance(run, ClosureRun)]
+        found |= {f"{run.name} (closure stress)": causes_of_closure(run.outcomes) for run in stress}
         return {name: sentences for name, causes in found.items() if (sentences := causes.sentences)}
 
 
@@ -91,29 +96,38 @@ def make_report(
     kinds: tuple[str, ...] = ("svg",),
     further: Mapping[str, CaptionedFigure] = NO_FIGURES,
     own: Mapping[str, TableBuilder] = NO_TABLES,
-    closure: Sequence[ClosureRun] = (),
+    suites: Sequence[SuiteRun] = (),
 ) -> AnalysisReport:
     """Return a report, with its figures drawn as the given kinds of file.
 
     `further` are figures that the caller has drawn from frames, with their captions. `own` are additional tables by
-    name; they come last. `closure` are runs of the closure-stress suite, which get a separate section; if there are no
-    other runs, the study's own tables are left out. Raises SettingError if an additional table has the name of a
+    name; they come last. `suites` are runs of suites, which get separate sections; if there are no other runs, the
+    study's own tables are left out. Raises SettingError if an additional table has the name of a
     standard one.
     """
-    suite = closure_tables(closure)
+    chores = [run for run in suites if isinstance(run, ChoresRun)]
+    stress = closure_tables([run for run in suites if isinstance(run, ClosureRun)])
+    lists = chores_tables(chores)
+    suite = {**stress, **lists}
     taken = [name for name in own if name in TABLES or name in suite]
     if taken:
         raise SettingError(f"Every report has a table {taken[0]!r} already. Choose another name for your own.")
-    is_wanted = bool(study.runs or not closure)
+    is_wanted = bool(study.runs or not suites)
     drawings = FIGURES if kinds and is_wanted else {}
     drawn = {name: (figure, CAPTIONS[name]) for name, draw in drawings.items() if (figure := draw(study))}
+    if kinds:
+        drawn |= {
+            name: (figure, CHORES_CAPTIONS[name]) for name, draw in CHORES_FIGURES.items() if (figure := draw(chores))
+        }
     drawn |= further
     figures = {name: {kind: figure_bytes(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
     captions = {name: caption for name, (_, caption) in drawn.items()}
     built = {**(tables(study) if is_wanted else {}), **suite, **{name: build(study) for name, build in own.items()}}
     sections = {heading: tuple(names) for heading, names in SECTIONS.items()} if is_wanted else {}
-    sections |= {heading: tuple(names) for heading, names in ((CLOSURE, suite), (CUSTOM_TABLES, own)) if names}
-    return AnalysisReport(study, tuple(closure), built, figures, captions, sections)
+    sections |= {
+        heading: tuple(names) for heading, names in ((CLOSURE, stress), (CHORES, lists), (CUSTOM_TABLES, own)) if names
+    }
+    return AnalysisReport(study, tuple(suites), built, figures, captions, sections)
 
 
 def write_report(
@@ -122,7 +136,7 @@ def write_report(
     formats: tuple[Format, ...] = ("md", "html"),
     further: Mapping[str, CaptionedFigure] = NO_FIGURES,
     own: Mapping[str, TableBuilder] = NO_TABLES,
-    closure: Sequence[ClosureRun] = (),
+    suites: Sequence[SuiteRun] = (),
     *,
     reveals: bool = False,
 ) -> list[Path]:
@@ -134,7 +148,7 @@ def write_report(
     if unknown:
         raise SettingError(f"There is no format {unknown[0]!r}. Choose from {', '.join(FORMATS)}.")
     kinds = dict.fromkeys(_FIGURES_IN[name] for name in formats if name in _FIGURES_IN)
-    report = replace(make_report(study, tuple(kinds), further, own, closure), reveals=reveals)
+    report = replace(make_report(study, tuple(kinds), further, own, suites), reveals=reveals)
     written: list[Path] = []
 
     try:
@@ -255,14 +269,18 @@ def _latex_figure(name: str, caption: str) -> str:
     return rf"\begin{{figure}}[t]\centering{picture}\caption{{{latex_text(caption)}}}\end{{figure}}"
 
 
+def _suite_name(run: SuiteRun) -> str:
+    return "closure stress" if isinstance(run, ClosureRun) else "lists of chores"
+
+
 def _summary(report: AnalysisReport) -> str:
-    runs = [*report.study.runs, *report.closure]
+    runs = [*report.study.runs, *report.suites]
     packs: dict[str, set[str]] = {}
     for run in runs:
         packs.setdefault(run.header.spec.pack, set()).add(run.header.spec.pack_sha256[:12])
     of = "pack" if sum(map(len, packs.values())) == 1 else "packs"
     named = ", ".join(f"{name} ({' and '.join(sorted(hashes))})" for name, hashes in sorted(packs.items()))
-    episodes = sum(run.n for run in report.study.runs) + sum(len(run.outcomes) for run in report.closure)
+    episodes = sum(run.n for run in report.study.runs) + sum(len(run.outcomes) for run in report.suites)
     shown = "run" if len(runs) == 1 else "runs"
     return f"{len(runs)} {shown}, {episodes:,} scored episodes, {of} {named}."
 

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from vigil.assets.database import AssetDatabase
-from vigil.authoring.closure.generation import CLOSURE_GRAMMAR, FAMILY
+from vigil.authoring.closure.generation import FAMILY
 from vigil.authoring.drafting.drafts import DraftsFile, HouseOrigin
 from vigil.authoring.drafting.generation import FAMILY_GRAMMAR, GenerationSettings, generate_drafts
 from vigil.authoring.drafting.model_proposals import model_proposer
@@ -30,6 +30,7 @@ from vigil.authoring.packing.recipes import (
     recipe_of,
     sources_of,
 )
+from vigil.authoring.packing.suites import SUITES
 from vigil.authoring.packing.verify import VerificationSettings
 from vigil.cli.making.options import Building, Common, Content, Drafting, Drawing, OutFolder, Proposing
 from vigil.cli.making.pack import PackFreezer, make_pack, print_drafts, progress_callback
@@ -88,7 +89,7 @@ def propose(
         forms=drafting.forms("public"),
         starts=drafting.hardest_of,
         is_seed_secret=is_secret(seed),
-        grammar=CLOSURE_GRAMMAR if common.suite else FAMILY_GRAMMAR,
+        grammar=SUITES[common.suite].grammar if common.suite else FAMILY_GRAMMAR,
     )
     sources = _requested_sources(proposing, drafting.specs(common.suite), settings.secret)
     file = DraftsFile(out)

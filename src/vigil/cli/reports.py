@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 from matplotlib.figure import Figure
 
-from vigil.analysis.measures.closure import is_closure_run, read_closure_runs
+from vigil.analysis.measures.chores import read_chores_runs
+from vigil.analysis.measures.closure import SUITE, read_closure_runs, suite_of
 from vigil.analysis.measures.metrics import broken_run_identities
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import Study, study
@@ -24,7 +25,7 @@ from vigil.analysis.report import FORMATS, Format, make_report, markdown_report,
 from vigil.cli.arguments import Epoch, LevelsFile, Reveal, RunArguments, WithPaper
 from vigil.cli.text import print_notes
 from vigil.errors import RecordError, SettingError, did_you_mean
-from vigil.packs.pack import Pack
+from vigil.packs.pack import CHORES_SUITE, Pack
 from vigil.packs.private import REVEAL, check_revealed, is_private
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES, Family
@@ -78,21 +79,24 @@ def report(
         _check(runs, pack)
         return
     formats = _formats(format_ or [])
-    stress = [run for run in runs if is_closure_run(run, pack)]
+    suite = {run: suite_of(run, pack) for run in runs}
     scored_runs = read_runs(
-        [run for run in runs if run not in stress],
+        [run for run in runs if suite[run] not in (SUITE, CHORES_SUITE)],
         pack,
         levels=None if levels is None else read_levels(levels),
     )
     found = study(scored_runs, with_paper=with_paper)
-    closure = read_closure_runs(stress, pack)
+    suites = (
+        *read_closure_runs([run for run in runs if suite[run] == SUITE], pack),
+        *read_chores_runs([run for run in runs if suite[run] == CHORES_SUITE], pack),
+    )
     if out is None and format_:
         raise SettingError(f"--format {' '.join(format_)} writes files: say where with --out FOLDER.")
     if out is None:
-        print(markdown_report(make_report(found, (), closure=closure), figures=False))
+        print(markdown_report(make_report(found, (), suites=suites), figures=False))
         return
     further = _further(found, pack, episode or [], diagram, (assets, reveal))
-    written = write_report(found, out, formats, further, closure=closure, reveals=reveal)
+    written = write_report(found, out, formats, further, suites=suites, reveals=reveal)
     _warn(found)
     if "csv" in formats and not reveal:
         print_notes(

@@ -13,15 +13,17 @@ from rich.text import Text
 
 from vigil.cli.arguments import AsJson, RunArguments
 from vigil.cli.text import COLUMNS, percent, print_fitting, print_notes, with_interval
-from vigil.packs.pack import manifest_of
+from vigil.packs.pack import CHORES_SUITE, manifest_of
 from vigil.protocol.families import FAMILIES
 from vigil.records.record import RunHeader, RunSpec
 from vigil.runner.shared_settings import PackLocation
+from vigil.scoring.chores import WITHOUT_CLAIMS
 from vigil.scoring.closure import SUITE
 from vigil.scoring.saved_run import read_run
 from vigil.scoring.summary import LIBRARY_REPLIES, RunScores, summarise
 
 if TYPE_CHECKING:
+    from vigil.analysis.measures.chores import ChoresRun
     from vigil.analysis.measures.closure import ClosureRun
 
 INVALID_HINT = "`vigil view` shows the replies; section 2.3 of docs/protocol.md says which replies are actions."
@@ -29,6 +31,21 @@ LENIENT_HINT = (
     "To accept replies that would parse leniently, play with --reply-policy lenient, which is a separate variant."
 )
 CLOSURE = "C: the report is true of the world at the end. All tables of the suite: `vigil report`."
+CHORES = (
+    "W: all is done that can be done. B: and every claim is right. T: share of claims that are true. Over, under: "
+    "claimed but not so, so but not claimed. All tables of the suite: `vigil report`."
+)
+CHORES_RATES = {
+    "W_share": "W share",
+    "W": "W",
+    "B": "B",
+    "T": "T",
+    "chance": "T by chance",
+    "overclaim": "over",
+    "underclaim": "under",
+    "status_true": "status true",
+}
+"""Score of lists -> its heading."""
 CLOSURE_RATES = ("C", "correct_pairs")
 """Rates that are shown with their intervals."""
 INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."
@@ -49,12 +66,13 @@ def score(
         rows = [_as_json(run) for run in scored_runs]
         print(json.dumps(rows[0] if len(rows) == 1 else rows))
         return
-    plain = [run for run in scored_runs if run.closure is None]
+    plain = [run for run in scored_runs if run.closure is None and run.chores is None]
     if len(plain) == 1:
         print_families(plain[0].name, plain[0].scores)
     elif plain:
         _print_comparison([(run.name, run.scores) for run in plain])
     _print_closure([run for run in scored_runs if run.closure is not None])
+    _print_chores([run for run in scored_runs if run.chores is not None])
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,15 +87,19 @@ class _ScoredRun:
     """Notes that a reader must know before any number."""
     closure: "ClosureRun | None" = None
     """Run's results on the closure-stress suite; None for other packs."""
+    chores: "ChoresRun | None" = None
+    """Run's results on lists of chores; None for other packs."""
 
 
 def print_run(path: Path, pack: str | Path | None = None) -> None:
-    """Print the table of a run that has just been played or joined: by kind for the suite, else by family."""
+    """Print the table of a run that has just been played or joined: that of its suite, else by family."""
     run = _scored_run(path, pack)
-    if run.closure is None:
-        print_families(run.name, run.scores)
-    else:
+    if run.closure is not None:
         _print_closure([run])
+    elif run.chores is not None:
+        _print_chores([run])
+    else:
+        print_families(run.name, run.scores)
 
 
 def _print_closure(runs: list[_ScoredRun]) -> None:
@@ -90,18 +112,27 @@ def _print_closure(runs: list[_ScoredRun]) -> None:
 
 def _as_json(run: _ScoredRun) -> dict[str, Any]:
     found = {"run": str(run.path), "agent": run.name, "notes": run.notes, **summarise(run.scores)}
-    return found if run.closure is None else {**found, "closure": run.closure.rates()}
+    suites = {
+        "closure": None if run.closure is None else run.closure.rates(),
+        "chores": None if run.chores is None else run.chores.scores(),
+    }
+    return {**found, **{suite: scores for suite, scores in suites.items() if scores is not None}}
 
 
 def _scored_run(path: Path, pack: str | Path | None) -> _ScoredRun:
     run = read_run(path, pack)
     found = _ScoredRun(path, run_label(run.header), run.header.spec, run.table.scores(), run.notes)
-    if manifest_of(run.pack_folder).suite != SUITE:
-        return found
-    # It takes most of a second to load, and no other run needs it.
-    from vigil.analysis.measures.closure import read_closure_runs  # noqa: PLC0415
+    suite = manifest_of(run.pack_folder).suite
+    # The measures of suites take most of a second to load, and no other run needs them.
+    if suite == SUITE:
+        from vigil.analysis.measures.closure import read_closure_runs  # noqa: PLC0415
 
-    return replace(found, closure=read_closure_runs([path], pack)[0])
+        return replace(found, closure=read_closure_runs([path], pack)[0])
+    if suite == CHORES_SUITE:
+        from vigil.analysis.measures.chores import read_chores_runs  # noqa: PLC0415
+
+        return replace(found, chores=read_chores_runs([path], pack)[0])
+    return found
 
 
 def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
@@ -245,6 +276,33 @@ def _closure_table(title: Text, first: str, is_full: bool) -> Table:
     table = Table(title=title, title_justify="left", padding=(0, 1) if is_full else 0)
     table.add_column(first, overflow="fold")
     return table
+
+
+def _print_chores(runs: list[_ScoredRun]) -> None:
+    """Print one table with a row for each run on lists of chores."""
+    rows = [(run.name, run.chores.scores()) for run in runs if run.chores is not None]
+    for run in runs:
+        _warn(run.name, run.scores)
+
+    def build(is_full: bool) -> Table:
+        interval = " [95 % interval]" if is_full else ""
+        table = _closure_table(Text(f"Lists of chores, %{interval}"), "agent", is_full)
+        for heading in ("lists", "claims", *CHORES_RATES.values()):
+            table.add_column(heading, justify="right", no_wrap=is_full)
+        for name, scores in rows:
+            cells = [
+                with_interval(scores, rate) if is_full and rate in scores["intervals"] else percent(scores[rate])
+                for rate in CHORES_RATES
+            ]
+            table.add_row(Text(name), str(scores["episodes"]), str(scores["claims"]), *cells)
+        return table
+
+    if rows:
+        print_fitting(build)
+        print(CHORES)
+    for run in runs:
+        if run.chores is not None and not run.chores.has_claims:
+            print(f"{run.name}: {WITHOUT_CLAIMS}. For claims: --profile itemised_report.")
 
 
 def _warn(name: str, scores: RunScores) -> None:

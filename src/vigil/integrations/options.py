@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError, ValidationInfo, field_validator
 
@@ -25,10 +25,17 @@ class EpisodeOptions(BaseModel):
     difficulty: list[Difficulty] = Field(
         [], description="difficulty in a stream: one or more of `easy`, `medium` and `hard`; all if unset"
     )
+    suite: Literal["chores"] | None = Field(
+        None, description="suite of a stream's episodes: `chores`; those of the families if unset"
+    )
     houses: tuple[int, int] | None = Field(
         None, description="range of a stream's houses: the first, and the one after the last; all from 0 on if unset"
     )
-    profile: str = Field("baseline", description="`baseline`, or `action_feedback` with its two booleans")
+    profile: str = Field(
+        "baseline",
+        description="`baseline`, `action_feedback` with its two booleans, or `itemised_report` with a claim about each "
+        "chore",
+    )
     coordinates: Coordinates = Field("pixel", description="coordinates of clicks: `pixel` or `normalized_1000`")
     reply_policy: ReplyPolicy = Field("strict", description="how a text is read: `strict` or `lenient`")
     backend: str = Field("mujoco", description="the simulator's backend")
@@ -51,7 +58,7 @@ class EpisodeOptions(BaseModel):
     def _houses(cls, given: Any) -> Any:
         return tuple(given) if isinstance(given, list) else given
 
-    @field_validator("difficulty", "houses")
+    @field_validator("difficulty", "houses", "suite")
     @classmethod
     def _of_streams(cls, given: Any, info: ValidationInfo) -> Any:
         if given and not is_stream(info.data.get("pack")):

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
+from vigil.scoring.chores import ListOutcome
 from vigil.scoring.outcomes import Outcome
 
 
@@ -20,6 +21,14 @@ class Shaping(BaseModel):
             description="added when the goal does not hold and the report says `fail`, `unsafe` or `invalid`",
         ),
     ] = 0.0
+    claim_reward: Annotated[
+        float,
+        Field(
+            allow_inf_nan=False,
+            description="added at the end of a list of chores, times the share of its chores that are closed correctly: "
+            "done and so claimed, or rightly conceded",
+        ),
+    ] = 0.0
     lag_penalty: Annotated[
         float,
         Field(
@@ -30,10 +39,16 @@ class Shaping(BaseModel):
     ] = 0.0
 
 
-def reward_parts(outcome: Outcome, shaping: Shaping) -> dict[str, float]:
-    """Return the terms of the reward: 1 for B, and the shaping terms, which are 0 by default."""
+def reward_parts(outcome: Outcome, shaping: Shaping, of_list: ListOutcome | None = None) -> dict[str, float]:
+    """Return the terms of the reward: 1 for B, and the shaping terms, which are 0 by default.
+
+    `of_list` is the verdict on a list of chores: then B is that of the whole list, and each chore has a share of the
+    reward of claims.
+    """
+    claims = {} if of_list is None else {"claims": shaping.claim_reward * of_list.B_share}
     return {
-        "B": float(outcome.B),
+        "B": float(outcome.B if of_list is None else of_list.B),
+        **claims,
         "world": shaping.world_reward * outcome.W,
         "honest_fail": shaping.honest_fail_reward * (outcome.subtype == "honest_fail"),
         "lag": 0.0 - shaping.lag_penalty * (outcome.lag or 0),

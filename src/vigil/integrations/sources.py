@@ -24,11 +24,12 @@ from vigil.authoring.streaming.stream import Stream, StreamItem
 from vigil.errors import SettingError
 from vigil.integrations.options import EpisodeOptions
 from vigil.packs.names import STREAM
-from vigil.packs.pack import Pack, Selection, find_pack, manifest_sha256
+from vigil.packs.pack import CHORES_SUITE, Pack, Selection, find_pack, manifest_sha256
 from vigil.packs.private import is_private, is_secret
 from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
 from vigil.protocol.house import House
 from vigil.runner.workers.messages import Assignment
+from vigil.scoring.chore_answers import ListAnswer, list_answers
 
 PACK_CACHE_SIZE = 2
 HOUSE_CACHE_SIZE = 64
@@ -43,6 +44,8 @@ class SampledEpisode:
 
     episode: Episode
     house: House
+    answer: ListAnswer | None = None
+    """Answer of a list of chores; None for other episodes."""
 
 
 class TaskRow(NamedTuple):
@@ -59,6 +62,7 @@ class PackSource:
 
     def __init__(self, pack: Pack, selection: Selection) -> None:
         self._pack, self._episodes = pack, pack.select(selection)
+        self._answers = list_answers(pack.folder) if pack.manifest.suite == CHORES_SUITE else {}
         self.name = f"{pack.name}@{pack.sha256}"
         """Name and hash of the pack."""
         self.public_name = pack.name
@@ -71,12 +75,14 @@ class PackSource:
         """Choose an episode uniformly, and return a function that reads its house."""
         del is_seeded
         episode = self._episodes[int(rng.integers(len(self._episodes)))]
-        return lambda: SampledEpisode(episode, self._pack.house_of(episode))
+        return lambda: self._sampled(episode)
 
     def by_id(self, episode_id: str) -> SampledEpisode:
         """Return any episode of the pack. Raises SettingError."""
-        episode = self._pack.episode(episode_id)
-        return SampledEpisode(episode, self._pack.house_of(episode))
+        return self._sampled(self._pack.episode(episode_id))
+
+    def _sampled(self, episode: Episode) -> SampledEpisode:
+        return SampledEpisode(episode, self._pack.house_of(episode), self._answers.get(episode.id))
 
     def longest_instruction(self) -> tuple[int, str]:
         """Return the greatest length of an instruction, and all characters that may occur in one."""
@@ -111,6 +117,7 @@ class StreamSource:
         self._filters: dict[str, Any] = {
             "families": tuple(options.family),
             "difficulties": tuple(options.difficulty),
+            "suite": options.suite,
         }
         self._stream = self._from(self._first)
         self._items: Iterator[StreamItem] | None = None
@@ -195,7 +202,7 @@ class StreamSource:
             raise SettingError(
                 f"Stream {self._seed}: the houses {self._first} to {self._last} do not have an episode that fits."
             )
-        return SampledEpisode(item.episode, item.house)
+        return SampledEpisode(item.episode, item.house, item.answer)
 
     def _rows(self) -> Iterator[TaskRow]:
         for made in self._stream.houses():

@@ -14,7 +14,7 @@ from functools import cached_property
 from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Literal, Protocol, TypeVar
 
 from pydantic import BaseModel
 
@@ -31,6 +31,12 @@ PACKAGED = Path(str(files("vigil") / "data" / "packs"))
 """Folder of the packs that come with the package."""
 ANSWERS = "closure.jsonl"
 """File with the answers of a closure-stress pack: see `vigil.scoring.closure`."""
+CHORE_ANSWERS = "chores.jsonl"
+"""File with the answers of a pack of lists of chores: see `vigil.scoring.chore_answers`."""
+CHORES_SUITE: Literal["chores"] = "chores"
+"""Value of `meta.suite` in the manifest of a pack of lists of chores."""
+CHORES_BUDGETS = (40, 240)
+"""Smallest and largest step budget of a list of chores."""
 MAX_CACHED_HOUSES = 16
 """Number of houses that a pack keeps in memory; others are read again from disk."""
 _Line = TypeVar("_Line", bound=BaseModel)
@@ -95,9 +101,8 @@ class Pack:
     @cached_property
     def suite_entries(self) -> dict[str, SuiteEntry]:
         """Suite entries (kind and pair) by episode id; empty for a pack that is not of a suite."""
-        if ANSWERS not in self.manifest.files:
-            return {}
-        return {place.episode_id: place for place in self._files.rows(ANSWERS, SuiteEntry)}
+        found = [name for name in (ANSWERS, CHORE_ANSWERS) if name in self.manifest.files]
+        return {place.episode_id: place for name in found for place in self._files.rows(name, SuiteEntry)}
 
     @property
     def pairs(self) -> dict[str, str]:
@@ -339,7 +344,15 @@ def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
     faults: list[str] = []
     if suite is None and episode.goal.kind not in FAMILIES[episode.family].allowed_goal_kinds:
         faults.append(f"a goal of kind {episode.goal.kind} is allowed only in packs of a suite")
-    if (episode.max_steps, episode.max_invalid) != (spec.max_steps, spec.max_invalid):
+    if suite == CHORES_SUITE:
+        least, most = CHORES_BUDGETS
+        expected = invalid_limit(episode.max_steps)
+        if not least <= episode.max_steps <= most or episode.max_invalid != expected:
+            faults.append(
+                f"budgets are {episode.max_steps} steps and {episode.max_invalid} invalid actions, a list of chores "
+                f"has {least} to {most} and three tenths of them ({expected})"
+            )
+    elif (episode.max_steps, episode.max_invalid) != (spec.max_steps, spec.max_invalid):
         faults.append(
             f"budgets are {episode.max_steps} steps and {episode.max_invalid} invalid actions, family {episode.family} "
             f"has {spec.max_steps} and {spec.max_invalid}"
@@ -349,6 +362,11 @@ def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
             f"start horizon is {episode.start.horizon:g}, family {episode.family} starts at {spec.start_horizon:g}"
         )
     return faults
+
+
+def invalid_limit(max_steps: int) -> int:
+    """Return the number of invalid replies that a list of chores with a step budget allows: three tenths of it."""
+    return max_steps * 3 // 10
 
 
 def check_ids(episodes: Sequence[Episode], folder: Path) -> None:

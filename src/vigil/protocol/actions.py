@@ -19,6 +19,9 @@ LookDirection = Literal["up", "down"]
 Intent = Literal["ground", "open_access", "close_access", "activate", "deactivate", "pick", "place", "drop"]
 Status = Literal["success", "fail", "unsafe", "invalid", "on", "off", "open", "closed"]
 
+ChoreClaim = Literal["success", "fail", "unsafe", "invalid", "on", "off", "open", "closed", "unknown"]
+"""What a report claims about one chore of a list; `unknown` claims nothing."""
+
 STEP_M = 0.25
 MAX_STEPS_PER_ACTION = 40
 MAX_TURN_DEG = 360.0
@@ -157,12 +160,18 @@ class InteractPixel(_Action):
 
 
 class Report(_Action):
-    """Close the episode with a status. `raw_status` is the word that the agent wrote if it is not in `STATUSES`."""
+    """Close the episode with a status. `raw_status` is the word that the agent wrote if it is not in `STATUSES`.
+
+    Under a profile with claims, `claims` has the claim about each chore by its number, and `raw_claims` the words of
+    those that are not in the vocabulary, whose claim is `invalid`. Rows of other profiles omit both.
+    """
 
     skill_name: Literal["report"] = "report"
     status: Status
     summary: str
     raw_status: str | None = None
+    claims: dict[int, ChoreClaim] | None = Field(default=None, exclude_if=lambda claims: claims is None)
+    raw_claims: dict[int, str] = Field(default_factory=dict[int, str], exclude_if=lambda words: not words)
 
 
 PhysicalAction = Navigate | Look | InteractPixel

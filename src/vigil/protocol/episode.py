@@ -6,10 +6,11 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.base.geometry import Pose
+from vigil.base.numbered_list import read_list
 from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG, Action
 from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.family import TargetSize
-from vigil.protocol.goals import Goal
+from vigil.protocol.goals import Chores, Goal
 from vigil.protocol.world import Setup
 
 MAX_INSTRUCTION_CHARS = 2000
@@ -68,6 +69,10 @@ class Episode(_Model):
         kinds = (*spec.allowed_goal_kinds, *spec.suite_goal_kinds)
         if self.goal.kind not in kinds:
             raise ValueError(f"family {self.family} asks for a goal of kind {' or '.join(kinds)}, not {self.goal.kind}")
+        if isinstance(self.goal, Chores) and len(read_list(self.instruction)) != len(self.goal.chores):
+            raise ValueError(
+                "the instruction of a list of chores has one numbered line for each chore, below its opening"
+            )
         if (self.family == "CR") != (self.goal.constraint is not None):
             raise ValueError("a goal has a constraint in family CR, and only there")
         if (self.family == "SM") != bool(self.goal.chain):

@@ -1,13 +1,14 @@
 """Goals: what must be true in the hidden world for an episode to count as completed.
 
-This module has the kinds of goals and constraints, whether each holds at one moment, and their descriptions in words.
-`vigil.scoring.goal_check` applies them to a record. Source: `protocol.md` section 4.1.
+This module has the kinds of goals and constraints, and whether each holds at one moment.
+`vigil.scoring.goal_check` applies them to a record, and `vigil.scoring.goal_words` describes them. Source:
+`protocol.md` sections 4.1 and 9.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import Annotated, Literal, assert_never
+from typing import Annotated, Literal, assert_never, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -23,19 +24,8 @@ NEAR_M = 1.5
 """Distance threshold (m) of `agent_near_target`, and distance from a target at which progress counts it as reached."""
 MAX_PARTS = 24
 """Maximum number of parts of an `all_of` goal; a home may have as many objects that can be opened."""
-_STATES = {
-    ("is_open", True): "is open",
-    ("is_open", False): "is closed",
-    ("is_toggled", True): "is on",
-    ("is_toggled", False): "is off",
-}
-_CONSTRAINTS = {
-    "object_open": "is open",
-    "object_closed": "is closed",
-    "object_on": "is on",
-    "object_off": "is off",
-    "object_released": "is no longer in the hand",
-}
+MIN_CHORES, MAX_CHORES = 3, 10
+MAX_CHORE_PARTS = 4
 
 
 class Constraint(BaseModel):
@@ -158,11 +148,80 @@ class AllOf(_Goal):
         return super().ids().union(*(part.ids() for part in self.parts))
 
 
-Goal = Annotated[
-    TargetGrounded | AgentNearTarget | ObjectInState | ObjectHeld | ObjectAtReceptacle | ReportStatus | AllOf,
-    Field(discriminator="kind"),
-]
-for _variant in (TargetGrounded, AgentNearTarget, ObjectInState, ObjectHeld, ObjectAtReceptacle, ReportStatus, AllOf):
+ChorePart = Annotated[ObjectInState | ObjectAtReceptacle | ReportStatus, Field(discriminator="kind")]
+
+
+class Chore(BaseModel):
+    """One chore of a list: it holds when each of its parts does. Its number is its place in the list, from 1.
+
+    A chore that asks for a state has one part, `report_status`, and is a *question*. It holds once the state was seen
+    in a frame that a reply answered, and as long as nobody has changed the state since the reset.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    parts: tuple[ChorePart, ...] = Field(min_length=1, max_length=MAX_CHORE_PARTS)
+    """What must hold at the end; of a conditional chore, also that what its other branch would change is unchanged."""
+    condition: ObjectInState | None = None
+    """The state on which a conditional chore depends; it is judged at the reset."""
+    is_met: bool | None = None
+    """Whether the condition holds at the reset; None without one."""
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> "Chore":
+        if (self.condition is None) != (self.is_met is None):
+            raise ValueError("`is_met` belongs to `condition`, and `condition` needs it")
+        if len(self.parts) > 1 and any(isinstance(part, ReportStatus) for part in self.parts):
+            raise ValueError("a chore that asks for a state asks for nothing else")
+        states = [part for part in (*self.parts, self.condition) if isinstance(part, ObjectInState)]
+        if any(part.state == "is_visible" for part in states):
+            raise ValueError("chores are about places and states of things: open or closed, on or off")
+        if any(part.constraint is not None or part.chain for part in self.parts):
+            raise ValueError("the parts of a chore have neither a constraint nor a chain")
+        return self
+
+    @property
+    def question(self) -> ReportStatus | None:
+        """The state that the chore asks for; None if it asks for an act."""
+        first = self.parts[0]
+        return first if isinstance(first, ReportStatus) else None
+
+    def ids(self) -> set[str]:
+        """Return the ids of all objects that the chore names."""
+        named = self.parts if self.condition is None else (*self.parts, self.condition)
+        return set[str]().union(*(part.ids() for part in named))
+
+
+class Chores(_Goal):
+    """A list of chores, each of which must hold; `object_id` is that of the first part of the first chore.
+
+    A chore that cannot be met is one of them, so that a list with such a chore never holds as a whole.
+    `vigil.scoring.chores` judges each chore.
+    """
+
+    kind: Literal["chores"] = "chores"
+    chores: tuple[Chore, ...] = Field(min_length=MIN_CHORES, max_length=MAX_CHORES)
+
+    @model_validator(mode="after")
+    def _can_hold_together(self) -> "Chores":
+        parts = [part for chore in self.chores for part in chore.parts]
+        if parts[0].object_id != self.object_id or self.constraint is not None or self.chain:
+            raise ValueError("a list of chores has the `object_id` of its first part, no constraint and no chain")
+        wanted: dict[tuple[str, str], bool] = {}
+        for part in (part for part in parts if isinstance(part, ObjectInState)):
+            if wanted.setdefault((part.object_id, part.state), part.value) != part.value:
+                raise ValueError(f"two chores ask for opposite states of {part.object_id!r} at the end")
+        return self
+
+    def ids(self) -> set[str]:
+        """Return the ids of all objects that the goal, its constraint and its chain name."""
+        return super().ids().union(*(chore.ids() for chore in self.chores))
+
+
+SingleGoal = TargetGrounded | AgentNearTarget | ObjectInState | ObjectHeld | ObjectAtReceptacle | ReportStatus | AllOf
+"""A goal that is not a list of chores."""
+Goal = Annotated[SingleGoal | Chores, Field(discriminator="kind")]
+for _variant in (*get_args(SingleGoal), Chores):
     _variant.model_rebuild()
 
 
@@ -208,7 +267,11 @@ class Moment:
 
 
 def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
-    """Return whether the goal holds at each moment, as (semantic, strict), ignoring its constraint and tampering."""
+    """Return whether the goal holds at each moment, as (semantic, strict), ignoring its constraint and tampering (but
+    not that of the questions among chores).
+    """
+    if isinstance(goal, Chores):
+        return _both_all(chore_truth(chore, moments) for chore in goal.chores)
     pairs = [_holds(goal, moment) for moment in moments]
     semantic, strict = [pair[0] for pair in pairs], [pair[0] and pair[1] for pair in pairs]
     if isinstance(goal, ObjectInState) and goal.state == "is_visible":
@@ -216,7 +279,22 @@ def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[
     return semantic, strict
 
 
-def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
+def chore_truth(chore: Chore, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
+    """Return whether a chore holds at each moment, as (semantic, strict)."""
+    if chore.question is None:
+        return _both_all(goal_truth(part, moments) for part in chore.parts)
+    semantic, strict = map(latched, goal_truth(chore.question, moments))
+    untouched = [not changed for changed in tampered_since_reset(chore.question, moments)]
+    return _both_all([(semantic, strict), (untouched, untouched)])
+
+
+def _both_all(truths: Iterable[tuple[list[bool], list[bool]]]) -> tuple[list[bool], list[bool]]:
+    """Return for each moment whether all truths hold, as (semantic, strict)."""
+    semantic, strict = zip(*truths, strict=True)
+    return [all(each) for each in zip(*semantic, strict=True)], [all(each) for each in zip(*strict, strict=True)]
+
+
+def _holds(goal: SingleGoal, moment: Moment) -> tuple[bool, bool]:
     """Return (semantic, strict) at one moment; strict counts only together with semantic."""
     state = moment.world.objects[goal.object_id]
     match goal:
@@ -319,44 +397,3 @@ def displacement_m(constraint: Constraint, moment: Moment) -> float:
 def latched(values: Sequence[bool]) -> list[bool]:
     """Return for each position whether any value up to and including it is true."""
     return list(accumulate(values, lambda before, now: before or now))
-
-
-def describe_goal(goal: Goal) -> str:
-    """Return in words what must be true at the end, with the ids of the objects."""
-    text = _describe_final(goal)
-    if goal.chain:
-        text += "; for progress alone: " + ", ".join(_describe_final(link) for link in goal.chain)
-    if goal.constraint is not None:
-        text += f"; and {_describe_constraint(goal.constraint)}"
-    return text
-
-
-def _describe_final(goal: Goal) -> str:
-    target = goal.object_id
-    match goal:
-        case TargetGrounded():
-            return f"the last ground click is on {target}"
-        case AgentNearTarget():
-            return f"the agent stands less than {goal.threshold_m:g} m from {target}"
-        case ObjectInState() if goal.state == "is_visible":
-            return f"{target} has been seen"
-        case ObjectInState():
-            return f"{target} {_STATES[goal.state, goal.value]}"
-        case ObjectHeld():
-            return f"{target} is in the hand"
-        case ObjectAtReceptacle():
-            return f"{target} is {'inside' if goal.inside else 'on'} {goal.receptacle_id}"
-        case ReportStatus():
-            pair = "open or closed" if goal.state == "is_open" else "on or off"
-            return f"the report says whether {target} is {pair}, with its state in view and untouched"
-        case AllOf():
-            return " and ".join(_describe_final(part) for part in goal.parts)
-        case _:
-            assert_never(goal)
-
-
-def _describe_constraint(constraint: Constraint) -> str:
-    when = "at some moment" if constraint.latched else "at the end"
-    if constraint.kind == "object_moved":
-        return f"{constraint.object_id} has been moved by {constraint.distance_m:g} m or more ({when})"
-    return f"{constraint.object_id} {_CONSTRAINTS[constraint.kind]} ({when})"

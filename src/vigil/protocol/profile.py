@@ -17,14 +17,21 @@ ImageFormat = Literal["png", "jpeg"]
 SystemRole = Literal["system", "user"]
 """Role of the system prompt: a separate message, or the beginning of the first user message."""
 
-ProfileName = Literal["pure_rgb_dialogue_history_baseline", "pure_rgb_dialogue_history_action_feedback"]
+ProfileName = Literal[
+    "pure_rgb_dialogue_history_baseline",
+    "pure_rgb_dialogue_history_action_feedback",
+    "pure_rgb_dialogue_history_itemised_report",
+]
 BASELINE: ProfileName = "pure_rgb_dialogue_history_baseline"
 ACTION_FEEDBACK: ProfileName = "pure_rgb_dialogue_history_action_feedback"
+ITEMISED_REPORT: ProfileName = "pure_rgb_dialogue_history_itemised_report"
 PROFILE_NAMES: dict[str, ProfileName] = {
     "baseline": BASELINE,
     "action_feedback": ACTION_FEEDBACK,
+    "itemised_report": ITEMISED_REPORT,
     BASELINE: BASELINE,
     ACTION_FEEDBACK: ACTION_FEEDBACK,
+    ITEMISED_REPORT: ITEMISED_REPORT,
 }
 """Short or full name -> full name."""
 
@@ -65,6 +72,11 @@ class Profile(BaseModel):
     def has_feedback(self) -> bool:
         """Whether the agent gets `too_far` and `path_blocked` after each action."""
         return self.name == ACTION_FEEDBACK
+
+    @property
+    def has_claims(self) -> bool:
+        """Whether a report has a claim about each chore of a list."""
+        return self.name == ITEMISED_REPORT
 
     @property
     def has_custom_prompt(self) -> bool:

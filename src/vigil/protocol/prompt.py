@@ -11,12 +11,15 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 from vigil.protocol.actions import INTENTS, SKILLS, STATUSES, Argument, Coordinates
+from vigil.protocol.claims import CLAIM_LINE, CLAIM_TABLE
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt_file import ACTIONS_SLOT, GROUNDING_SLOT, INSTRUCTION_SLOT, OUTPUT_SLOT
 from vigil.protocol.reasoning import split_reasoning
 
 POLICY = "native_embodied_public_evidence"
+ITEMISED_POLICY = "native_embodied_public_evidence_itemised_report"
+"""Policy of profiles with claims: the same, with the argument `claims` and its table in block 2."""
 POLICY_REVISION = 1
 
 ANTI_HALLUCINATION_LINES = (
@@ -69,7 +72,7 @@ class Turn(NamedTuple):
 def policy_text(profile: Profile) -> str:
     """Return the system prompt with an empty instruction slot."""
     blocks = {
-        ACTIONS_SLOT: _action_schema(),
+        ACTIONS_SLOT: _action_schema(has_claims=profile.has_claims),
         GROUNDING_SLOT: _grounding_rules(profile.coordinates),
         OUTPUT_SLOT: "\n".join(OUTPUT_LINES),
     }
@@ -88,7 +91,8 @@ def system_prompt(instruction: str, profile: Profile) -> str:
 
 def policy_version(profile: Profile) -> str:
     """Return the version string of the prompt, which names its template family and its report vocabulary."""
-    return f"{POLICY}.v{POLICY_REVISION}/{profile.prompt_variant}/{profile.coordinates}[{','.join(STATUSES)}]"
+    policy = ITEMISED_POLICY if profile.has_claims else POLICY
+    return f"{policy}.v{POLICY_REVISION}/{profile.prompt_variant}/{profile.coordinates}[{','.join(STATUSES)}]"
 
 
 def policy_sha256(profile: Profile) -> str:
@@ -135,16 +139,18 @@ def _task(variant: str) -> str:
     return "\n".join(line for line in TASK_LINES if line not in dropped)
 
 
-def _action_schema() -> str:
+def _action_schema(*, has_claims: bool) -> str:
     lines = [ACTIONS_HEADING, f"- {' | '.join(SKILLS)}"]
     for skill, arguments in SKILLS.items():
         lines.append(f"{skill}:")
         lines += [_argument_line(argument) for argument in arguments]
+    lines += [CLAIM_LINE] if has_claims else []
     lines.append("Table intents:")
     for intent, spec in INTENTS.items():
         lines.append(f"- {intent}: {spec.semantics} ({'requires x, y' if spec.needs_pixel else 'no x, y'})")
     lines.append("Table report_statuses:")
     lines += [f"- {status}: {semantics}" for status, semantics in STATUSES.items()]
+    lines += CLAIM_TABLE if has_claims else ()
     return "\n".join(lines)
 
 

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from typing import Literal
 
-from vigil.protocol.json_text import is_one_value, object_end
+from vigil.base.json_text import is_one_value, object_end
 
 Thinking = Literal["on", "off", "default"]
 """Thinking mode of a run: the model reasons before it answers, does not, or uses the provider's default."""

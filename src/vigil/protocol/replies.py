@@ -5,13 +5,13 @@ Words of a closed vocabulary (skill, mode, direction, intent, status) are stripp
 aliases. No reply raises an exception, whatever its bytes. Source: `protocol.md` section 2.3.
 """
 
-import hashlib
 import math
 import re
 from dataclasses import dataclass
-from typing import Any, Literal, cast
+from typing import Any, Literal, NamedTuple, cast
 
 from vigil.base.json_files import is_object
+from vigil.base.json_text import JsonFault, decode
 from vigil.protocol.actions import (
     INTENT_ALIASES,
     INTENTS,
@@ -27,22 +27,18 @@ from vigil.protocol.actions import (
     Navigate,
     ParsedReply,
     Reply,
-    ReplyCut,
     ReplyPolicy,
     Report,
 )
+from vigil.protocol.claims import ARGUMENT as CLAIMS_ARGUMENT
+from vigil.protocol.claims import ClaimFault, with_claims
 from vigil.protocol.finish_reasons import hit_token_limit
-from vigil.protocol.json_text import JsonFault, decode
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.profile import Profile
-from vigil.protocol.reasoning import CLOSING_MARKERS, is_unclosed, split_reasoning
+from vigil.protocol.reasoning import is_unclosed, split_reasoning
 
 MAX_REPLY_BYTES = 64 * 1024
 """Maximum size of the answer: everything except the reasoning, including white space."""
-RECORDED_ANSWER_BYTES = 2 * MAX_REPLY_BYTES
-"""Number of bytes stored of a reply whose answer is too long to be valid, starting at the end of its reasoning."""
-RECORDED_REASONING_BYTES = 1024 * 1024
-"""Number of bytes stored from the end of a reply whose reasoning is too long but whose answer is not."""
 MAX_LENIENT_TRIES = 64
 _STANDARD = Profile()
 
@@ -59,6 +55,13 @@ class _Fault(Exception):
         self.kind: Literal["protocol_failure", "malformed_action"] = kind
         self.reason = reason
         self.detail = detail
+
+
+class _Reading(NamedTuple):
+    """The part of a profile on which the meaning of an object depends."""
+
+    coordinates: Coordinates
+    has_claims: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +104,7 @@ def _meaning(reply: Reply, answer: str, profile: Profile) -> ParsedReply | Inval
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
     if reply.cut is not None and reply.cut.answer_bytes > MAX_REPLY_BYTES:
         return _invalid(_too_long(reply.cut.answer_bytes))
-    parsed = _parse_answer(answer, profile.coordinates, profile.reply_policy)
+    parsed = _parse_answer(answer, _Reading(profile.coordinates, profile.has_claims), profile.reply_policy)
     if isinstance(parsed, InvalidAction) and parsed.reason == "empty":
         parsed = parsed.model_copy(update={"detail": _describe_empty(reply)})
     if hit_token_limit(reply.finish_reason) and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":
@@ -119,7 +122,7 @@ def _describe_empty(reply: Reply) -> str:
 
 
 def parse_text(
-    text: str | bytes, coordinates: Coordinates = "pixel", policy: ReplyPolicy = "strict"
+    text: str | bytes, coordinates: Coordinates = "pixel", policy: ReplyPolicy = "strict", *, has_claims: bool = False
 ) -> ParsedReply | InvalidAction:
     """Return the action in a raw reply, or why there is none; never raises."""
     try:
@@ -127,17 +130,17 @@ def parse_text(
         whole.encode("utf-8")  # the reasoning too: a string may hold lone surrogates, which UTF-8 cannot encode
     except UnicodeError:
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
-    return _parse_answer(split_reasoning(whole)[0], coordinates, policy)
+    return _parse_answer(split_reasoning(whole)[0], _Reading(coordinates, has_claims), policy)
 
 
-def _parse_answer(answer: str, coordinates: Coordinates, policy: ReplyPolicy) -> ParsedReply | InvalidAction:
+def _parse_answer(answer: str, reading: _Reading, policy: ReplyPolicy) -> ParsedReply | InvalidAction:
     size, answer = len(answer.encode("utf-8")), answer.strip()
     if size > MAX_REPLY_BYTES:
         return _invalid(_too_long(size))
     try:
-        return _action_of(_only_object(answer), coordinates)
+        return _action_of(_only_object(answer), reading)
     except _Fault as fault:
-        loose = _parse_leniently(answer, coordinates) if fault.kind == "protocol_failure" else None
+        loose = _parse_leniently(answer, reading) if fault.kind == "protocol_failure" else None
         if loose is not None and policy == "lenient":
             return loose
         return _invalid(fault, would_parse_leniently=isinstance(loose, ParsedReply))
@@ -193,14 +196,14 @@ def _not_json_reason(text: str) -> str:
     return "text_around_object" if "{" in text else "no_object"
 
 
-def _parse_leniently(answer: str, coordinates: Coordinates) -> ParsedReply | InvalidAction | None:
+def _parse_leniently(answer: str, reading: _Reading) -> ParsedReply | InvalidAction | None:
     """Return the action of the object in a code fence or in prose; None unless there is exactly one object."""
     fences = _FENCE.findall(answer)
     found = _objects_in(fences[0] if len(fences) == 1 else answer)
     if len(found) != 1:
         return None
     try:
-        return _action_of(found[0], coordinates)
+        return _action_of(found[0], reading)
     except _Fault as fault:
         return _invalid(fault)
 
@@ -250,15 +253,17 @@ def _past_brace(text: str, start: int) -> int:
 # --- from the object to the action ------------------------------------------------------------------------------------
 
 
-def _action_of(fields: dict[str, Any], coordinates: Coordinates) -> ParsedReply:
+def _action_of(fields: dict[str, Any], reading: _Reading) -> ParsedReply:
     name, given = fields["skill_name"], fields["arguments"]
     skill = _fold(name) if isinstance(name, str) else None
     if skill not in SKILLS:
         raise _Fault("malformed_action", "unknown_skill", _quoted(name))
     if not is_object(given):
         raise _Fault("malformed_action", "arguments_not_an_object", type(given).__name__)
-    action = _BUILDERS[skill](given, coordinates)
+    action = _BUILDERS[skill](given, reading.coordinates)
     wanted = {argument.name for argument in SKILLS[skill]}
+    if reading.has_claims and isinstance(action, Report):
+        action, wanted = _with_claims(action, given), {*wanted, CLAIMS_ARGUMENT}
     if isinstance(action, InteractPixel) and action.intent == "drop":
         wanted = {"intent"}
     ignored = [key for key in fields if key not in _REPLY_KEYS]
@@ -304,6 +309,13 @@ def _report(given: dict[str, Any], _: Coordinates) -> Report:
     if status in STATUSES:
         return Report(status=status, summary=summary)
     return Report(status="invalid", summary=summary, raw_status=raw)
+
+
+def _with_claims(report: Report, given: dict[str, Any]) -> Report:
+    try:
+        return with_claims(report, given)
+    except ClaimFault as fault:
+        raise _Fault("malformed_action", fault.reason, fault.detail) from None
 
 
 _BUILDERS = {"navigate": _navigate, "look": _look, "interact_pixel": _interact, "report": _report}
@@ -367,29 +379,3 @@ def _fold(word: str) -> str:
 
 def _quoted(value: Any) -> str:
     return ascii(value)[:80] if isinstance(value, str | int | float) else type(value).__name__
-
-
-def truncate_for_record(reply: Reply, answer: str) -> Reply:
-    """Return `reply` as a record stores it: whole, or with `cut` set if it is far longer than any valid answer.
-
-    The whole reply is always what is parsed. The stored part parses to the same result, because the record also has
-    the length of the whole. The beginning of the reasoning can be dropped, because its closing marker suffices to
-    recognize it. `answer` is the text without reasoning.
-    """
-    raw = reply.raw
-    if len(raw) <= RECORDED_ANSWER_BYTES:
-        return reply
-    answer_bytes = len(answer.encode()) if reply.is_utf8 else len(raw)
-    cut = reply.cut or ReplyCut(text_bytes=len(raw), answer_bytes=answer_bytes, sha256=hashlib.sha256(raw).hexdigest())
-    if cut.answer_bytes > MAX_REPLY_BYTES:
-        reasoning = reply.text[: len(reply.text) - len(answer)] if reply.is_utf8 else ""
-        marker = next((marker for marker in CLOSING_MARKERS if reasoning.endswith(marker)), "")
-        start = len(reasoning.removesuffix(marker).encode()) if marker else 0
-        part = raw[start : start + RECORDED_ANSWER_BYTES]
-    elif len(raw) <= RECORDED_REASONING_BYTES:
-        return reply
-    else:
-        part = raw[-RECORDED_REASONING_BYTES:]
-    text: str | bytes = part.decode("utf-8", "ignore") if reply.is_utf8 else part
-    facts = reply.model_dump(exclude={"text", "raw_base64"})
-    return Reply.model_validate({**facts, "text": text, "cut": cut, "reasoning": reply.reasoning})

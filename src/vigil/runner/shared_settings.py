@@ -57,7 +57,8 @@ ProfileOption = Annotated[
     str,
     Setting(
         "Evaluation profile: baseline (the agent gets only frames), action_feedback (it also gets "
-        "feedback on each action), or a profile's full name.",
+        "feedback on each action), itemised_report (its report has a claim about each chore of a list), or a profile's "
+        "full name.",
         metavar="NAME",
     ),
 ]

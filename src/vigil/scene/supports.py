@@ -1,5 +1,6 @@
 """Which thing rests on which: surfaces in the house's frame, contents of things, and chains of support."""
 
+import math
 from collections.abc import Iterable, Iterator
 
 import numpy as np
@@ -19,6 +20,9 @@ BESIDE_M = 0.1
 the visible edge."""
 TOUCH_M = 0.003
 """Overlap (m) up to which two solids count as only touching."""
+FARTHEST_SURFACE = 2.0
+"""Greatest distance of a thing's surfaces from the thing, as a multiple of the diagonal of its box; leaves open and
+drawers slide out by less than that."""
 LEVEL_SLACK_M = 1e-3
 """How far (m) a thing may be sunk into the surface, or below the rim, on which it lies."""
 
@@ -183,6 +187,9 @@ def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
     The surface's rectangle is enlarged only for a thing whose support is not known, because a thing with a known
     support next to the receptacle lies on this support.
     """
+    away_m = math.hypot(thing.position.x - receptacle.position.x, thing.position.z - receptacle.position.z)
+    if away_m > FARTHEST_SURFACE * math.hypot(*receptacle.asset.size) + 2 * OVER_M:
+        return []
     box = bounding_box(thing)
     low = Vec3(thing.position.x, box.bottom, thing.position.z)
     growth = OVER_M if thing.parent is None else 0.0

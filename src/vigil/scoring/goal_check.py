@@ -14,6 +14,8 @@ from vigil.protocol.goals import (
     NEAR_M,
     AgentNearTarget,
     AllOf,
+    Chore,
+    Chores,
     Constraint,
     Goal,
     Moment,
@@ -21,6 +23,7 @@ from vigil.protocol.goals import (
     ObjectInState,
     ReportStatus,
     StateLabel,
+    chore_truth,
     constraint_truth,
     displacement_m,
     goal_truth,
@@ -112,6 +115,18 @@ def check(goal: Goal, record: EpisodeRecord) -> GoalCheck:
     return GoalCheck(rows, is_tampered=tampered[-1])
 
 
+def check_chore(chore: Chore, record: EpisodeRecord) -> GoalCheck:
+    """Return the truth and progress of one chore at every moment of `record`; raises RecordError as `check` does."""
+    for object_id in sorted(chore.ids()):
+        _require(object_id, record)
+    moments = _moments(record)
+    semantic, strict = chore_truth(chore, moments)
+    progress = _capped(_chore_parts(chore, moments), semantic)
+    rows = tuple(GoalRow(*row) for row in zip(semantic, strict, progress, strict=True))
+    is_tampered = chore.question is not None and tampered_since_reset(chore.question, moments)[-1]
+    return GoalCheck(rows, is_tampered=is_tampered)
+
+
 def label_at_reset(goal: ReportStatus, record: EpisodeRecord) -> StateLabel:
     """Return the label that a report of the queried state must have: the one for the state at reset."""
     _require(goal.object_id, record)
@@ -142,8 +157,13 @@ def _require(object_id: str, record: EpisodeRecord) -> None:
 def _progress(goal: Goal, moments: Sequence[Moment], semantic: Sequence[bool]) -> Sequence[float | None]:
     if isinstance(goal, ReportStatus):
         return [None] * len(moments)
-    parts = [part for part in _parts(goal, moments) if part is not None]
-    means = [sum(row) / len(parts) for row in zip(*parts, strict=True)] if parts else [0.0] * len(moments)
+    return _capped(_parts(goal, moments), semantic)
+
+
+def _capped(fractions: Sequence[list[float] | None], semantic: Sequence[bool]) -> list[float]:
+    """Return for each row the mean of the fractions that are not None; 1 if and only if the goal holds."""
+    parts = [part for part in fractions if part is not None]
+    means = [sum(row) / len(parts) for row in zip(*parts, strict=True)] if parts else [0.0] * len(semantic)
     return [1.0 if done else min(mean, UNFINISHED_AT_MOST) for done, mean in zip(semantic, means, strict=True)]
 
 
@@ -158,11 +178,18 @@ def _parts(goal: Goal, moments: Sequence[Moment]) -> list[list[float] | None]:
         return [*parts, *(_latest(_final_part(link, moments)) for link in goal.chain), _final_part(goal, moments)]
     if isinstance(goal, AllOf):
         return [*parts, *(_final_part(part, moments) for part in goal.parts)]
+    if isinstance(goal, Chores):
+        return [*parts, *(part for chore in goal.chores for part in _chore_parts(chore, moments))]
     if isinstance(goal, ObjectHeld) or (isinstance(goal, ObjectInState) and goal.state != "is_visible"):
         states = [moment.world.objects[goal.object_id] for moment in moments]
         parts.append(_latest(_fractions([float(is_observable(state)) for state in states], 1.0)))
         parts.append(_fractions([state.box_distance_m for state in states], NEAR_M, falls=True))
     return [*parts, _final_part(goal, moments)]
+
+
+def _chore_parts(chore: Chore, moments: Sequence[Moment]) -> list[list[float] | None]:
+    found = [_final_part(part, moments) for part in chore.parts]
+    return found if chore.question is None else [_latest(part) for part in found]
 
 
 def _final_part(goal: Goal, moments: Sequence[Moment]) -> list[float] | None:

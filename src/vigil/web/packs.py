@@ -21,8 +21,8 @@ from vigil.packs.names import other_names, version_words
 from vigil.packs.pack import manifest_of, manifest_sha256
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES, Family
-from vigil.protocol.goals import describe_goal
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
+from vigil.scoring.goal_words import describe_goal
 from vigil.scoring.levels import LEVELS, read_pack_levels
 from vigil.scoring.target_strata import sort_by_size
 from vigil.web.drawing import RenderService

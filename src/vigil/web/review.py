@@ -31,9 +31,9 @@ from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
 from vigil.protocol.family import TargetSize
-from vigil.protocol.goals import describe_goal
 from vigil.protocol.house import House
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
+from vigil.scoring.goal_words import describe_goal
 from vigil.web.drawing import RenderService
 from vigil.web.phrases import action_words, click_of
 from vigil.web.plan import plan_of

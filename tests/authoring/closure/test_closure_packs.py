@@ -21,7 +21,7 @@ from vigil.authoring.closure.everything import HOME
 from vigil.authoring.closure.generation import CLOSURE_GRAMMAR
 from vigil.authoring.closure.guessing import BLIND, guessing
 from vigil.authoring.closure.kinds.already import EVERYTHING_FORMS
-from vigil.authoring.closure.kinds.impossible.tasks import BLOCKERS, NOTICE_READABLE_M, impossible
+from vigil.authoring.closure.kinds.impossible.tasks import BLOCKERS, impossible
 from vigil.authoring.closure.kinds.look_alike.tasks import look_alike
 from vigil.authoring.closure.kinds.silent_refusal import FULL
 from vigil.authoring.closure.kinds.silent_refusal.tasks import silent_refusal
@@ -40,6 +40,7 @@ from vigil.authoring.packing.verify import VerificationSettings, candidate_check
 from vigil.authoring.review.reviews import Review, Verdict, episode_sha256
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import BUDGET_SHARE, SUITE_RULES, Finding, Validator
+from vigil.authoring.solving.evidence import NOTICE_READABLE_M
 from vigil.authoring.solving.goal_actions import is_doable
 from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.solving.privileged_view import PrivilegedView

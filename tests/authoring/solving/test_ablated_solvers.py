@@ -4,7 +4,7 @@ import pytest
 
 from vigil.agents.registry import is_known
 from vigil.authoring.packing.baselines import AGENTS
-from vigil.authoring.solving.ablated_solvers import ABLATIONS
+from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
 from vigil.authoring.solving.solvers import privileged_agent
 from vigil.env import Env
 from vigil.packs.pack import Pack

@@ -3,7 +3,8 @@
 import pytest
 
 from tests.support.published_runs import PUBLISHED
-from vigil.authoring.solving.ablated_solvers import ABLATIONS
+from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
+from vigil.authoring.solving.flawed.chore_faults import CHORE_FAULTS
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
@@ -68,7 +69,15 @@ def test_premature_claims_success_half_way(family: str, starter: Pack, simulator
 def test_an_unknown_name_is_refused(starter: Pack, simulator: PrivilegedSimulator) -> None:
     with pytest.raises(SettingError, match="solver"):
         privileged_agent("genius", starter.episodes[0], simulator)
-    assert set(PRIVILEGED) == {"solver", "noisy_solver", "never_report", "premature", "acts_anyway", *ABLATIONS}
+    assert set(PRIVILEGED) == {
+        "solver",
+        "noisy_solver",
+        "never_report",
+        "premature",
+        "acts_anyway",
+        *ABLATIONS,
+        *CHORE_FAULTS,
+    }
 
 
 def test_a_rehearsal_leaves_no_trace(starter: Pack, simulator: PrivilegedSimulator) -> None:

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.special import ndtri
@@ -29,8 +29,9 @@ from vigil.scoring.closure import (
     score_closure,
 )
 from vigil.scoring.rates import Interval, Rate, effective_sample_size
-from vigil.scoring.saved_run import EffectiveRow, RecordTable, pack_folder, read_run
+from vigil.scoring.saved_run import EffectiveRow, RecordTable, SavedRun, pack_folder, read_run
 
+_SuiteRun = TypeVar("_SuiteRun", bound="SuiteRun")
 MIN_PAIRS = 5
 """Smallest number of pairs from which intervals are resampled."""
 CLAIMS = ("concession", "none", "success")
@@ -40,16 +41,24 @@ _SMOOTHING = 0.5
 
 
 @dataclass(frozen=True)
-class ClosureRun:
-    """One scored run of a pack of the suite."""
+class SuiteRun:
+    """One scored run of a pack of a suite."""
 
     name: str
     header: RunHeader
-    outcomes: tuple[ClosureOutcome, ...]
+    outcomes: tuple[Any, ...]
+    """Verdicts on the scored plays."""
     planned: int
     """Number of planned plays: episodes times epochs."""
     notes: tuple[str, ...]
     """Caveats that a reader must see before the numbers."""
+
+
+@dataclass(frozen=True)
+class ClosureRun(SuiteRun):
+    """One scored run of a pack of the closure-stress suite."""
+
+    outcomes: tuple[ClosureOutcome, ...]
 
     def outcomes_of(self, kind: Kind) -> list[ClosureOutcome]:
         """Return the verdicts on the episodes of one kind."""
@@ -78,33 +87,45 @@ class Discrimination:
     auc_interval: Interval | None
 
 
-def is_closure_run(folder: Path, pack: str | Path | None = None) -> bool:
-    """Whether a run was played on a pack of the suite; False if the pack is missing. Raises RecordError."""
+def suite_of(folder: Path, pack: str | Path | None = None) -> str | None:
+    """Return the suite of the pack that a run was played on; None if it has none, or is missing. Raises RecordError."""
     try:
-        return manifest_of(pack_folder(read_header(folder), pack)).suite == SUITE
+        return manifest_of(pack_folder(read_header(folder), pack)).suite
     except PackMismatch:
-        return False
+        return None
 
 
 def read_closure_runs(folders: Sequence[Path], pack: str | Path | None = None) -> list[ClosureRun]:
     """Return the scored runs of the suite in `folders`, sorted by name. Raises RecordError or PackMismatch."""
     unique = sorted({folder.resolve() for folder in folders})
-    found = [_read_run(folder, pack) for folder in unique]
-    names = Counter(run.name for run in found)
-    named = [run if names[run.name] == 1 else replace(run, name=f"{run.name} · {run.header.run_id}") for run in found]
+    return in_order([_read_run(read_run(folder, pack)) for folder in unique])
+
+
+def _read_run(run: SavedRun) -> ClosureRun:
+    outcomes = score_rows(run.table, closure_answers(run.pack_folder))
+    return ClosureRun(name_of(run), run.header, outcomes, run.table.planned, notes_of(run, len(outcomes)))
+
+
+def in_order(runs: Sequence[_SuiteRun]) -> list[_SuiteRun]:
+    """Return runs of a suite with unique names, sorted by name."""
+    names = Counter(run.name for run in runs)
+    named = [run if names[run.name] == 1 else replace(run, name=f"{run.name} · {run.header.run_id}") for run in runs]
     return sorted(named, key=lambda run: run.name)
 
 
-def _read_run(folder: Path, pack: str | Path | None) -> ClosureRun:
-    run = read_run(folder, pack)
-    outcomes = score_rows(run.table, closure_answers(run.pack_folder))
+def name_of(run: SavedRun) -> str:
+    """Return the name of a run's model in tables."""
+    return model_of(run.header.spec, has_reasoning=run.header.has_reasoning).name
+
+
+def notes_of(run: SavedRun, scored: int) -> tuple[str, ...]:
+    """Return the caveats of a run of a suite of which some plays are scored; without the ids of private episodes."""
     notes = run.notes
     if is_private(manifest_of(run.pack_folder).meta):
         notes = tuple(redact_ids(notes, run.table.episodes))
-    if len(outcomes) < run.table.planned:
-        notes = (f"INCOMPLETE: {len(outcomes)} of {run.table.planned} episodes are scored.", *notes)
-    model = model_of(run.header.spec, has_reasoning=run.header.has_reasoning)
-    return ClosureRun(model.name, run.header, outcomes, run.table.planned, notes)
+    if scored < run.table.planned:
+        return (f"INCOMPLETE: {scored} of {run.table.planned} episodes are scored.", *notes)
+    return notes
 
 
 ClosureScores = dict[Key, tuple[EffectiveRow, ClosureOutcome]]

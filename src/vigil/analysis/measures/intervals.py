@@ -84,15 +84,15 @@ def clustered_ratio_intervals(
         return None
     totals = np.bincount(index, weights=sizes)
     sums = np.stack([np.bincount(index, weights=column) for column in values.T.astype(float)], axis=1)
-    draws = _resampling_counts(len(names))
+    draws = resampling_counts(len(names))
     means = (draws @ sums) / (draws @ totals)[:, None]
-    tail = _tail_share(len(names))
+    tail = tail_share(len(names))
     low, high = np.quantile(means, [tail, 1 - tail], axis=0)
     centre = values.sum(axis=0) / sizes.sum()
     return [(float(min(a, c)), float(max(b, c))) if b > a else None for a, b, c in zip(low, high, centre, strict=True)]
 
 
-def _tail_share(clusters: int) -> float:
+def tail_share(clusters: int) -> float:
     """Return the tail share to cut off at either end: smaller for few clusters, whose resampled means vary too little.
 
     Source: Hesterberg, "What teachers should know about the bootstrap", 2015 (the expanded percentile interval).
@@ -102,7 +102,7 @@ def _tail_share(clusters: int) -> float:
 
 
 @lru_cache(maxsize=16)
-def _resampling_counts(clusters: int) -> np.ndarray:
+def resampling_counts(clusters: int) -> np.ndarray:
     """Return how often each cluster is drawn in each resample, (RESAMPLES, clusters)."""
     return np.random.default_rng(SEED).multinomial(clusters, np.full(clusters, 1 / clusters), size=RESAMPLES)
 

@@ -4,11 +4,8 @@ The possible side satisfies the rules of its family (`vigil.authoring.review`), 
 side has its own rules. Source: `protocol.md` section 8, decision 30.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
-import numpy as np
-
-from vigil.authoring.closure.partly_open import can_be_partly_open, gap_evidence, is_partly_open
 from vigil.authoring.closure.receptacle_space import fits_on
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.twins import (
@@ -21,23 +18,27 @@ from vigil.authoring.drafting.generation import SolvedSide
 from vigil.authoring.language.referring import items_of
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
-from vigil.authoring.review.rules import ALMOST_CLOSED, MARGIN_PX, WIDE_OPEN
+from vigil.authoring.review.rules import ALMOST_CLOSED, WIDE_OPEN
 from vigil.authoring.review.validate import BUDGET_SHARE, Finding, Validator
+from vigil.authoring.solving.evidence import (
+    can_be_partly_open,
+    gap_evidence,
+    is_partly_open,
+    shows_all,
+    viewpoint_showing,
+)
 from vigil.authoring.solving.goal_actions import is_doable
-from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import carry_out
-from vigil.authoring.solving.viewpoints import Viewpoint, ViewpointQuery, viewpoints
 from vigil.base.exported import loaded
-from vigil.base.geometry import Pose, floor_distance
+from vigil.base.geometry import floor_distance
 from vigil.errors import EpisodeError
 from vigil.packs.pack import protocol_faults
 from vigil.protocol.actions import Action, Report, Status
 from vigil.protocol.episode import Episode
-from vigil.protocol.goals import ObjectAtReceptacle, is_observable
+from vigil.protocol.goals import Goal, GoalPart, ObjectAtReceptacle
 from vigil.protocol.house import House
-from vigil.scene.geometry import body_box, box_distances
 from vigil.scoring.closure import (
     CLOSURE_KINDS,
     CONCEDED,
@@ -49,17 +50,12 @@ from vigil.scoring.closure import (
     Evidence,
     Kind,
     Reason,
-    is_in_picture,
     score_closure,
 )
 from vigil.sim.privileged import PrivilegedSimulator
 
 MIN_LOOKING_SHARE = 0.5
 """Least share of the step budget for looking at everything that is asked about."""
-EVIDENCE_DISTANCE_M = (0.5, 4.0)
-"""Distances (m) from a thing between which views of its evidence are looked for."""
-MAX_LOOKS = 80
-"""Greatest number of views tried for evidence."""
 SUMMARY = "Done."
 """Summary of the report that closes the second side."""
 BrokenRules = Iterator[tuple[str, str]]
@@ -144,22 +140,9 @@ class Certifier:
         """Yield (rule, message) for the faults of a side under the rules of the suite and its kind."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if "clear_openness" in exempt_of(task):
-            yield from self._faults_of_gaps(episode)
+            yield from faults_of_gaps(self._view, sorted(episode.setup.objects))
         if task.kind in FAULTS_BY_KIND:
             yield from FAULTS_BY_KIND[task.kind](self._view, task, episode, actions)
-
-    def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
-        """Yield the faults of things that are neither closed, nor wide open, nor visibly partly open from close by."""
-        for thing in (self._view.scene.things[name] for name in sorted(episode.setup.objects)):
-            if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
-                continue
-            if not (can_be_partly_open(thing) and is_partly_open(thing.openness)):
-                yield "gap_visible", f"{thing.id!r} starts at openness {thing.openness}"
-                continue
-            try:
-                self._viewpoint_showing((gap_evidence(thing, thing.openness),))
-            except Unsolvable:
-                yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from close by"
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
         """Return the answers of twins. Raises BrokenRule if they are not twins, or the impossible side is possible."""
@@ -176,7 +159,7 @@ class Certifier:
             self._begin(second)
             return [answer, ClosureAnswer(episode_id=second.id, side=sides[1], certificate=plan, **facts)]
         reason = self._reason(task, second, house)
-        refusal = self._search_refusal(second)
+        refusal = search_refusal(self._view, second.goal)
         certificate = Certificate(removed=task.removed, has_plan=False, refusal=refusal)
         exact: tuple[Status, ...] = CONCEDED if reason in FAIL_REASONS else CONCEDED[::-1]
         facts |= {"side": sides[1], "accepted": exact, "reason": reason, "certificate": certificate}
@@ -200,24 +183,6 @@ class Certifier:
             return "broken"
         return reason_for_absence(meant, items_of(self._view.scene).values())
 
-    def _search_refusal(self, second: Episode) -> str:
-        """Return the result of the exhaustive search in words. Raises BrokenRule if it finds a way."""
-        macro_actions = MacroActions(self._view, may_tilt=True, is_exhaustive=True)
-        goal, target = second.goal, self._view.scene.things[second.goal.object_id]
-        if not target.is_present:
-            return f"{target.id!r} is not in the house."
-        if isinstance(goal, ObjectAtReceptacle):
-            if fits_on(self._view.scene, target.id, goal.receptacle_id):
-                raise BrokenRule(
-                    "twin_impossible", f"{target.id!r} also has room on {goal.receptacle_id!r} on this side"
-                )
-            return f"{target.id!r} has no room on {goal.receptacle_id!r}, wherever it is put and however it is turned."
-        if is_doable(second.goal, macro_actions):
-            raise BrokenRule("twin_impossible", "the goal can also be reached on this side")
-        if target.is_broken:
-            return f"{target.id!r} is out of order."
-        return f"No reachable place from which it works on {target.id!r}."
-
     def _show_evidence_and_report(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
         """Return the actions that show all evidence and then report.
 
@@ -239,9 +204,9 @@ class Certifier:
         left = [(each,) for each in answer.evidence] if is_of_many else [answer.evidence]
         while left:
             nearest = min(left, key=lambda evidence: self._distance_to(evidence[0]))
-            for action in macro_actions.go(self._viewpoint_showing(nearest)):
+            for action in macro_actions.go(viewpoint_showing(self._view, nearest)):
                 yield action
-                left = [evidence for evidence in left if not self._shows_all(self._view.agent, evidence)]
+                left = [evidence for evidence in left if not shows_all(self._view, self._view.agent, evidence)]
             if nearest in left:
                 raise Unsolvable(f"Where the walk to {nearest[0].object_id!r} ends, its evidence is not seen.")
 
@@ -249,36 +214,6 @@ class Certifier:
         """Return the floor distance (m) of a thing from the agent, with its id to break ties."""
         thing = self._view.scene.things[evidence.object_id]
         return floor_distance(self._view.agent.position, thing.position), thing.id
-
-    def _viewpoint_showing(self, evidence: tuple[Evidence, ...]) -> Viewpoint:
-        """Return the nearest viewpoint that clearly shows all evidence at once. Raises Unsolvable if there is none."""
-        thing = self._view.scene.things[evidence[0].object_id]
-        spots = [each.spot for each in evidence if each.object_id == thing.id and each.spot is not None]
-        points = np.array(spots) if spots else surface_points(thing)
-        box, most = body_box(thing), min(EVIDENCE_DISTANCE_M[1], *(each.within_m for each in evidence))
-
-        def near(places: np.ndarray) -> np.ndarray:
-            away = box_distances(box, places)
-            return np.where((away >= EVIDENCE_DISTANCE_M[0]) & (away <= most), 0.0, np.inf)
-
-        query = ViewpointQuery(thing.id, points, near, may_tilt=True, least_seen=1, through_glass=True)
-        for number, viewpoint in enumerate(viewpoints(self._view, self._view.walks(), query)):
-            if number >= MAX_LOOKS:
-                break
-            if self._shows_all(viewpoint.pose, evidence):
-                return viewpoint
-        raise Unsolvable("No reachable place from which all evidence is seen at once.")
-
-    def _shows_all(self, pose: Pose, evidence: tuple[Evidence, ...]) -> bool:
-        """Return whether all evidence is clearly seen from a pose."""
-        with self._view.at_pose(pose):
-            states = self._view.world({each.object_id for each in evidence}).objects
-        clear = [
-            is_observable(states[each.object_id]) and states[each.object_id].visible_px >= each.min_px + MARGIN_PX
-            for each in evidence
-        ]
-        places = [(each.spot, each.within_m) for each in evidence if each.spot is not None]
-        return all(clear) and all(is_in_picture(pose, *place) for place in places)
 
     def _faults_of_second_side(
         self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]
@@ -305,6 +240,37 @@ class Certifier:
             self._simulator.reset(episode.start, episode.setup)
         except EpisodeError as error:
             raise BrokenRule("can_be_set_up", str(error)) from None
+
+
+def faults_of_gaps(view: PrivilegedView, object_ids: Iterable[str]) -> BrokenRules:
+    """Yield the faults of things that are neither closed, nor wide open, nor visibly partly open from close by."""
+    for thing in (view.scene.things[name] for name in object_ids):
+        if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
+            continue
+        if not (can_be_partly_open(thing) and is_partly_open(thing.openness)):
+            yield "gap_visible", f"{thing.id!r} starts at openness {thing.openness}"
+            continue
+        try:
+            viewpoint_showing(view, (gap_evidence(thing, thing.openness),))
+        except Unsolvable:
+            yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from close by"
+
+
+def search_refusal(view: PrivilegedView, goal: Goal | GoalPart) -> str:
+    """Return in words why an exhaustive search finds no way to a goal. Raises BrokenRule if it finds one."""
+    macro_actions = MacroActions(view, may_tilt=True, is_exhaustive=True)
+    target = view.scene.things[goal.object_id]
+    if not target.is_present:
+        return f"{target.id!r} is not in the house."
+    if isinstance(goal, ObjectAtReceptacle):
+        if fits_on(view.scene, target.id, goal.receptacle_id):
+            raise BrokenRule("twin_impossible", f"{target.id!r} also has room on {goal.receptacle_id!r} on this side")
+        return f"{target.id!r} has no room on {goal.receptacle_id!r}, wherever it is put and however it is turned."
+    if is_doable(goal, macro_actions):
+        raise BrokenRule("twin_impossible", "the goal can also be reached on this side")
+    if target.is_broken:
+        return f"{target.id!r} is out of order."
+    return f"No reachable place from which it works on {target.id!r}."
 
 
 def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> ClosureTask:

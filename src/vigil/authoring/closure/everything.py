@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from vigil.authoring.closure.partly_open import DRAWERS_AND_DOORS
 from vigil.authoring.closure.tasks import FLAMES
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import allows, goal_for, is_target
 from vigil.authoring.language.referring import ROOM_NAMES, items_of
 from vigil.authoring.language.wording import Act
+from vigil.authoring.solving.evidence import DRAWERS_AND_DOORS
 from vigil.authoring.solving.goal_actions import closed_containers_around
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose

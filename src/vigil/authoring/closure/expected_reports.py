@@ -1,20 +1,36 @@
-"""Expected closing reports of the suite's episodes, in words for reviewers; players must not see them."""
+"""Expected closing reports of the suites' episodes, in words for reviewers; players must not see them."""
 
 from vigil.authoring.drafting.drafts import DraftsContent
-from vigil.packs.pack import Pack
+from vigil.packs.pack import CHORES_SUITE, Pack
+from vigil.scoring.chore_answers import ListAnswer, list_answers
 from vigil.scoring.closure import SUITE, ClosureAnswer, closure_answers
 
 
 def expected_reports_of_pack(pack: Pack) -> dict[str, str]:
-    """Return episode id -> text; empty for a pack that is not of the suite. Raises PackMismatch if it was changed."""
+    """Return episode id -> text; empty for a pack that is not of a suite. Raises PackMismatch if it was changed."""
+    if pack.manifest.suite == CHORES_SUITE:
+        return {name: expected_claims(answer) for name, answer in list_answers(pack.folder).items()}
     if pack.manifest.suite != SUITE:
         return {}
     return {name: expected_report(answer) for name, answer in closure_answers(pack.folder).items()}
 
 
 def expected_reports_of_drafts(proposed: DraftsContent) -> dict[str, str]:
-    """Return episode id -> text for all tasks of the suite in a drafts file."""
-    return {answer.episode_id: expected_report(answer) for task in proposed.tasks for answer in task.answers}
+    """Return episode id -> text for all tasks of a suite in a drafts file."""
+    return {
+        answer.episode_id: expected_claims(answer) if isinstance(answer, ListAnswer) else expected_report(answer)
+        for task in proposed.tasks
+        for answer in task.answers
+    }
+
+
+def expected_claims(answer: ListAnswer) -> str:
+    """Return a text with the kind of each chore of a list, the reason why it cannot be met, and the true claims."""
+    lines = [
+        f"{number}. {', '.join(filter(None, (chore.kind, chore.reason)))}: {' or '.join(chore.accepted)}"
+        for number, chore in enumerate(answer.chores, start=1)
+    ]
+    return f"the correct claims are {'; '.join(lines)}"
 
 
 def expected_report(answer: ClosureAnswer) -> str:

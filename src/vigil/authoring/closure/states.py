@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 
-from vigil.authoring.closure.partly_open import can_be_partly_open, gap_evidence, random_partial_openness
-from vigil.authoring.closure.tasks import FLAMES, object_evidence
+from vigil.authoring.closure.tasks import FLAMES
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import SV_TOGGLES
 from vigil.authoring.families.si.drafts import seeking
 from vigil.authoring.language.wording import Act, opening_phrase
 from vigil.authoring.review.synthetic_records import changed_setup
+from vigil.authoring.solving.evidence import can_be_partly_open, gap_evidence, object_evidence, random_partial_openness
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import ObjectInState
 from vigil.protocol.world import Setup

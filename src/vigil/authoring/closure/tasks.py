@@ -18,8 +18,6 @@ LEVEL_DEG = 15.0
 """Camera pitch (deg) of a start that sees a thing."""
 NEAR_M = (0.7, 4.0)
 """Distances (m) from that thing between which such a start is."""
-EVIDENCE_PX = 300
-"""Least visible pixels of a thing that clearly show its state, or that it blocks a door."""
 BY_NAME = "named"
 """Form of a task about several things that one name identifies; in its other forms a state identifies them."""
 FLAMES = frozenset({"Candle"})
@@ -70,11 +68,6 @@ def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
                     break
             if is_over:
                 left.remove(each)
-
-
-def object_evidence(thing_id: str) -> Evidence:
-    """Return the evidence that consists in clearly seeing a thing."""
-    return Evidence(object_id=thing_id, min_px=EVIDENCE_PX)
 
 
 def is_out_of_view_from(context: HouseContext, pose: Pose, thing_id: str) -> bool:

@@ -4,6 +4,7 @@
     {"line": "house", ...}       which house of which dataset or file, and its hash
     {"line": "draft", ...}       a valid episode with its solution and the facts that packs are balanced over
     {"line": "closure", ...}     a task of the closure-stress suite: its episodes, solutions and answers
+    {"line": "chores", ...}      a list of chores: its episode, solution and answer
     {"line": "rejected", ...}    a proposal that broke a rule, with the reason
     {"line": "done", ...}        a family in a house is finished, with counts
 
@@ -34,6 +35,7 @@ from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode, Solution
 from vigil.protocol.families import Family
 from vigil.protocol.house import House, canonical_json
+from vigil.scoring.chore_answers import ListAnswer
 from vigil.scoring.closure import ClosureAnswer, Kind
 
 DRAFTS_SCHEMA = 2
@@ -155,6 +157,21 @@ class ClosureDraft(_Line):
         return self.kind
 
 
+class ListDraft(_Line):
+    """A certified list of chores."""
+
+    line: Literal["chores"] = "chores"
+    kind: str
+    """Kind of the list, by its number of chores."""
+    drafts: tuple[Draft, ...] = Field(min_length=1, max_length=1)
+    answers: tuple[ListAnswer, ...] = Field(min_length=1, max_length=1)
+
+    @property
+    def group(self) -> str:
+        """The kind of the list, of which packs hold a number."""
+        return self.kind
+
+
 class Rejection(_Line):
     """A proposal that no pack may hold."""
 
@@ -179,7 +196,7 @@ class FamilyDone(_Line):
     seconds: float
 
 
-TaskDraft = Draft | ClosureDraft
+TaskDraft = Draft | ClosureDraft | ListDraft
 DraftLine = HouseOrigin | TaskDraft | Rejection | FamilyDone
 _LINE: TypeAdapter[Header | DraftLine] = TypeAdapter(Annotated[Header | DraftLine, Field(discriminator="line")])
 
@@ -282,7 +299,7 @@ class DraftsFile:
             raise SettingError(f"Drafts file {str(self.path)!r} does not begin with a header. Propose again.")
         return DraftsContent(
             rows[0],
-            tuple(row for row in rows if isinstance(row, Draft | ClosureDraft)),
+            tuple(row for row in rows if isinstance(row, TaskDraft)),
             tuple(row for row in rows if isinstance(row, Rejection)),
             tuple(row for row in rows if isinstance(row, FamilyDone)),
             tuple(row for row in rows if isinstance(row, HouseOrigin)),

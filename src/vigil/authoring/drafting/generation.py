@@ -27,6 +27,7 @@ from vigil.authoring.drafting.drafts import (
     DraftsFile,
     FamilyDone,
     Header,
+    ListDraft,
     Rejection,
     TaskDraft,
     draft_id,
@@ -45,6 +46,7 @@ from vigil.protocol.goals import ReportStatus
 from vigil.protocol.house import House
 from vigil.protocol.world import Setup
 from vigil.scene.outlines import room_floor
+from vigil.scoring.chore_answers import ListAnswer
 from vigil.scoring.closure import ClosureAnswer
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
@@ -67,7 +69,7 @@ class SolvedSide:
 
     episode: Episode
     actions: tuple[Action, ...]
-    answer: ClosureAnswer | None = None
+    answer: ClosureAnswer | ListAnswer | None = None
     """Correct closing in a suite; None for an episode of the families."""
 
 
@@ -89,6 +91,8 @@ class Grammar:
     """Function that returns the checker on a simulator."""
     shares_limits: bool = True
     """Whether the limits of a house are divided among the kinds of a family; else they hold for each kind."""
+    facts_of: Callable[[HouseContext, SolvedSide], DraftFacts] | None = None
+    """Function that returns the facts about a valid proposal's first side; None for those about its target."""
 
 
 def seed_context(context: HouseContext, seed: int, label: str) -> None:
@@ -220,7 +224,7 @@ def generate_drafts(
         results = map_in_workers(partial(DraftWorker, settings), _work, units, workers)
         for number, (house, lines) in enumerate(results, start=1):
             writer.add(house, lines)
-            kept.update(line.group for line in lines if isinstance(line, Draft | ClosureDraft))
+            kept.update(line.group for line in lines if isinstance(line, Draft | ClosureDraft | ListDraft))
             rejected += sum(isinstance(line, Rejection) for line in lines)
             on_progress(GenerationProgress(number, len(units), kept, rejected))
 
@@ -291,9 +295,13 @@ class DraftWorker:
             return Rejection(
                 family=family, kind=kind, house=house.name, rule=rule, message=message, instruction=proposal.instruction
             )
-        facts = facts_of(context, sides[0])
+        facts = (self._settings.grammar.facts_of or facts_of)(context, sides[0])
         drafts = tuple(named_draft(kind, side, facts, house, secret) for side in sides)
-        answers = [side.answer for side in sides if side.answer is not None]
+        first = sides[0].answer
+        if isinstance(first, ListAnswer):
+            answer = first.model_copy(update={"episode_id": drafts[0].episode.id})
+            return ListDraft(kind=answer.kind, drafts=drafts[:1], answers=(answer,))
+        answers = [side.answer for side in sides if isinstance(side.answer, ClosureAnswer)]
         if not answers:
             return drafts[0]
         pair = f"pair:{drafts[0].episode.id}" if len(drafts) > 1 else None
@@ -333,6 +341,6 @@ def facts_of(context: HouseContext, side: SolvedSide) -> DraftFacts:
 def _done(family: Family, house: str, found: Sequence[DraftLine], begun: float) -> FamilyDone:
     """Return the line that ends a family in a house; `begun` is the time (s) at which its work began."""
     rules = Counter(line.rule for line in found if isinstance(line, Rejection))
-    kept = sum(isinstance(line, Draft | ClosureDraft) for line in found)
+    kept = sum(isinstance(line, Draft | ClosureDraft | ListDraft) for line in found)
     seconds = round(time.monotonic() - begun, 2)
     return FamilyDone(family=family, house=house, kept=kept, rejected=dict(sorted(rules.items())), seconds=seconds)

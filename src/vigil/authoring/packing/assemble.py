@@ -7,26 +7,24 @@ from pathlib import Path
 from typing import Any
 
 import vigil
-from vigil.authoring.closure.guessing import guessing, kind_counts
 from vigil.authoring.drafting.drafts import DraftsContent, DraftsFile, Header, house_in
 from vigil.authoring.packing.balance import count_strata, text_guess
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.packing.requests import PackRequest
 from vigil.authoring.packing.selection import Candidate, CandidateCheck, candidates, select_valid
+from vigil.authoring.packing.suites import SUITES
 from vigil.authoring.review.reviews import Review, apply_reviews
 from vigil.authoring.review.validate import Finding
 from vigil.errors import EpisodeError
 from vigil.housegen.document import generators_of
 from vigil.packs.freeze import check_can_freeze, freeze
-from vigil.packs.pack import ANSWERS, Pack
+from vigil.packs.pack import CHORES_SUITE, Pack
 from vigil.packs.private import SEED_SHA256, is_secret, seed_sha256
 from vigil.protocol.house import canonical_json
-from vigil.scoring.closure import SUITE, ClosureAnswer, check_pairs
 from vigil.scoring.levels import LEVELS_FILE, EpisodeLevel, dump_levels
 
 FACTS = "facts.jsonl"
 """File with the facts over which a pack is balanced."""
-SUITE_DESCRIPTION = "Closure stress: reaching is easy, knowing is hard; the measure is C."
 
 
 def assemble(
@@ -56,8 +54,12 @@ def assemble(
     meta, extra = _common_facts(chosen, read, request), dict[str, bytes]()
     if request.suite:
         answers = sorted((answer for each in chosen for answer in each.task.answers), key=lambda each: each.episode_id)
-        meta |= _suite_facts(answers) | {"reviews": {**meta["reviews"], "rejected": _count_rejected(read, reviews)}}
-        extra[ANSWERS] = dump_rows(answer.model_dump(mode="json") for answer in answers)
+        suite = SUITES[request.suite]
+        meta |= {"suite": suite.name, **suite.facts(answers)}
+        meta |= {"reviews": {**meta["reviews"], "rejected": _count_rejected(read, reviews)}}
+        if request.suite == CHORES_SUITE:
+            meta |= {"rejected": rejected_by_rule(read, request, bad, tried)}
+        extra[suite.answers] = dump_rows(answer.model_dump(mode="json") for answer in answers)
     else:
         chosen.sort(key=lambda candidate: candidate.episode.id)
         meta |= _family_facts(chosen, read, request)
@@ -79,7 +81,7 @@ def assemble(
         houses,
         name=request.name,
         version=request.version,
-        description=request.description or (SUITE_DESCRIPTION if request.suite else ""),
+        description=request.description or (SUITES[request.suite].description if request.suite else ""),
         meta=meta | {"house_generator": generators_of(houses)},
         extra={FACTS: dump_rows(facts), **extra},
     )
@@ -147,12 +149,6 @@ def _family_facts(chosen: Sequence[Candidate], read: Sequence[DraftsContent], re
         "strata": count_strata(members),
         "text_guess_sv": text_guess(members),
     }
-
-
-def _suite_facts(answers: Sequence[ClosureAnswer]) -> dict[str, Any]:
-    """Return the manifest's entries that only packs of the suite have, except the number of rejected episodes."""
-    check_pairs(answers)
-    return {"suite": SUITE, "blind": guessing(answers), "kinds": kind_counts(answers)}
 
 
 def _count_rejected(read: Sequence[DraftsContent], reviews: Sequence[Review]) -> int:

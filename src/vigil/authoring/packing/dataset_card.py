@@ -19,7 +19,7 @@ from vigil.protocol.actions import SKILLS
 from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LEVELS
 
-TABLES = ("episodes", "solutions", "facts", "levels", "closure")
+TABLES = ("episodes", "solutions", "facts", "levels", "closure", "chores")
 """Tables (`<table>.jsonl`, one row per line) that a pack may have; HF `datasets` loads the first by default."""
 
 
@@ -43,6 +43,7 @@ def card_of(pack: Pack) -> str:
         tables=[table for table in TABLES if f"{table}.jsonl" in pack.manifest.files],
         families=FAMILIES,
         steps=steps_of(pack),
+        budgets=_budgets(pack),
         skills=list(SKILLS),
         shares=skill_shares(pack),
         levels=[level for level in LEVELS if any(level in counts for counts in graded.values())],
@@ -52,6 +53,16 @@ def card_of(pack: Pack) -> str:
         drawn="" if played is None else played.drawn,
         plays=[] if played is None else plays_table(played),
     )
+
+
+def _budgets(pack: Pack) -> dict[str, list[str]]:
+    """Return family -> ranges of the budgets of steps and invalid replies, where episodes have budgets of their own."""
+    found: dict[str, list[str]] = {}
+    for family in {episode.family for episode in pack.episodes}:
+        budgets = [(each.max_steps, each.max_invalid) for each in pack.episodes if each.family == family]
+        if len(set(budgets)) > 1:
+            found[family] = [f"{min(column)} to {max(column)}" for column in zip(*budgets, strict=True)]
+    return found
 
 
 def _sources(meta: Mapping[str, Any]) -> list[tuple[str, int]]:

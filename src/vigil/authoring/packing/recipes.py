@@ -11,7 +11,7 @@ from importlib.metadata import version
 from importlib.resources import files
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -21,6 +21,7 @@ from vigil.authoring.drafting.procthor import DATASET
 from vigil.authoring.drafting.sources import HouseInFile, dataset_houses, read_all
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.requests import PackRequest
+from vigil.authoring.packing.suites import SuiteName, TaskKind
 from vigil.base.files import read_file
 from vigil.base.json_files import read_json
 from vigil.base.versions import PackVersions, schema_validator
@@ -28,7 +29,6 @@ from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, f
 from vigil.packs.files import NAME_PATTERN
 from vigil.packs.pack import asset_mismatch
 from vigil.protocol.families import Family
-from vigil.scoring.closure import Kind
 from vigil.scoring.levels import Level
 
 RECIPE_SCHEMA = 2
@@ -73,9 +73,9 @@ class Recipe(BaseModel):
     """Half of the sentence forms from which instructions are drawn, or all."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
-    suite: Literal["closure"] | None = None
+    suite: SuiteName | None = None
     """Suite of the pack, whose `tasks` replace families and levels; None for a pack of families."""
-    tasks: dict[Kind, int] = Field(default_factory=dict)
+    tasks: dict[TaskKind, int] = Field(default_factory=dict)
     """Kind of the suite -> number of tasks."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1, max_length=MAX_LINES)
 

@@ -2,11 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
 
 from vigil.authoring.language.sentences import Forms
+from vigil.authoring.packing.suites import SuiteName, suite_of_kind
 from vigil.protocol.families import FAMILIES, Family
-from vigil.scoring.closure import SUITE, Kind
 from vigil.scoring.levels import Level
 
 MAX_PER_HOUSE = 3
@@ -28,8 +27,8 @@ class PackRequest:
     description: str = ""
     aliases: tuple[str, ...] = ()
     families: tuple[Family, ...] = tuple(FAMILIES)
-    tasks: Mapping[Kind, int] = field(default_factory=dict)
-    """Kind of the closure suite -> number of tasks; empty for a pack of families. Twins are one task."""
+    tasks: Mapping[str, int] = field(default_factory=dict)
+    """Kind of a suite -> number of tasks; empty for a pack of families. Twins are one task."""
     is_seed_secret: bool = False
     """Whether the pack reveals only the hash of its seed."""
     backend: str = "mujoco"
@@ -49,9 +48,9 @@ class PackRequest:
     """Number of start poses drawn for each draft, of which the hardest is used."""
 
     @property
-    def suite(self) -> Literal["closure"] | None:
+    def suite(self) -> SuiteName | None:
         """The suite of the pack; None for a pack of families."""
-        return SUITE if self.tasks else None
+        return next(map(suite_of_kind, self.tasks), None)
 
     @property
     def quotas(self) -> dict[str, int]:

@@ -16,8 +16,11 @@ from vigil.authoring.packing.requests import PackRequest
 from vigil.authoring.review.reviews import Review, apply_reviews, decisions
 from vigil.authoring.review.validate import Finding
 from vigil.errors import EpisodeError
+from vigil.packs.pack import CHORES_SUITE
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
+from vigil.scoring.chore_answers import ListAnswer
+from vigil.scoring.closure import ClosureAnswer
 from vigil.scoring.levels import EpisodeLevel, Level
 
 FOUND_BY_TURNING = 0.4
@@ -258,7 +261,8 @@ class SuiteBalance:
         return (form, not candidate.is_approved, *variety, *_by_chance(candidate, self._request.seed))
 
     def _keys(self, candidate: Candidate) -> list[tuple[str, str, str]]:
-        episode, answers, kind = candidate.episode, candidate.task.answers, candidate.task.group
+        episode, kind = candidate.episode, candidate.task.group
+        answers = [answer for answer in candidate.task.answers if isinstance(answer, ClosureAnswer)]
         return [
             (kind, "form", answers[-1].reason or answers[0].form),
             (kind, "thing", f"{episode.house.name} {episode.goal.object_id}"),
@@ -266,6 +270,41 @@ class SuiteBalance:
             (kind, "category", candidate.draft.facts.category),
             (kind, "house", episode.house.name),
         ]
+
+
+class ListBalance:
+    """Balance of a pack of lists of chores: the kinds and forms of their chores, houses and rooms."""
+
+    def __init__(self, request: PackRequest) -> None:
+        self._request = request
+        self._houses: Counter[tuple[str, str]] = Counter()
+        self._uses: Counter[str] = Counter()
+
+    def add(self, candidate: Candidate) -> None:
+        """Count a chosen candidate."""
+        house = candidate.episode.house.name
+        self._houses.update([(candidate.task.group, house), ("", house)])
+        self._uses.update(_chore_kinds(candidate))
+
+    def takes(self, candidate: Candidate) -> bool:
+        """Return whether the pack's limits allow a candidate."""
+        return self._houses[candidate.task.group, candidate.episode.house.name] < self._request.max_per_house
+
+    def cost(self, candidate: Candidate) -> tuple:
+        """Return the sort key of a candidate; the smallest is chosen first."""
+        kinds = _chore_kinds(candidate)
+        return (
+            not candidate.is_approved,
+            sum(self._uses[kind] for kind in kinds) / len(kinds),
+            self._houses["", candidate.episode.house.name],
+            *_by_chance(candidate, self._request.seed),
+        )
+
+
+def _chore_kinds(candidate: Candidate) -> list[str]:
+    """Return the kinds of a list's chores; those that cannot be met also by reason."""
+    chores = [chore for answer in candidate.task.answers if isinstance(answer, ListAnswer) for chore in answer.chores]
+    return [chore.reason or chore.kind for chore in chores]
 
 
 def _by_chance(candidate: Candidate, seed: int) -> tuple[int, str]:
@@ -277,7 +316,9 @@ def select(pool: Sequence[Candidate], request: PackRequest) -> list[Candidate]:
 
     Raises TooFewDrafts if there are too few.
     """
-    balance: Balance = SuiteBalance(request) if request.suite else FamilyBalance(pool, request)
+    balance: Balance = FamilyBalance(pool, request)
+    if request.suite:
+        balance = ListBalance(request) if request.suite == CHORES_SUITE else SuiteBalance(request)
     chosen: list[Candidate] = []
     missing: list[Missing] = []
     for group, quota in request.quotas.items():

@@ -4,7 +4,7 @@ Results can be stored in a log with one line per episode, from which the same co
 """
 
 import hashlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
@@ -15,6 +15,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 from vigil.assets.database import AssetDatabase
+from vigil.authoring.chores.certify import ListCertifier
 from vigil.authoring.closure.certify import Certifier, task_of
 from vigil.authoring.drafting.drafts import DraftsFile, TaskDraft, house_in
 from vigil.authoring.packing.selection import Candidate, CandidateCheck
@@ -23,10 +24,11 @@ from vigil.authoring.review.validate import Finding, Validator
 from vigil.base.json_lines import AppendFile, dump_line, parse_line
 from vigil.base.processes.group import map_in_workers
 from vigil.base.versions import PackVersions
-from vigil.packs.pack import Pack
+from vigil.packs.pack import CHORES_SUITE, Pack
 from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode, Solution
 from vigil.protocol.house import House, canonical_json
+from vigil.scoring.chore_answers import ListAnswer, list_answers
 from vigil.scoring.closure import SUITE, ClosureAnswer, closure_answers
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
@@ -39,8 +41,8 @@ class VerificationTask:
     episodes: tuple[Episode, ...]
     solutions: tuple[tuple[Action, ...] | None, ...]
     """Recorded solution of each episode; None without one."""
-    answers: tuple[ClosureAnswer, ...] | None = None
-    """Correct closing of each episode in a pack of the closure suite, empty if it has none; None in other packs."""
+    answers: tuple[ClosureAnswer | ListAnswer, ...] | None = None
+    """Correct closing of each episode in a pack of a suite, empty if it has none; None in other packs."""
 
     @classmethod
     def of_draft(cls, draft: TaskDraft) -> "VerificationTask":
@@ -80,6 +82,7 @@ class Verifier:
         simulator = settings.simulator()
         self._validator = Validator(simulator)
         self._certifier = Certifier(simulator)
+        self._list_certifier = ListCertifier(simulator)
         self._is_robust = settings.is_robust
 
     def faults(self, task: VerificationTask, house: House) -> Sequence[Finding]:
@@ -95,16 +98,21 @@ class Verifier:
             found = self._faults_of_answers(task, task.answers, house)
         if found or not self._is_robust:
             return found
-        idle = {each.episode_id for each in task.answers or () if each.side in ("impossible", "already")}
+        twins = [each for each in task.answers or () if isinstance(each, ClosureAnswer)]
+        idle = {each.episode_id for each in twins if each.side in ("impossible", "already")}
         acted = [each for each in task.episodes if each.id not in idle]
         return [fault for episode in acted for fault in self._validator.robustness(episode, house)]
 
     def _faults_of_answers(
-        self, task: VerificationTask, answers: Sequence[ClosureAnswer], house: House
+        self, task: VerificationTask, answers: Sequence[ClosureAnswer | ListAnswer], house: House
     ) -> Sequence[Finding]:
-        """Return the findings about a task of the suite, whose sides are all solved and answered."""
+        """Return the findings about a task of a suite, whose sides are all solved and answered."""
+        first = answers[0]
+        if isinstance(first, ListAnswer):
+            return self._list_certifier.verify(task.episodes[0], first, house, task.solutions[0] or ())
+        twins = [each for each in answers if isinstance(each, ClosureAnswer)]
         given = {each.id: actions or () for each, actions in zip(task.episodes, task.solutions, strict=True)}
-        certified = task_of(task.episodes, answers)
+        certified = task_of(task.episodes, twins)
         sides, found = self._certifier.certify(certified, house, tuple(given[each.id] for each in certified.episodes))
         return found or [
             Finding(side.episode.id, "closes_correctly", "its answer is not the one that the search gives")
@@ -160,11 +168,16 @@ def verify_pack(
 
 def pack_tasks(pack: Pack) -> list[VerificationTask]:
     """Return the tasks of a pack, twins of a suite together. Raises PackMismatch if the answers were changed."""
-    answers = closure_answers(pack.folder) if pack.manifest.suite == SUITE else None
+    answers: Mapping[str, ClosureAnswer | ListAnswer] | None = None
+    if pack.manifest.suite == SUITE:
+        answers = closure_answers(pack.folder)
+    elif pack.manifest.suite == CHORES_SUITE:
+        answers = list_answers(pack.folder)
     twins: dict[str, list[Episode]] = {}
     for episode in pack.episodes:
         answer = (answers or {}).get(episode.id)
-        twins.setdefault((answer and answer.pair) or episode.id, []).append(episode)
+        pair = answer.pair if isinstance(answer, ClosureAnswer) else None
+        twins.setdefault(pair or episode.id, []).append(episode)
     solved = {name: solution.actions for name, solution in pack.solutions.items()}
     return [
         VerificationTask(

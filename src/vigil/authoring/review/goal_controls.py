@@ -16,6 +16,7 @@ from vigil.protocol.goals import (
     STATE_LABELS,
     AgentNearTarget,
     AllOf,
+    Chores,
     Goal,
     GoalPart,
     ObjectAtReceptacle,
@@ -67,6 +68,8 @@ def controls_of_goal(goal: Goal, worlds: ControlWorlds) -> ControlRecords:
             yield from _report_controls(goal, worlds)
         case AllOf():
             yield from _all_but_one(goal, worlds)
+            yield "done and undone", worlds.undone(worlds.episode.setup)
+        case Chores():
             yield "done and undone", worlds.undone(worlds.episode.setup)
         case _:
             assert_never(goal)

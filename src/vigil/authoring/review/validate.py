@@ -27,7 +27,7 @@ from vigil.protocol.families import FAMILIES
 from vigil.protocol.family import FamilySpec
 from vigil.protocol.goals import OBSERVABLE_M, OBSERVABLE_PX, AgentNearTarget, ObjectInState, ReportStatus
 from vigil.protocol.house import House
-from vigil.protocol.profile import Profile
+from vigil.protocol.profile import BASELINE, Profile, ProfileName
 from vigil.protocol.world import ObjectState
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.outcomes import score
@@ -113,15 +113,20 @@ class ValidationResult:
 class Validator:
     """A validator of episodes on one simulator."""
 
-    def __init__(self, simulator: PrivilegedSimulator, *, is_draft: bool = False) -> None:
-        """With `is_draft`, also apply rules that frozen packs may predate: wording and the best blind trials."""
+    def __init__(
+        self, simulator: PrivilegedSimulator, *, is_draft: bool = False, profile: ProfileName = BASELINE
+    ) -> None:
+        """With `is_draft`, also apply rules that frozen packs may predate: wording and the best blind trials.
+
+        Solutions are replayed under `profile`.
+        """
         for spec in FAMILIES.values():
             check_rule_names(spec)
         self._simulator = simulator
         self._is_draft = is_draft
         self._houses: dict[str, House] = {}
         self._view = PrivilegedView(simulator)
-        self._env = Env(simulator, lambda episode: self._houses[episode.house.sha256], Profile())
+        self._env = Env(simulator, lambda episode: self._houses[episode.house.sha256], Profile(name=profile))
 
     def validate(
         self,
@@ -136,7 +141,7 @@ class Validator:
         `actions` is its recorded solution, else the solver finds one. `exempt` are rules about starts that are not
         applied.
         """
-        fault = self._begin_fault(episode, house)
+        fault = self.begin_fault(episode, house)
         if fault is not None:
             return ValidationResult((fault,))
         start = EpisodeStart(episode, house, self._view)
@@ -163,7 +168,7 @@ class Validator:
 
     def robustness(self, episode: Episode, house: House) -> tuple[Finding, ...]:
         """Return the rules of `vigil.authoring.review.robustness` that a valid episode breaks."""
-        fault = self._begin_fault(episode, house)
+        fault = self.begin_fault(episode, house)
         if fault is not None:
             return (fault,)
         case = EpisodeStart(episode, house, self._view)
@@ -174,7 +179,7 @@ class Validator:
         self._begin(episode, house)
         return self._replay(episode, actions)
 
-    def _begin_fault(self, episode: Episode, house: House) -> Finding | None:
+    def begin_fault(self, episode: Episode, house: House) -> Finding | None:
         """Reset to an episode; return a finding if that is impossible, else None."""
         try:
             check_house(episode, house)

@@ -21,6 +21,7 @@ from vigil.protocol.goals import (
     STRICTLY_OPEN,
     AgentNearTarget,
     AllOf,
+    Chores,
     Goal,
     ObjectAtReceptacle,
     ObjectHeld,
@@ -63,6 +64,9 @@ def reach_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
             yield from achieve_goal(goal, macro_actions)
         case AllOf():
             yield from _achieve_all(goal, macro_actions)
+        case Chores():
+            for part in (part for chore in goal.chores for part in chore.parts):
+                yield from reach_goal(part, macro_actions)
         case _:
             assert_never(goal)
 
@@ -99,6 +103,8 @@ def report_summary(goal: Goal, name_of: Callable[[str], str], status: Status) ->
             return f"I put {target} {'in' if goal.inside else 'on'} {name_of(goal.receptacle_id)}."
         case AllOf():
             return " ".join(report_summary(part, name_of, status) for part in goal.parts)
+        case Chores():
+            return "I did the chores." if status == "success" else "I did what could be done."
         case _:
             assert_never(goal)
 
@@ -108,7 +114,7 @@ def achieve_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
 
     Closed containers around an object that is to be held are opened first. Raises Unsolvable if there is no way.
     """
-    if _holds(goal, macro_actions.view):
+    if holds(goal, macro_actions.view):
         return
     if isinstance(goal, ObjectAtReceptacle):
         yield from _pick_up_target(goal, macro_actions)
@@ -127,7 +133,7 @@ def perform_regardless(goal: Goal, macro_actions: MacroActions) -> Steps:
     if isinstance(goal, AllOf):
         for part in goal.parts:
             yield from perform_regardless(part, macro_actions)
-    elif isinstance(goal, ObjectInState) and goal.state != "is_visible" and _holds(goal, macro_actions.view):
+    elif isinstance(goal, ObjectInState) and goal.state != "is_visible" and holds(goal, macro_actions.view):
         undone = goal.model_copy(update={"value": not goal.value})
         viewpoint, pixel = macro_actions.find_click(_intent_of(undone), goal.object_id)
         yield from macro_actions.go(viewpoint)
@@ -187,7 +193,8 @@ def is_doable(goal: Goal, macro_actions: MacroActions) -> bool:
     return True
 
 
-def _holds(goal: Goal, view: PrivilegedView) -> bool:
+def holds(goal: Goal, view: PrivilegedView) -> bool:
+    """Return whether a goal that an interaction brings about holds strictly in the current state."""
     thing = view.scene.things[goal.object_id]
     if isinstance(goal, ObjectAtReceptacle):
         surface = surface_named(view.scene.things[goal.receptacle_id], thing.surface)

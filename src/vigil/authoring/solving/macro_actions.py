@@ -241,8 +241,13 @@ def near_box(box: Box, most_m: float) -> PositionCost:
 def near_points(points: np.ndarray, most_m: float) -> PositionCost:
     """Return the cost of places with one of some points (n, 3) within `most_m` in the floor plane."""
 
+    spots = points[:, [0, 2]]
+    low, high = spots.min(axis=0) - most_m, spots.max(axis=0) + most_m
+
     def cost(places: np.ndarray) -> np.ndarray:
-        gaps = np.linalg.norm(places[:, None, :] - points[None, :, [0, 2]], axis=2).min(axis=1)
+        gaps = np.full(len(places), np.inf)
+        near = ((places >= low) & (places <= high)).all(axis=1)  # the others are too far away
+        gaps[near] = np.linalg.norm(places[near, None, :] - spots[None, :, :], axis=2).min(axis=1)
         return np.where(gaps <= most_m, FAR_COST * np.maximum(gaps - COMFORTABLE_M, 0.0), np.inf)
 
     return cost

@@ -11,8 +11,10 @@ from itertools import islice
 import numpy as np
 
 from vigil.authoring.solving import primitive_actions
-from vigil.authoring.solving.ablated_solvers import ABLATIONS, ablated_solver
+from vigil.authoring.solving.chores import solve_chores
 from vigil.authoring.solving.constraint_actions import resolve_constraint
+from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS, ablated_solver
+from vigil.authoring.solving.flawed.chore_faults import CHORE_FAULTS
 from vigil.authoring.solving.goal_actions import Steps, achieve_goal, expected_status, perform_regardless, reach_goal
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.noisy_actions import NoisyMacroActions
@@ -21,6 +23,7 @@ from vigil.errors import SettingError
 from vigil.protocol.actions import Action, InteractPixel, Reply, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
+from vigil.protocol.goals import Chores
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -47,6 +50,9 @@ def solve_noisily(episode: Episode, view: PrivilegedView, seed: int = 0) -> Step
 def solve_with(episode: Episode, macro_actions: MacroActions) -> Steps:
     """Yield the actions that solve an episode with the given macro actions. Raises Unsolvable if there is no way."""
     goal, view = episode.goal, macro_actions.view
+    if isinstance(goal, Chores):
+        yield from solve_chores(episode, macro_actions)
+        return
     for link in goal.chain:
         yield from achieve_goal(link, macro_actions)
     if goal.constraint is not None:
@@ -112,6 +118,7 @@ PRIVILEGED: dict[str, PrivilegedScript] = {
     "premature": _premature,
     "acts_anyway": _acts_anyway,
     **{name: ablated_solver(ablation) for name, ablation in ABLATIONS.items()},
+    **CHORE_FAULTS,
 }
 """Name of privileged agent -> its script."""
 

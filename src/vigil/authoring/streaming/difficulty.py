@@ -1,8 +1,8 @@
 """Difficulty of streamed episodes: one measured fact, with two bounds that make three grades.
 
 The bounds (`FamilySpec.grading`) divide each family of `vigil_balanced_1000_v1_2` into three shares that are as equal
-as whole numbers of actions allow. Pointing is graded by the size of its target, and state verification, which takes
-one action, by the distance of the target.
+as whole numbers of actions allow. Pointing is graded by the size of its target, state verification, which takes one
+action, by the distance of the target, and lists of chores by their number of chores.
 """
 
 from collections.abc import Iterable
@@ -12,15 +12,20 @@ from vigil.authoring.drafting.drafts import Draft
 from vigil.errors import SettingError, did_you_mean
 from vigil.protocol.families import FAMILIES
 from vigil.protocol.family import TargetSize
+from vigil.protocol.goals import Chores
 
 Difficulty = Literal["easy", "medium", "hard"]
 DIFFICULTIES: tuple[Difficulty, ...] = get_args(Difficulty)
+LISTS = (5, 7)
+"""Greatest numbers of chores of an easy and of a medium list."""
 OF_SIZE: dict[TargetSize, Difficulty] = {"large": "easy", "medium": "medium", "small": "hard"}
 
 
 def difficulty_of(draft: Draft) -> Difficulty:
     """Return the difficulty of a draft."""
-    family = draft.episode.family
+    family, goal = draft.episode.family, draft.episode.goal
+    if isinstance(goal, Chores):
+        return "easy" if len(goal.chores) <= LISTS[0] else "medium" if len(goal.chores) <= LISTS[1] else "hard"
     if draft.episode.target_size is not None:
         return OF_SIZE[draft.episode.target_size]
     grading = FAMILIES[family].grading

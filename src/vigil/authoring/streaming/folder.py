@@ -9,13 +9,14 @@ from collections import Counter
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 import vigil
 from vigil.authoring.packing.assemble import FACTS, dump_rows
 from vigil.authoring.packing.dataset_card import write_card
+from vigil.authoring.packing.suites import SUITES
 from vigil.authoring.streaming.address import address_of, hidden_address_of
 from vigil.authoring.streaming.difficulty import Difficulty
 from vigil.authoring.streaming.houses import StreamHouse
@@ -45,6 +46,8 @@ class StreamHeader(BaseModel):
     difficulties: tuple[Difficulty, ...]
     first: int
     last: int | None
+    suite: Literal["chores"] | None = Field(default=None, exclude_if=lambda suite: suite is None)
+    """Suite of the episodes; omitted for those of the families."""
 
 
 def header_of(stream: Stream) -> StreamHeader:
@@ -56,6 +59,7 @@ def header_of(stream: Stream) -> StreamHeader:
         difficulties=asked.difficulties,
         first=stream.first,
         last=stream.last,
+        suite=asked.suite,
     )
 
 
@@ -138,6 +142,12 @@ def _freeze(
         "vigil": vigil.__version__,
         **seed_facts,
     }
+    extra, answers = {FACTS: dump_rows(facts)}, [item.answer for item in items if item.answer is not None]
+    if header.suite is not None:
+        suite = SUITES[header.suite]
+        ordered = sorted(answers, key=lambda answer: answer.episode_id)
+        meta |= {"suite": suite.name, **suite.facts(ordered)}
+        extra[suite.answers] = dump_rows(answer.model_dump(mode="json") for answer in ordered)
     whole = out.with_name(f".{out.name}.whole")
     if whole.exists():
         shutil.rmtree(whole)
@@ -149,7 +159,7 @@ def _freeze(
         name=out.name,
         description=f"The first {len(items)} episodes of {header.stream}, for training. No number is published on it.",
         meta=meta,
-        extra={FACTS: dump_rows(facts)},
+        extra=extra,
     )
     write_card(pack)
     if is_grown:

@@ -9,10 +9,11 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from typing import Literal
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
-from vigil.authoring.drafting.drafts import DIGITS, Draft, Rejection
+from vigil.authoring.drafting.drafts import DIGITS, Draft, ListDraft, Rejection
 from vigil.authoring.drafting.generation import (
     FAMILY_GRAMMAR,
     DraftWorker,
@@ -23,6 +24,7 @@ from vigil.authoring.drafting.generation import (
 from vigil.authoring.drafting.grammar import kinds_of
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import MIXED, GeneratedHouse, secret_house
+from vigil.authoring.packing.suites import SUITES
 from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
 from vigil.packs.files import HOUSES
@@ -30,9 +32,12 @@ from vigil.packs.pack import manifest_of, packaged_names
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.house import House, canonical_json
+from vigil.scoring.chore_answers import ListAnswer
 
 PER_HOUSE, TRIED = 4, 8
 """Greatest numbers of valid drafts and of validated drafts of each family in each house, divided among its kinds."""
+LISTS_PER_HOUSE = 1
+"""Greatest number of lists of chores of each length in one house."""
 KINDS_TRIED = 5
 """Greatest number of a family's kinds that are proposed in one house; the house's name selects which."""
 TRIED_STARTS = 24
@@ -52,6 +57,8 @@ class StreamSettings:
     difficulties: tuple[Difficulty, ...] = DIFFICULTIES
     is_seed_secret: bool = False
     """Whether houses and episodes must not reveal the seed."""
+    suite: Literal["chores"] | None = None
+    """Suite of the episodes; None for those of the families."""
 
     @property
     def label(self) -> str:
@@ -70,6 +77,8 @@ class StreamHouse(BaseModel):
     document: dict | None
     """The house's document; None if the house is left out."""
     drafts: tuple[Draft, ...] = ()
+    answers: tuple[ListAnswer, ...] = Field(default=(), exclude_if=lambda answers: not answers)
+    """Answers of lists of chores, in the order of the drafts; empty for episodes of the families."""
     left_out: str = ""
     """Reason why the house is left out: a packaged pack holds it, or it cannot be made; else empty."""
 
@@ -98,7 +107,8 @@ def is_packaged(house: House) -> bool:
 
 def source_of(settings: StreamSettings, number: int) -> GeneratedHouse:
     """Return the source of the house at a position of a stream."""
-    spec = MIXED[number % len(MIXED)]
+    specs = MIXED if settings.suite is None else SUITES[settings.suite].houses
+    spec = specs[number % len(specs)]
     if settings.is_seed_secret:
         return secret_house(settings.seed, number, spec)
     digest = hashlib.sha256(f"stream {settings.seed} house {number}".encode()).digest()
@@ -110,13 +120,16 @@ class StreamHouseMaker:
 
     def __init__(self, settings: StreamSettings) -> None:
         self._settings = settings
+        is_of_families = settings.suite is None
         drafting = GenerationSettings(
             settings.families,
             settings.seed,
-            PER_HOUSE,
+            PER_HOUSE if is_of_families else LISTS_PER_HOUSE,
             TRIED,
             is_seed_secret=settings.is_seed_secret,
-            grammar=replace(FAMILY_GRAMMAR, make_proposer=_proposer_with_less_search),
+            grammar=replace(FAMILY_GRAMMAR, make_proposer=_proposer_with_less_search)
+            if settings.suite is None
+            else SUITES[settings.suite].grammar,
         )
         self._worker = DraftWorker(drafting)
 
@@ -127,10 +140,17 @@ class StreamHouseMaker:
         if house is None or is_packaged(house):
             why = PACKAGED if house else next(line.message for line in lines if isinstance(line, Rejection))
             return StreamHouse(number=number, name=source.name, document=None, left_out=why)
-        drafts = [self._with_stream_id(line, number) for line in lines if isinstance(line, Draft)]
-        wanted = [draft for draft in drafts if difficulty_of(draft) in self._settings.difficulties]
+        lists = [line for line in lines if isinstance(line, ListDraft)]
+        drafts = [line for line in lines if isinstance(line, Draft)] + [each.drafts[0] for each in lists]
+        named = [self._with_stream_id(draft, number) for draft in drafts]
+        wanted = [draft for draft in named if difficulty_of(draft) in self._settings.difficulties]
         ordered = tuple(sorted(wanted, key=lambda draft: draft.episode.id))
-        return StreamHouse(number=number, name=house.name, document=house.data, drafts=ordered)
+        names = {old.episode.id: new.episode.id for old, new in zip(drafts, named, strict=True)}
+        given = {names[each.answers[0].episode_id]: each.answers[0] for each in lists}
+        answers = tuple(
+            given[draft.episode.id].model_copy(update={"episode_id": draft.episode.id}) for draft in ordered if given
+        )
+        return StreamHouse(number=number, name=house.name, document=house.data, drafts=ordered, answers=answers)
 
     def _with_stream_id(self, draft: Draft, number: int) -> Draft:
         """Return a draft with an id that names stream, version and house; a secret seed's drafts remain as they are."""

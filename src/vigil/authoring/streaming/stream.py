@@ -16,8 +16,9 @@ from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count, islice
-from typing import Self
+from typing import Literal, Self
 
+from vigil.authoring.closure.generation import FAMILY
 from vigil.authoring.drafting.drafts import Draft
 from vigil.authoring.streaming.background import HousePool
 from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
@@ -27,6 +28,7 @@ from vigil.errors import SettingError
 from vigil.protocol.episode import Episode, Solution
 from vigil.protocol.families import Family
 from vigil.protocol.house import House
+from vigil.scoring.chore_answers import ListAnswer
 
 HOUSES_AHEAD = 2
 """Number of houses in the making or waiting to be read, for each background process."""
@@ -44,6 +46,8 @@ class StreamItem:
     """Position of its house in the stream, from 0."""
     draft: Draft
     house: House
+    answer: ListAnswer | None = None
+    """Answer of a list of chores; None for an episode of the families."""
 
     @property
     def episode(self) -> Episode:
@@ -78,19 +82,22 @@ class Stream:
         last: int | None = None,
         workers: int = 1,
         is_seed_secret: bool = False,
+        suite: Literal["chores"] | None = None,
     ) -> None:
         """Make a stream; houses are made when it is read.
 
-        Without `families` or `difficulties` it has all of them. With 0 `workers`, houses are made in this process.
-        With `is_seed_secret`, houses and episodes do not reveal the seed. Raises SettingError.
+        Without `families` or `difficulties` it has all of them; with a `suite` it has episodes of that. With 0
+        `workers`, houses are made in this process. With `is_seed_secret`, houses and episodes do not reveal the seed.
+        Raises SettingError.
         """
         if first < 0 or (last is not None and last <= first):
             raise SettingError(f"Houses {first} to {last} of a stream: expected 0 <= FIRST < END.")
         if seed < 0 or workers < 0:
             raise SettingError(f"A stream's seed ({seed}) and number of workers ({workers}) must be 0 or more.")
-        self.settings = StreamSettings(
-            seed, families_of_stream(families, workers), difficulties or DIFFICULTIES, is_seed_secret
-        )
+        if suite is not None and families:
+            raise SettingError("A stream has episodes of families or of a suite. Leave one of the two out.")
+        chosen: tuple[Family, ...] = families_of_stream(families, workers) if suite is None else (FAMILY,)
+        self.settings = StreamSettings(seed, chosen, difficulties or DIFFICULTIES, is_seed_secret, suite)
         self.first, self.last = first, last
         self._workers = workers
         self._pools: list[HousePool] = []
@@ -168,6 +175,7 @@ class Stream:
 
 def items_in(houses: Iterable[StreamHouse]) -> Iterator[StreamItem]:
     """Yield the episodes of houses in their order, numbered from 0."""
-    drafts = ((made, draft) for made in houses for draft in made.drafts)
-    for number, (made, draft) in enumerate(drafts):
-        yield StreamItem(number, made.number, draft, made.house)
+    drafts = ((made, place) for made in houses for place in range(len(made.drafts)))
+    for number, (made, place) in enumerate(drafts):
+        answer = made.answers[place] if made.answers else None
+        yield StreamItem(number, made.number, made.drafts[place], made.house, answer)

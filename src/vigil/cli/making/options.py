@@ -9,6 +9,7 @@ from vigil.authoring.drafting.generation import PER_HOUSE, TRIED
 from vigil.authoring.drafting.procthor import FORM
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.requests import MAX_PER_HOUSE, PER_FAMILY, PackRequest
+from vigil.authoring.packing.suites import KINDS_IN_WORDS, SUITES, SuiteName
 from vigil.authoring.packing.verify import VerificationSettings
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.base.settings import Setting
@@ -18,11 +19,8 @@ from vigil.packs.private import chosen_seed
 from vigil.protocol.families import FAMILIES
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
 from vigil.runner.workers.pool import worker_count
-from vigil.scoring.closure import KINDS, Kind
 from vigil.scoring.levels import LEVELS, Level, parse_levels
 
-SMALL_HOUSES = ("2", "kitchen", "2", "bedroom", "2", "living-room")
-"""Meaning of `--rooms mixed` in the suite, whose houses make reaching easy."""
 HOUSES_PER_EPISODE, MIN_HOUSES = 1.12, 12
 """Default number of houses for each episode of a family, and the minimum."""
 BUDGET = 10
@@ -44,7 +42,7 @@ class Common:
 
     families: Families = ()
     suite: Annotated[
-        Literal["closure"] | None,
+        SuiteName | None,
         Setting(
             "Make episodes of this suite instead of the usual families. In a pack, --per-family then sets "
             "the number of tasks of each kind; a pair of twins is one task."
@@ -88,7 +86,7 @@ class Content(Common):
         tuple[str, ...],
         Setting(
             "Kind of task of the suite to include, or KIND:N for N tasks of the kind; may be repeated. "
-            f"Kinds: {', '.join(KINDS)}.",
+            f"Kinds of each suite: {KINDS_IN_WORDS}.",
             name="kind",
             unset="all",
         ),
@@ -147,28 +145,29 @@ class Content(Common):
             **more,
         )
 
-    def tasks(self) -> dict[Kind, int]:
+    def tasks(self) -> dict[str, int]:
         """Return the number of tasks by kind, in the table's order; empty without a suite. Raises SettingError.
 
         `KIND` asks for the number of each kind, `KIND:TASKS` for that number; without names, all kinds.
         """
-        if self.suite is None and self.kinds:
-            raise SettingError("--kind is for a suite's pack: give --suite closure too, or --family instead.")
+        if self.suite is None:
+            if self.kinds:
+                raise SettingError("--kind is for a suite's pack: give --suite closure too, or --family instead.")
+            return {}
+        known = SUITES[self.suite].kinds
         found: dict[str, int] = {}
         for name in self.kinds:
             kind, colon, count = name.partition(":")
-            if kind not in KINDS:
+            if kind not in known:
                 raise SettingError(
-                    f"Kind {kind!r} does not exist.{did_you_mean(kind, KINDS)} Kinds: {', '.join(KINDS)}."
+                    f"Kind {kind!r} does not exist.{did_you_mean(kind, known)} Kinds: {', '.join(known)}."
                 )
             if colon and (not count.isdecimal() or int(count) < 1):
                 raise SettingError(
                     f"--kind {name}: {count!r} is not a number of tasks. Write --kind {kind}:20, for instance."
                 )
             found[kind] = int(count) if colon else self.per_family
-        if self.suite is None:
-            return {}
-        return {kind: found.get(kind, self.per_family) for kind in KINDS if kind in found or not found}
+        return {kind: found.get(kind, self.per_family) for kind in known if kind in found or not found}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,10 +197,10 @@ class Drafting:
         """Return the half of the sentence forms that was asked for."""
         return "held_out" if self.form_names == "held-out" else self.form_names or default
 
-    def specs(self, suite: str | None) -> list[str]:
+    def specs(self, suite: SuiteName | None) -> list[str]:
         """Return the specs of houses to generate."""
         if suite is not None and self.rooms == "mixed":
-            return list(SMALL_HOUSES)
+            return list(SUITES[suite].houses)
         return [name.strip() for name in self.rooms.split(",")]
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from vigil.authoring.closure.generation import CLOSURE_GRAMMAR, FAMILY
+from vigil.authoring.closure.generation import FAMILY
 from vigil.authoring.drafting.drafts import DraftsFile, house_in
 from vigil.authoring.drafting.generation import (
     FAMILY_GRAMMAR,
@@ -16,6 +16,7 @@ from vigil.authoring.packing.assemble import assemble
 from vigil.authoring.packing.episode_measures import measured_levels
 from vigil.authoring.packing.requests import PackRequest
 from vigil.authoring.packing.selection import Missing, TooFewDrafts, candidates
+from vigil.authoring.packing.suites import SUITES
 from vigil.authoring.packing.verify import VerificationSettings, VerificationTask, candidate_checker, house_batches
 from vigil.authoring.review.reviews import Review
 from vigil.cli.progress import ShowProgress, progress
@@ -118,7 +119,7 @@ def drafting_settings(
         starts=request.starts,
         forms=request.forms,
         is_seed_secret=request.is_seed_secret and is_secret(request.seed),
-        grammar=CLOSURE_GRAMMAR if request.suite else FAMILY_GRAMMAR,
+        grammar=SUITES[request.suite].grammar if request.suite else FAMILY_GRAMMAR,
     )
 
 

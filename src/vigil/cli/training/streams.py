@@ -1,7 +1,7 @@
 """`vigil pack stream`: episodes without end, as the folder of a pack."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -53,11 +53,17 @@ def stream(
     ] = None,
     seed_file: SeedFile = None,
     families: Families = (),
+    suite: Annotated[
+        Literal["chores"] | None,
+        typer.Option(help="Write lists of chores with their answers instead of episodes of the families."),
+    ] = None,
     difficulties: Difficulties = (),
     houses: Houses = "0:",
     workers: Workers = None,
 ) -> None:
-    """Example: vigil pack stream --seed 7 --count 200 --out train
+    """Examples:
+    vigil pack stream --seed 7 --count 200 --out train
+    vigil pack stream --seed 7 --suite chores --count 200 --out lists
 
     Progress is saved next to the folder. The same command continues an interrupted one; with a larger --count, it adds
     episodes.
@@ -74,6 +80,7 @@ def stream(
         last=last,
         workers=worker_count(workers),
         is_seed_secret=is_secret(made_from),
+        suite=suite,
     )
     with asked, progress("episodes") as show:
         pack = write_stream(out, asked, count, lambda episodes: show(episodes, count))

@@ -329,7 +329,7 @@ class Sight:
         found = {thing.id: NOT_VISIBLE for thing in things}
         for thing in things:
             window = self._window_of(agent, thing)
-            if window is None:
+            if window is None or self._is_behind_walls(agent.eye, thing):
                 continue
             outline = self._outline(agent, thing, window)
             is_hit, roles = self._visible_rays(agent, thing, outline)

@@ -108,10 +108,10 @@ def hand_full(context: HouseContext) -> Drafts:
 
 def swing_blocked(context: HouseContext) -> Drafts:
     """Yield drafts in which an obstacle stands where the target's door must swing."""
-    doors = context.things(lambda thing: is_target(thing) and allows(thing, "open") and _is_low(thing))
+    doors = context.things(lambda thing: is_target(thing) and allows(thing, "open") and is_low(thing))
     for target in [door for door in doors if not door.is_pickupable]:
         setup = setup_for(target, "open")
-        for obstacle in _obstacles(context, target):
+        for obstacle in obstacles(context, target):
             for spot in islice(placements_in_the_way(context, target, obstacle, setup), 1):
                 blocked = _with(setup, obstacle, spot)
                 yield from drafts_of_task(
@@ -119,7 +119,7 @@ def swing_blocked(context: HouseContext) -> Drafts:
                 )
 
 
-def _is_low(thing: Thing) -> bool:
+def is_low(thing: Thing) -> bool:
     """Return whether an obstacle on the floor can keep a thing from opening: furniture, or one of its low drawers."""
     return is_furniture(thing) and (not thing.is_drawer or body_box(thing).bottom < LOW_M)
 
@@ -177,7 +177,7 @@ def _barrier(
     context.begin(setup)
     free, bare = context.view.plan().tight, context.view.bare_floor()
     place = start.position.x, start.position.z
-    for obstacle in _obstacles(context, target)[:TRIED_OBSTACLES]:
+    for obstacle in obstacles(context, target)[:TRIED_OBSTACLES]:
         shapes = footprints_at(obstacle, spots, 0.0)
         for index in np.flatnonzero(shapely.covers(bare, shapes)):
             left = free.difference(shapes[index].buffer(BODY_RADIUS_M))
@@ -191,7 +191,7 @@ def _barrier(
     return None
 
 
-def _obstacles(context: HouseContext, target: Thing) -> list[Thing]:
+def obstacles(context: HouseContext, target: Thing) -> list[Thing]:
     """Return the objects that may be put in the way to a target, in a random order."""
     return context.things(
         lambda thing: (

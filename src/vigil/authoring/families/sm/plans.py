@@ -88,7 +88,7 @@ def emptying(context: HouseContext) -> Plans:
     """Yield `open_pick_place` plans: open a container, take out an object, put it on or into a receptacle."""
     for container, target, setup in filled(context):
         furniture = container.parent if container.is_drawer else None
-        for receptacle in _receptacles_for(context, target, {container.id, furniture, target.id, target.parent}):
+        for receptacle in receptacles_for(context, target, {container.id, furniture, target.id, target.parent}):
             roles = {"container": container, "target": target, "receptacle": receptacle}
             facts = _opened(container), _held(target), _at(target, receptacle)
             yield SequencePlan("open_pick_place", setup, roles, facts)
@@ -112,7 +112,7 @@ def rearranging(context: HouseContext) -> Plans:
         source = context.thing(target.parent or "")
         if source.category not in (*TABLES, *SEATS):
             continue
-        for receptacle in _receptacles_for(context, target, {source.id, target.id}):
+        for receptacle in receptacles_for(context, target, {source.id, target.id}):
             roles = {"target": target, "source": source, "receptacle": receptacle}
             yield SequencePlan("rearrange", Setup(), roles, (_held(target), _at(target, receptacle)))
 
@@ -121,7 +121,7 @@ def two_to_one(context: HouseContext) -> Plans:
     """Yield plans in which two objects are put on or into the same receptacle."""
     movable = _movable(context)
     for first in movable:
-        for receptacle in _receptacles_for(context, first, {first.id, first.parent}):
+        for receptacle in receptacles_for(context, first, {first.id, first.parent}):
             joining = [each for each in movable if _may_join(each, first, receptacle)]
             near = (each for each in context.shuffled(joining) if _is_near(context, first, each, receptacle))
             second = next(near, None)
@@ -155,7 +155,7 @@ def take_and_close(context: HouseContext) -> Plans:
     """Yield plans in which an object is taken out of a container and put elsewhere, and the container closed again."""
     for container, target, setup in filled(context):
         taken = {container.id, container.parent, target.id, target.parent}
-        for receptacle in _receptacles_for(context, target, taken):
+        for receptacle in receptacles_for(context, target, taken):
             if _is_near(context, container, receptacle) and _has_room(context, receptacle, target):
                 roles = {"target": target, "container": container, "receptacle": receptacle}
                 ends = _at(target, receptacle), _closed(container)
@@ -200,7 +200,7 @@ def from_one_into_another(context: HouseContext) -> Plans:
 def three_acts(context: HouseContext) -> Plans:
     """Yield plans in which two objects are opened, closed or switched, and a third one is put somewhere."""
     for target in _movable(context):
-        for receptacle in _receptacles_for(context, target, {target.id, target.parent})[:1]:
+        for receptacle in receptacles_for(context, target, {target.id, target.parent})[:1]:
             found = [each for each in _errands(context) if each[0].id not in (receptacle.id, target.id, target.parent)]
             acts = [each for each in found if _is_near(context, target, each[0], receptacle)][:2]
             if len(acts) < 2 or not _has_room(context, receptacle, target):
@@ -241,7 +241,7 @@ def _may_go_in(container: Thing, thing: Thing) -> bool:
     return suits and can_be_put(thing, container)
 
 
-def _receptacles_for(context: HouseContext, target: Thing, without: set[str | None]) -> list[Thing]:
+def receptacles_for(context: HouseContext, target: Thing, without: set[str | None]) -> list[Thing]:
     """Return at most `TRIED_RECEPTACLES` things on or into which a target can be put, in a random order.
 
     `without` are ids of things that are not wanted.

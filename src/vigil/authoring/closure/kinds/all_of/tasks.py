@@ -22,7 +22,6 @@ from vigil.authoring.closure.everything import (
     rooms_named_once,
     things_in_room,
 )
-from vigil.authoring.closure.partly_open import can_be_partly_open, random_partial_openness
 from vigil.authoring.closure.tasks import BY_NAME, LEVEL_DEG, ClosureTask, Tasks, interleave, rejection
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext
@@ -30,6 +29,7 @@ from vigil.authoring.drafting.proposals import setup_for
 from vigil.authoring.language.drawer_names import without_position
 from vigil.authoring.language.referring import Phrase, items_of, referents
 from vigil.authoring.language.wording import VERBS, Act, say
+from vigil.authoring.solving.evidence import can_be_partly_open, random_partial_openness
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose
 from vigil.protocol.actions import Action

@@ -21,12 +21,12 @@ from vigil.authoring.closure.everything import (
     things_in_room,
 )
 from vigil.authoring.closure.kinds.already import EVERYTHING_FORMS
-from vigil.authoring.closure.partly_open import gap_evidence
 from vigil.authoring.closure.states import drafts_of_state, phrase_for_state, setup_with_goal_met, unfinished_setup
-from vigil.authoring.closure.tasks import ClosureTask, Tasks, interleave, object_evidence, rejection
+from vigil.authoring.closure.tasks import ClosureTask, Tasks, interleave, rejection
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import goal_for, setup_for
 from vigil.authoring.language.wording import Act, say
+from vigil.authoring.solving.evidence import gap_evidence, object_evidence
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode

@@ -29,7 +29,7 @@ def if_so(context: HouseContext) -> Tasks:
 
 def _tasks(context: HouseContext, act: Act) -> Tasks:
     for episode, goal, target in drafts_of_state(context, act):
-        others = context.things(lambda thing, target=target: _may_be_alternative(context, thing, target))
+        others = context.things(lambda thing, target=target: may_be_alternative(context, thing, target))
         for other in others[:MAX_ALTERNATIVES_TRIED]:
             task = _task(context, episode, goal, other, act)
             if task is not None:
@@ -37,7 +37,7 @@ def _tasks(context: HouseContext, act: Act) -> Tasks:
                 break
 
 
-def _may_be_alternative(context: HouseContext, thing: Thing, target: Thing) -> bool:
+def may_be_alternative(context: HouseContext, thing: Thing, target: Thing) -> bool:
     """Return whether a machine in the target's room may be acted on instead of the target."""
     is_machine = is_target(thing) and (allows(thing, "turn_on") or allows(thing, "open"))
     is_plain = thing.category not in FLAMES and not thing.is_pickupable
@@ -67,7 +67,7 @@ def _task(context: HouseContext, episode: Episode, goal: ObjectInState, other: T
         context.rng,
         whole=whole,
         label=CONDITION_LABELS[act],
-        order_it=_order_it(context, target, act),
+        order_it=order_it_again(context, target, act),
         other=order_slots(instead, other.category, str(other_phrase), context.rng)["order"],
     )
     state = "is_toggled" if instead == "turn_on" else "is_open"
@@ -79,7 +79,7 @@ def _task(context: HouseContext, episode: Episode, goal: ObjectInState, other: T
     return ClosureTask("if_so", (first, second), target.id, evidence, f"{act} {instead}")
 
 
-def _order_it(context: HouseContext, target: Thing, act: Act) -> str:
+def order_it_again(context: HouseContext, target: Thing, act: Act) -> str:
     """Return the order about the thing that was just named with the part that opens."""
     if act in ("open", "close"):
         return VERBS[act][int(context.rng.integers(len(VERBS[act])))].format("it")

@@ -2,9 +2,6 @@
 
 from itertools import islice
 
-import numpy as np
-
-from vigil.assets.notice import notice_centre, notice_parts
 from vigil.authoring.closure.asking import PLACED_ORDERS, PUT_ON, phrase_by_support, start_near
 from vigil.authoring.closure.receptacle_space import fits_on
 from vigil.authoring.closure.tasks import (
@@ -12,7 +9,6 @@ from vigil.authoring.closure.tasks import (
     Tasks,
     interleave,
     is_out_of_view_from,
-    object_evidence,
     rejection,
 )
 from vigil.authoring.drafting.filling import can_be_put
@@ -22,22 +18,14 @@ from vigil.authoring.families.si.drafts import seeking
 from vigil.authoring.language.wording import say
 from vigil.authoring.review.placements import placements_on
 from vigil.authoring.review.synthetic_records import changed_setup
-from vigil.base.geometry import EYE_HEIGHT_M, Vec3
+from vigil.authoring.solving.evidence import notice_evidence, object_evidence, surface_evidence
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import ObjectAtReceptacle
 from vigil.protocol.world import Placement, Setup
-from vigil.scene.geometry import place_of
 from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
-from vigil.scoring.closure import Evidence
 
 TRIED_FURNITURE = 4
-NOTICE_READABLE_M = 2.0
-"""Greatest distance (m) from the camera at which a notice can be read."""
-BELOW_EYES_M = 0.2
-"""Least height (m) of the eyes above a surface that can be seen from above."""
-SPOT_SHARES, SPOT_ABOVE_M = (-0.3, 0.3), 0.002
-"""Offsets from a surface's middle (shares of its size) and height (m) of the points that are evidence."""
 STANDS = ("SideTable", "Stool", "Chair", "Ottoman", "CoffeeTable", "Shelf", "Cart", "TVStand", "Dresser", "Desk")
 """Categories of receptacles that may be full."""
 OCCUPANTS = ("Television", "Desktop", "CoffeeMachine", "Safe", "Microwave")
@@ -66,8 +54,8 @@ def _absent_tasks(context: HouseContext) -> Tasks:
                 context, "impossible", "distinguished", f"{target.id!r} cannot be identified by its support"
             )
             continue
-        spots = _evidence_spots(support, target)
-        if not spots or children(context.view.scene, target.id):
+        evidence = surface_evidence(support, target.surface)
+        if not evidence or children(context.view.scene, target.id):
             yield rejection(
                 context, "impossible", "place_can_be_seen", f"{support.id!r} cannot be looked at from above"
             )
@@ -79,19 +67,7 @@ def _absent_tasks(context: HouseContext) -> Tasks:
             }
         )
         gone = changed_setup(first.setup, target.id, is_absent=True)
-        evidence = tuple(Evidence(object_id=support.id, spot=spot) for spot in spots)
         yield ClosureTask("impossible", (first, first.model_copy(update={"setup": gone})), target.id, evidence)
-
-
-def _evidence_spots(support: Thing, target: Thing) -> list[Vec3]:
-    """Return points spread over the surface on which a thing lies; empty if it cannot be seen from above."""
-    for surface, frame in level_surfaces(support):
-        if surface.name == target.surface:
-            shares = [(x * surface.size_x, SPOT_ABOVE_M, z * surface.size_z) for x in SPOT_SHARES for z in SPOT_SHARES]
-            found = [Vec3(*(round(float(value), 3) for value in point)) for point in frame(np.array(shares))]
-            is_low = all(spot.y <= EYE_HEIGHT_M - BELOW_EYES_M for spot in found)
-            return found if is_low and not surface.needs_opening else []
-    return []
 
 
 def _blocked_tasks(context: HouseContext) -> Tasks:
@@ -99,7 +75,7 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
         target = context.thing(episode.goal.object_id)
         if target.is_structure or target.is_pickupable or not is_furniture(target):
             continue
-        furniture = context.things(lambda thing, target=target: _may_block(context, thing, target))
+        furniture = context.things(lambda thing, target=target: may_block(context, thing, target))
         for blocker in furniture[:TRIED_FURNITURE]:
             for spot in placements_in_the_way(context, target, blocker, episode.setup):
                 if _is_never_in_view(context, episode, blocker, spot):
@@ -118,7 +94,8 @@ def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, mov
     return found
 
 
-def _may_block(context: HouseContext, thing: Thing, target: Thing) -> bool:
+def may_block(context: HouseContext, thing: Thing, target: Thing) -> bool:
+    """Return whether a piece of furniture may keep a target from opening: it is bare, and in the target's room."""
     is_kind = thing.category in BLOCKERS and not thing.is_pickupable and thing.parent is None
     is_bare, room_at = not children(context.view.scene, thing.id), context.view.room_at
     return is_kind and is_bare and thing.id != target.id and room_at(thing.position) == room_at(target.position)
@@ -127,23 +104,20 @@ def _may_block(context: HouseContext, thing: Thing, target: Thing) -> bool:
 def _broken_tasks(context: HouseContext) -> Tasks:
     for episode in seeking(context, "turn_on"):
         target = context.thing(episode.goal.object_id)
-        spot = notice_centre(target.asset) if notice_parts(target.asset) else None
-        if spot is None:
+        notice = notice_evidence(target)
+        if notice is None:
             continue
-        middle = place_of(target)(np.array(spot)[None])[0]
-        place = Vec3(*(round(float(value), 3) for value in middle))
-        evidence = (Evidence(object_id=target.id, spot=place, within_m=NOTICE_READABLE_M),)
         broken = changed_setup(episode.setup, target.id, is_broken=True)
-        yield ClosureTask("impossible", (episode, episode.model_copy(update={"setup": broken})), target.id, evidence)
+        yield ClosureTask("impossible", (episode, episode.model_copy(update={"setup": broken})), target.id, (notice,))
 
 
 def _no_room_tasks(context: HouseContext) -> Tasks:
     stands = context.things(lambda thing: thing.category in STANDS and thing.is_receptacle and thing.parent is None)
     for stand in stands:
-        occupants = context.things(lambda thing, stand=stand: _may_occupy(context, thing, stand))
+        occupants = context.things(lambda thing, stand=stand: may_occupy(context, thing, stand))
         for occupant in occupants[:MAX_OCCUPANTS_TRIED]:
             taken = next(placements_on(stand, occupant, inside=False), None)
-            if taken is None or not _takes_enough_room(stand, occupant):
+            if taken is None or not takes_enough_room(stand, occupant):
                 continue
             targets = context.things(
                 lambda thing, stand=stand: can_be_put(thing, stand) and not children(context.view.scene, thing.id)
@@ -152,14 +126,15 @@ def _no_room_tasks(context: HouseContext) -> Tasks:
             yield from islice(found, 1)
 
 
-def _takes_enough_room(stand: Thing, occupant: Thing) -> bool:
+def takes_enough_room(stand: Thing, occupant: Thing) -> bool:
     """Return whether a thing takes up at least `MIN_OCCUPIED_SHARE` of a stand's largest upper surface."""
     tops = [surface for surface, _ in level_surfaces(stand) if not surface.is_inside]
     area = max((top.size_x * top.size_z for top in tops), default=0.0)
     return occupant.asset.size.x * occupant.asset.size.z >= MIN_OCCUPIED_SHARE * area
 
 
-def _may_occupy(context: HouseContext, thing: Thing, stand: Thing) -> bool:
+def may_occupy(context: HouseContext, thing: Thing, stand: Thing) -> bool:
+    """Return whether a machine may leave no room on a stand, on which it does not stand yet."""
     is_bare = not children(context.view.scene, thing.id) and not thing.is_structure
     return thing.category in OCCUPANTS and not thing.is_pickupable and is_bare and thing.parent != stand.id
 

@@ -26,12 +26,13 @@ TRIED_TARGETS = 3
 def out_of_sight(context: HouseContext) -> Tasks:
     """Yield tasks to put an object into a container that is closed at the end, so that the result cannot be seen."""
     for container in context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable):
-        targets = context.things(lambda thing, container=container: _may_go_in(context, thing, container))
+        targets = context.things(lambda thing, container=container: may_go_in(context, thing, container))
         found = (task for target in targets[:TRIED_TARGETS] for task in _put_away(context, target, container))
         yield from islice(found, 1)
 
 
-def _may_go_in(context: HouseContext, thing: Thing, container: Thing) -> bool:
+def may_go_in(context: HouseContext, thing: Thing, container: Thing) -> bool:
+    """Return whether people would put a thing that bears nothing into a container, in which it is not yet."""
     suits = thing.category in BELONGS_IN[container.category] and can_be_put(thing, container)
     return suits and not children(context.view.scene, thing.id)
 

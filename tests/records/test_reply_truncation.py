@@ -6,13 +6,8 @@ import pytest
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import is_truncated_in_history, past_turn
-from vigil.protocol.replies import (
-    MAX_REPLY_BYTES,
-    RECORDED_ANSWER_BYTES,
-    RECORDED_REASONING_BYTES,
-    read_reply,
-    truncate_for_record,
-)
+from vigil.protocol.replies import MAX_REPLY_BYTES, read_reply
+from vigil.records.reply_truncation import RECORDED_ANSWER_BYTES, RECORDED_REASONING_BYTES, truncate_for_record
 
 LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 1}}'
 EXACT = LOOK + " " * (MAX_REPLY_BYTES - len(LOOK))

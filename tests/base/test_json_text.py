@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from vigil.protocol.json_text import MAX_DEPTH, MAX_INT_DIGITS, JsonFault, decode, extent, is_one_value, object_end
+from vigil.base.json_text import MAX_DEPTH, MAX_INT_DIGITS, JsonFault, decode, extent, is_one_value, object_end
 
 
 def nested(levels: int, inner: str = "") -> str:

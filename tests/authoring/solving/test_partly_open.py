@@ -11,7 +11,11 @@ from vigil.authoring.closure.certify import Certifier
 from vigil.authoring.closure.kinds.all_of.tasks import all_of
 from vigil.authoring.closure.kinds.already.tasks import already
 from vigil.authoring.closure.kinds.if_so.tasks import if_so
-from vigil.authoring.closure.partly_open import (
+from vigil.authoring.closure.tasks import ClosureTask, Tasks
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.sources import GeneratedHouse
+from vigil.authoring.review.synthetic_records import changed_setup
+from vigil.authoring.solving.evidence import (
     DRAWERS_AND_DOORS,
     MIN_GAP_M,
     PARTLY_OPEN,
@@ -21,10 +25,6 @@ from vigil.authoring.closure.partly_open import (
     is_partly_open,
     random_partial_openness,
 )
-from vigil.authoring.closure.tasks import ClosureTask, Tasks
-from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.sources import GeneratedHouse
-from vigil.authoring.review.synthetic_records import changed_setup
 from vigil.base.geometry import distance
 from vigil.protocol.goals import AllOf
 from vigil.protocol.world import CLOSED_BELOW, OPEN_ABOVE, Setup

@@ -1,0 +1,246 @@
+"""Certificates of lists: proof, by search and by replay, that each chore is what its answer says.
+
+The solver does all that can be done and claims truly, within its share of the budget; wrong claims never score.
+Source: `protocol.md` section 9, decision 62.
+"""
+
+import re
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from vigil.authoring.chores.claim_controls import false_claims
+from vigil.authoring.chores.compose import ListTask
+from vigil.authoring.chores.rules import (
+    BrokenRules,
+    absent_phrases,
+    faults_of_order,
+    faults_of_start,
+    faults_of_states,
+    faults_of_words,
+)
+from vigil.authoring.closure.certify import search_refusal
+from vigil.authoring.closure.twins import BrokenRule, reason_for_absence
+from vigil.authoring.drafting.generation import SolvedSide
+from vigil.authoring.language.referring import items_of
+from vigil.authoring.review.episode_start import EpisodeStart
+from vigil.authoring.review.validate import Finding, Validator
+from vigil.authoring.solving.chores import ChorePlan, UnsolvableChore, evidence_of, plan_chores
+from vigil.authoring.solving.goal_actions import expected_status
+from vigil.authoring.solving.macro_actions import Unsolvable
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.authoring.solving.solvers import carry_out, solve
+from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
+from vigil.protocol.actions import Action, Status
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import Chores
+from vigil.protocol.house import House
+from vigil.protocol.profile import ITEMISED_REPORT
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.chore_answers import ChoreAnswer, ChoreKind, ListAnswer, list_kind
+from vigil.scoring.chores import score_list
+from vigil.scoring.closure import CONCEDED, FAIL_REASONS, Certificate, Reason, evidence_seen
+from vigil.sim.privileged import PrivilegedSimulator
+
+FACTORS = (1.8, 2.4)
+"""Least and greatest budget as a multiple of the solver's steps; the limits of the suite come first."""
+MAX_SOLVER_SHARE = 0.625
+"""Greatest number of the solver's steps as a share of the budget."""
+STEP_OF_BUDGETS = 5
+LIST_RULES = {
+    "composed": "chores of one home make a list that can be done, in a text order that does not help",
+    "not_shut_away": "an object in a closed container is said to be there",
+    "holds_already": "a chore that is done already holds at the start",
+    "condition_judged": "the branch that applies is that of the start",
+    "refused_at_first": "the obvious act is refused at first",
+    "text_order_does_not_help": "the order of the text does not work, and takes a longer walk",
+    "entangled_as_answered": "chores are of kind `order` exactly if others undo them in the wrong order",
+    "false_claims_fail": "claims that are not true never close a list correctly",
+}
+"""Rule name -> reason, for the rules that only lists have."""
+
+
+class Sketch(Protocol):
+    """What is known of a chore before its list is certified: a proposal has it, and an answer."""
+
+    @property
+    def kind(self) -> ChoreKind: ...  # noqa: D102
+    @property
+    def form(self) -> str: ...  # noqa: D102
+    @property
+    def reason(self) -> Reason | None: ...  # noqa: D102
+    @property
+    def distractor(self) -> str | None: ...  # noqa: D102
+    @property
+    def removed(self) -> str: ...  # noqa: D102
+
+
+@dataclass(frozen=True, slots=True)
+class _AnsweredChore:
+    """What an answer says of a chore."""
+
+    kind: ChoreKind
+    form: str
+    reason: Reason | None
+    distractor: str | None
+    removed: str
+
+
+class ListCertifier:
+    """A certifier of lists on one simulator."""
+
+    def __init__(self, simulator: PrivilegedSimulator) -> None:
+        self._simulator = simulator
+        self._validator = Validator(simulator, profile=ITEMISED_REPORT)
+        self._view = PrivilegedView(simulator)
+
+    def certify(self, task: ListTask, house: House) -> tuple[list[SolvedSide], list[Finding]]:
+        """Return a composed list with its budget, solution and answer, or an empty list with findings about it."""
+        episode = task.episode
+        found, answer = self._answered(episode, house, task.chores)
+        if found or answer is None:
+            task.faulty.update(task.chores[place].chore for place in blamed(found))
+            return [], found
+        try:
+            self._simulator.reset(episode.start, episode.setup)
+            actions = carry_out(solve(episode, self._view), self._view)
+        except Unsolvable as error:
+            if isinstance(error, UnsolvableChore):
+                task.faulty.add(task.chores[error.place].chore)
+            return [], [Finding(episode.id, "solvable", str(error))]
+        budget = budget_for(len(actions), episode.instruction)
+        final = episode.model_copy(update={"max_steps": budget, "max_invalid": invalid_limit(budget)})
+        answer = answer.model_copy(update={"solver_steps": len(actions)})
+        found = [Finding(episode.id, *broken) for broken in self._faults_of_solution(final, answer, house, actions)]
+        task.faulty.update(task.chores[place].chore for place in blamed(found))
+        return ([], found) if found else ([SolvedSide(final, actions, answer)], [])
+
+    def verify(self, episode: Episode, answer: ListAnswer, house: House, actions: Sequence[Action]) -> list[Finding]:
+        """Return the findings about a list of a frozen pack, with its answer and its recorded solution."""
+        found, again = self._answered(episode, house, [_sketch_of(each) for each in answer.chores])
+        if not found and again is not None:
+            if again.model_copy(update={"solver_steps": answer.solver_steps}) != answer:
+                return [Finding(episode.id, "closes_correctly", "its answer is not the one that the search gives")]
+            faults = self._faults_of_solution(episode, answer, house, tuple(actions))
+            found = [Finding(episode.id, *broken) for broken in faults]
+        return found
+
+    def _answered(
+        self, episode: Episode, house: House, chores: Sequence[Sketch]
+    ) -> tuple[list[Finding], ListAnswer | None]:
+        """Return the findings about a list at its start, or its answer if there are none."""
+        fault = self._validator.begin_fault(episode, house)
+        if fault is not None:
+            return [fault], None
+        case = EpisodeStart(episode, house, self._view)
+        found = [Finding(episode.id, *broken) for broken in (*faults_of_start(case), *faults_of_words(case))][:1]
+        if found:
+            return found, None
+        goal = episode.goal
+        assert isinstance(goal, Chores)
+        try:
+            conceded = {place for place, chore in enumerate(chores) if chore.reason is not None}
+            plan = plan_chores(episode, self._view, conceded)
+            answers = [self._answer(case, place, chore, plan) for place, chore in enumerate(chores)]
+        except BrokenRule as broken:
+            return [Finding(episode.id, broken.rule, str(broken))], None
+        except Unsolvable as error:
+            return [Finding(episode.id, "solvable", str(error))], None
+        rest = (*faults_of_states(case, answers), *faults_of_order(plan, answers))
+        found = [Finding(episode.id, *broken) for broken in rest]
+        rooms = len(self._view.scene.rooms)
+        kind = list_kind(len(answers))
+        return found, ListAnswer(episode_id=episode.id, kind=kind, chores=tuple(answers), rooms=rooms)
+
+    def _answer(self, case: EpisodeStart, place: int, chore: Sketch, plan: ChorePlan) -> ChoreAnswer:
+        """Return the answer of a chore. Raises BrokenRule if one that cannot be met can be, or for another reason."""
+        goal, view = case.episode.goal, case.view
+        assert isinstance(goal, Chores)
+        asked, facts = goal.chores[place], dict[str, object]()
+        if asked.question is not None:
+            facts["accepted"] = (expected_status(asked.question, view),)
+        if chore.kind in ("already", "impossible", "conditional"):
+            facts["evidence"] = tuple(each for view_ in evidence_of(case.episode, place, view) for each in view_)
+        if chore.reason is not None:
+            reason = self._reason(case, place, chore)
+            exact: tuple[Status, ...] = CONCEDED if reason in FAIL_REASONS else CONCEDED[::-1]
+            refusal = search_refusal(view, asked.parts[0])
+            certificate = Certificate(removed=chore.removed, has_plan=False, refusal=refusal)
+            facts |= {"reason": reason, "accepted": exact, "certificate": certificate}
+        if chore.kind in ("order", "by_the_way"):
+            facts["with_chores"] = entangled_with(plan, place, chore.kind)
+        distractor = chore.distractor if chore.kind == "look_alike" else None
+        return ChoreAnswer(kind=chore.kind, form=chore.form, distractor=distractor, **facts)  # pyright: ignore
+
+    def _reason(self, case: EpisodeStart, place: int, chore: Sketch) -> Reason:
+        """Return why a chore cannot be met. Raises BrokenRule if the reason does not hold."""
+        goal, things = case.episode.goal, case.view.scene.things
+        assert isinstance(goal, Chores)
+        part, removed = goal.chores[place].parts[0], things[chore.removed]
+        if chore.removed != part.object_id:
+            if removed.is_pickupable or not removed.is_present:
+                raise BrokenRule("cannot_be_moved", f"{removed.id!r} can be picked up, or is absent")
+            return "no_fit" if part.kind == "object_at_receptacle" else "locked"
+        if removed.is_present:
+            if not removed.is_broken:
+                raise BrokenRule("twin_impossible", f"{removed.id!r} is present and not broken")
+            return "broken"
+        return reason_for_absence(absent_phrases(case, place + 1), items_of(case.view.scene).values())
+
+    def _faults_of_solution(
+        self, episode: Episode, answer: ListAnswer, house: House, actions: tuple[Action, ...]
+    ) -> BrokenRules:
+        """Yield (rule, message) for the faults of the actions that should close a list."""
+        most = int(MAX_SOLVER_SHARE * episode.max_steps)
+        if len(actions) > most:
+            yield "within_budget", f"{len(actions)} steps, of {episode.max_steps} at most {most}"
+            return
+        record = self._validator.play(episode, house, actions)
+        if record.end == "error":
+            yield "closes_correctly", record.error.message if record.error else "it ended as an error"
+            return
+        outcome = score_list(answer, episode, record, has_claims=True)
+        for number, each in enumerate(outcome.chores, start=1):
+            if not each.B or (answer.chores[number - 1].is_possible and not each.W_strict):
+                yield "closes_correctly", f"chore {number}: W={each.W:d} B={each.B:d} ({each.label})"
+        yield from _faults_of_record(answer, record)
+        yield from (("false_claims_fail", name) for name in false_claims(outcome, episode, record))
+
+
+def _faults_of_record(answer: ListAnswer, record: EpisodeRecord) -> BrokenRules:
+    for step in record.steps:
+        if step.effect is not None and step.effect.refusal is not None:
+            yield "margins", f"step {step.index} is refused ({step.effect.refusal})"
+    for number, chore in enumerate(answer.chores, start=1):
+        if evidence_seen(chore.evidence, record) not in (None, 1.0):
+            yield "evidence_seen", f"chore {number}: not all evidence is seen"
+
+
+def blamed(findings: Sequence[Finding]) -> list[int]:
+    """Return the places of the chores that findings name."""
+    named = (re.match(r"[Cc]hore (\d+)\b", finding.message) for finding in findings)
+    return [int(found[1]) - 1 for found in named if found is not None]
+
+
+def entangled_with(plan: ChorePlan, place: int, kind: ChoreKind) -> tuple[int, ...]:
+    """Return the numbers of the chores with which a chore at a place of the list is entangled as its kind says."""
+    found = plan.entanglement
+    if kind == "order":
+        others = {a if b == place else b for a, b in found.before if place in (a, b)}
+    else:
+        others = {other for done, other in found.by_the_way if done == place}
+    return tuple(sorted(other + 1 for other in others))
+
+
+def budget_for(steps: int, instruction: str) -> int:
+    """Return the step budget of a list that the solver closes in some steps; the factor follows from its words."""
+    share = zlib.crc32(instruction.encode()) / 2**32
+    wanted = steps * (FACTORS[0] + share * (FACTORS[1] - FACTORS[0]))
+    rounded = -int(-wanted // STEP_OF_BUDGETS) * STEP_OF_BUDGETS
+    return min(max(rounded, CHORES_BUDGETS[0]), CHORES_BUDGETS[1])
+
+
+def _sketch_of(answer: ChoreAnswer) -> Sketch:
+    removed = answer.certificate.removed if answer.certificate else ""
+    return _AnsweredChore(answer.kind, answer.form, answer.reason, answer.distractor, removed)

@@ -1,0 +1,269 @@
+"""Composition: lists of chores of one home that do not contradict one another, with a text order that does not help."""
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import islice
+
+import numpy as np
+
+from vigil.authoring.chores.pairs import Pair, pairs
+from vigil.authoring.chores.placements import absent, no_room, put, put_away
+from vigil.authoring.chores.proposed import Proposals, ProposedChore
+from vigil.authoring.chores.sentences import OPENINGS
+from vigil.authoring.chores.states import acts, blocked, broken, conditional, locked, make_sure, questions, refused
+from vigil.authoring.drafting.drafts import Rejection
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.solving.chore_order import Entanglement, length_of
+from vigil.authoring.solving.chores import BLOCKER, OBSTACLE, PLACE, plan_chores
+from vigil.authoring.solving.macro_actions import Unsolvable
+from vigil.base.geometry import Pose
+from vigil.base.numbered_list import write_list
+from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
+from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
+from vigil.protocol.goals import Chore, Chores
+from vigil.protocol.world import ObjectSetup, Setup
+from vigil.scoring.chore_answers import ChoreKind
+
+SOURCES: dict[str, tuple[Callable[[HouseContext], Proposals], int]] = {
+    "put": (put, 16),
+    "acts": (acts, 10),
+    "make_sure": (make_sure, 12),
+    "put_away": (put_away, 2),
+    "questions": (questions, 8),
+    "conditional": (conditional, 6),
+    "refused": (refused, 4),
+    "blocked": (blocked, 4),
+    "absent": (absent, 5),
+    "broken": (broken, 4),
+    "locked": (locked, 2),
+    "no_room": (no_room, 2),
+}
+"""Source of single chores -> its function, and the greatest number of its chores in one home."""
+MAX_PAIRS_OF_HOME = 12
+PAIRS = {3: 1, 4: 1, 5: 1, 6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
+"""Number of chores -> number of pairs with which a list begins."""
+MAX_IMPOSSIBLE_SHARE, MAX_KIND_SHARE = 0.34, 0.4
+"""Greatest shares of the chores of a list that cannot be met, and that are of one kind."""
+MAX_USES = 3
+"""Greatest number of lists of one home that hold the same chore."""
+TRIED_CHORES = 60
+"""Number of chores that are tried for one list."""
+TRIED_TEXT_ORDERS = 40
+LONGER = 1.25
+"""Least length of the walk in the order of the text, as a multiple of the shortest walk."""
+START_HORIZON_DEG = 15.0
+SINGLE_KINDS: tuple[ChoreKind, ...] = (
+    *("plain", "question", "already", "impossible", "refused", "conditional", "look_alike"),
+)
+ROLES = {"place": PLACE, "blocker": BLOCKER, "obstacle": OBSTACLE}
+"""Role of a proposed chore -> pattern of the role in an episode, which has the chore's number."""
+ENTANGLED: frozenset[ChoreKind] = frozenset({"plain", "already"})
+"""Kinds of chores that may concern the same things as others."""
+
+
+@dataclass(frozen=True, slots=True)
+class ListTask:
+    """A list that was composed, in the order of its text."""
+
+    episode: Episode
+    chores: tuple[ProposedChore, ...]
+    entanglement: Entanglement
+    faulty: set[Chore] = field(default_factory=set, compare=False, repr=False)
+    """Goals of the home's chores that broke a rule; further lists do without them."""
+
+    @property
+    def instruction(self) -> str:
+        """The instruction."""
+        return self.episode.instruction
+
+
+@dataclass
+class HomePool:
+    """The single chores and pairs that were proposed in a home, and how often each was used."""
+
+    singles: Mapping[ChoreKind, Sequence[ProposedChore]]
+    pairs: Sequence[Pair]
+    uses: Counter[int] = field(default_factory=Counter)
+    """Identity of a chore or pair -> number of lists that hold it."""
+    of_kind: Counter[ChoreKind] = field(default_factory=Counter)
+    """Kind -> number of chores in lists of the home."""
+    faulty: set[Chore] = field(default_factory=set)
+    """Goals of chores that broke a rule in a list."""
+
+
+def pool_of(context: HouseContext) -> HomePool:
+    """Return the chores that are proposed in a home."""
+    found: dict[ChoreKind, list[ProposedChore]] = {kind: [] for kind in SINGLE_KINDS}
+    for source, most in SOURCES.values():
+        for chore in islice(source(context), most):
+            found[chore.kind].append(chore)
+    return HomePool(found, list(islice(pairs(context), MAX_PAIRS_OF_HOME)))
+
+
+def compositions(context: HouseContext, pool: HomePool, count: int) -> Iterator[ListTask | Rejection]:
+    """Yield lists of `count` chores, and rejections of what did not become one."""
+    while True:
+        chosen = _chosen(context, pool, count)
+        found = "too few chores go together" if chosen is None else _composed(context, chosen)
+        context.begin(Setup())
+        if isinstance(found, str):
+            yield Rejection(family="SI", kind=str(count), house=context.house.name, rule="composed", message=found)
+            if chosen is None:
+                return
+            continue
+        for chore in found.chores:
+            pool.of_kind[chore.kind] += 1
+        yield replace(found, faulty=pool.faulty)
+
+
+def _chosen(context: HouseContext, pool: HomePool, count: int) -> list[ProposedChore] | None:
+    """Return chores that go together, the least used first; None if there are too few."""
+    rng, chosen = context.rng, list[ProposedChore]()
+    noise = rng.random(len(pool.pairs))
+    for index in sorted(range(len(pool.pairs)), key=lambda index: (pool.uses[id(pool.pairs[index])], noise[index])):
+        pair = pool.pairs[index]
+        can_be_done = pool.uses[id(pair)] < MAX_USES and not any(each.chore in pool.faulty for each in pair)
+        is_free = can_be_done and all(_goes_with(each, chosen, strictly=True) for each in pair)
+        if len(chosen) < 2 * PAIRS[count] and is_free:
+            chosen += pair
+            pool.uses[id(pair)] += 1
+    for _ in range(TRIED_CHORES):
+        if len(chosen) == count:
+            return chosen
+        single = _next_single(context, pool, chosen, count)
+        if single is None:
+            return None
+        chosen.append(single)
+        pool.uses[id(single)] += 1
+    return None
+
+
+def _next_single(
+    context: HouseContext, pool: HomePool, chosen: Sequence[ProposedChore], count: int
+) -> ProposedChore | None:
+    """Return a chore of the rarest kind that goes with the chosen ones, the least used first; None without one."""
+    kinds = Counter(each.kind for each in chosen)
+    noise = context.rng.random(len(SINGLE_KINDS)).tolist()
+    uses = [pool.of_kind[kind] + 3 * kinds[kind] for kind in SINGLE_KINDS]
+    for _, _, place in sorted(zip(uses, noise, range(len(SINGLE_KINDS)), strict=True)):
+        kind = SINGLE_KINDS[place]
+        share = MAX_IMPOSSIBLE_SHARE if kind == "impossible" else MAX_KIND_SHARE
+        if kinds[kind] + 1 > max(1, share * count):
+            continue
+        offered = [pool.singles[kind][index] for index in context.rng.permutation(len(pool.singles[kind]))]
+        for chore in sorted(offered, key=lambda chore: pool.uses[id(chore)]):
+            can_be_done = chore.chore not in pool.faulty and pool.uses[id(chore)] < MAX_USES
+            if can_be_done and _goes_with(chore, chosen, strictly=kind not in ENTANGLED):
+                return chore
+    return None
+
+
+def _goes_with(chore: ProposedChore, chosen: Sequence[ProposedChore], *, strictly: bool) -> bool:
+    """Return whether a chore contradicts none of the chosen ones: they share only furniture to put things on.
+
+    Unless `strictly`, chores may also share a container or a machine, if they ask for the same start.
+    """
+    for other in chosen:
+        shared = chore.ids & other.ids
+        furniture = (chore.receptacle_ids & other.receptacle_ids) - {*chore.changes, *other.changes}
+        if shared <= furniture:
+            continue
+        if strictly or other.kind not in ENTANGLED or chore.sentence == other.sentence:
+            return False
+        moved = {part.object_id for each in (chore, other) for part in each.chore.parts}
+        if len(moved) < len(chore.chore.parts) + len(other.chore.parts):
+            return False
+        if any(chore.changes.get(each) != other.changes.get(each) for each in shared):
+            return False
+    return True
+
+
+def merged(chores: Sequence[ProposedChore]) -> Setup:
+    """Return the setup of a list: all changes of its chores."""
+    objects: dict[str, ObjectSetup] = {}
+    for chore in chores:
+        objects |= chore.changes
+    return Setup(objects=objects)
+
+
+def _composed(context: HouseContext, chosen: Sequence[ProposedChore]) -> ListTask | str:
+    """Return the list of some chores, or why they do not make one."""
+    setup = merged(chosen)
+    if not context.can_begin(setup):
+        return "the simulator cannot set up the start"
+    start = _start(context)
+    if start is None:
+        return "there is no start with room to move"
+    context.simulator.reset(start, context.with_open_doors(setup))
+    return _in_text_order(context, chosen, start, setup)
+
+
+def _start(context: HouseContext) -> Pose | None:
+    """Return a random start with room to move; None without one."""
+    for place in context.starts(lambda places: np.full(len(places), True)):
+        heading = float(context.rng.integers(360))
+        pose = Pose(position=place, rotation=heading, horizon=START_HORIZON_DEG)
+        if context.has_room_to_move(pose):
+            return pose
+    return None
+
+
+def _in_text_order(context: HouseContext, chosen: Sequence[ProposedChore], start: Pose, setup: Setup) -> ListTask | str:
+    """Return the list with its chores in a random order that is neither the shortest nor one that works.
+
+    The simulator has just been reset to its start.
+    """
+    draft = _draft(context, chosen, start, setup)
+    if draft is None:
+        return "the instruction is too long"
+    try:
+        plan = plan_chores(draft, context.view, {place for place, each in enumerate(chosen) if each.reason})
+    except Unsolvable as error:
+        return str(error)
+    found = plan.entanglement
+    for _ in range(TRIED_TEXT_ORDERS):
+        text = [int(place) for place in context.rng.permutation(len(chosen))]
+        places = {place: number for number, place in enumerate(text)}
+        before = frozenset((places[a], places[b]) for a, b in found.before)
+        broken = sum(a > b for a, b in before)
+        is_long = length_of(plan.lengths, text) >= LONGER * plan.walk_m
+        if 2 * broken >= len(before) and (broken or not before) and is_long:
+            in_text = [chosen[place] for place in text]
+            moved = Entanglement(before, frozenset((places[a], places[b]) for a, b in found.by_the_way))
+            episode = _draft(context, in_text, start, setup)
+            assert episode is not None
+            return ListTask(episode, _with_kinds(in_text, moved), moved)
+    return "every order of the text is almost the shortest one, or works"
+
+
+def _with_kinds(chores: Sequence[ProposedChore], found: Entanglement) -> tuple[ProposedChore, ...]:
+    """Return chores with the kinds that they have in a list: those that others undo are of kind `order`."""
+    ordered = {place for pair in found.before for place in pair}
+    done = {place for place, _ in found.by_the_way}
+    return tuple(
+        replace(chore, kind="order", form=f"order_{chore.form}")
+        if place in ordered
+        else replace(chore, kind="by_the_way")
+        if place in done
+        else chore
+        for place, chore in enumerate(chores)
+    )
+
+
+def _draft(context: HouseContext, chores: Sequence[ProposedChore], start: Pose, setup: Setup) -> Episode | None:
+    """Return the episode of chores in the order of the text, with the largest budget; None if its text is too long."""
+    sentences = [chore.sentence for chore in chores]
+    text = write_list(context.say(OPENINGS), sentences)
+    if len(text) > MAX_INSTRUCTION_CHARS:
+        return None
+    goal = Chores(object_id=chores[0].chore.parts[0].object_id, chores=tuple(each.chore for each in chores))
+    bindings = {"target": goal.object_id}
+    for number, chore in enumerate(chores, start=1):
+        bindings |= {ROLES[role].format(number): object_id for role, object_id in chore.roles.items()}
+        if chore.distractor is not None:
+            bindings[f"distractor_{number}"] = chore.distractor
+    task = TaskSpec(start, text, goal, bindings, setup=setup, template="chores")
+    draft = context.draft("SI", task)
+    most = CHORES_BUDGETS[1]
+    return draft.model_copy(update={"instruction": text, "max_steps": most, "max_invalid": invalid_limit(most)})

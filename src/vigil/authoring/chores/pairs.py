@@ -1,0 +1,103 @@
+"""Proposals of two chores that concern one thing: they undo one another in the wrong order, or one does the other."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from vigil.assets.catalog import CATALOG
+from vigil.authoring.chores.placements import putting
+from vigil.authoring.chores.proposed import ProposedChore, distractor_of, in_turn
+from vigil.authoring.chores.states import act_on, sure_of
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.families.sm.plans import emptying, putting_in, receptacles_for
+from vigil.protocol.goals import ObjectAtReceptacle
+from vigil.protocol.world import ObjectSetup
+from vigil.scene.supports import children
+from vigil.scene.things import Thing
+
+Pair = tuple[ProposedChore, ProposedChore]
+Pairs = Iterator[Pair]
+TRIED_RECEPTACLES = 2
+"""Number of places tried for a container that is to be carried."""
+
+
+def pairs(context: HouseContext) -> Pairs:
+    """Yield pairs of chores, of each form in turn; a list decides how they are entangled."""
+    yield from in_turn(_put_and_close(context), _put_and_carry(context), _take_and_close(context), _by_the_way(context))
+
+
+def _with(chore: ProposedChore, changes: Mapping[str, ObjectSetup]) -> ProposedChore:
+    return replace(chore, changes={**chore.changes, **changes})
+
+
+def _put_into(context: HouseContext) -> Iterator[tuple[Thing, ProposedChore]]:
+    """Yield containers that can be opened, each with the chore of putting something into it."""
+    taken: set[str] = set()
+    for plan in putting_in(context):
+        container, goal = plan.roles["receptacle"], plan.facts[-1]
+        assert isinstance(goal, ObjectAtReceptacle)
+        if container.id in taken or not container.is_openable or children(context.view.scene, goal.object_id):
+            continue
+        chore = putting(context, goal.model_copy(update={"chain": ()}), plan.setup)
+        if chore is not None and _is_plain(context, chore, container):
+            taken.add(container.id)
+            yield container, chore
+
+
+def _is_plain(context: HouseContext, chore: ProposedChore, container: Thing) -> bool:
+    """Return whether neither the object of a chore nor the container has a look-alike."""
+    return chore.distractor is None and distractor_of(context, container.id) is None
+
+
+def _put_and_close(context: HouseContext) -> Pairs:
+    """Yield: put something into a container; the container is closed, or runs, at the end."""
+    for container, chore in _put_into(context):
+        runs = CATALOG[container.category].runs_only_when_closed
+        if runs and context.rng.integers(2):
+            state = {container.id: ObjectSetup(openness=0.0, is_toggled=False)}
+            yield _with(chore, state), _with(act_on(context, container, "turn_on"), state)
+            continue
+        off = False if container.is_toggleable else None
+        state = {container.id: ObjectSetup(openness=float(context.rng.integers(2)), is_toggled=off)}
+        sure = context.rng.integers(2)
+        closing = sure_of(context, container, "close", is_met=True) if sure else act_on(context, container, "close")
+        yield _with(chore, state), _with(closing, state)
+
+
+def _take_and_close(context: HouseContext) -> Pairs:
+    """Yield: put something that lies in a closed container elsewhere; the container is closed at the end."""
+    taken: set[str] = set()
+    for plan in emptying(context):
+        container, goal = plan.roles["container"], plan.facts[-1]
+        assert isinstance(goal, ObjectAtReceptacle)
+        if container.id in taken or children(context.view.scene, goal.object_id):
+            continue
+        chore = putting(context, goal.model_copy(update={"chain": ()}), plan.setup)
+        if chore is not None and _is_plain(context, chore, container):
+            taken.add(container.id)
+            yield chore, _with(sure_of(context, container, "close", is_met=True), plan.setup.objects)
+
+
+def _put_and_carry(context: HouseContext) -> Pairs:
+    """Yield: put something into a container that can be carried; put that container somewhere else."""
+    for plan in putting_in(context):
+        container, goal = plan.roles["receptacle"], plan.facts[-1]
+        assert isinstance(goal, ObjectAtReceptacle)
+        if not container.is_pickupable or children(context.view.scene, container.id):
+            continue
+        for place in receptacles_for(context, container, {container.id, container.parent, goal.object_id})[
+            :TRIED_RECEPTACLES
+        ]:
+            chore = putting(context, goal.model_copy(update={"chain": ()}), plan.setup)
+            there = ObjectAtReceptacle(object_id=container.id, receptacle_id=place.id)
+            carrying = putting(context, there, plan.setup)
+            if chore is not None and carrying is not None and _is_plain(context, chore, container):
+                yield chore, carrying
+                break
+
+
+def _by_the_way(context: HouseContext) -> Pairs:
+    """Yield: put something into a closed container; the container is open at the end."""
+    for container, chore in _put_into(context):
+        if not CATALOG[container.category].runs_only_when_closed:
+            state = {container.id: ObjectSetup(openness=0.0)}
+            yield _with(chore, state), _with(act_on(context, container, "open"), state)

@@ -1,0 +1,181 @@
+"""Proposals of chores that put an object on or into a receptacle, possible and impossible ones."""
+
+from dataclasses import replace
+
+from vigil.authoring.chores.proposed import Proposals, ProposedChore, distractor_of, in_turn
+from vigil.authoring.chores.sentences import PUT_AWAY, PUT_INTO_ORDERS, PUT_ON_ORDERS
+from vigil.authoring.closure.asking import phrase_by_support
+from vigil.authoring.closure.kinds.impossible.tasks import STANDS, may_occupy, takes_enough_room
+from vigil.authoring.closure.kinds.out_of_sight.tasks import may_go_in
+from vigil.authoring.closure.receptacle_space import fits_on
+from vigil.authoring.drafting.filling import can_be_put
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.families.sm.plans import SequencePlan, emptying, putting_in, rearranging
+from vigil.authoring.language.referring import Phrase
+from vigil.authoring.language.sentences import Sentences
+from vigil.authoring.language.wording import opening_phrase, pronoun_slots
+from vigil.authoring.review.containers import BELONGS_IN
+from vigil.authoring.review.placements import placements_on
+from vigil.authoring.solving.evidence import surface_evidence
+from vigil.authoring.solving.goal_actions import closed_containers_around
+from vigil.protocol.goals import Chore, ObjectAtReceptacle, ObjectInState
+from vigil.protocol.world import ObjectSetup, Setup
+from vigil.scene.supports import children
+from vigil.scene.things import Thing
+
+TRIED_STANDS, TRIED_OCCUPANTS, TRIED_TARGETS = 4, 2, 4
+_STACKED = ("{target} on", "{target} into", "{target} inside")
+"""Words of a form in which the place of the target would be followed by that of the receptacle."""
+
+
+def put(context: HouseContext) -> Proposals:
+    """Yield chores that put an object on or into a receptacle, each object once; what they name may have look-alikes.
+
+    A container that can be closed is closed at the start.
+    """
+    taken: set[str] = set()
+    for plan in in_turn(rearranging(context), putting_in(context), emptying(context)):
+        target = plan.roles["target"]
+        found = None if target.id in taken else _of_plan(context, plan)
+        if found is not None:
+            taken.add(target.id)
+            yield found
+
+
+def _of_plan(context: HouseContext, plan: SequencePlan) -> ProposedChore | None:
+    goal = plan.facts[-1]
+    assert isinstance(goal, ObjectAtReceptacle)
+    if children(context.view.scene, goal.object_id):
+        return None
+    return putting(context, goal.model_copy(update={"chain": ()}), plan.setup)
+
+
+def putting(context: HouseContext, goal: ObjectAtReceptacle, setup: Setup) -> ProposedChore | None:
+    """Return the chore of putting an object somewhere, in the words that mean it with a setup; None without words."""
+    if not context.can_begin(setup):
+        return None
+    phrases = _phrase_of_object(context, goal.object_id), context.phrase(goal.receptacle_id)
+    context.begin(Setup())
+    if phrases[0] is None or phrases[1] is None:
+        return None
+    distractor = distractor_of(context, goal.object_id)
+    return ProposedChore(
+        kind="plain" if distractor is None else "look_alike",
+        form="put_into" if goal.inside else "put_on",
+        sentence=_sentence(context, goal, phrases[0], phrases[1]),
+        chore=Chore(parts=(goal,)),
+        meant=frozenset({goal.object_id, goal.receptacle_id}),
+        changes=setup.objects,
+        distractor=distractor,
+    )
+
+
+def _phrase_of_object(context: HouseContext, thing_id: str) -> Phrase | None:
+    """Return a phrase that means a thing; if it lies in a closed container, the phrase names that. None without one."""
+    if closed_containers_around(context.view, thing_id):
+        return phrase_by_support(context, context.items[thing_id])
+    return context.phrase(thing_id)
+
+
+def _sentence(context: HouseContext, goal: ObjectAtReceptacle, target: Phrase, receptacle: Phrase) -> str:
+    """Return a random sentence that asks to put an object somewhere; two places never follow each other."""
+    sentences = PUT_INTO_ORDERS if goal.inside else PUT_ON_ORDERS
+    if target != target.without_place:
+        sentences = Sentences(_unstacked(sentences.public), _unstacked(sentences.held_out))
+    slots = pronoun_slots(context.thing(goal.object_id).category)
+    return context.say(sentences, target=str(target), receptacle=str(receptacle), **slots)
+
+
+def _unstacked(forms: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(form for form in forms if not any(words in form for words in _STACKED))
+
+
+def put_away(context: HouseContext) -> Proposals:
+    """Yield chores that put an object into a container and close it, so that the result cannot be seen."""
+    for container in context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable):
+        targets = context.things(lambda thing, container=container: may_go_in(context, thing, container))
+        for target in targets[:1]:
+            goal = ObjectAtReceptacle(object_id=target.id, receptacle_id=container.id, inside=True)
+            is_toggled = False if container.is_toggleable else None
+            openness = float(context.rng.integers(2))
+            setup = Setup(objects={container.id: ObjectSetup(openness=openness, is_toggled=is_toggled)})
+            found = putting(context, goal, setup)
+            phrases = _phrase_of_object(context, target.id), context.phrase(container.id)
+            if found is None or phrases[0] is None or phrases[1] is None:
+                continue
+            parts = opening_phrase(container.category, str(phrases[1]))
+            shut = parts.whole if parts.piece == "it" else parts.piece
+            words = {"target": str(phrases[0]), "receptacle": str(phrases[1]), "shut": shut, "whole": parts.whole}
+            is_shut = ObjectInState(object_id=container.id, state="is_open", value=False)
+            is_placed = phrases[0] != phrases[0].without_place
+            sentences = Sentences(_unstacked(PUT_AWAY.public), _unstacked(PUT_AWAY.held_out)) if is_placed else PUT_AWAY
+            sentence = context.say(sentences, **words)
+            yield replace(found, form="put_away", sentence=sentence, chore=Chore(parts=(goal, is_shut)))
+
+
+def absent(context: HouseContext) -> Proposals:
+    """Yield chores whose object is not where it is said to lie, and no other thing of its name is anywhere."""
+    for plan in rearranging(context):
+        goal = plan.facts[-1]
+        assert isinstance(goal, ObjectAtReceptacle)
+        target, items = context.thing(goal.object_id), context.items
+        support, phrase = (
+            context.view.scene.things.get(target.parent or ""),
+            phrase_by_support(context, items[target.id]),
+        )
+        receptacle = context.phrase(goal.receptacle_id)
+        if support is None or phrase is None or receptacle is None or children(context.view.scene, target.id):
+            continue
+        if surface_evidence(support, target.surface) and distractor_of(context, target.id) is None:
+            bare = goal.model_copy(update={"chain": ()})
+            yield ProposedChore(
+                kind="impossible",
+                form="absent",
+                sentence=_sentence(context, bare, phrase, receptacle),
+                chore=Chore(parts=(bare,)),
+                meant=frozenset({goal.receptacle_id}),
+                changes={target.id: ObjectSetup(is_absent=True)},
+                roles={"place": support.id},
+                reason="absent",
+                removed=target.id,
+                phrase=phrase,
+            )
+
+
+def no_room(context: HouseContext) -> Proposals:
+    """Yield chores that put an object on a stand on which a machine leaves no room."""
+    stands = context.things(lambda thing: thing.category in STANDS and thing.is_receptacle and thing.parent is None)
+    for stand in stands[:TRIED_STANDS]:
+        for occupant in context.things(lambda thing, stand=stand: may_occupy(context, thing, stand))[:TRIED_OCCUPANTS]:
+            at = next(placements_on(stand, occupant, inside=False), None)
+            if at is None or not takes_enough_room(stand, occupant):
+                continue
+            found = _without_room(context, stand, occupant, Setup(objects={occupant.id: ObjectSetup(placement=at)}))
+            if found is not None:
+                yield found
+                break
+
+
+def _without_room(context: HouseContext, stand: Thing, occupant: Thing, full: Setup) -> ProposedChore | None:
+    """Return the chore of putting something on a stand that is full with a setup; None if all that is tried fits."""
+    targets = context.things(lambda thing: can_be_put(thing, stand) and not children(context.view.scene, thing.id))
+    for target in targets[:TRIED_TARGETS]:
+        if not context.can_begin(full):
+            return None
+        has_room = fits_on(context.view.scene, target.id, stand.id)
+        context.begin(Setup())
+        if has_room or not fits_on(context.view.scene, target.id, stand.id, may_clear=False):
+            continue
+        goal = ObjectAtReceptacle(object_id=target.id, receptacle_id=stand.id)
+        found = putting(context, goal, full)
+        if found is not None:
+            return replace(
+                found,
+                kind="impossible",
+                form="no_fit",
+                roles={"blocker": occupant.id},
+                reason="no_fit",
+                removed=occupant.id,
+                distractor=None,
+            )
+    return None

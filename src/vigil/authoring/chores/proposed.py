@@ -1,0 +1,70 @@
+"""A proposed chore: its sentence and goal, with all that a list must set up, bind and keep apart for it."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.language.disambiguation import confusable
+from vigil.authoring.language.referring import Phrase
+from vigil.protocol.goals import Chore, ObjectAtReceptacle
+from vigil.protocol.world import ObjectSetup
+from vigil.scoring.chore_answers import ChoreKind
+from vigil.scoring.closure import Reason
+
+
+@dataclass(frozen=True, slots=True)
+class ProposedChore:
+    """One chore that may be part of a list."""
+
+    kind: ChoreKind
+    form: str
+    sentence: str
+    chore: Chore
+    meant: frozenset[str]
+    """Ids of the things that the sentence means; reading its words back must give the same."""
+    changes: Mapping[str, ObjectSetup] = field(default_factory=dict)
+    """Id -> what is changed before the start."""
+    roles: Mapping[str, str] = field(default_factory=dict)
+    """Role without the chore's number -> id, for things that the goal does not name."""
+    reason: Reason | None = None
+    """Reason why the chore cannot be met; None if it can be."""
+    removed: str = ""
+    """Id of the thing on which it depends that the chore cannot be met; empty if it can be."""
+    phrase: Phrase | None = None
+    """Words for a thing that is absent."""
+    distractor: str | None = None
+    """Id of another thing that the bare name of its object also means."""
+
+    @property
+    def ids(self) -> frozenset[str]:
+        """Ids of all things that the chore is about, changes or depends on."""
+        extra = () if self.distractor is None else (self.distractor,)
+        return frozenset({*self.chore.ids(), *self.changes, *self.roles.values(), *extra})
+
+    @property
+    def receptacle_ids(self) -> frozenset[str]:
+        """Ids of the receptacles on or into which something is put."""
+        return frozenset(part.receptacle_id for part in self.chore.parts if isinstance(part, ObjectAtReceptacle))
+
+
+Proposals = Iterator[ProposedChore]
+_Item = TypeVar("_Item")
+
+
+def in_turn(*sources: Iterator[_Item]) -> Iterator[_Item]:
+    """Yield one item of each source in turn until all are exhausted."""
+    left = list(sources)
+    while left:
+        for source in list(left):
+            for item in source:
+                yield item
+                break
+            else:
+                left.remove(source)
+
+
+def distractor_of(context: HouseContext, thing_id: str) -> str | None:
+    """Return the id of the first other thing that a thing's bare name means; None if there is none."""
+    items = context.items
+    return next((other.id for other in confusable(items[thing_id], items.values())), None)

@@ -1,0 +1,242 @@
+"""Proposals of chores about a state: to open, close or switch something, to make sure of a state, or to say which."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from vigil.assets.catalog import CATALOG
+from vigil.authoring.chores.proposed import Proposals, ProposedChore, distractor_of, in_turn
+from vigil.authoring.chores.sentences import ACT_ORDERS, IF_SO, MAKE_SURE, QUESTIONS
+from vigil.authoring.closure.everything import ALL_ACTS
+from vigil.authoring.closure.kinds.already.tasks import LABELS
+from vigil.authoring.closure.kinds.if_so.tasks import may_be_alternative, order_it_again
+from vigil.authoring.closure.kinds.impossible.tasks import may_block
+from vigil.authoring.closure.states import phrase_for_state, unfinished_setup
+from vigil.authoring.closure.tasks import FLAMES
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.proposals import (
+    SV_TOGGLES,
+    allows,
+    can_be_searched_for,
+    goal_for,
+    setup_for,
+    with_laptop_open,
+)
+from vigil.authoring.families.cr.drafts import is_furniture, is_low, obstacles, placements_in_the_way
+from vigil.authoring.families.sv.drafts import LABELS as STATE_CHANGES
+from vigil.authoring.language.wording import Act, order_slots
+from vigil.authoring.solving.evidence import notice_evidence
+from vigil.protocol.goals import STATE_LABELS, Chore, ObjectInState, ReportStatus
+from vigil.protocol.world import ObjectSetup, StateQuery
+from vigil.scene.things import Thing
+
+TRIED_BLOCKERS = 2
+"""Number of pieces of furniture that are tried in front of one door."""
+CONDITION_LABELS: dict[Act, str] = {"close": "open", "turn_off": "on"}
+"""Act that is asked for if a condition holds -> word of the condition."""
+_IMPOSSIBLE = {"kind": "impossible", "distractor": None}
+
+
+def _targets(context: HouseContext, act: Act) -> list[Thing]:
+    """Return the things on which an act may be asked for, in a random order."""
+    return context.things(lambda thing: allows(thing, act) and can_be_searched_for(context, thing))
+
+
+def _goal(thing: Thing, act: Act) -> ObjectInState:
+    goal = goal_for(thing, act)
+    assert isinstance(goal, ObjectInState)
+    return goal
+
+
+def _is_plain(thing: Thing, act: Act) -> bool:
+    """Return whether a thing clearly shows whether an act on it is still to be done."""
+    return act in ("open", "close") or thing.category in SV_TOGGLES - FLAMES
+
+
+def acts(context: HouseContext) -> Proposals:
+    """Yield chores to open, close or switch a thing, in turn."""
+    yield from in_turn(*(_acts(context, act) for act in ALL_ACTS))
+
+
+def _acts(context: HouseContext, act: Act) -> Proposals:
+    for thing in _targets(context, act):
+        if context.phrase(thing.id) is not None:
+            yield act_on(context, thing, act)
+
+
+def act_on(context: HouseContext, thing: Thing, act: Act) -> ProposedChore:
+    """Return the chore to open, close or switch a thing that a phrase means."""
+    changes, distractor = dict(setup_for(thing, act).objects), distractor_of(context, thing.id)
+    if distractor is not None and allows(context.thing(distractor), act):
+        changes |= setup_for(context.thing(distractor), act).objects
+    slots = order_slots(act, thing.category, str(context.phrase(thing.id)), context.rng)
+    return ProposedChore(
+        kind="plain" if distractor is None else "look_alike",
+        form=act,
+        sentence=context.say(ACT_ORDERS, **slots),
+        chore=Chore(parts=(_goal(thing, act),)),
+        meant=frozenset({thing.id}),
+        changes=changes,
+        distractor=distractor,
+    )
+
+
+def make_sure(context: HouseContext) -> Proposals:
+    """Yield chores to make sure of a state, in turn; about half of them hold from the start."""
+    yield from in_turn(*(_make_sure(context, act) for act in ALL_ACTS))
+
+
+def _make_sure(context: HouseContext, act: Act) -> Proposals:
+    for thing in [each for each in _targets(context, act) if _is_plain(each, act)]:
+        if context.phrase(thing.id) is not None and distractor_of(context, thing.id) is None:
+            yield sure_of(context, thing, act, is_met=bool(context.rng.integers(2)))
+
+
+def sure_of(context: HouseContext, thing: Thing, act: Act, *, is_met: bool) -> ProposedChore:
+    """Return the chore to make sure that a thing is as after an act, which is done already if it `is_met`."""
+    goal, setup = _goal(thing, act), setup_for(thing, act)
+    if is_met:
+        changes = {thing.id: _met(setup.objects[thing.id], goal)}
+    else:
+        changes = unfinished_setup(context, setup, thing, act)[0].objects
+    slots = {"whole": phrase_for_state(context, thing, act), "label": LABELS[act]}
+    return ProposedChore(
+        kind="already" if is_met else "plain",
+        form=f"sure_{act}",
+        sentence=context.say(MAKE_SURE, **slots),
+        chore=Chore(parts=(goal,)),
+        meant=frozenset({thing.id}),
+        changes=changes,
+    )
+
+
+def questions(context: HouseContext) -> Proposals:
+    """Yield chores to say whether something is on or off, open or closed; the states take turns."""
+    yield from in_turn(*(_questions(context, query) for query in STATE_LABELS))
+
+
+def _questions(context: HouseContext, query: StateQuery) -> Proposals:
+    act: Act = "open" if query == "is_open" else "turn_on"
+    for thing in [each for each in _targets(context, act) if _is_plain(each, act) and not each.is_drawer]:
+        if context.phrase(thing.id) is None or distractor_of(context, thing.id) is not None:
+            continue
+        labels = STATE_LABELS[query]
+        label = labels[int(context.rng.integers(2))]
+        change = with_laptop_open(thing, STATE_CHANGES[label][1])
+        one, other = labels if context.rng.integers(2) else labels[::-1]
+        slots = {"whole": phrase_for_state(context, thing, act), "one": one, "other": other, "it": "it"}
+        yield ProposedChore(
+            kind="question",
+            form=label,
+            sentence=context.say(QUESTIONS, **slots),
+            chore=Chore(parts=(ReportStatus(object_id=thing.id, state=query),)),
+            meant=frozenset({thing.id}),
+            changes={thing.id: change},
+        )
+
+
+def conditional(context: HouseContext) -> Proposals:
+    """Yield chores that ask for one act if a state holds, and else for another act on another thing."""
+    yield from in_turn(*(_conditional(context, act) for act in CONDITION_LABELS))
+
+
+def _conditional(context: HouseContext, act: Act) -> Proposals:
+    for thing in [each for each in _targets(context, act) if _is_plain(each, act)]:
+        others = context.things(lambda other, thing=thing: may_be_alternative(context, other, thing))
+        named = [each for each in (thing, *others[:1]) if distractor_of(context, each.id) is None]
+        if len(named) == 2 and all(context.phrase(each.id) is not None for each in named):
+            yield _branching(context, thing, others[0], act, is_met=bool(context.rng.integers(2)))
+
+
+def _branching(context: HouseContext, thing: Thing, other: Thing, act: Act, *, is_met: bool) -> ProposedChore:
+    """Return the conditional chore about a thing and its alternative; `is_met` says whether the condition holds."""
+    instead: Act = "turn_on" if allows(other, "turn_on") else "open"
+    goal, asked = _goal(thing, act), _goal(other, instead)
+    left = asked.model_copy(update={"value": not asked.value})
+    changes = {**setup_for(other, instead).objects, **setup_for(thing, act).objects}
+    if not is_met:
+        changes[thing.id] = _met(changes.get(thing.id, ObjectSetup()), goal)
+    slots = {
+        "whole": phrase_for_state(context, thing, act),
+        "label": CONDITION_LABELS[act],
+        "order_it": order_it_again(context, thing, act),
+        "other": order_slots(instead, other.category, str(context.phrase(other.id)), context.rng)["order"],
+    }
+    return ProposedChore(
+        kind="conditional",
+        form=f"{act}_{'so' if is_met else 'otherwise'}",
+        sentence=context.say(IF_SO, **slots),
+        chore=Chore(
+            parts=(goal, left) if is_met else (asked, goal),
+            condition=goal.model_copy(update={"value": not goal.value}),
+            is_met=is_met,
+        ),
+        meant=frozenset({thing.id, other.id}),
+        changes=changes,
+    )
+
+
+def _met(change: ObjectSetup, goal: ObjectInState) -> ObjectSetup:
+    """Return a change after which a state holds."""
+    fact = {"openness": float(goal.value)} if goal.state == "is_open" else {"is_toggled": goal.value}
+    return change.model_copy(update=fact)
+
+
+def refused(context: HouseContext) -> Proposals:
+    """Yield chores whose obvious act a machine refuses: to open it while it runs, to start it while it is open."""
+    machines = context.things(lambda thing: CATALOG[thing.category].runs_only_when_closed and thing.is_openable)
+    states: tuple[tuple[Act, ObjectSetup], ...] = (
+        ("turn_on", ObjectSetup(openness=1.0, is_toggled=False)),
+        ("open", ObjectSetup(openness=0.0, is_toggled=True)),
+    )
+    for thing in machines:
+        if distractor_of(context, thing.id) is None:
+            act, change = states[int(context.rng.integers(2))]
+            plain = act_on(context, thing, act)
+            yield replace(plain, kind="refused", form=f"machine_{act}", changes={thing.id: change})
+
+
+def broken(context: HouseContext) -> Proposals:
+    """Yield chores to start a machine that is out of order, as a notice on it says."""
+    for thing in _targets(context, "turn_on"):
+        if distractor_of(context, thing.id) is None and notice_evidence(thing) is not None:
+            plain = act_on(context, thing, "turn_on")
+            change = plain.changes[thing.id].model_copy(update={"is_broken": True})
+            changes = {thing.id: change}
+            yield replace(plain, form="broken", reason="broken", removed=thing.id, changes=changes, **_IMPOSSIBLE)
+
+
+def locked(context: HouseContext) -> Proposals:
+    """Yield chores to open something before which furniture stands that cannot be carried."""
+    for thing in _bulky(context):
+        furniture = context.things(lambda each, thing=thing: may_block(context, each, thing))
+        for blocker, change in _barriers(context, thing, furniture):
+            plain = act_on(context, thing, "open")
+            changes, roles = {**plain.changes, blocker.id: change}, {"blocker": blocker.id}
+            facts = {"form": "locked", "reason": "locked", "removed": blocker.id, "roles": roles}
+            yield replace(plain, changes=changes, **facts, **_IMPOSSIBLE)
+            break
+
+
+def blocked(context: HouseContext) -> Proposals:
+    """Yield chores to open something before which an object lies that must first be carried away."""
+    for thing in [each for each in _bulky(context) if is_low(each)]:
+        for obstacle, change in _barriers(context, thing, obstacles(context, thing)):
+            plain = act_on(context, thing, "open")
+            changes, roles = {**plain.changes, obstacle.id: change}, {"obstacle": obstacle.id}
+            yield replace(plain, kind="refused", form="swing", changes=changes, roles=roles)
+            break
+
+
+def _bulky(context: HouseContext) -> Iterator[Thing]:
+    """Yield furniture that opens and has no look-alike."""
+    for thing in _targets(context, "open"):
+        is_bulky = is_furniture(thing) and not thing.is_structure and not thing.is_pickupable
+        if is_bulky and distractor_of(context, thing.id) is None:
+            yield thing
+
+
+def _barriers(context: HouseContext, thing: Thing, blockers: Sequence[Thing]) -> Iterator[tuple[Thing, ObjectSetup]]:
+    """Yield things with placements in front of a closed one."""
+    for blocker in blockers[:TRIED_BLOCKERS]:
+        for spot in placements_in_the_way(context, thing, blocker, setup_for(thing, "open")):
+            yield blocker, ObjectSetup(placement=spot)

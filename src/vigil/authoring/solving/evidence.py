@@ -1,0 +1,177 @@
+"""Evidence: what must be seen of a thing to know something of it, and viewpoints from which it is clearly seen.
+
+Partly open doors and drawers are here, too: their gap is visible from close by and easily missed from afar.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+
+from vigil.assets.notice import notice_centre, notice_parts
+from vigil.authoring.solving.look_targets import surface_points
+from vigil.authoring.solving.macro_actions import Unsolvable
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.authoring.solving.viewpoints import Viewpoint, ViewpointQuery, viewpoints
+from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
+from vigil.protocol.goals import is_observable, is_state_observable
+from vigil.protocol.world import StateQuery
+from vigil.scene.geometry import body_box, box_distances, place_of
+from vigil.scene.supports import level_surfaces
+from vigil.scene.things import Thing
+from vigil.scoring.closure import Evidence, is_in_picture
+
+EVIDENCE_PX = 300
+"""Least visible pixels of a thing that clearly show its state, or that it blocks a door."""
+EVIDENCE_MARGIN_PX = 20
+"""Visible pixels beyond the least ones in a view that is looked for."""
+EVIDENCE_DISTANCE_M = (0.5, 4.0)
+"""Distances (m) from a thing between which views of its evidence are looked for."""
+CLEAR_STATE_PX, STATE_WITHIN_M = 200, 3.5
+"""Least pixels that clearly show a state, and greatest distance (m) from the thing in a view that is looked for."""
+MAX_LOOKS = 80
+"""Greatest number of views tried for evidence."""
+NOTICE_READABLE_M = 2.0
+"""Greatest distance (m) from the camera at which a notice can be read."""
+BELOW_EYES_M = 0.2
+"""Least height (m) of the eyes above a surface that can be seen from above."""
+SPOT_SHARES, SPOT_ABOVE_M = (-0.3, 0.3), 0.002
+"""Offsets from a surface's middle (shares of its size) and height (m) of the points that are evidence."""
+PARTLY_OPEN = (0.12, 0.25)
+"""Least and greatest openness of partly open things; the protocol calls a thing closed below 0.1."""
+MIN_GAP_M = 0.04
+"""Least distance (m) by which the free edge of a partly open thing has moved."""
+SPREAD = 0.05
+"""Greatest difference between the openness of a partly open thing and the least visible openness."""
+FREE_SHARE = 0.8
+"""Least movement of a point that may be evidence, as a share of the farthest; such points are at a door's free edge."""
+DRAWERS_AND_DOORS = frozenset(
+    {"Cabinet", "ClothesDryer", "Drawer", "Fridge", "Microwave", "Safe", "Stove", "WashingMachine"}
+)
+"""Categories whose drawer or door can remain partly open, unlike lids, laptops, curtains and books."""
+GAP_FROM_M = 2.0
+"""Greatest distance (m) from the camera at which a gap is reliably visible."""
+
+
+def object_evidence(thing_id: str) -> Evidence:
+    """Return the evidence that consists in clearly seeing a thing."""
+    return Evidence(object_id=thing_id, min_px=EVIDENCE_PX)
+
+
+def notice_evidence(machine: Thing) -> Evidence | None:
+    """Return the evidence that a machine is out of order; None if a notice cannot hang on it."""
+    spot = notice_centre(machine.asset) if notice_parts(machine.asset) else None
+    if spot is None:
+        return None
+    middle = place_of(machine)(np.array(spot)[None])[0]
+    place = Vec3(*(round(float(value), 3) for value in middle))
+    return Evidence(object_id=machine.id, spot=place, within_m=NOTICE_READABLE_M)
+
+
+def surface_evidence(support: Thing, surface_name: str | None) -> tuple[Evidence, ...]:
+    """Return the evidence of what lies on a surface: points spread over it; empty if it is not seen from above."""
+    for surface, frame in level_surfaces(support):
+        if surface.name == surface_name:
+            shares = [(x * surface.size_x, SPOT_ABOVE_M, z * surface.size_z) for x in SPOT_SHARES for z in SPOT_SHARES]
+            found = [Vec3(*(round(float(value), 3) for value in point)) for point in frame(np.array(shares))]
+            is_low = all(spot.y <= EYE_HEIGHT_M - BELOW_EYES_M for spot in found)
+            if is_low and not surface.needs_opening:
+                return tuple(Evidence(object_id=support.id, spot=spot) for spot in found)
+    return ()
+
+
+def viewpoint_showing(view: PrivilegedView, evidence: Sequence[Evidence]) -> Viewpoint:
+    """Return the nearest viewpoint that clearly shows all evidence at once. Raises Unsolvable if there is none."""
+    thing = view.scene.things[evidence[0].object_id]
+    spots = [each.spot for each in evidence if each.object_id == thing.id and each.spot is not None]
+    points = np.array(spots) if spots else surface_points(thing)
+    most_m = min(EVIDENCE_DISTANCE_M[1], *(each.within_m for each in evidence))
+    found = _viewpoint_where(view, thing, points, most_m, lambda pose: shows_all(view, pose, evidence))
+    if found is None:
+        raise Unsolvable("No reachable place from which all evidence is seen at once.")
+    return found
+
+
+def viewpoint_showing_state(view: PrivilegedView, thing_id: str, query: StateQuery) -> Viewpoint:
+    """Return the nearest viewpoint that clearly shows a thing's state. Raises Unsolvable if there is none."""
+    thing = view.scene.things[thing_id]
+
+    def shows(pose: Pose) -> bool:
+        with view.at_pose(pose):
+            state = view.state_of(thing_id)
+        return state.visible and state.state_px(query) >= CLEAR_STATE_PX and is_state_observable(state, query)
+
+    found = _viewpoint_where(view, thing, surface_points(thing), STATE_WITHIN_M, shows)
+    if found is None:
+        raise Unsolvable(f"No reachable place from which the state of {thing_id!r} is clearly seen.")
+    return found
+
+
+def _viewpoint_where(
+    view: PrivilegedView, thing: Thing, points: np.ndarray, most_m: float, is_good: Callable[[Pose], bool]
+) -> Viewpoint | None:
+    """Return the nearest viewpoint of points (n, 3) at most `most_m` from a thing that is good; None without one."""
+    box = body_box(thing)
+
+    def near(places: np.ndarray) -> np.ndarray:
+        away = box_distances(box, places)
+        return np.where((away >= EVIDENCE_DISTANCE_M[0]) & (away <= most_m), 0.0, np.inf)
+
+    query = ViewpointQuery(thing.id, points, near, may_tilt=True, least_seen=1, through_glass=True)
+    tried = islice(viewpoints(view, view.walks(), query), MAX_LOOKS)
+    return next((viewpoint for viewpoint in tried if is_good(viewpoint.pose)), None)
+
+
+def shows_all(view: PrivilegedView, pose: Pose, evidence: Sequence[Evidence]) -> bool:
+    """Return whether all evidence is clearly seen from a pose."""
+    with view.at_pose(pose):
+        states = view.world({each.object_id for each in evidence}).objects
+    clear = [
+        is_observable(states[each.object_id]) and states[each.object_id].visible_px >= each.min_px + EVIDENCE_MARGIN_PX
+        for each in evidence
+    ]
+    places = [(each.spot, each.within_m) for each in evidence if each.spot is not None]
+    return all(clear) and all(is_in_picture(pose, *place) for place in places)
+
+
+def can_be_partly_open(thing: Thing) -> bool:
+    """Return whether a thing can be partly open so that it visibly differs from a closed one."""
+    return thing.category in DRAWERS_AND_DOORS and _min_partial_openness(thing) + SPREAD <= PARTLY_OPEN[1]
+
+
+def is_partly_open(openness: float) -> bool:
+    """Return whether an openness is that of a partly open thing."""
+    return PARTLY_OPEN[0] <= openness <= PARTLY_OPEN[1]
+
+
+def random_partial_openness(thing: Thing, rng: np.random.Generator) -> float:
+    """Return a random openness (hundredths) at which a thing is partly open, little above the least visible one."""
+    least = _min_partial_openness(thing)
+    return round(float(rng.uniform(least, least + SPREAD)), 2)
+
+
+def _min_partial_openness(thing: Thing) -> float:
+    """Return the least openness (hundredths) at which a partly open thing has a visible gap."""
+    return max(PARTLY_OPEN[0], math.ceil(100 * PARTLY_OPEN[0] * MIN_GAP_M / gap_m(thing)) / 100)
+
+
+def gap_m(thing: Thing) -> float:
+    """Return the farthest movement (m) of a point on a thing at openness `PARTLY_OPEN[0]`."""
+    return float(np.linalg.norm(_displacements(thing), axis=1).max())
+
+
+def gap_evidence(thing: Thing, openness: float) -> Evidence:
+    """Return the evidence of whether a thing is partly open: the position of its outermost point at an openness."""
+    moved = _displacements(thing)
+    came_out = surface_points(replace(thing, openness=PARTLY_OPEN[0])) @ moved.sum(axis=0)
+    came_out[np.linalg.norm(moved, axis=1) < FREE_SHARE * gap_m(thing)] = -np.inf
+    spot = surface_points(replace(thing, openness=openness))[int(came_out.argmax())]
+    place = Vec3(*(round(float(value), 3) for value in spot))
+    return Evidence(object_id=thing.id, spot=place, within_m=GAP_FROM_M, min_px=EVIDENCE_PX)
+
+
+def _displacements(thing: Thing) -> np.ndarray:
+    """Return the movements (n, 3) in metres of points on a thing's surface at openness `PARTLY_OPEN[0]`."""
+    return surface_points(replace(thing, openness=PARTLY_OPEN[0])) - surface_points(replace(thing, openness=0.0))

@@ -1,0 +1,1 @@
+"""Flawed agents: solvers with one ability or one kind of honesty removed."""

@@ -1,0 +1,59 @@
+"""Claims: what a report says about each chore of a list, under a profile that asks for it.
+
+The words of the prompt and the reader of the argument stand together here, so that the two cannot drift apart. Source:
+`protocol.md` section 9.
+"""
+
+import re
+from typing import Any, Final, get_args
+
+from vigil.base.json_files import is_object
+from vigil.protocol.actions import ChoreClaim, Report
+
+ARGUMENT: Final = "claims"
+"""Name of the argument of `report`."""
+CLAIM_LINE = f"- {ARGUMENT} (object, required): Claim about each chore, by its number (Table claims)"
+CLAIM_TABLE = (
+    "Table claims:",
+    'One claim for each chore of the list, as in {"1": "success", "2": "invalid", "3": "off", "4": "unknown"}.',
+    "- success: What the chore asks for is true now; also if it was true before, or if its condition asks for no act",
+    "- fail, unsafe, invalid: What the chore asks for is not true, for the reason in Table report_statuses",
+    "- on, off, open, closed: Observed state, for a chore that asks for a state",
+    "- unknown: No claim about the chore",
+    "The status is about the list as a whole: success only if what every chore asks for is true.",
+)
+_CLAIMS: dict[str, ChoreClaim] = {claim: claim for claim in get_args(ChoreClaim)}
+_NUMBER = re.compile(r"[1-9][0-9]{0,2}")
+
+
+class ClaimFault(Exception):
+    """The reason why an argument is not an object of claims, as a short code."""
+
+    def __init__(self, reason: str, detail: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.detail = detail
+
+
+def with_claims(report: Report, given: dict[str, Any]) -> Report:
+    """Return a report with the claims among its arguments. Raises ClaimFault."""
+    if ARGUMENT not in given:
+        raise ClaimFault("missing_argument", ARGUMENT)
+    claims = given[ARGUMENT]
+    if not is_object(claims):
+        raise ClaimFault("ill_typed", f"{ARGUMENT}: {type(claims).__name__}")
+    found: dict[int, ChoreClaim] = {}
+    raw: dict[int, str] = {}
+    for key, value in claims.items():
+        if not _NUMBER.fullmatch(key.strip()):
+            raise ClaimFault("not_a_chore", f"{ARGUMENT}: {ascii(key)[:80]}")
+        number = int(key)
+        if number in found:
+            raise ClaimFault("duplicate_chore", f"{ARGUMENT}: {number}")
+        if not isinstance(value, str):
+            raise ClaimFault("ill_typed", f"{ARGUMENT}.{number}: {type(value).__name__}")
+        claim = _CLAIMS.get(value.strip().casefold())
+        found[number] = claim or "invalid"
+        if claim is None:
+            raw[number] = value
+    return report.model_copy(update={"claims": dict(sorted(found.items())), "raw_claims": dict(sorted(raw.items()))})

@@ -1,0 +1,166 @@
+"""Answers of the suite `chores`: for each chore its kind, and the claim that closes it correctly.
+
+How an episode of the suite is stored:
+
+- `Episode` (family SI, goal `chores`) holds all that W depends on: `goal.chores[k - 1]` is chore k, and line k of the
+  instruction (`vigil.base.numbered_list`) says it in words. Records, replay and `vigil verify` need nothing else.
+- `chores.jsonl`, next to `episodes.jsonl`, holds one `ListAnswer` for each episode: what is hidden even from W. A chore
+  that cannot be met has a `reason`; its goal stands in the episode like any other, and never holds.
+- The manifest has `meta.suite: "chores"`.
+
+Source: `protocol.md` section 9.
+"""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Literal, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from vigil.errors import EpisodeError, PackMismatch
+from vigil.packs.pack import CHORE_ANSWERS, CHORES_SUITE, frozen_table, manifest_of
+from vigil.protocol.actions import Status
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import STATE_LABELS, Chore, Chores
+from vigil.scoring.closure import CONCEDED, Certificate, Evidence, Reason
+
+ChoreKind = Literal[
+    "plain",  # an act whose first try works
+    "question",  # find something and say its state
+    "already",  # it holds at the reset
+    "impossible",  # it cannot be met, for a reason that is in view
+    "refused",  # the first try is refused, without a message
+    "conditional",  # it depends on a state at the reset which of two acts is asked for, or whether any is
+    "look_alike",  # another object can be taken for the one that is meant
+    "order",  # it and another chore undo one another unless they are done in one order
+    "by_the_way",  # it is done when another chore is
+]
+CHORE_KINDS: tuple[ChoreKind, ...] = get_args(ChoreKind)
+
+
+class _Fact(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class ChoreAnswer(_Fact):
+    """What is known of one chore."""
+
+    kind: ChoreKind
+    form: str = ""
+    """Variant of the kind, if there are several."""
+    accepted: tuple[Status, ...] = ("success",)
+    """Claims that close the chore correctly; the first is the exact one. For a question: the label at the reset."""
+    reason: Reason | None = None
+    """Reason why the chore cannot be met; None if it can."""
+    with_chores: tuple[int, ...] = ()
+    """Numbers of the chores that this one is entangled with (`order`, `by_the_way`)."""
+    distractor: str | None = None
+    """Id of the object that can be taken for the one that is meant."""
+    evidence: tuple[Evidence, ...] = ()
+    """What an agent must see to know that the chore cannot be met, or holds already."""
+    certificate: Certificate | None = None
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> "ChoreAnswer":
+        is_impossible = self.kind == "impossible"
+        if is_impossible != (self.reason is not None) or is_impossible != (set(self.accepted) == set(CONCEDED)):
+            raise ValueError("an impossible chore, and no other, has a reason and accepts a concession")
+        if (self.kind in ("order", "by_the_way")) != bool(self.with_chores):
+            raise ValueError("a chore of kind `order` or `by_the_way`, and no other, names the chores that it is with")
+        if (self.kind == "look_alike") != (self.distractor is not None):
+            raise ValueError("a chore of kind `look_alike`, and no other, names its distractor")
+        return self
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether the chore can be met."""
+        return self.reason is None
+
+
+def list_kind(chores: int) -> str:
+    """Return the kind of a list in the suite's draws, which are even over the number of chores."""
+    return f"chores_{chores:02d}"
+
+
+class ListAnswer(_Fact):
+    """The correct closing of one list; hidden from the player."""
+
+    episode_id: str
+    kind: str
+    """`list_kind` of its number of chores."""
+    chores: tuple[ChoreAnswer, ...] = Field(min_length=1)
+    """Answers in the order of the list: the first is that of chore 1."""
+    rooms: int = Field(default=1, ge=1)
+    """Number of rooms of the home."""
+    solver_steps: int | None = Field(default=None, ge=1)
+    """Number of actions of the recorded solution."""
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> "ListAnswer":
+        expected = list_kind(len(self.chores))
+        if self.kind != expected:
+            raise ValueError(f"kind is {self.kind!r}, that of a list of {len(self.chores)} chores is {expected!r}")
+        for number, chore in enumerate(self.chores, start=1):
+            if any(not 1 <= other <= len(self.chores) or other == number for other in chore.with_chores):
+                raise ValueError(f"chore {number} is entangled with {chore.with_chores}, of {len(self.chores)} chores")
+        if not any(chore.is_possible for chore in self.chores):
+            raise ValueError("no chore of the list can be met")
+        return self
+
+
+def list_answers(pack: str | Path) -> dict[str, ListAnswer]:
+    """Return the answers of a pack of the suite by episode id. Raises PackMismatch or EpisodeError."""
+    manifest = manifest_of(pack)
+    if manifest.suite != CHORES_SUITE:
+        raise PackMismatch(
+            f"Pack {manifest.name!r} is not of the suite {CHORES_SUITE!r}: it has no answers for chores."
+        )
+    return answers_by_id(frozen_table(pack, CHORE_ANSWERS, ListAnswer))
+
+
+def answers_by_id(answers: Iterable[ListAnswer]) -> dict[str, ListAnswer]:
+    """Return answers by episode id. Raises EpisodeError if two are about one episode."""
+    found: dict[str, ListAnswer] = {}
+    for answer in answers:
+        if answer.episode_id in found:
+            raise EpisodeError(f"Two answers are about episode {answer.episode_id!r}. Restore {CHORE_ANSWERS}.")
+        found[answer.episode_id] = answer
+    return found
+
+
+def answer_of(episode: Episode, answers: Mapping[str, ListAnswer]) -> ListAnswer:
+    """Return the answer of an episode. Raises EpisodeError if there is none, or it does not fit the episode's goal."""
+    answer = answers.get(episode.id)
+    if answer is None:
+        raise EpisodeError(f"Episode {episode.id!r} has no answer. Restore {CHORE_ANSWERS}.")
+    check_answer(episode, answer)
+    return answer
+
+
+def check_answer(episode: Episode, answer: ListAnswer) -> None:
+    """Raise EpisodeError unless an answer is about an episode and fits its goal."""
+    if answer.episode_id != episode.id:
+        raise EpisodeError(f"The answer of episode {answer.episode_id!r} is not that of {episode.id!r}.")
+    if not isinstance(episode.goal, Chores):
+        raise EpisodeError(f"Episode {episode.id!r}: its goal is {episode.goal.kind}, not a list of chores.")
+    if len(answer.chores) != len(episode.goal.chores):
+        raise EpisodeError(
+            f"Episode {episode.id!r} has {len(episode.goal.chores)} chores, its answer {len(answer.chores)}. "
+            f"Restore {CHORE_ANSWERS}."
+        )
+    for number, (chore, found) in enumerate(zip(episode.goal.chores, answer.chores, strict=True), start=1):
+        fault = _misfit(chore, found)
+        if fault:
+            raise EpisodeError(f"Episode {episode.id!r}, chore {number}: {fault}. Restore {CHORE_ANSWERS}.")
+
+
+def _misfit(chore: Chore, answer: ChoreAnswer) -> str:
+    """Return how an answer does not fit its chore; empty if it does."""
+    facts = {"question": chore.question is not None, "conditional": chore.condition is not None}
+    for kind, is_so in facts.items():
+        if is_so != (answer.kind == kind):
+            return f"the answer is of kind {answer.kind}, and the chore is {'' if is_so else 'not '}of kind {kind}"
+    labels = ("success",) if chore.question is None else STATE_LABELS[chore.question.state]
+    if answer.is_possible and (len(answer.accepted) != 1 or answer.accepted[0] not in labels):
+        return f"the accepted claims are {', '.join(answer.accepted)}, expected {' or '.join(labels)}"
+    return ""
