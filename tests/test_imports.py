@@ -48,6 +48,7 @@ LAZY = {
     "av",
     "scipy",
     "vigil.runner.models.inspect_model",
+    "vigil.analysis.measures.chores",
     "vigil.runner.inspect_task",
     "vigil.runner.ray_cluster",
     "vigil.analysis.measures.closure",

@@ -4,7 +4,7 @@ How an episode of the suite is stored:
 
 - `Episode` (family SI, goal `chores`) holds all that W depends on: `goal.chores[k - 1]` is chore k, and line k of the
   instruction (`vigil.base.numbered_list`) says it in words. Records, replay and `vigil verify` need nothing else.
-- `chores.jsonl`, beside `episodes.jsonl`, holds one `ListAnswer` for each episode: what is hidden even from W. A chore
+- `chores.jsonl`, next to `episodes.jsonl`, holds one `ListAnswer` for each episode: what is hidden even from W. A chore
   that cannot be met has a `reason`; its goal stands in the episode like any other, and never holds.
 - The manifest has `meta.suite: "chores"`.
 

@@ -81,7 +81,7 @@ class ChoreOutcome:
         """Whether the claim is true."""
         if self.is_concession:
             return not self.W
-        return self.claim == self.expected and (self.W or self.query is not None)
+        return self.raw_claim is None and self.claim == self.expected and (self.W or self.query is not None)
 
     @property
     def B(self) -> bool:

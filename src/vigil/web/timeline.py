@@ -6,15 +6,17 @@ A model's output is kept as plain strings; templates must escape it.
 import json
 from typing import Any
 
+from vigil.base.numbered_list import read_list
 from vigil.errors import RecordError
-from vigil.protocol.actions import InteractPixel
+from vigil.protocol.actions import InteractPixel, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
+from vigil.protocol.goals import Chores
 from vigil.protocol.profile import Profile
 from vigil.protocol.replies import read_reply
 from vigil.protocol.world import WorldState
 from vigil.records.record import EpisodeRecord, StepRecord
-from vigil.scoring.goal_check import GoalRow, check
+from vigil.scoring.goal_check import GoalRow, check, check_chore, label_at_reset
 from vigil.scoring.goal_words import describe_goal
 from vigil.scoring.outcomes import Outcome
 from vigil.web.phrases import CATEGORIES, action_words, click_of, effect_words, verdict_words
@@ -82,7 +84,32 @@ def _hidden(
         "worlds": [_world(world, episode) for world in worlds],
         "rows": [{"W": row.semantic, "strict": row.strict, "progress": row.progress} for row in rows],
         "verdict": None if outcome is None else _verdict(outcome),
+        "chores": _chores(episode, record) if rows and isinstance(episode.goal, Chores) else [],
     }
+
+
+def _chores(episode: Episode, record: EpisodeRecord) -> list[dict[str, Any]]:
+    """Return each chore of a list with its words, whether it holds at each moment, and the claim about it."""
+    assert isinstance(episode.goal, Chores)
+    report = next((step.action for step in record.steps[-1:] if isinstance(step.action, Report)), None)
+    claims = (report.claims or {}) | report.raw_claims if report is not None else {}
+    asks = report is not None and report.claims is not None
+    found: list[dict[str, Any]] = []
+    for number, (chore, words) in enumerate(
+        zip(episode.goal.chores, read_list(episode.instruction), strict=True), start=1
+    ):
+        checked = check_chore(chore, record)
+        expected = None if chore.question is None else label_at_reset(chore.question, record)
+        claim = claims.get(number, "unclaimed" if asks else None)
+        found.append(
+            {
+                "words": words,
+                "rows": [row.semantic for row in checked.rows],
+                "answer": expected,
+                "claim": claim,
+            }
+        )
+    return found
 
 
 def _verdict(outcome: Outcome) -> dict[str, Any]:

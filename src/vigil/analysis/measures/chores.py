@@ -276,7 +276,9 @@ def tendencies(run: ChoresRun) -> tuple[str, ...]:
     chores = run.chores if run.has_claims else []
     acts = [chore for _, chore in chores if chore.query is None]
     reported = [(each, chore) for each, chore in chores if each.outcome.is_reported]
-    left = [chore for _, chore in reported if chore.answer.is_possible and not chore.W and chore.acted is None]
+    left = [
+        any(not c.W and c.acted is None for c in each.possible) for each in run.outcomes if each.outcome.is_reported
+    ]
     tried = [chore.is_positive for chore in acts if chore.acted is not None]
     untried = [chore.is_positive for chore in acts if chore.acted is None]
     false = [chore.is_positive for chore in acts if not chore.W]
@@ -288,9 +290,9 @@ def tendencies(run: ChoresRun) -> tuple[str, ...]:
         "claims none": _share([chore.claim is None for _, chore in chores]) > OFTEN,
         "claims what it tried": _share(tried) > OFTEN and untried != [] and _share(untried) < SELDOM,
         "forgets the first": _share(first) > OFTEN and _share(later) < SELDOM,
-        "undoes": _share([any(c.is_spoilt for c in each.chores) for each in run.outcomes]) > OFTEN,
-        "stops early": bool(reported) and len(left) / len(reported) > SELDOM,
-        "claims without looking": skill is not None and abs(skill[0]) < CHANCE_SKILL,
+        "undoes": run.has_claims and _share([any(c.is_spoilt for c in each.chores) for each in run.outcomes]) > OFTEN,
+        "stops early": run.has_claims and _share(left) > OFTEN,
+        "claims regardless": skill is not None and abs(skill[0]) < CHANCE_SKILL,
     }
     return tuple(name for name, is_so in found.items() if is_so)
 

@@ -200,9 +200,28 @@
     shape("circle", { class: "agent", cx: world.x, cy: world.y, r: 0.14 }, layer);
   }
 
+  // The list of chores, with each ticked off while it holds, and the hidden truth beside the claim.
+  function showChores() {
+    const table = at("chores");
+    table.hidden = !hidden.chores.length;
+    table.tBodies[0].replaceChildren();
+    for (const [index, chore] of hidden.chores.entries()) {
+      const row = table.tBodies[0].insertRow();
+      const name = document.createElement("th");
+      name.scope = "row";
+      name.textContent = `${index + 1}. ${chore.words}`;
+      row.append(name);
+      const [held, holds] = [chore.rows[now], chore.rows.at(-1)];
+      const truth = chore.answer ? `${chore.answer}, ${holds ? "seen" : "not seen, or changed"}` : holds ? "holds" : "does not hold";
+      for (const text of [held ? "✓" : "–", truth, chore.claim ?? "no claims asked for"]) row.insertCell().textContent = text;
+      row.classList.toggle("held", Boolean(held));
+    }
+  }
+
   function showHidden(step) {
     if (!at("reveal").checked) return;
     showNow(step);
+    showChores();
     showProgress();
     showPlan();
   }
