@@ -205,12 +205,7 @@ class Env:
     def _observe(self, effect: Effect | None) -> Observation | None:
         if self._end is not None:
             return None
-        feedback = None
-        if self.profile.has_feedback and self._steps:
-            feedback = Feedback(
-                too_far=effect is not None and effect.too_far,
-                path_blocked=effect is not None and effect.path_blocked,
-            )
+        feedback = feedback_after(effect, self.profile) if self._steps else None
         self._observation = Observation(self._frame_source(len(self._steps)), feedback)
         return self._observation
 
@@ -231,3 +226,13 @@ class Env:
         if observation is None or not observation.is_drawn:
             return None
         return hashlib.sha256(observation.rgb.tobytes()).hexdigest()
+
+
+def feedback_after(effect: Effect | None, profile: Profile) -> Feedback | None:
+    """Return what an agent is shown about its last action, of which `effect` is None if it did not act; None if the
+    profile does not show it.
+    """
+    if not profile.has_feedback:
+        return None
+    is_act = effect is not None
+    return Feedback(too_far=is_act and effect.too_far, path_blocked=is_act and effect.path_blocked)

@@ -3,11 +3,13 @@
 `vigil.runner.models.inspect_model` sends the messages and returns the reply. Source: `protocol.md` section 2.1.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from vigil.agents.frame_encoding import EncodedFrame
 from vigil.protocol.observation import Feedback
+from vigil.protocol.probe import QUESTIONS, Framing
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import Turn, frame_stub, past_turn, recent_turns, system_prompt
 
@@ -19,6 +21,8 @@ class Message:
     role: Literal["system", "user", "assistant"]
     text: str
     picture: EncodedFrame | None = None
+    question: str | None = None
+    """Text behind the image; only the last message of a probe has one."""
 
 
 class Conversation:
@@ -43,3 +47,9 @@ class Conversation:
     def add(self, feedback: Feedback | None, reply: str) -> None:
         """Add a finished turn to the history: the JSON that came with its frame, and the raw reply."""
         self._turns.append(past_turn(feedback, reply, self._profile))
+
+
+def with_question(messages: Sequence[Message], framing: Framing) -> list[Message]:
+    """Return the messages of a step with a probe's question behind the frame of the last one."""
+    *earlier, last = messages
+    return [*earlier, replace(last, question=QUESTIONS[framing])]

@@ -27,6 +27,7 @@ from vigil.runner.models.providers import parse_model_name
 from vigil.runner.models.redaction import Secrets, redacted_errors, without_login, without_secrets
 from vigil.runner.models.thinking import with_thinking
 from vigil.runner.option_parsing import public_name
+from vigil.runner.probes.prober import ProbePlan, framings
 from vigil.runner.retries import RetryPolicy
 from vigil.runner.settings import RunSettings
 from vigil.runner.workers.messages import WorkerPlan
@@ -54,6 +55,8 @@ class Execution:
     prices: Prices | None
     preflight: bool
     force: bool
+    probes: ProbePlan | None
+    """Questions about the model's belief; None to ask none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,6 +109,7 @@ def plan_run(settings: RunSettings) -> RunPlan:
             folder=settings.log_dir or RUNS_FOLDER / _folder_name(spec),
             input_paths=input_paths(pack, settings.asset_database),
             timeout_s=settings.timeout_s + (settings.reply_seconds if kind == "exec" else 0.0),
+            probes=None if settings.probe is None else ProbePlan(settings.probe, framings(settings.probe_framing)),
             **_same_fields(settings, Execution),
         )
         return RunPlan(

@@ -26,6 +26,8 @@ from vigil.runner.shared_settings import (
     LogDir,
     PackName,
     PricesOption,
+    ProbeFraming,
+    ProbeSteps,
     ProfileOption,
     PromptFileOption,
     PromptVariantOption,
@@ -174,6 +176,9 @@ class RunSettings:
             "reasoning.jsonl."
         ),
     ] = False
+    probe: ProbeSteps = None
+    """Steps at which the model is asked what it believes; None to ask nothing. Not part of the run's identity."""
+    probe_framing: ProbeFraming = "state"
     backend: Backend = "mujoco"
     simulator_factory: SimulatorFactory | None = None
     """Factory of a custom simulator; `backend` is then only its name in the header. Must be picklable."""
@@ -226,6 +231,8 @@ class RunSettings:
         check_settings(self)
         if self.ray_address is not None and self.executor != "ray":
             raise SettingError("--ray-address needs --executor ray: give both, or neither.")
+        if self.probe is not None and self.model is None:
+            raise SettingError("--probe asks a model what it believes, and this run has an agent: leave it out.")
         if self.prompt_template is None:
             return
         if self.prompt_variant != "default":

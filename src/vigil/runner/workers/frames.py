@@ -6,7 +6,7 @@ can interrupt. Pages, which serve several people for hours, use a worker (`vigil
 
 import hashlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
 
@@ -74,10 +74,12 @@ class FrameStore:
         return data, rgb
 
 
-def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.ndarray]:
+def redraw(
+    episode: Episode, record: EpisodeRecord, env: Env, steps: Container[int] | None = None
+) -> Iterator[np.ndarray]:
     """Yield the frame that each recorded reply answered, by carrying out the replies again in `env`.
 
-    Raises RecordError when the episode ends earlier than recorded.
+    With `steps`, only their frames are drawn. Raises RecordError when the episode ends earlier than recorded.
     """
     observation = env.reset(episode)
     for step in record.steps:
@@ -85,7 +87,8 @@ def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.nda
             raise RecordError(
                 f"Episode {episode.id!r} ended before step {step.index} when played again. Run `vigil verify`."
             )
-        yield observation.rgb
+        if steps is None or step.index in steps:
+            yield observation.rgb
         observation = env.step(step.reply)
 
 

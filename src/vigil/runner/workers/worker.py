@@ -8,13 +8,13 @@ from functools import partial
 
 from vigil.agents.agent import Agent, Closeable
 from vigil.agents.exec_agent import ProgramSettings
-from vigil.agents.frame_encoding import encode_frame
+from vigil.agents.frame_encoding import EncodedFrame, encode_frame
 from vigil.agents.registry import is_exec, make_agent
 from vigil.assets.database import AssetDatabase
 from vigil.base.processes.child import report
 from vigil.base.processes.worker import WorkerLost
 from vigil.env import Env
-from vigil.errors import SettingError
+from vigil.errors import RecordError, SettingError
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
 from vigil.protocol.episode import Episode
@@ -22,7 +22,7 @@ from vigil.protocol.house import House
 from vigil.protocol.observation import Observation
 from vigil.records.record import Boundary, EpisodeRecord
 from vigil.runner.models.redaction import Secrets
-from vigil.runner.workers.frames import FrameStore
+from vigil.runner.workers.frames import FrameStore, frame_sha256, redraw
 from vigil.runner.workers.messages import FIRST_FRAME, Assignment, EncodedObservation, SimulatorFacts, WorkerPlan
 from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference, resimulate
@@ -158,6 +158,26 @@ class EpisodeWorker:
         slot = self._slot_for(assignment)
         try:
             return resimulate(assignment.episode, record, slot.env, settings)
+        finally:
+            self._release(slot)
+
+    def frames(self, assignment: Assignment, record: EpisodeRecord, steps: tuple[int, ...]) -> dict[int, EncodedFrame]:
+        """Return the frames that the replies of `steps` answered, drawn again, as the agent got them.
+
+        Raises RecordError when a frame differs from the recorded one.
+        """
+        slot = self._slot_for(assignment)
+        found: dict[int, EncodedFrame] = {}
+        try:
+            for step, rgb in zip(sorted(steps), redraw(assignment.episode, record, slot.env, steps), strict=True):
+                if frame_sha256(rgb) != record.steps[step - 1].frame_sha256:
+                    raise RecordError(
+                        f"Episode {record.episode_id!r}: the frame of step {step}, drawn again, differs from the one "
+                        "that the agent got, because another renderer or graphics library draws it. Use the machine "
+                        "of the run, or play with --save-frames."
+                    )
+                found[step] = encode_frame(rgb, self._plan.profile.image_format)
+            return found
         finally:
             self._release(slot)
 
