@@ -40,7 +40,7 @@ def test_what_the_agents_were_made_to_be_is_told_apart(studies: dict[str, Belief
     assert studies["forgetful"].lost().value > 0.3
     assert studies["doubting"].lost().hits == 0
     assert studies["doubting"].delay().restricted_mean.value > 3 * studies["forgetful"].delay().restricted_mean.value
-    shares = {name: {part: each for part, each in study.parts.items()} for name, study in studies.items()}
+    shares = {name: study.parts for name, study in studies.items()}
     assert shares["forgetful"]["knew_and_did_not_say"]["NR"].rate.value > 0.1
     assert shares["blind"]["no_answer"]["NR"].rate.hits > 0
     assert shares["calibrated"]["no_answer"]["NR"].rate.hits == 0
