@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from vigil.base.versions import Versions
-from vigil.errors import SimulatorError, first_error
+from vigil.errors import RecordError, SimulatorError, first_error
 from vigil.protocol.actions import Action, Reply, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
@@ -41,12 +41,16 @@ class Env:
         house_of: Callable[[Episode], House],
         profile: Profile,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+        *,
+        recorded_profile: Profile | None = None,
     ) -> None:
         """`house_of` is a function that returns an episode's house.
 
-        A house that is already loaded is not loaded again.
+        A house that is already loaded is not loaded again. `recorded_profile` is that of the steps that `replay`
+        carries out again; None for `profile`.
         """
         self.profile = profile
+        self._recorded_profile = recorded_profile or profile
         self._simulator = simulator
         self._house_of = house_of
         self._clock = clock
@@ -95,15 +99,42 @@ class Env:
             self.fail("simulator", str(error))
         return self._observe(None)
 
-    def step(self, reply: Reply) -> Observation | None:
+    def step(self, reply: Reply, *, is_recorded: bool = False) -> Observation | None:
         """Execute one reply and return the next observation; None when the episode is over.
 
-        Raises RuntimeError if no episode is in progress.
+        A reply that `is_recorded` is read under the profile of the recorded play. Raises RuntimeError if no episode is
+        in progress.
         """
+        return self._step(reply, self._recorded_profile if is_recorded else self.profile)
+
+    def replay(self, recorded: StepRecord) -> Observation | None:
+        """Carry out a step of another play again and return the next observation; None when the episode is over.
+
+        The step becomes a step of this episode, to the byte. Raises RecordError if anything happens otherwise than
+        recorded, the pixels of a frame that was looked at included.
+        """
+        observation = self._step(recorded.reply, self._recorded_profile, is_drawn=recorded.frame_sha256 is not None)
+        if self._end == "error":
+            return None
+        found = self._steps[-1].model_copy(update={"history_cut": recorded.history_cut})
+        facts = [name for name in StepRecord.model_fields if getattr(found, name) != getattr(recorded, name)]
+        if facts:
+            raise RecordError(
+                f"Step {recorded.index} of the record, carried out again, differs in {', '.join(facts)}. The "
+                "simulator, the renderer or the machine is another one: use that of the run. `vigil verify` shows the "
+                "values."
+            )
+        self._steps[-1] = recorded
+        return observation
+
+    def _step(self, reply: Reply, profile: Profile, *, is_drawn: bool = False) -> Observation | None:
+        """Execute one reply, read under `profile`, after drawing the frame that it answers, if `is_drawn`."""
         if self._episode is None or self._initial is None or self._end is not None:
             raise RuntimeError("Env.step: no episode has been started. Call reset first.")
-        read = read_reply(reply, self.profile)
+        read = read_reply(reply, profile)
         try:
+            if is_drawn and self._observation is not None:
+                _ = self._observation.rgb
             frame_sha256 = self._frame_sha256()
             effect, world = self._execute(read.action)
         except SimulatorError as error:
@@ -111,7 +142,7 @@ class Env:
             return None
         self._invalid += read.invalid is not None
         recorded = truncate_for_record(reply, read.answer)
-        answer = read.answer if recorded is reply else read_reply(recorded, self.profile).answer
+        answer = read.answer if recorded is reply else read_reply(recorded, profile).answer
         step = StepRecord(
             index=len(self._steps) + 1,
             frame_sha256=frame_sha256,

@@ -83,6 +83,9 @@ class RowCheck:
             yield "is of an episode of another shard", f"{record.episode_id!r}"
         if record.epoch > spec.epochs:
             yield "is of an epoch that this run does not have", f"epoch {record.epoch} of {spec.epochs}"
+        source = spec.fork
+        if (source and source.run_sha256) != (record.fork and record.fork.run_sha256):
+            yield "continues another play than its run says", "none" if record.fork is None else record.fork.run_id
         if not self._is_prompt(record, episode):
             yield "was played with another prompt", f"prompt {record.prompt_sha256[:12] or 'of no hash'}"
         for fault in protocol_violations(episode, record):

@@ -22,6 +22,7 @@ from vigil.protocol.prompt_file import variant_of
 from vigil.records.costs import Prices
 from vigil.records.record import AgentKind, RunSpec
 from vigil.records.shards import shard_episodes
+from vigil.runner.forks import ForkPlan, parse_at
 from vigil.runner.models.access import Endpoint, model_access
 from vigil.runner.models.providers import parse_model_name
 from vigil.runner.models.redaction import Secrets, redacted_errors, without_login, without_secrets
@@ -29,7 +30,7 @@ from vigil.runner.models.thinking import with_thinking
 from vigil.runner.option_parsing import public_name
 from vigil.runner.probes.prober import ProbePlan, framings
 from vigil.runner.retries import RetryPolicy
-from vigil.runner.settings import RunSettings
+from vigil.runner.settings import DEFAULT_PACK, RunSettings
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.sim import BACKENDS
 
@@ -73,6 +74,8 @@ class RunPlan:
     endpoint: Endpoint | None
     """Model that plays from the main process; None when an agent plays inside the workers."""
     execution: Execution
+    forks: ForkPlan | None
+    """Plays that the episodes continue; None if they begin at their start."""
     secrets: Secrets = field(repr=False)
     """Values that must not be in a file, message or table of the run."""
 
@@ -83,9 +86,11 @@ def plan_run(settings: RunSettings) -> RunPlan:
     secrets = _secrets(settings, endpoint)
     with redacted_errors(secrets):
         kind = _check_player(settings)
-        pack, assets = Pack.load(settings.pack), AssetDatabase.from_file(settings.asset_database)
+        forks = _fork_plan(settings)
+        pack = Pack.load(settings.pack if forks is None else forks.run.pack_folder)
+        assets = AssetDatabase.from_file(settings.asset_database)
         pack.check_assets(assets)
-        selected = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
+        selected = _selected(settings, pack, forks)
         part = shard_episodes(selected, settings.shard)
         url = None if endpoint is None else endpoint.access.base_url
         spec = _spec(
@@ -95,7 +100,10 @@ def plan_run(settings: RunSettings) -> RunPlan:
             base_url=None if url is None else without_login(url),
             episode_ids=tuple(episode.id for episode in selected),
             asset_database_sha256=assets.sha256,
+            fork=None if forks is None else forks.source,
         )
+        if forks is not None:
+            forks.check(spec)
         worker = WorkerPlan(
             pack=pack.folder,
             pack_sha256=pack.sha256,
@@ -103,6 +111,7 @@ def plan_run(settings: RunSettings) -> RunPlan:
             profile=spec.profile,
             agent=settings.agent or "",
             quality=settings.render_quality,
+            recorded_profile=None if forks is None else forks.source.profile,
             **_same_fields(settings, WorkerPlan),
         )
         execution = Execution(
@@ -120,7 +129,27 @@ def plan_run(settings: RunSettings) -> RunPlan:
             endpoint=endpoint,
             execution=execution,
             secrets=secrets,
+            forks=forks,
         )
+
+
+def _fork_plan(settings: RunSettings) -> ForkPlan | None:
+    """Return the plan of the plays that the run continues, or None. A pack that is set must be that of those plays."""
+    if settings.fork_from is None or settings.fork_at is None:
+        return None
+    pack = None if settings.pack == DEFAULT_PACK else settings.pack
+    return ForkPlan.read(settings.fork_from, parse_at(str(settings.fork_at)), pack)
+
+
+def _selected(settings: RunSettings, pack: Pack, forks: ForkPlan | None) -> list[Episode]:
+    selection = Selection(settings.families, settings.episode_ids, settings.limit)
+    if forks is None:
+        return pack.select(selection)
+    if settings.limit is None:
+        return forks.episodes(pack.select(selection), settings.episode_ids)
+    every = Selection(settings.families, settings.episode_ids, None)
+    able = tuple(episode.id for episode in forks.episodes(pack.select(every), settings.episode_ids))
+    return pack.select(Selection((), able, settings.limit))
 
 
 def _secrets(settings: RunSettings, endpoint: Endpoint | None) -> Secrets:

@@ -91,8 +91,9 @@ class _RunSession:
 
     def pending(self) -> list[Assignment]:
         """Return the assignments that remain, by epoch and house, with twins far from each other."""
+        forks = self.plan.forks
         return [
-            Assignment(episode, epoch)
+            Assignment(episode, epoch, fork=None if forks is None else forks.fork(episode))
             for epoch in range(1, self.plan.spec.epochs + 1)
             for episode in play_order(self.plan.episodes, self.plan.pack.pairs)
             if not self.folder.is_done(episode.id, epoch)

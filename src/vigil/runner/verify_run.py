@@ -112,7 +112,8 @@ def verify_run(
     is_same_host = all(host.get(name) == here[name] for host in header.hosts for name in SAME_HOST)
     is_exact = is_same_host if settings.exact is None else settings.exact
     if settings.records_only:
-        found = [fault for record in records for fault in check_replies(record, header.spec.profile)]
+        earlier = None if header.spec.fork is None else header.spec.fork.profile
+        found = [fault for record in records for fault in check_replies(record, header.spec.profile, earlier)]
     else:
         workers = max(1, min(worker_count(settings.workers), len(records)))
         plan = recorded_worker_plan(pack, header, settings.asset_database, settings.backend)
@@ -133,10 +134,16 @@ def verify_run(
     )
 
 
-def check_replies(record: EpisodeRecord, profile: Profile) -> Iterator[FactDifference]:
-    """Yield the recorded facts about a reply's meaning that do not follow from the reply."""
+def check_replies(
+    record: EpisodeRecord, profile: Profile, recorded_profile: Profile | None = None
+) -> Iterator[FactDifference]:
+    """Yield the recorded facts about a reply's meaning that do not follow from the reply.
+
+    `recorded_profile` is that of the play that the episode continues; None if it does not continue one.
+    """
     for step in record.steps:
-        read = read_reply(step.reply, profile)
+        is_own = step.index > record.replayed_steps
+        read = read_reply(step.reply, profile if is_own or recorded_profile is None else recorded_profile)
         for fact in ("action", "invalid", "ignored_keys"):
             recorded, value = getattr(step, fact), getattr(read, fact)
             if recorded != value:
@@ -161,6 +168,7 @@ def recorded_worker_plan(
         quality=header.spec.render_quality,
         asset_database=_asset_database(header, asset_database),
         pack_sha256=pack.sha256,
+        recorded_profile=None if header.spec.fork is None else header.spec.fork.profile,
     )
 
 

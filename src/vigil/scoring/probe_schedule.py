@@ -23,8 +23,11 @@ class ProbeSchedule:
     """Whether to ask at the last step: that of the report, or the last of the budget."""
 
     def steps(self, episode: Episode, record: EpisodeRecord) -> tuple[int, ...]:
-        """Return the steps of a record at which to ask, in order; none of a record that ended as an error."""
-        last = len(record.steps)
+        """Return the steps of a record at which to ask, in order; none of a record that ended as an error.
+
+        The steps of another play, which a fork continues, were not the agent's and are left out.
+        """
+        last, before = len(record.steps), record.replayed_steps
         if record.end == "error" or not last:
             return ()
         found = set(range(self.period, last + 1, self.period)) if self.period else set[int]()
@@ -33,7 +36,7 @@ class ProbeSchedule:
         if self.at_goal:
             first = check(episode.goal, record).first_row
             found |= {first + 1} if first is not None and first < last else set()
-        return tuple(sorted(found))
+        return tuple(step for step in sorted(found) if step > before)
 
     def bounds(self, max_steps: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Return the fewest and the most costly steps at which an episode of `max_steps` steps may be asked."""

@@ -60,12 +60,12 @@ class FrameMemory:
     _frames: dict[Key, dict[int, EncodedFrame]] = field(default_factory=dict[Key, dict[int, EncodedFrame]])
 
     def note(self, key: Key, step: int, picture: EncodedFrame) -> None:
-        """Remember the frame of a step; the first step of an episode forgets an earlier attempt at it.
+        """Remember the frame of a step; a step that is not new forgets an earlier attempt at the episode.
 
         Frames that cannot be asked about are forgotten: of a sequence of steps only the last can be the closing one.
         """
         frames = self._frames.setdefault(key, {})
-        if step == 1:
+        if step <= max(frames, default=0):
             frames.clear()
         schedule = self.schedule
         before = step - 1

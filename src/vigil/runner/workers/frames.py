@@ -22,6 +22,7 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.families import Family
 from vigil.protocol.profile import Profile
 from vigil.records.record import FRAMES_FOLDER, EpisodeRecord, RunSpec
+from vigil.runner.workers.resimulation import repeat
 from vigil.sim import make_simulator
 
 MAX_FRAME_BYTES = 4 * MIB
@@ -89,7 +90,7 @@ def redraw(
             )
         if steps is None or step.index in steps:
             yield observation.rgb
-        observation = env.step(step.reply)
+        observation = repeat(env, record, step)
 
 
 def frames_of_record(
@@ -102,8 +103,10 @@ def frames_of_record(
         return [frame[1] for frame in kept if frame]
     database = AssetDatabase.from_file(assets)
     pack.check_assets(database)
+    recorded = None if spec.fork is None else spec.fork.profile
     with closing(make_simulator(spec.simulator, assets=database, quality=spec.render_quality)) as simulator:
-        return list(redraw(pack.episode(record.episode_id), record, Env(simulator, pack.house_of, spec.profile)))
+        env = Env(simulator, pack.house_of, spec.profile, recorded_profile=recorded)
+        return list(redraw(pack.episode(record.episode_id), record, env))
 
 
 def first_frames(pack: Pack, episodes: Mapping[Family, Episode], assets: Path | None) -> dict[Family, np.ndarray]:

@@ -16,6 +16,7 @@ from vigil.protocol.profile import Profile
 from vigil.records.record import Boundary, EpisodeRecord, ErrorFact, Key
 from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import CONTEXT_ERROR, size_hint
+from vigil.runner.workers.history import add_turns
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
 
@@ -74,16 +75,20 @@ class ModelPlayer:
             live.close()
 
     async def _play(self, live: LiveEpisode, on_first_frame: Callable[[], None]) -> EpisodeRecord:
-        conversation = Conversation(self.profile, live.assignment.episode.instruction)
+        assignment, fork = live.assignment, live.assignment.fork
+        conversation = Conversation(self.profile, assignment.episode.instruction)
+        for _ in add_turns(conversation, () if fork is None else fork.steps, self.profile):
+            pass
         answer = await live.begin()
-        key, step = (live.assignment.episode.id, live.assignment.epoch), 0
+        key, first = (assignment.episode.id, assignment.epoch), 0 if fork is None else fork.point.step
+        step = first
         if isinstance(answer, EncodedObservation):
             on_first_frame()
         while isinstance(answer, EncodedObservation):
             messages = conversation.messages(answer.picture, answer.feedback)
             step += 1
             self.on_frame(key, step, answer.picture)
-            reply = await _reply(self.ask, messages, self.profile, has_replied=step > 1)
+            reply = await _reply(self.ask, messages, self.profile, has_replied=step > first + 1)
             conversation.add(answer.feedback, reply.text)
             answer = await live.advance(reply)
         return answer
@@ -124,4 +129,5 @@ def error_record(assignment: Assignment, run_id: str, error: InfrastructureError
         steps=(),
         end="error",
         error=ErrorFact(boundary=boundary_of(error), message=str(error)),
+        fork=None if assignment.fork is None else assignment.fork.point,
     )

@@ -13,6 +13,7 @@ from vigil.base.json_files import is_array, is_object
 from vigil.base.processes.child import report
 from vigil.env import Env
 from vigil.protocol.episode import Episode
+from vigil.protocol.observation import Observation
 from vigil.records.record import EpisodeRecord, StepRecord
 
 LENGTH_TOLERANCE_M = 1e-3
@@ -61,12 +62,17 @@ def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: Comp
             break
         if settings.frames and step.frame_sha256 is not None:
             observation.rgb  # noqa: B018 - reading a frame draws it
-        observation = env.step(step.reply)
+        observation = repeat(env, record, step)
         report()
     if env.end is None:
         env.fail("runner", "the record ends here")
     again = env.record(run_id=record.run_id, epoch=record.epoch, attempt=record.attempt)
     return list(differences(record, again, settings))
+
+
+def repeat(env: Env, record: EpisodeRecord, step: StepRecord) -> Observation | None:
+    """Carry out a recorded reply again, under the profile that it was given under, and return what follows."""
+    return env.step(step.reply, is_recorded=step.index <= record.replayed_steps)
 
 
 def differences(

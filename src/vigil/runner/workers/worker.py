@@ -24,7 +24,7 @@ from vigil.records.record import Boundary, EpisodeRecord
 from vigil.runner.models.redaction import Secrets
 from vigil.runner.workers.frames import FrameStore, frame_sha256, redraw
 from vigil.runner.workers.messages import FIRST_FRAME, Assignment, EncodedObservation, SimulatorFacts, WorkerPlan
-from vigil.runner.workers.play import EpisodeObserver, play
+from vigil.runner.workers.play import Before, EpisodeObserver, begin, play
 from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference, resimulate
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
@@ -96,7 +96,7 @@ class EpisodeWorker:
         try:
             with self._agent_for(assignment, slot.simulator) as agent:
                 observer = EpisodeObserver(partial(report, FIRST_FRAME, is_awaited=True), self._on_reply)
-                play(assignment.episode, slot.env, agent, observer, earlier)
+                play(assignment.episode, slot.env, agent, observer, Before(assignment.fork, earlier))
             return self._record(slot)
         finally:
             self._release(slot)
@@ -130,7 +130,7 @@ class EpisodeWorker:
         """Return the first observation of a live episode, or the record when the reset failed."""
         slot = self._slot_for(assignment)
         self._live[session] = slot
-        slot.observation = slot.env.reset(assignment.episode)
+        slot.observation = begin(slot.env, assignment.episode, assignment.fork)
         return self._view_or_record(slot)
 
     def advance(self, session: int, reply: Reply) -> EncodedObservation | EpisodeRecord:
@@ -199,7 +199,8 @@ class EpisodeWorker:
     def _record(self, slot: EnvSlot) -> EpisodeRecord:
         assignment = slot.assignment
         assert assignment is not None
-        return slot.env.record(run_id=self._plan.run_id, epoch=assignment.epoch, attempt=assignment.attempt)
+        record = slot.env.record(run_id=self._plan.run_id, epoch=assignment.epoch, attempt=assignment.attempt)
+        return record if assignment.fork is None else record.model_copy(update={"fork": assignment.fork.point})
 
     def _release(self, slot: EnvSlot) -> None:
         """Keep a simulator for the next episode, or close it if one is kept already or this one failed."""
@@ -231,7 +232,8 @@ class EpisodeWorker:
             simulator: Simulator = plan.simulator_factory(self._assets, plan.quality)
         else:
             simulator = make_simulator(plan.backend, assets=self._assets, quality=plan.quality)
-        return EnvSlot(simulator, Env(simulator, self._house_of, self._plan.profile))
+        env = Env(simulator, self._house_of, plan.profile, recorded_profile=plan.recorded_profile)
+        return EnvSlot(simulator, env)
 
 
 def _epoch_seed(seed: int, epoch: int) -> int:
