@@ -61,6 +61,8 @@ class StepRecord(_Record):
     """Effect in the simulator (hidden from the agent); None for reports and invalid actions."""
     world: WorldState
     """State of the agent and the bound objects after the step (hidden from the agent)."""
+    is_unconfirmed: bool = Field(default=False, exclude_if=lambda is_so: not is_so)
+    """Whether the step is a report that the profile answered by a request to look again. Omitted unless it is."""
 
     @model_validator(mode="after")
     def _is_action_or_invalid(self) -> "StepRecord":
@@ -111,6 +113,8 @@ class EpisodeRecord(_Record):
     error: ErrorFact | None = None
     fork: ForkPoint | None = Field(default=None, exclude_if=lambda fork: fork is None)
     """The play that the episode continues; None, and omitted from the row, for an episode that began at its start."""
+    criteria: Reply | None = Field(default=None, exclude_if=lambda reply: reply is None)
+    """What a model declared before its first step that it must see; None, and omitted, unless its profile asks."""
 
     @model_validator(mode="after")
     def _is_consistent(self) -> "EpisodeRecord":
@@ -137,7 +141,8 @@ class EpisodeRecord(_Record):
     @property
     def tokens(self) -> Tokens:
         """Tokens of the agent's own replies."""
-        return Tokens.of(step.reply.usage for step in self.steps[self.replayed_steps :])
+        replies = [step.reply for step in self.steps[self.replayed_steps :]]
+        return Tokens.of(reply.usage for reply in [*([self.criteria] if self.criteria else []), *replies])
 
     @property
     def worlds(self) -> tuple[WorldState, ...]:

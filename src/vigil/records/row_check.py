@@ -101,7 +101,7 @@ class RowCheck:
 
 def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
     """Return how the steps of a record contradict its end or the budgets, which makes a verdict impossible."""
-    reports = [step.index for step in record.steps if isinstance(step.action, Report)]
+    reports = [step.index for step in record.steps if isinstance(step.action, Report) and not step.is_unconfirmed]
     steps, last, over = len(record.steps), episode.max_invalid + 1, _last_invalid(episode, record)
     faults = {
         f"it goes on after the report of step {reports[0] if reports else 0}": bool(reports) and reports[0] != steps,
@@ -131,6 +131,9 @@ def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
             found.append("it ended as an error after it had ended")
         case _:
             pass
+    asked = [step for step in record.steps if step.is_unconfirmed]
+    if len(asked) > 1 or any(not isinstance(step.action, Report) or step.index == episode.max_steps for step in asked):
+        found.append("a step is marked as a report to confirm, and cannot be one")
     bound = episode.bound_ids()
     for index, world in enumerate(record.worlds if record.initial else ()):
         missing = [object_id for object_id in bound if object_id not in world.objects]

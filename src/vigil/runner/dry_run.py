@@ -87,7 +87,9 @@ def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[i
     reply = "x" * int(sizes[0] * CHARS_PER_TOKEN)
     found: list[float] = []
     for _ in range(calls):
-        messages = conversation.messages(EncodedFrame(b"", profile.image_format), None)
-        found.append(sum(len(message.text) for message in messages) / CHARS_PER_TOKEN + sizes[1])
-        conversation.add(None, reply)
+        picture = EncodedFrame(b"", profile.image_format)
+        messages = conversation.messages(picture, None)
+        pictures = sum(message.picture is not None for message in messages)
+        found.append(sum(len(message.text) for message in messages) / CHARS_PER_TOKEN + pictures * sizes[1])
+        conversation.add(None, reply, picture=picture)
     return found

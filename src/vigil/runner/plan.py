@@ -16,7 +16,8 @@ from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import Pack, Selection
 from vigil.protocol.episode import Episode
-from vigil.protocol.profile import PROFILE_NAMES, Profile, coordinates_for
+from vigil.protocol.profile import Profile, coordinates_for
+from vigil.protocol.profile_rows import PROFILE_NAMES, PROFILES
 from vigil.protocol.prompt import policy_sha256, policy_version
 from vigil.protocol.prompt_file import variant_of
 from vigil.records.costs import Prices
@@ -217,7 +218,11 @@ def profile_of(settings: RunSettings) -> Profile:
     asked = settings.profile
     if asked not in PROFILE_NAMES:
         hint = did_you_mean(asked, PROFILE_NAMES)
-        raise SettingError(f"Profile {asked!r} does not exist.{hint} Choose {' or '.join(PROFILE_NAMES)}.")
+        names = ", ".join(row.short for row in PROFILES.values())
+        raise SettingError(f"Profile {asked!r} does not exist.{hint} Choose one of: {names}.")
+    row = PROFILES[PROFILE_NAMES[asked]]
+    if row.is_of_conversations and settings.model is None:
+        raise SettingError(f"Profile {row.short!r} changes a model's conversation, and this run has no model.")
     own = settings.prompt_template
     return Profile(
         name=PROFILE_NAMES[asked],

@@ -310,7 +310,7 @@ def _play_one(run: _RunSession, pool: SimulatorPool, ask: Ask, prober: Prober | 
     profile, run_id = run.plan.spec.profile, run.folder.header.run_id
     if prober is None:
         return partial(run.play, player=ModelPlayer(pool, profile, ask, run_id))
-    memory = FrameMemory(prober.plan.schedule)
+    memory = FrameMemory(prober.plan.schedule, profile)
     player = ModelPlayer(pool, profile, ask, run_id, memory.note)
 
     async def play_one(assignment: Assignment) -> EpisodeRecord:

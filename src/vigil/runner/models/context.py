@@ -5,10 +5,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from vigil.agents.conversation import Message
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.profile import Profile
 from vigil.records.record import EpisodeRecord
 
 CHARS_PER_TOKEN = 4.0
+LONGEST_EPISODE = max(spec.max_steps for spec in FAMILIES.values())
+"""Greatest budget of steps of the families."""
 PICTURE_TOKENS = (300, 1300)
 """Least and most tokens of a frame of 640 x 480 pixels."""
 REPLY_TOKENS = (40, 400)
@@ -38,7 +41,9 @@ def max_tokens_of(messages: Sequence[Message]) -> int:
 
 def needed_context(messages: Sequence[Message], profile: Profile) -> int:
     """Return a context size (tokens, a power of two) that is enough for an episode that begins with these messages."""
-    tokens = max_tokens_of(messages) + (profile.history_turns + 1) * (REPLY_TOKENS[1] + 20)
+    turns = min(profile.past_turns, LONGEST_EPISODE)
+    tokens = max_tokens_of(messages) + (turns + 1) * (REPLY_TOKENS[1] + 20)
+    tokens += min(profile.row.images, turns) * PICTURE_TOKENS[1]
     return 1 << (tokens - 1).bit_length()
 
 
@@ -56,6 +61,6 @@ def find_shrunk_request(record: EpisodeRecord, profile: Profile) -> tuple[int, i
 
     A dialogue only grows until the history is full, so such a server has cut it without an error.
     """
-    usages = [step.reply.usage for step in record.steps[: profile.history_turns + 1]]
+    usages = [step.reply.usage for step in record.steps[: profile.past_turns + 1]]
     inputs = [usage.input_tokens for usage in usages if usage is not None]
     return next(((before, after) for before, after in pairwise(inputs) if after < before), None)

@@ -21,7 +21,7 @@ from vigil.runner.models.identity_log import ModelIdentityLog
 from vigil.runner.models.redaction import REDACTED, Secrets, redacted_errors
 from vigil.runner.probes.missing import MissingProbes, Play
 from vigil.runner.probes.prober import ProbePlan, Prober, framings
-from vigil.runner.probes.requests import step_messages
+from vigil.runner.probes.requests import needed_frames, step_messages
 from vigil.runner.retries import RetryPolicy
 from vigil.runner.shared_settings import (
     ApiKeyEnv,
@@ -89,11 +89,13 @@ class FinishedProbing:
         chars = pictures = 0
         for episode, record in self.plays:
             missing = self.plan.missing(self.table, episode, record)
-            frames = {step: EncodedFrame(b"", profile.image_format) for step in missing}
-            for step, messages in step_messages(record, episode.instruction, profile, frames):
+            needed = needed_frames(profile, missing)
+            frames = {step: EncodedFrame(b"", profile.image_format) for step in needed}
+            for step, messages in step_messages(episode, record, profile, missing, frames):
+                images = sum(message.picture is not None for message in messages)
                 chars += sum(len(message.text) for message in messages) * len(missing[step])
                 chars += sum(len(QUESTIONS[framing]) for framing in missing[step])
-                pictures += len(missing[step])
+                pictures += images * len(missing[step])
         least, most = PICTURE_TOKENS
         text = round(chars / CHARS_PER_TOKEN)
         return text + pictures * least, text + pictures * most

@@ -8,6 +8,7 @@ from vigil.agents.frame_encoding import EncodedFrame, encode_frame
 from vigil.protocol.episode import Episode
 from vigil.records.record import EpisodeRecord
 from vigil.runner.probes.prober import Prober
+from vigil.runner.probes.requests import needed_frames
 from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool
@@ -44,7 +45,8 @@ class MissingProbes:
         await asyncio.gather(*(work() for _ in range(min(at_once, len(plays)))))
 
     async def _ask(self, episode: Episode, record: EpisodeRecord) -> None:
-        steps = tuple(self.prober.plan.missing(self.prober.log.table, episode, record))
+        missing = self.prober.plan.missing(self.prober.log.table, episode, record)
+        steps = tuple(sorted(needed_frames(self.prober.profile, missing)))
         saved = {step: self.store.frame(record.steps[step - 1].frame_sha256) for step in steps}
         if all(saved.values()):
             image_format = self.prober.profile.image_format

@@ -20,7 +20,7 @@ from vigil.protocol.replies import truncate_for_record
 from vigil.records.probe_file import ProbeKey, ProbeLog, ProbeRecord, ProbeTable
 from vigil.records.record import EpisodeRecord, Key
 from vigil.runner.models.ask import Ask, RequestRejected
-from vigil.runner.probes.requests import step_messages
+from vigil.runner.probes.requests import needed_frames, step_messages
 from vigil.scoring.probe_schedule import ProbeSchedule
 
 MAX_FAILURES_IN_A_ROW = 5
@@ -57,6 +57,7 @@ class FrameMemory:
     """Frames of the episodes that are being played, until their probes have been asked."""
 
     schedule: ProbeSchedule
+    profile: Profile
     _frames: dict[Key, dict[int, EncodedFrame]] = field(default_factory=dict[Key, dict[int, EncodedFrame]])
 
     def note(self, key: Key, step: int, picture: EncodedFrame) -> None:
@@ -69,7 +70,8 @@ class FrameMemory:
             frames.clear()
         schedule = self.schedule
         before = step - 1
-        if not schedule.at_goal and not (schedule.period and before % schedule.period == 0):
+        is_past_kept = self.profile.row.images > 0
+        if not is_past_kept and not schedule.at_goal and not (schedule.period and before % schedule.period == 0):
             frames.pop(before, None)
         frames[step] = picture
 
@@ -99,8 +101,8 @@ class Prober:
     async def ask_all(self, episode: Episode, record: EpisodeRecord, pictures: Mapping[int, EncodedFrame]) -> None:
         """Ask the missing probes of a record, of which `pictures` has the frames by step. Raises RecordError."""
         missing = self.plan.missing(self.log.table, episode, record)
-        wanted = {step: pictures[step] for step in missing if step in pictures}
-        for step, messages in step_messages(record, episode.instruction, self.profile, wanted):
+        steps = [step for step in missing if needed_frames(self.profile, [step]) <= pictures.keys()]
+        for step, messages in step_messages(episode, record, self.profile, steps, pictures):
             for framing in missing[step]:
                 if not self.has_stopped:
                     self.log.append(await self._ask(record, step, framing, messages))

@@ -22,7 +22,6 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.families import Family
 from vigil.protocol.profile import Profile
 from vigil.records.record import FRAMES_FOLDER, EpisodeRecord, RunSpec
-from vigil.runner.workers.resimulation import repeat
 from vigil.sim import make_simulator
 
 MAX_FRAME_BYTES = 4 * MIB
@@ -82,7 +81,7 @@ def redraw(
 
     With `steps`, only their frames are drawn. Raises RecordError when the episode ends earlier than recorded.
     """
-    observation = env.reset(episode)
+    observation = env.reset(episode, record.replayed_steps)
     for step in record.steps:
         if observation is None:
             raise RecordError(
@@ -90,7 +89,7 @@ def redraw(
             )
         if steps is None or step.index in steps:
             yield observation.rgb
-        observation = repeat(env, record, step)
+        observation = env.step(step.reply)
 
 
 def frames_of_record(

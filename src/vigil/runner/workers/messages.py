@@ -16,7 +16,7 @@ from vigil.base.geometry import Pose
 from vigil.protocol.actions import PhysicalAction
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
-from vigil.protocol.observation import Feedback, Quality
+from vigil.protocol.observation import Cues, Feedback, Quality
 from vigil.protocol.profile import Profile
 from vigil.protocol.world import Effect, Setup
 from vigil.records.record import ForkPoint, StepRecord
@@ -90,6 +90,9 @@ class EncodedObservation:
 
     picture: EncodedFrame
     feedback: Feedback | None
+    cues: Cues | None = None
+    past: tuple[EncodedFrame, ...] = ()
+    """Frames of the play that the episode continues, on its first step, if the profile keeps past frames."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,14 +33,19 @@ class Before:
     """The agent's replies from a process that was lost; None if it has not begun."""
 
 
-def begin(env: Env, episode: Episode, fork: Fork | None) -> Observation | None:
+def begin(
+    env: Env, episode: Episode, fork: Fork | None, on_past: Callable[[Observation], None] = lambda _: None
+) -> Observation | None:
     """Return the first observation of an episode that may continue another play; None if the simulator failed.
 
-    Raises InputError, also when the play cannot be repeated exactly.
+    `on_past` is called with each observation before that. Raises InputError, also when the play cannot be repeated
+    exactly.
     """
-    observation = env.reset(episode)
-    for step in () if fork is None else fork.steps:
+    steps = () if fork is None else fork.steps
+    observation = env.reset(episode, len(steps))
+    for step in steps:
         if observation is not None:
+            on_past(observation)
             observation = env.replay(step)
     return observation
 

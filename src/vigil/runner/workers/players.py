@@ -1,5 +1,6 @@
 """Players of a run: an agent inside a worker, or a model in the main process with its Env in a worker."""
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -16,7 +17,7 @@ from vigil.protocol.profile import Profile
 from vigil.records.record import Boundary, EpisodeRecord, ErrorFact, Key
 from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import CONTEXT_ERROR, size_hint
-from vigil.runner.workers.history import add_turns
+from vigil.runner.workers.history import RecordedTurns
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
 
@@ -77,21 +78,26 @@ class ModelPlayer:
     async def _play(self, live: LiveEpisode, on_first_frame: Callable[[], None]) -> EpisodeRecord:
         assignment, fork = live.assignment, live.assignment.fork
         conversation = Conversation(self.profile, assignment.episode.instruction)
-        for _ in add_turns(conversation, () if fork is None else fork.steps, self.profile):
-            pass
         answer = await live.begin()
         key, first = (assignment.episode.id, assignment.epoch), 0 if fork is None else fork.point.step
-        step = first
+        step, criteria = first, None
         if isinstance(answer, EncodedObservation):
+            if fork is not None:
+                past = dict(enumerate(answer.past, start=1))
+                turns = RecordedTurns(fork.steps, self.profile, assignment.episode.max_steps, past)
+                deque(turns.add_to(conversation), maxlen=0)
             on_first_frame()
+            if self.profile.row.declares_criteria:
+                criteria = await _reply(self.ask, conversation.opening_request(), self.profile, has_replied=False)
+                conversation.declare(criteria.text)
         while isinstance(answer, EncodedObservation):
-            messages = conversation.messages(answer.picture, answer.feedback)
+            messages = conversation.messages(answer.picture, answer.feedback, answer.cues)
             step += 1
             self.on_frame(key, step, answer.picture)
             reply = await _reply(self.ask, messages, self.profile, has_replied=step > first + 1)
-            conversation.add(answer.feedback, reply.text)
+            conversation.add(answer.feedback, reply.text, cues=answer.cues, picture=answer.picture)
             answer = await live.advance(reply)
-        return answer
+        return answer if criteria is None else answer.model_copy(update={"criteria": criteria})
 
 
 async def _reply(ask: Ask, messages: Sequence[Message], profile: Profile, *, has_replied: bool) -> Reply:

@@ -13,7 +13,6 @@ from vigil.base.json_files import is_array, is_object
 from vigil.base.processes.child import report
 from vigil.env import Env
 from vigil.protocol.episode import Episode
-from vigil.protocol.observation import Observation
 from vigil.records.record import EpisodeRecord, StepRecord
 
 LENGTH_TOLERANCE_M = 1e-3
@@ -56,23 +55,18 @@ class ComparisonSettings:
 
 def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: ComparisonSettings) -> list[FactDifference]:
     """Return how `record` differs from a new simulation of its replies."""
-    observation = env.reset(episode)
+    observation = env.reset(episode, record.replayed_steps)
     for step in record.steps:
         if observation is None:
             break
         if settings.frames and step.frame_sha256 is not None:
             observation.rgb  # noqa: B018 - reading a frame draws it
-        observation = repeat(env, record, step)
+        observation = env.step(step.reply)
         report()
     if env.end is None:
         env.fail("runner", "the record ends here")
     again = env.record(run_id=record.run_id, epoch=record.epoch, attempt=record.attempt)
     return list(differences(record, again, settings))
-
-
-def repeat(env: Env, record: EpisodeRecord, step: StepRecord) -> Observation | None:
-    """Carry out a recorded reply again, under the profile that it was given under, and return what follows."""
-    return env.step(step.reply, is_recorded=step.index <= record.replayed_steps)
 
 
 def differences(
@@ -100,7 +94,7 @@ def _as_json(fact: Any) -> Any:
 
 
 def _facts(step: StepRecord, frames: bool) -> dict[str, Any]:
-    compared = {"action", "invalid", "ignored_keys", "history_cut", "effect", "world"}
+    compared = {"action", "invalid", "ignored_keys", "history_cut", "effect", "world", "is_unconfirmed"}
     if frames and step.frame_sha256 is not None:
         compared.add("frame_sha256")
     return step.model_dump(mode="json", include=compared)

@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from vigil.agents.agent import Agent, Closeable
@@ -130,8 +130,16 @@ class EpisodeWorker:
         """Return the first observation of a live episode, or the record when the reset failed."""
         slot = self._slot_for(assignment)
         self._live[session] = slot
-        slot.observation = begin(slot.env, assignment.episode, assignment.fork)
-        return self._view_or_record(slot)
+        past: list[EncodedFrame] = []
+        profile = self._plan.profile
+
+        def on_past(observation: Observation) -> None:
+            if profile.row.images:
+                past.append(encode_frame(observation.rgb, profile.image_format))
+
+        slot.observation = begin(slot.env, assignment.episode, assignment.fork, on_past)
+        view = self._view_or_record(slot)
+        return replace(view, past=tuple(past)) if isinstance(view, EncodedObservation) else view
 
     def advance(self, session: int, reply: Reply) -> EncodedObservation | EpisodeRecord:
         """Return the observation after one reply, or the record when the reply ended the live episode."""
@@ -194,7 +202,8 @@ class EpisodeWorker:
         rgb = observation.rgb
         if self._frames is not None:
             self._frames.save(rgb)
-        return EncodedObservation(encode_frame(rgb, self._plan.profile.image_format), observation.feedback)
+        picture = encode_frame(rgb, self._plan.profile.image_format)
+        return EncodedObservation(picture, observation.feedback, observation.cues)
 
     def _record(self, slot: EnvSlot) -> EpisodeRecord:
         assignment = slot.assignment
