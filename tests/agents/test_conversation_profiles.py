@@ -1,5 +1,7 @@
 """Conversations under profiles that keep frames or declare criteria."""
 
+from itertools import pairwise
+
 from vigil.agents.conversation import Conversation
 from vigil.agents.frame_encoding import EncodedFrame
 from vigil.protocol.observation import Cues
@@ -40,7 +42,7 @@ def test_without_a_history_of_frames_only_the_current_one_is_sent() -> None:
 
 def test_a_conversation_that_only_grows_is_a_prefix_of_every_later_one() -> None:
     _, sent = played("image_history_all", 30)
-    for earlier, later in zip(sent, sent[1:], strict=False):
+    for earlier, later in pairwise(sent):
         assert later[: len(earlier)] == earlier
         assert [message.role for message in later[len(earlier) :]] == ["assistant", "user"]
     assert sent[2][-1].text == '{"frame": {"number": 3, "width": 640, "height": 480}}'

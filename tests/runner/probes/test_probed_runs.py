@@ -44,8 +44,7 @@ def settings(pack: Path, url: str, log_dir: Path, **changes: Any) -> RunSettings
 
 def framing_of(asked: ChatRequest) -> str:
     """Return the framing of a probe; empty for a request of a step."""
-    parts = asked.messages[-1]["content"]
-    return next((name for name, text in QUESTIONS.items() if parts[-1].get("text") == text), "")
+    return next((name for name, text in QUESTIONS.items() if asked.texts[-1].endswith(text)), "")
 
 
 def turn_of(asked: ChatRequest) -> int:
