@@ -439,7 +439,8 @@ def test_nothing_hidden_gets_into_what_an_agent_sees():
     observation: Observation | None = env.reset(task)
     for answer in (WALK, PROSE, WALK, WALK):
         assert observation is not None
-        assert {name for name in Observation.__slots__ if not name.startswith("_")} == {"feedback"}
+        assert {name for name in Observation.__slots__ if not name.startswith("_")} == {"cues", "feedback"}
+        assert observation.cues is None
         out += [frame_stub("current", observation.feedback), *past_turn(observation.feedback, answer.text, FEEDBACK)]
         observation = env.step(answer)
     text = "\n".join(out)

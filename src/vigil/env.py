@@ -15,12 +15,14 @@ import numpy as np
 from pydantic import ValidationError
 
 from vigil.base.versions import Versions
-from vigil.errors import SimulatorError, first_error
-from vigil.protocol.actions import Action, Reply, Report
+from vigil.errors import RecordError, SimulatorError, first_error
+from vigil.protocol.actions import Action, InteractPixel, Reply, Report
+from vigil.protocol.click_mark import with_click_mark
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
-from vigil.protocol.observation import Feedback, Observation
+from vigil.protocol.observation import Cues, Feedback, Observation
 from vigil.protocol.profile import Profile
+from vigil.protocol.profile_rows import LOOK_AGAIN
 from vigil.protocol.prompt import is_truncated_in_history, rendered_sha256
 from vigil.protocol.replies import read_reply
 from vigil.protocol.world import Effect, WorldState
@@ -42,12 +44,16 @@ class Env:
         house_of: Callable[[Episode], House],
         profile: Profile,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+        *,
+        recorded_profile: Profile | None = None,
     ) -> None:
         """`house_of` is a function that returns an episode's house.
 
-        A house that is already loaded is not loaded again.
+        A house that is already loaded is not loaded again. `recorded_profile` is that of an episode's first steps if
+        they are those of another play; None for `profile`.
         """
         self.profile = profile
+        self._recorded_profile = recorded_profile or profile
         self._simulator = simulator
         self._house_of = house_of
         self._clock = clock
@@ -75,12 +81,14 @@ class Env:
         """How the episode ended; None while it is in progress."""
         return self._end
 
-    def reset(self, episode: Episode) -> Observation | None:
+    def reset(self, episode: Episode, recorded_steps: int = 0) -> Observation | None:
         """Start `episode` and return the first observation; None if the simulator failed.
 
-        Raises HouseError or EpisodeError for an invalid house or episode.
+        The first `recorded_steps` steps are shown and read under the profile of the play that they come from. Raises
+        HouseError or EpisodeError for an invalid house or episode.
         """
         self._episode = episode
+        self._recorded_steps = recorded_steps
         self._prompt_sha256 = rendered_sha256(episode.instruction, self.profile)
         self._started = self._ended = self._clock()
         self._steps: list[StepRecord] = []
@@ -101,10 +109,37 @@ class Env:
 
         Raises RuntimeError if no episode is in progress.
         """
+        return self._step(reply)
+
+    def replay(self, recorded: StepRecord) -> Observation | None:
+        """Carry out a step of another play again and return the next observation; None when the episode is over.
+
+        The step becomes a step of this episode, to the byte. Raises RecordError if anything happens otherwise than
+        recorded, the pixels of a frame that was looked at included.
+        """
+        observation = self._step(recorded.reply, is_drawn=recorded.frame_sha256 is not None)
+        if self._end == "error":
+            return None
+        found = self._steps[-1].model_copy(update={"history_cut": recorded.history_cut})
+        facts = [name for name in StepRecord.model_fields if getattr(found, name) != getattr(recorded, name)]
+        if facts:
+            raise RecordError(
+                f"Step {recorded.index} of the record, carried out again, differs in {', '.join(facts)}. The "
+                "simulator, the renderer or the machine is another one: use that of the run. `vigil verify` shows the "
+                "values."
+            )
+        self._steps[-1] = recorded
+        return observation
+
+    def _step(self, reply: Reply, *, is_drawn: bool = False) -> Observation | None:
+        """Execute one reply, after drawing the frame that it answers, if `is_drawn`."""
         if self._episode is None or self._initial is None or self._end is not None:
             raise RuntimeError("Env.step: no episode has been started. Call reset first.")
-        read = read_reply(reply, self.profile)
+        profile = self._profile_now()
+        read = read_reply(reply, profile)
         try:
+            if is_drawn and self._observation is not None:
+                _ = self._observation.rgb
             frame_sha256 = self._frame_sha256()
             effect, world = self._execute(read.action)
         except SimulatorError as error:
@@ -112,7 +147,7 @@ class Env:
             return None
         self._invalid += read.invalid is not None
         recorded = truncate_for_record(reply, read.answer)
-        answer = read.answer if recorded is reply else read_reply(recorded, self.profile).answer
+        answer = read.answer if recorded is reply else read_reply(recorded, profile).answer
         step = StepRecord(
             index=len(self._steps) + 1,
             frame_sha256=frame_sha256,
@@ -123,6 +158,7 @@ class Env:
             ignored_keys=read.ignored_keys,
             effect=effect,
             world=world,
+            is_unconfirmed=self._is_unconfirmed(read.action, profile, self._episode),
         )
         self._steps.append(step)
         self._finish(self._end_after(step, self._episode))
@@ -190,8 +226,18 @@ class Env:
         assert world is not None
         return world
 
+    def _profile_now(self) -> Profile:
+        """Return the profile of the current step."""
+        return self._recorded_profile if len(self._steps) < self._recorded_steps else self.profile
+
+    def _is_unconfirmed(self, action: Action | None, profile: Profile, episode: Episode) -> bool:
+        """Return whether an action is a report that is answered by a request to look again."""
+        is_first = not any(step.is_unconfirmed for step in self._steps)
+        has_steps = len(self._steps) + 1 < episode.max_steps
+        return profile.row.looks_again and isinstance(action, Report) and is_first and has_steps
+
     def _end_after(self, step: StepRecord, episode: Episode) -> End | None:
-        if isinstance(step.action, Report):
+        if isinstance(step.action, Report) and not step.is_unconfirmed:
             return "report"
         if self._invalid > episode.max_invalid:
             return "invalid_action_limit_exceeded"
@@ -206,13 +252,11 @@ class Env:
     def _observe(self, effect: Effect | None) -> Observation | None:
         if self._end is not None:
             return None
-        feedback = None
-        if self.profile.has_feedback and self._steps:
-            feedback = Feedback(
-                too_far=effect is not None and effect.too_far,
-                path_blocked=effect is not None and effect.path_blocked,
-            )
-        self._observation = Observation(self._frame_source(len(self._steps)), feedback)
+        profile, last = self._profile_now(), self._steps[-1] if self._steps else None
+        feedback = feedback_after(effect, profile) if last else None
+        assert self._episode is not None
+        cues = cues_after(last, profile, self._episode.max_steps)
+        self._observation = Observation(self._frame_source(len(self._steps)), feedback, cues)
         return self._observation
 
     def _frame_source(self, moment: int) -> Callable[[], np.ndarray]:
@@ -223,7 +267,11 @@ class Env:
                 raise RuntimeError(
                     "Observation.rgb: the world has changed since this observation. Read it before the next `step`."
                 )
-            return self._simulator.frame()
+            frame = self._simulator.frame()
+            click = self._steps[-1].action if self._steps and self._profile_now().row.marks_click else None
+            if isinstance(click, InteractPixel) and click.x is not None and click.y is not None:
+                return with_click_mark(frame, click.x, click.y)
+            return frame
 
         return draw
 
@@ -232,3 +280,23 @@ class Env:
         if observation is None or not observation.is_drawn:
             return None
         return hashlib.sha256(observation.rgb.tobytes()).hexdigest()
+
+
+def feedback_after(effect: Effect | None, profile: Profile) -> Feedback | None:
+    """Return what an agent is shown about its last action, of which `effect` is None if it did not act; None if the
+    profile does not show it.
+    """
+    if not profile.has_feedback:
+        return None
+    is_act = effect is not None
+    return Feedback(too_far=is_act and effect.too_far, path_blocked=is_act and effect.path_blocked)
+
+
+def cues_after(last: StepRecord | None, profile: Profile, max_steps: int) -> Cues | None:
+    """Return what an agent is shown next to the frame after step `last` (None at the start); None for nothing."""
+    row = profile.row
+    if not row.shows_remaining_steps and not row.looks_again:
+        return None
+    left = max_steps - (0 if last is None else last.index) if row.shows_remaining_steps else None
+    request = LOOK_AGAIN if row.looks_again and last is not None and last.is_unconfirmed else None
+    return None if left is None and request is None else Cues(remaining_steps=left, request=request)

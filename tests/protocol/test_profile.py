@@ -8,11 +8,11 @@ from vigil.protocol.profile import (
     BASELINE,
     ITEMISED_REPORT,
     JPEG_QUALITY,
-    PROFILE_NAMES,
     Profile,
     coordinates_for,
     known_coordinates,
 )
+from vigil.protocol.profile_rows import PROFILE_NAMES, PROFILES
 
 
 def test_the_default_profile_is_the_papers():
@@ -137,11 +137,8 @@ def test_a_model_that_the_table_does_not_name_is_told_from_one_that_it_does(mode
 
 
 def test_profiles_are_named_in_short_and_in_full():
-    assert PROFILE_NAMES == {
-        "baseline": BASELINE,
-        "action_feedback": ACTION_FEEDBACK,
-        "itemised_report": ITEMISED_REPORT,
-        BASELINE: BASELINE,
-        ACTION_FEEDBACK: ACTION_FEEDBACK,
-        ITEMISED_REPORT: ITEMISED_REPORT,
-    }
+    assert PROFILE_NAMES["baseline"] == PROFILE_NAMES[BASELINE] == BASELINE
+    assert PROFILE_NAMES["action_feedback"] == PROFILE_NAMES[ACTION_FEEDBACK] == ACTION_FEEDBACK
+    assert set(PROFILE_NAMES.values()) == PROFILES.keys()
+    with pytest.raises(ValidationError, match="'pure_rgb' is not that of a profile"):
+        Profile(name="pure_rgb")

@@ -16,7 +16,7 @@ from vigil.packs.pack import CHORE_ANSWERS, CHORES_SUITE, invalid_limit
 from vigil.protocol.actions import ChoreClaim, Intent, InteractPixel, Report
 from vigil.protocol.episode import Episode, HouseRef
 from vigil.protocol.goals import Chore, Chores, ObjectAtReceptacle, ObjectInState, ReportStatus
-from vigil.protocol.profile import ITEMISED_REPORT, Profile, ProfileName
+from vigil.protocol.profile import ITEMISED_REPORT, Profile
 from vigil.protocol.prompt import rendered_sha256
 from vigil.protocol.world import Effect
 from vigil.records.record import EpisodeRecord
@@ -242,7 +242,7 @@ def write_lists(folder: Path) -> Path:
     return folder
 
 
-def write_lists_run(folder: Path, pack: Path, agent: str, *, profile: ProfileName = ITEMISED_REPORT) -> Path:
+def write_lists_run(folder: Path, pack: Path, agent: str, *, profile: str = ITEMISED_REPORT) -> Path:
     """Write the run of an agent on the pack, and return its folder."""
     played = Profile(name=profile)
     records = {f"list-{place:02d}": record_at(place, PLAYS[agent], played) for place in range(LISTS)}

@@ -123,6 +123,8 @@ class ExecAgent:
         message: dict[str, Any] = {"type": "observation", "frame": frame}
         if observation.feedback is not None:
             message["feedback"] = observation.feedback.model_dump()
+        if observation.cues is not None:
+            message |= observation.cues.model_dump(exclude_none=True)
         line = _line(message)
         self._pacer.wait()
         started = time.monotonic()

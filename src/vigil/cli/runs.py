@@ -11,6 +11,7 @@ from vigil.agents.registry import is_known
 from vigil.agents.scripted import SCRIPTS
 from vigil.cli.arguments import Imports, RunArgument
 from vigil.cli.models import source_of_coordinates
+from vigil.cli.probes import print_probes
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import print_run
 from vigil.cli.text import print_notes
@@ -145,8 +146,10 @@ def _print_estimate(plan: RunPlan) -> None:
     missing = plan.endpoint.access.missing
     print_notes([missing] if missing else [])
     print(f"{expected.episodes} episodes; nothing was sent. Bounds, from an immediate report to every step used:")
-    for name in ("calls", "input_tokens", "output_tokens"):
+    for name in ("calls", "probes", "input_tokens", "output_tokens"):
         low, high = getattr(expected, name)
+        if name == "probes" and not high:
+            continue
         print(f"{name.replace('_', ' '):14} {low:>14,} .. {high:>14,}")
     if prices is not None:
         low, high = expected.cost(prices)
@@ -164,6 +167,8 @@ def _print_result(result: RunResult, pack: Path) -> None:
         print(f"Played before, and not played again: {result.resumed} of {len(result.records)} episodes.")
     if result.header.prices is not None:
         print(f"Cost so far: {describe_costs(result.header.prices, result.tokens)}.")
+    if result.probes is not None:
+        print_probes(result.probes, result.header.prices)
     print(f"Records: {result.folder}")
     if not result.is_complete:
         print(f"{result.errors} episodes ended as errors and are not scored; the same command plays them again.")

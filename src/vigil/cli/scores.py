@@ -158,7 +158,9 @@ def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
 def run_label(header: RunHeader) -> str:
     """Return the name of a run in tables; it tells hidden sight, memory and a custom prompt."""
     own_prompt = f" [{header.spec.profile.prompt_variant}]" if header.spec.profile.has_custom_prompt else ""
-    return header.spec.agent + own_prompt + header.spec.name_suffix
+    source = header.spec.fork
+    forked = "" if source is None else f" [from {source.run_id} at {source.at}]"
+    return header.spec.agent + own_prompt + forked + header.spec.name_suffix
 
 
 def print_families(name: str, scores: RunScores) -> None:

@@ -13,8 +13,12 @@ from vigil.errors import SettingError, did_you_mean, first_error
 from vigil.protocol.actions import Coordinates, ReplyPolicy
 from vigil.protocol.families import Family, parse_families
 from vigil.protocol.observation import Quality
-from vigil.protocol.profile import PROFILE_NAMES, Profile
+from vigil.protocol.profile import Profile
+from vigil.protocol.profile_rows import PROFILE_NAMES, PROFILES
 from vigil.sim import BACKENDS
+
+_PROFILES = {name: full for name, full in PROFILE_NAMES.items() if PROFILES[full].is_papers}
+"""Profiles whose observations have a place in the environments' spaces."""
 
 
 class EpisodeOptions(BaseModel):
@@ -68,7 +72,7 @@ class EpisodeOptions(BaseModel):
     @field_validator("profile", "backend")
     @classmethod
     def _known(cls, given: str, info: ValidationInfo) -> str:
-        names: Collection[str] = PROFILE_NAMES if info.field_name == "profile" else BACKENDS
+        names: Collection[str] = _PROFILES if info.field_name == "profile" else BACKENDS
         if given not in names:
             hint = did_you_mean(given, names)
             raise ValueError(f"{info.field_name} {given!r} does not exist.{hint} Choose one of {', '.join(names)}")

@@ -24,13 +24,27 @@ class Feedback(BaseModel):
     path_blocked: bool
 
 
+class Cues(BaseModel):
+    """What some profiles show next to a frame, other than feedback."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    remaining_steps: int | None = None
+    """Number of replies that are left, the one to this frame included."""
+    request: str | None = None
+    """What the agent is asked to do next."""
+
+
 class Observation:
     """One step's observation. The frame is drawn when `rgb` is first read, and only then."""
 
-    __slots__ = ("_draw", "_rgb", "feedback")
+    __slots__ = ("_draw", "_rgb", "cues", "feedback")
 
-    def __init__(self, draw: Callable[[], np.ndarray], feedback: Feedback | None = None) -> None:
+    def __init__(
+        self, draw: Callable[[], np.ndarray], feedback: Feedback | None = None, cues: Cues | None = None
+    ) -> None:
         self._draw = draw
+        self.cues = cues
         self._rgb: np.ndarray | None = None
         self.feedback = feedback
 

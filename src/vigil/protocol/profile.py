@@ -6,9 +6,10 @@ Source: `protocol.md` sections 2.1, 2.3 and 2.4; the paper's section on reproduc
 import re
 from typing import Literal, NamedTuple, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from vigil.protocol.actions import Coordinates, ReplyPolicy
+from vigil.protocol.profile_rows import EVERYTHING, PROFILE_NAMES, PROFILES, ProfileRow
 from vigil.protocol.prompt_file import check_template, variant_of
 
 PromptVariant = Literal["default", "neutral_report"]
@@ -17,23 +18,8 @@ ImageFormat = Literal["png", "jpeg"]
 SystemRole = Literal["system", "user"]
 """Role of the system prompt: a separate message, or the beginning of the first user message."""
 
-ProfileName = Literal[
-    "pure_rgb_dialogue_history_baseline",
-    "pure_rgb_dialogue_history_action_feedback",
-    "pure_rgb_dialogue_history_itemised_report",
-]
-BASELINE: ProfileName = "pure_rgb_dialogue_history_baseline"
-ACTION_FEEDBACK: ProfileName = "pure_rgb_dialogue_history_action_feedback"
-ITEMISED_REPORT: ProfileName = "pure_rgb_dialogue_history_itemised_report"
-PROFILE_NAMES: dict[str, ProfileName] = {
-    "baseline": BASELINE,
-    "action_feedback": ACTION_FEEDBACK,
-    "itemised_report": ITEMISED_REPORT,
-    BASELINE: BASELINE,
-    ACTION_FEEDBACK: ACTION_FEEDBACK,
-    ITEMISED_REPORT: ITEMISED_REPORT,
-}
-"""Short or full name -> full name."""
+BASELINE, ACTION_FEEDBACK = PROFILE_NAMES["baseline"], PROFILE_NAMES["action_feedback"]
+ITEMISED_REPORT = PROFILE_NAMES["itemised_report"]
 
 HISTORY_TURNS = 20
 HISTORY_REPLY_CHARS = 4000
@@ -45,7 +31,8 @@ class Profile(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    name: ProfileName = BASELINE
+    name: str = BASELINE
+    """Full name of a row of `vigil.protocol.profile_rows`."""
     prompt_variant: str = "default"
     """Name of the prompt variant: one of the paper's, or a name made from the hash of `prompt_template`."""
     prompt_template: str | None = None
@@ -68,15 +55,32 @@ class Profile(BaseModel):
             raise ValueError(f"prompt_variant {self.prompt_variant!r} is not that of prompt_template")
         return self
 
+    @field_validator("name")
+    @classmethod
+    def _is_known(cls, name: str) -> str:
+        if name not in PROFILES:
+            raise ValueError(f"name {name!r} is not that of a profile")
+        return name
+
+    @property
+    def row(self) -> ProfileRow:
+        """What distinguishes the profile from the baseline."""
+        return PROFILES[self.name]
+
     @property
     def has_feedback(self) -> bool:
         """Whether the agent gets `too_far` and `path_blocked` after each action."""
-        return self.name == ACTION_FEEDBACK
+        return self.row.has_feedback
+
+    @property
+    def past_turns(self) -> int:
+        """Greatest number of past turns in a model's conversation."""
+        return EVERYTHING if self.row.is_append_only else self.history_turns
 
     @property
     def has_claims(self) -> bool:
         """Whether a report has a claim about each chore of a list."""
-        return self.name == ITEMISED_REPORT
+        return self.row.has_claims
 
     @property
     def has_custom_prompt(self) -> bool:

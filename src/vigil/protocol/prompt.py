@@ -10,16 +10,14 @@ import json
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
-from vigil.protocol.actions import INTENTS, SKILLS, STATUSES, Argument, Coordinates
+from vigil.protocol.actions import INTENTS, SKILLS, STATUSES, Argument
 from vigil.protocol.claims import CLAIM_LINE, CLAIM_TABLE
-from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Cues, Feedback
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt_file import ACTIONS_SLOT, GROUNDING_SLOT, INSTRUCTION_SLOT, OUTPUT_SLOT
 from vigil.protocol.reasoning import split_reasoning
 
 POLICY = "native_embodied_public_evidence"
-ITEMISED_POLICY = "native_embodied_public_evidence_itemised_report"
-"""Policy of profiles with claims: the same, with the argument `claims` and its table in block 2."""
 POLICY_REVISION = 1
 
 ANTI_HALLUCINATION_LINES = (
@@ -73,7 +71,7 @@ def policy_text(profile: Profile) -> str:
     """Return the system prompt with an empty instruction slot."""
     blocks = {
         ACTIONS_SLOT: _action_schema(has_claims=profile.has_claims),
-        GROUNDING_SLOT: _grounding_rules(profile.coordinates),
+        GROUNDING_SLOT: _grounding_rules(profile),
         OUTPUT_SLOT: "\n".join(OUTPUT_LINES),
     }
     if profile.prompt_template is None:
@@ -91,13 +89,13 @@ def system_prompt(instruction: str, profile: Profile) -> str:
 
 def policy_version(profile: Profile) -> str:
     """Return the version string of the prompt, which names its template family and its report vocabulary."""
-    policy = ITEMISED_POLICY if profile.has_claims else POLICY
-    return f"{policy}.v{POLICY_REVISION}/{profile.prompt_variant}/{profile.coordinates}[{','.join(STATUSES)}]"
+    own = "" if profile.row.is_papers else f"/{profile.row.short}"
+    return f"{POLICY}.v{POLICY_REVISION}/{profile.prompt_variant}/{profile.coordinates}{own}[{','.join(STATUSES)}]"
 
 
 def policy_sha256(profile: Profile) -> str:
-    """Return the SHA-256 of the prompt with an empty instruction slot."""
-    return _sha256(policy_text(profile))
+    """Return the SHA-256 of the prompt with an empty instruction slot, and of what the profile says besides."""
+    return _sha256("\n\n".join((policy_text(profile), *profile.row.texts)))
 
 
 def rendered_sha256(instruction: str, profile: Profile) -> str:
@@ -105,23 +103,34 @@ def rendered_sha256(instruction: str, profile: Profile) -> str:
     return _sha256(system_prompt(instruction, profile))
 
 
-def frame_stub(role: Literal["current", "past"], feedback: Feedback | None) -> str:
-    """Return the JSON that accompanies a frame, including its feedback."""
-    stub: dict[str, object] = {"frame": {"role": role}}
-    if role == "current":
-        stub["frame"] = {"role": role, "width": FRAME_WIDTH, "height": FRAME_HEIGHT}
+def frame_stub(
+    role: Literal["current", "past"], feedback: Feedback | None, cues: Cues | None = None, number: int | None = None
+) -> str:
+    """Return the JSON that accompanies a frame, including its feedback.
+
+    With a `number` the frame is named by it instead of its role, so that the text never changes.
+    """
+    size = {"width": FRAME_WIDTH, "height": FRAME_HEIGHT}
+    if number is not None:
+        stub: dict[str, object] = {"frame": {"number": number, **size}}
+    else:
+        stub = {"frame": {"role": role, **(size if role == "current" else {})}}
     if feedback is not None:
         stub["feedback"] = {"too_far": feedback.too_far, "path_blocked": feedback.path_blocked}
+    if cues is not None:
+        stub |= cues.model_dump(exclude_none=True)
     return json.dumps(stub)
 
 
-def past_turn(feedback: Feedback | None, reply_text: str, profile: Profile) -> Turn:
+def past_turn(
+    feedback: Feedback | None, reply_text: str, profile: Profile, cues: Cues | None = None, number: int | None = None
+) -> Turn:
     """Return a past step for the dialogue history: its frame stub and the answer.
 
     The answer is without reasoning, and cut if it is too long.
     """
     answer, _ = split_reasoning(reply_text)
-    return Turn(frame_stub("past", feedback), answer[: profile.history_reply_chars])
+    return Turn(frame_stub("past", feedback, cues, number), answer[: profile.history_reply_chars])
 
 
 def is_truncated_in_history(answer: str, profile: Profile) -> bool:
@@ -131,7 +140,7 @@ def is_truncated_in_history(answer: str, profile: Profile) -> bool:
 
 def recent_turns(turns: Sequence[Turn], profile: Profile) -> list[Turn]:
     """Return the last turns, at most as many as the profile's history allows."""
-    return list(turns[max(0, len(turns) - profile.history_turns) :])
+    return list(turns[max(0, len(turns) - profile.past_turns) :])
 
 
 def _task(variant: str) -> str:
@@ -159,8 +168,11 @@ def _argument_line(argument: Argument) -> str:
     return f"- {argument.name} ({argument.type}, {need}): {argument.description}"
 
 
-def _grounding_rules(coordinates: Coordinates) -> str:
-    rules = (NORMALIZED_RULE, *GROUNDING_RULES) if coordinates == "normalized_1000" else GROUNDING_RULES
+def _grounding_rules(profile: Profile) -> str:
+    row, (first, *others) = profile.row, GROUNDING_RULES
+    rules = (row.first_rule or first, *others, *row.rules)
+    if profile.coordinates == "normalized_1000":
+        rules = (NORMALIZED_RULE, *rules)
     return "\n".join([GROUNDING_HEADING, *(f"- {rule}" for rule in rules)])
 
 

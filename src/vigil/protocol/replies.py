@@ -7,8 +7,10 @@ aliases. No reply raises an exception, whatever its bytes. Source: `protocol.md`
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, cast
+from functools import partial
+from typing import Any, Generic, Literal, TypeVar, cast
 
 from vigil.base.json_files import is_object
 from vigil.base.json_text import JsonFault, decode
@@ -45,10 +47,11 @@ _STANDARD = Profile()
 _BRACE = re.compile(r"[{}]")
 _FENCE = re.compile(r"```[A-Za-z0-9_+-]*[ \t]*\r?\n?(.*?)```", re.DOTALL)
 _REPLY_KEYS = ("skill_name", "arguments", "thought", "cognitive_state")
+_Read = TypeVar("_Read")
 
 
-class _Fault(Exception):
-    """The reason why a text is not an action; never raised outside this module."""
+class ReplyFault(Exception):
+    """The reason why a text is not what was asked for; functions that read an object's fields raise it."""
 
     def __init__(self, kind: Literal["protocol_failure", "malformed_action"], reason: str, detail: str = "") -> None:
         super().__init__(reason)
@@ -57,11 +60,14 @@ class _Fault(Exception):
         self.detail = detail
 
 
-class _Reading(NamedTuple):
-    """The part of a profile on which the meaning of an object depends."""
+@dataclass(frozen=True, slots=True)
+class _Form(Generic[_Read]):
+    """The form of an answer: one JSON object."""
 
-    coordinates: Coordinates
-    has_claims: bool
+    keys: tuple[str, ...]
+    """Required keys of the object."""
+    build: Callable[[dict[str, Any]], _Read]
+    """Function that reads the object's fields. Raises ReplyFault."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,10 +98,21 @@ class ReadReply:
 def read_reply(reply: Reply, profile: Profile = _STANDARD) -> ReadReply:
     """Return the answer of a reply and what it means, taking the provider's facts about it into account."""
     answer = split_reasoning(reply.text)[0]
-    return ReadReply(answer, _meaning(reply, answer, profile))
+    form = _action_form(profile.coordinates, has_claims=profile.has_claims)
+    return ReadReply(answer, _meaning(reply, answer, form, profile.reply_policy))
 
 
-def _meaning(reply: Reply, answer: str, profile: Profile) -> ParsedReply | InvalidAction:
+def read_object(
+    reply: Reply, keys: tuple[str, ...], build: Callable[[dict[str, Any]], _Read], policy: ReplyPolicy
+) -> _Read | InvalidAction:
+    """Return what `build` reads in the one JSON object of a reply, or why that object is missing or wrong.
+
+    A reply to a question other than for an action is read as strictly as one for an action. `keys` are required.
+    """
+    return _meaning(reply, split_reasoning(reply.text)[0], _Form(keys, build), policy)
+
+
+def _meaning(reply: Reply, answer: str, form: _Form[_Read], policy: ReplyPolicy) -> _Read | InvalidAction:
     if reply.provider_rejected:
         return InvalidAction(kind="protocol_failure", reason="provider_rejected")
     if reply.agent_ended:
@@ -104,7 +121,7 @@ def _meaning(reply: Reply, answer: str, profile: Profile) -> ParsedReply | Inval
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
     if reply.cut is not None and reply.cut.answer_bytes > MAX_REPLY_BYTES:
         return _invalid(_too_long(reply.cut.answer_bytes))
-    parsed = _parse_answer(answer, _Reading(profile.coordinates, profile.has_claims), profile.reply_policy)
+    parsed = _parse_answer(answer, form, policy)
     if isinstance(parsed, InvalidAction) and parsed.reason == "empty":
         parsed = parsed.model_copy(update={"detail": _describe_empty(reply)})
     if hit_token_limit(reply.finish_reason) and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":
@@ -130,27 +147,32 @@ def parse_text(
         whole.encode("utf-8")  # the reasoning too: a string may hold lone surrogates, which UTF-8 cannot encode
     except UnicodeError:
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
-    return _parse_answer(split_reasoning(whole)[0], _Reading(coordinates, has_claims), policy)
+    return _parse_answer(split_reasoning(whole)[0], _action_form(coordinates, has_claims=has_claims), policy)
 
 
-def _parse_answer(answer: str, reading: _Reading, policy: ReplyPolicy) -> ParsedReply | InvalidAction:
+def _action_form(coordinates: Coordinates, *, has_claims: bool) -> _Form[ParsedReply]:
+    return _Form(("skill_name", "arguments"), partial(_action_of, coordinates=coordinates, has_claims=has_claims))
+
+
+def _parse_answer(answer: str, form: _Form[_Read], policy: ReplyPolicy) -> _Read | InvalidAction:
     size, answer = len(answer.encode("utf-8")), answer.strip()
     if size > MAX_REPLY_BYTES:
         return _invalid(_too_long(size))
     try:
-        return _action_of(_only_object(answer), reading)
-    except _Fault as fault:
-        loose = _parse_leniently(answer, reading) if fault.kind == "protocol_failure" else None
+        return form.build(_only_object(answer, form.keys))
+    except ReplyFault as fault:
+        loose = _parse_leniently(answer, form) if fault.kind == "protocol_failure" else None
         if loose is not None and policy == "lenient":
             return loose
-        return _invalid(fault, would_parse_leniently=isinstance(loose, ParsedReply))
+        is_loose = loose is not None and not isinstance(loose, InvalidAction)
+        return _invalid(fault, would_parse_leniently=is_loose)
 
 
-def _too_long(size: int) -> _Fault:
-    return _Fault("protocol_failure", "too_long", f"{size} bytes, more than {MAX_REPLY_BYTES}")
+def _too_long(size: int) -> ReplyFault:
+    return ReplyFault("protocol_failure", "too_long", f"{size} bytes, more than {MAX_REPLY_BYTES}")
 
 
-def _invalid(fault: _Fault, *, would_parse_leniently: bool = False) -> InvalidAction:
+def _invalid(fault: ReplyFault, *, would_parse_leniently: bool = False) -> InvalidAction:
     return InvalidAction(
         kind=fault.kind,
         reason=fault.reason,
@@ -163,24 +185,24 @@ def _invalid(fault: _Fault, *, would_parse_leniently: bool = False) -> InvalidAc
 
 
 def _decode(text: str, start: int = 0) -> tuple[Any, int]:
-    """Return the JSON value that begins at `start`, and where it ends. Raises _Fault."""
+    """Return the JSON value that begins at `start`, and where it ends. Raises ReplyFault."""
     try:
         return decode(text, start)
     except JsonFault as fault:
         reason = _not_json_reason(text) if fault.reason == "not_json" else fault.reason
-        raise _Fault("protocol_failure", reason, fault.detail) from None
+        raise ReplyFault("protocol_failure", reason, fault.detail) from None
 
 
-def _only_object(answer: str) -> dict[str, Any]:
+def _only_object(answer: str, keys: tuple[str, ...]) -> dict[str, Any]:
     value, end = _decode(answer)
     rest = answer[end:].lstrip()
     if rest:
-        raise _Fault("protocol_failure", "several_objects" if rest.startswith("{") else "text_around_object")
+        raise ReplyFault("protocol_failure", "several_objects" if rest.startswith("{") else "text_around_object")
     if not is_object(value):
-        raise _Fault("protocol_failure", "not_an_object", type(value).__name__)
-    for key in ("skill_name", "arguments"):
+        raise ReplyFault("protocol_failure", "not_an_object", type(value).__name__)
+    for key in keys:
         if key not in value:
-            raise _Fault("protocol_failure", "missing_key", key)
+            raise ReplyFault("protocol_failure", "missing_key", key)
     return value
 
 
@@ -196,20 +218,20 @@ def _not_json_reason(text: str) -> str:
     return "text_around_object" if "{" in text else "no_object"
 
 
-def _parse_leniently(answer: str, reading: _Reading) -> ParsedReply | InvalidAction | None:
-    """Return the action of the object in a code fence or in prose; None unless there is exactly one object."""
+def _parse_leniently(answer: str, form: _Form[_Read]) -> _Read | InvalidAction | None:
+    """Return what is read in the object in a code fence or in prose; None unless there is exactly one object."""
     fences = _FENCE.findall(answer)
-    found = _objects_in(fences[0] if len(fences) == 1 else answer)
+    found = _objects_in(fences[0] if len(fences) == 1 else answer, form.keys)
     if len(found) != 1:
         return None
     try:
-        return _action_of(found[0], reading)
-    except _Fault as fault:
+        return form.build(found[0])
+    except ReplyFault as fault:
         return _invalid(fault)
 
 
-def _objects_in(text: str) -> list[dict[str, Any]]:
-    """Return the outermost objects with both required keys; [] if they may be in a list or an unclosed object."""
+def _objects_in(text: str, keys: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Return the outermost objects with all required keys; [] if they may be in a list or an unclosed object."""
     found: list[dict[str, Any]] = []
     if _is_list(text):
         return []
@@ -219,12 +241,12 @@ def _objects_in(text: str) -> list[dict[str, Any]]:
             return found
         try:
             value, end = _decode(text, start)
-        except _Fault:
+        except ReplyFault:
             end = _past_brace(text, start)
             if end < 0:
                 return []
         else:
-            if {"skill_name", "arguments"} <= value.keys():
+            if set(keys) <= value.keys():
                 found.append(value)
         start = text.find("{", end)
     return []
@@ -235,7 +257,7 @@ def _is_list(text: str) -> bool:
     text = text.strip()
     try:
         value, end = _decode(text)
-    except _Fault:
+    except ReplyFault:
         return False
     return isinstance(value, list) and "{" in text[:end]
 
@@ -253,16 +275,16 @@ def _past_brace(text: str, start: int) -> int:
 # --- from the object to the action ------------------------------------------------------------------------------------
 
 
-def _action_of(fields: dict[str, Any], reading: _Reading) -> ParsedReply:
+def _action_of(fields: dict[str, Any], coordinates: Coordinates, *, has_claims: bool) -> ParsedReply:
     name, given = fields["skill_name"], fields["arguments"]
     skill = _fold(name) if isinstance(name, str) else None
     if skill not in SKILLS:
-        raise _Fault("malformed_action", "unknown_skill", _quoted(name))
+        raise ReplyFault("malformed_action", "unknown_skill", _quoted(name))
     if not is_object(given):
-        raise _Fault("malformed_action", "arguments_not_an_object", type(given).__name__)
-    action = _BUILDERS[skill](given, reading.coordinates)
+        raise ReplyFault("malformed_action", "arguments_not_an_object", type(given).__name__)
+    action = _BUILDERS[skill](given, coordinates)
     wanted = {argument.name for argument in SKILLS[skill]}
-    if reading.has_claims and isinstance(action, Report):
+    if has_claims and isinstance(action, Report):
         action, wanted = _with_claims(action, given), {*wanted, CLAIMS_ARGUMENT}
     if isinstance(action, InteractPixel) and action.intent == "drop":
         wanted = {"intent"}
@@ -291,7 +313,7 @@ def _interact(given: dict[str, Any], coordinates: Coordinates) -> InteractPixel:
     word = _fold(_string(intent_argument, given))
     intent = cast(Intent, INTENT_ALIASES.get(word, word))
     if intent not in INTENTS:
-        raise _Fault("malformed_action", "not_in_vocabulary", f"intent: {_quoted(word)}")
+        raise ReplyFault("malformed_action", "not_in_vocabulary", f"intent: {_quoted(word)}")
     if not INTENTS[intent].needs_pixel:
         return InteractPixel(intent=intent)
     return InteractPixel(
@@ -315,7 +337,7 @@ def _with_claims(report: Report, given: dict[str, Any]) -> Report:
     try:
         return with_claims(report, given)
     except ClaimFault as fault:
-        raise _Fault("malformed_action", fault.reason, fault.detail) from None
+        raise ReplyFault("malformed_action", fault.reason, fault.detail) from None
 
 
 _BUILDERS = {"navigate": _navigate, "look": _look, "interact_pixel": _interact, "report": _report}
@@ -323,7 +345,7 @@ _BUILDERS = {"navigate": _navigate, "look": _look, "interact_pixel": _interact, 
 
 def _value(argument: Argument, given: dict[str, Any]) -> Any:
     if argument.name not in given:
-        raise _Fault("malformed_action", "missing_argument", argument.name)
+        raise ReplyFault("malformed_action", "missing_argument", argument.name)
     return given[argument.name]
 
 
@@ -337,7 +359,7 @@ def _string(argument: Argument, given: dict[str, Any]) -> str:
 def _enum(argument: Argument, given: dict[str, Any]) -> str:
     word = _fold(_string(argument, given))
     if word not in argument.values:
-        raise _Fault("malformed_action", "not_in_vocabulary", f"{argument.name}: {_quoted(word)}")
+        raise ReplyFault("malformed_action", "not_in_vocabulary", f"{argument.name}: {_quoted(word)}")
     return word
 
 
@@ -346,7 +368,7 @@ def _number(argument: Argument, given: dict[str, Any]) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise _ill_typed(argument, value)
     if not math.isfinite(value) or value <= 0:
-        raise _Fault("malformed_action", "out_of_range", f"{argument.name}: {_quoted(value)}")
+        raise ReplyFault("malformed_action", "out_of_range", f"{argument.name}: {_quoted(value)}")
     return float(value)
 
 
@@ -356,13 +378,13 @@ def _pixel(argument: Argument, given: dict[str, Any], size: int, coordinates: Co
         raise _ill_typed(argument, value)
     highest = size - 1 if coordinates == "pixel" else 1000
     if not 0 <= value <= highest:
-        raise _Fault("malformed_action", "pixel_outside_frame", f"{argument.name}: {_quoted(value)}")
+        raise ReplyFault("malformed_action", "pixel_outside_frame", f"{argument.name}: {_quoted(value)}")
     whole = int(value)
     return whole if coordinates == "pixel" else min(size - 1, whole * size // 1000)
 
 
-def _ill_typed(argument: Argument, value: Any) -> _Fault:
-    return _Fault("malformed_action", "ill_typed", f"{argument.name}: {type(value).__name__}")
+def _ill_typed(argument: Argument, value: Any) -> ReplyFault:
+    return ReplyFault("malformed_action", "ill_typed", f"{argument.name}: {type(value).__name__}")
 
 
 def looks_like_other_coordinates(invalid: InvalidAction) -> bool:

@@ -61,6 +61,8 @@ class StepRecord(_Record):
     """Effect in the simulator (hidden from the agent); None for reports and invalid actions."""
     world: WorldState
     """State of the agent and the bound objects after the step (hidden from the agent)."""
+    is_unconfirmed: bool = Field(default=False, exclude_if=lambda is_so: not is_so)
+    """Whether the step is a report that the profile answered by a request to look again. Omitted unless it is."""
 
     @model_validator(mode="after")
     def _is_action_or_invalid(self) -> "StepRecord":
@@ -74,6 +76,18 @@ class ErrorFact(_Record):
 
     boundary: Boundary
     message: str
+
+
+class ForkPoint(_Record):
+    """The recorded play that an episode continues: its first steps are those of that play."""
+
+    run_id: str
+    run_sha256: str
+    """Hash of the run of that play (`RunHeader.sha256`)."""
+    epoch: int = Field(ge=1)
+    attempt: int = Field(ge=1)
+    step: int = Field(ge=0)
+    """Number of steps that were carried out again before the agent's first."""
 
 
 class EpisodeRecord(_Record):
@@ -97,6 +111,10 @@ class EpisodeRecord(_Record):
     steps: tuple[StepRecord, ...]
     end: End
     error: ErrorFact | None = None
+    fork: ForkPoint | None = Field(default=None, exclude_if=lambda fork: fork is None)
+    """The play that the episode continues; None, and omitted from the row, for an episode that began at its start."""
+    criteria: Reply | None = Field(default=None, exclude_if=lambda reply: reply is None)
+    """What a model declared before its first step that it must see; None, and omitted, unless its profile asks."""
 
     @model_validator(mode="after")
     def _is_consistent(self) -> "EpisodeRecord":
@@ -106,6 +124,8 @@ class EpisodeRecord(_Record):
             raise ValueError("only an error can end an episode before its reset")
         if [step.index for step in self.steps] != list(range(1, len(self.steps) + 1)):
             raise ValueError("steps are numbered 1, 2, 3 ... without a gap")
+        if self.end != "error" and self.replayed_steps >= len(self.steps) and self.fork is not None:
+            raise ValueError("an episode that continues another play has steps after the fork")
         return self
 
     @property
@@ -114,9 +134,15 @@ class EpisodeRecord(_Record):
         return self.episode_id, self.epoch
 
     @property
+    def replayed_steps(self) -> int:
+        """Number of first steps that are those of another play; 0 unless the episode continues one."""
+        return 0 if self.fork is None else self.fork.step
+
+    @property
     def tokens(self) -> Tokens:
-        """Tokens of the record's replies."""
-        return Tokens.of(step.reply.usage for step in self.steps)
+        """Tokens of the agent's own replies."""
+        replies = [step.reply for step in self.steps[self.replayed_steps :]]
+        return Tokens.of(reply.usage for reply in [*([self.criteria] if self.criteria else []), *replies])
 
     @property
     def worlds(self) -> tuple[WorldState, ...]:
@@ -142,6 +168,18 @@ class Shard(_Record):
 
     def __str__(self) -> str:
         return f"{self.index}/{self.of}"
+
+
+class ForkSource(_Record):
+    """The run whose plays a run continues, and from which step."""
+
+    run_id: str
+    run_sha256: str
+    """Hash of that run (`RunHeader.sha256`)."""
+    profile: Profile
+    """Profile of that run, under which its replies are read."""
+    at: int | Literal["goal"]
+    """Number of steps that are carried out again; `goal` for all up to the one that attained the goal."""
 
 
 class RunSpec(_Record):
@@ -185,6 +223,8 @@ class RunSpec(_Record):
     asset_database_sha256: str | None = None
     """SHA-256 of the file with the sizes of THOR's assets; None if the project's own sizes are used."""
     render_quality: Quality = "default"
+    fork: ForkSource | None = Field(default=None, exclude_if=lambda fork: fork is None)
+    """The run whose plays this run continues; None, and omitted, if its episodes begin at their start."""
 
     @property
     def name_suffix(self) -> str:
@@ -342,7 +382,14 @@ class RunHeader(_Record):
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes that readers need before the results of the run."""
-        return (*self.version_notes, *self.spec.program_notes)
+        source = self.spec.fork
+        forked = (
+            f"Run {self.run_id!r} continues plays of run {source.run_id!r} "
+            f"{'from the step that attained the goal' if source.at == 'goal' else f'after step {source.at}'}."
+            if source is not None
+            else ""
+        )
+        return (*self.version_notes, *self.spec.program_notes, *([forked] if forked else []))
 
     @property
     def is_privileged(self) -> bool:

@@ -83,6 +83,9 @@ class RowCheck:
             yield "is of an episode of another shard", f"{record.episode_id!r}"
         if record.epoch > spec.epochs:
             yield "is of an epoch that this run does not have", f"epoch {record.epoch} of {spec.epochs}"
+        source = spec.fork
+        if (source and source.run_sha256) != (record.fork and record.fork.run_sha256):
+            yield "continues another play than its run says", "none" if record.fork is None else record.fork.run_id
         if not self._is_prompt(record, episode):
             yield "was played with another prompt", f"prompt {record.prompt_sha256[:12] or 'of no hash'}"
         for fault in protocol_violations(episode, record):
@@ -98,7 +101,7 @@ class RowCheck:
 
 def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
     """Return how the steps of a record contradict its end or the budgets, which makes a verdict impossible."""
-    reports = [step.index for step in record.steps if isinstance(step.action, Report)]
+    reports = [step.index for step in record.steps if isinstance(step.action, Report) and not step.is_unconfirmed]
     steps, last, over = len(record.steps), episode.max_invalid + 1, _last_invalid(episode, record)
     faults = {
         f"it goes on after the report of step {reports[0] if reports else 0}": bool(reports) and reports[0] != steps,
@@ -128,6 +131,9 @@ def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
             found.append("it ended as an error after it had ended")
         case _:
             pass
+    asked = [step for step in record.steps if step.is_unconfirmed]
+    if len(asked) > 1 or any(not isinstance(step.action, Report) or step.index == episode.max_steps for step in asked):
+        found.append("a step is marked as a report to confirm, and cannot be one")
     bound = episode.bound_ids()
     for index, world in enumerate(record.worlds if record.initial else ()):
         missing = [object_id for object_id in bound if object_id not in world.objects]

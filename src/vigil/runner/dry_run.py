@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from vigil.agents.conversation import Conversation
 from vigil.agents.frame_encoding import EncodedFrame
 from vigil.protocol.episode import Episode
+from vigil.protocol.probe import QUESTIONS
 from vigil.protocol.profile import Profile
 from vigil.records.costs import Prices
 from vigil.records.record import RunSpec
@@ -24,6 +25,8 @@ class CostEstimate:
     """Number of episodes, times epochs."""
     calls: tuple[int, int]
     """Number of calls: at least one for each play of an episode, and at most its budget of steps."""
+    probes: tuple[int, int]
+    """Number of calls that are probes."""
     input_tokens: tuple[int, int]
     output_tokens: tuple[int, int]
 
@@ -39,18 +42,31 @@ def estimate(plan: RunPlan) -> CostEstimate:
     """Return the bounds for a planned run."""
     profile, epochs, outputs = plan.spec.profile, plan.spec.epochs, _output_tokens(plan.spec)
     answers = min(REPLY_TOKENS[0], outputs[0]), min(REPLY_TOKENS[1], outputs[1])
-    least_input = sum(_input_tokens(episode, profile, 1, (answers[0], PICTURE_TOKENS[0])) for episode in plan.episodes)
-    most_input = sum(
-        _input_tokens(episode, profile, episode.max_steps, (answers[1], PICTURE_TOKENS[1])) for episode in plan.episodes
-    )
-    steps = sum(episode.max_steps for episode in plan.episodes)
-    count = len(plan.episodes)
+    calls, probes, inputs = [0, 0], [0, 0], [0.0, 0.0]
+    for episode in plan.episodes:
+        asked = _probed_steps(plan, episode)
+        for bound, steps in enumerate((1, episode.max_steps)):
+            tokens = _input_tokens(episode, profile, steps, (answers[bound], PICTURE_TOKENS[bound]))
+            framings = plan.execution.probes.framings if plan.execution.probes else ()
+            questions = sum(len(QUESTIONS[framing]) for framing in framings) / CHARS_PER_TOKEN
+            calls[bound] += steps
+            probes[bound] += len(asked[bound]) * len(framings)
+            inputs[bound] += sum(tokens)
+            inputs[bound] += sum(tokens[step - 1] * len(framings) + questions for step in asked[bound])
+    everything = [epochs * (call + probe) for call, probe in zip(calls, probes, strict=True)]
     return CostEstimate(
-        episodes=count * epochs,
-        calls=(count * epochs, steps * epochs),
-        input_tokens=(least_input * epochs, most_input * epochs),
-        output_tokens=(count * epochs * outputs[0], steps * epochs * outputs[1]),
+        episodes=len(plan.episodes) * epochs,
+        calls=(everything[0], everything[1]),
+        probes=(probes[0] * epochs, probes[1] * epochs),
+        input_tokens=(round(inputs[0]) * epochs, round(inputs[1]) * epochs),
+        output_tokens=(everything[0] * outputs[0], everything[1] * outputs[1]),
     )
+
+
+def _probed_steps(plan: RunPlan, episode: Episode) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the fewest and the most steps at which an episode is probed."""
+    probes = plan.execution.probes
+    return ((), ()) if probes is None else probes.schedule.bounds(episode.max_steps)
 
 
 def _output_tokens(spec: RunSpec) -> tuple[int, int]:
@@ -62,16 +78,18 @@ def _output_tokens(spec: RunSpec) -> tuple[int, int]:
     return (least, most) if limit is None else (min(least, limit), limit)
 
 
-def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[int, int]) -> int:
-    """Return the tokens sent in the first `calls` calls of an episode.
+def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[int, int]) -> list[float]:
+    """Return the tokens sent in each of the first `calls` calls of an episode.
 
     `sizes` are the tokens of an answer and of a frame. Reasoning is not included, because it is not sent again.
     """
     conversation = Conversation(profile, episode.instruction)
     reply = "x" * int(sizes[0] * CHARS_PER_TOKEN)
-    total = 0.0
+    found: list[float] = []
     for _ in range(calls):
-        messages = conversation.messages(EncodedFrame(b"", profile.image_format), None)
-        total += sum(len(message.text) for message in messages) / CHARS_PER_TOKEN + sizes[1]
-        conversation.add(None, reply)
-    return round(total)
+        picture = EncodedFrame(b"", profile.image_format)
+        messages = conversation.messages(picture, None)
+        pictures = sum(message.picture is not None for message in messages)
+        found.append(sum(len(message.text) for message in messages) / CHARS_PER_TOKEN + pictures * sizes[1])
+        conversation.add(None, reply, picture=picture)
+    return found

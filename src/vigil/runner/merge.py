@@ -17,6 +17,7 @@ from vigil.base.files import refuse_outward_links
 from vigil.base.json_lines import AppendFile, Line, dump_line
 from vigil.base.settings import Setting
 from vigil.errors import RecordError
+from vigil.records.probe_file import PROBES_FILE, read_probes
 from vigil.records.reasoning_file import REASONING_FILE, read_reasoning
 from vigil.records.record import (
     EPISODES_FILE,
@@ -236,6 +237,9 @@ def _write(out: Path, header: RunHeader, parts: Sequence[_ShardRun]) -> None:
                 for line in chain.from_iterable(part.lines for part in parts):
                     file.write(dump_line(header.stamp(EpisodeRecord.model_validate_json(line.data))))
             (folder / ATTEMPTS_FILE).write_bytes(b"".join(_attempt_lines(parts, header.spec.sha256)))
+            probes = _probe_lines(parts, header.sha256)
+            if probes:
+                (folder / PROBES_FILE).write_bytes(b"".join(probes))
             for part in parts:
                 _copy_files(part, folder)
             folder.rename(out)
@@ -254,6 +258,13 @@ def _attempt_lines(parts: Sequence[_ShardRun], spec_hash: str) -> list[bytes]:
         for attempt in read_attempts(part.run.folder / ATTEMPTS_FILE, part.header.spec)
     ]
     return [dump_line(attempt) for attempt in sorted(found, key=lambda attempt: attempt.started)]
+
+
+def _probe_lines(parts: Sequence[_ShardRun], run_sha256: str) -> list[bytes]:
+    """Return the lines of all shards' probes that count, as probes of the joined run."""
+    tables = [read_probes(part.run.folder, part.header.sha256) for part in parts]
+    rows = (row for table in tables for row in table.rows.values())
+    return [dump_line(row.model_copy(update={"run_sha256": run_sha256})) for row in rows]
 
 
 def _copy_files(part: _ShardRun, folder: Path) -> None:

@@ -16,19 +16,22 @@ from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import Pack, Selection
 from vigil.protocol.episode import Episode
-from vigil.protocol.profile import PROFILE_NAMES, Profile, coordinates_for
+from vigil.protocol.profile import Profile, coordinates_for
+from vigil.protocol.profile_rows import PROFILE_NAMES, PROFILES
 from vigil.protocol.prompt import policy_sha256, policy_version
 from vigil.protocol.prompt_file import variant_of
 from vigil.records.costs import Prices
 from vigil.records.record import AgentKind, RunSpec
 from vigil.records.shards import shard_episodes
+from vigil.runner.forks import ForkPlan, parse_at
 from vigil.runner.models.access import Endpoint, model_access
 from vigil.runner.models.providers import parse_model_name
 from vigil.runner.models.redaction import Secrets, redacted_errors, without_login, without_secrets
 from vigil.runner.models.thinking import with_thinking
 from vigil.runner.option_parsing import public_name
+from vigil.runner.probes.prober import ProbePlan, framings
 from vigil.runner.retries import RetryPolicy
-from vigil.runner.settings import RunSettings
+from vigil.runner.settings import DEFAULT_PACK, RunSettings
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.sim import BACKENDS
 
@@ -54,6 +57,8 @@ class Execution:
     prices: Prices | None
     preflight: bool
     force: bool
+    probes: ProbePlan | None
+    """Questions about the model's belief; None to ask none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,6 +75,8 @@ class RunPlan:
     endpoint: Endpoint | None
     """Model that plays from the main process; None when an agent plays inside the workers."""
     execution: Execution
+    forks: ForkPlan | None
+    """Plays that the episodes continue; None if they begin at their start."""
     secrets: Secrets = field(repr=False)
     """Values that must not be in a file, message or table of the run."""
 
@@ -80,9 +87,11 @@ def plan_run(settings: RunSettings) -> RunPlan:
     secrets = _secrets(settings, endpoint)
     with redacted_errors(secrets):
         kind = _check_player(settings)
-        pack, assets = Pack.load(settings.pack), AssetDatabase.from_file(settings.asset_database)
+        forks = _fork_plan(settings)
+        pack = Pack.load(settings.pack if forks is None else forks.run.pack_folder)
+        assets = AssetDatabase.from_file(settings.asset_database)
         pack.check_assets(assets)
-        selected = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
+        selected = _selected(settings, pack, forks)
         part = shard_episodes(selected, settings.shard)
         url = None if endpoint is None else endpoint.access.base_url
         spec = _spec(
@@ -92,7 +101,10 @@ def plan_run(settings: RunSettings) -> RunPlan:
             base_url=None if url is None else without_login(url),
             episode_ids=tuple(episode.id for episode in selected),
             asset_database_sha256=assets.sha256,
+            fork=None if forks is None else forks.source,
         )
+        if forks is not None:
+            forks.check(spec)
         worker = WorkerPlan(
             pack=pack.folder,
             pack_sha256=pack.sha256,
@@ -100,12 +112,14 @@ def plan_run(settings: RunSettings) -> RunPlan:
             profile=spec.profile,
             agent=settings.agent or "",
             quality=settings.render_quality,
+            recorded_profile=None if forks is None else forks.source.profile,
             **_same_fields(settings, WorkerPlan),
         )
         execution = Execution(
             folder=settings.log_dir or RUNS_FOLDER / _folder_name(spec),
             input_paths=input_paths(pack, settings.asset_database),
             timeout_s=settings.timeout_s + (settings.reply_seconds if kind == "exec" else 0.0),
+            probes=None if settings.probe is None else ProbePlan(settings.probe, framings(settings.probe_framing)),
             **_same_fields(settings, Execution),
         )
         return RunPlan(
@@ -116,7 +130,27 @@ def plan_run(settings: RunSettings) -> RunPlan:
             endpoint=endpoint,
             execution=execution,
             secrets=secrets,
+            forks=forks,
         )
+
+
+def _fork_plan(settings: RunSettings) -> ForkPlan | None:
+    """Return the plan of the plays that the run continues, or None. A pack that is set must be that of those plays."""
+    if settings.fork_from is None or settings.fork_at is None:
+        return None
+    pack = None if settings.pack == DEFAULT_PACK else settings.pack
+    return ForkPlan.read(settings.fork_from, parse_at(str(settings.fork_at)), pack)
+
+
+def _selected(settings: RunSettings, pack: Pack, forks: ForkPlan | None) -> list[Episode]:
+    selection = Selection(settings.families, settings.episode_ids, settings.limit)
+    if forks is None:
+        return pack.select(selection)
+    if settings.limit is None:
+        return forks.episodes(pack.select(selection), settings.episode_ids)
+    every = Selection(settings.families, settings.episode_ids, None)
+    able = tuple(episode.id for episode in forks.episodes(pack.select(every), settings.episode_ids))
+    return pack.select(Selection((), able, settings.limit))
 
 
 def _secrets(settings: RunSettings, endpoint: Endpoint | None) -> Secrets:
@@ -184,7 +218,11 @@ def profile_of(settings: RunSettings) -> Profile:
     asked = settings.profile
     if asked not in PROFILE_NAMES:
         hint = did_you_mean(asked, PROFILE_NAMES)
-        raise SettingError(f"Profile {asked!r} does not exist.{hint} Choose {' or '.join(PROFILE_NAMES)}.")
+        names = ", ".join(row.short for row in PROFILES.values())
+        raise SettingError(f"Profile {asked!r} does not exist.{hint} Choose one of: {names}.")
+    row = PROFILES[PROFILE_NAMES[asked]]
+    if row.is_of_conversations and settings.model is None:
+        raise SettingError(f"Profile {row.short!r} changes a model's conversation, and this run has no model.")
     own = settings.prompt_template
     return Profile(
         name=PROFILE_NAMES[asked],

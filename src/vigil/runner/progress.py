@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from vigil.protocol.actions import InteractPixel
 from vigil.protocol.episode import Episode
 from vigil.protocol.replies import looks_like_other_coordinates
-from vigil.records.record import EpisodeRecord
+from vigil.records.record import EpisodeRecord, RunSpec
 from vigil.runner.models.context import CONTEXT_OPTIONS, find_shrunk_request
 from vigil.runner.models.provider_errors import FIND_COORDINATES
 from vigil.scoring.outcomes import Outcome, score
@@ -67,14 +67,15 @@ class ProgressCounter:
     def __init__(
         self,
         episodes: Sequence[Episode],
-        epochs: int,
+        spec: RunSpec,
         records: Sequence[EpisodeRecord],
         on_progress: OnProgress,
         cost: Callable[[], float | None],
     ) -> None:
         """`records` are the effective rows so far; `cost` returns the cost so far."""
         self._by_id = {episode.id: episode for episode in episodes}
-        self._total = len(episodes) * epochs
+        self._total = len(episodes) * spec.epochs
+        self._profile = spec.profile
         self._on_progress = on_progress
         self._cost = cost
         self._done = self._with_goal = self._closed = 0
@@ -146,7 +147,7 @@ class ProgressCounter:
 
     def _cut_dialogue_warning(self, record: EpisodeRecord) -> str | None:
         """Return the warning about a server that cuts dialogues, once."""
-        found = None if self._has_warned_of_cut else find_shrunk_request(record)
+        found = None if self._has_warned_of_cut else find_shrunk_request(record, self._profile)
         if found is None:
             return None
         self._has_warned_of_cut = True

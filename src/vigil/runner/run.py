@@ -6,7 +6,7 @@ played.
 """
 
 import asyncio
-from collections.abc import Generator, Sequence
+from collections.abc import Awaitable, Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -20,24 +20,31 @@ from vigil.errors import InfrastructureError, SettingError
 from vigil.packs.private import is_private
 from vigil.protocol.episode import Episode
 from vigil.records.costs import RunTokens
+from vigil.records.probe_file import ProbeLog, ProbeTable
 from vigil.records.record import EpisodeRecord, RunHeader
 from vigil.records.shards import play_order
 from vigil.runner.models.access import Endpoint, hiding_other_keys
+from vigil.runner.models.ask import Ask
 from vigil.runner.models.identity_log import ModelIdentityLog
 from vigil.runner.models.redaction import redacted_errors
 from vigil.runner.models.thinking import describe_switch
 from vigil.runner.plan import RunPlan, plan_run
 from vigil.runner.play_queue import PlayQueue
+from vigil.runner.probes.missing import MissingProbes, Play
+from vigil.runner.probes.prober import FrameMemory, Prober
 from vigil.runner.progress import OnProgress, ProgressCounter
 from vigil.runner.retries import ATTEMPTS, RetryPolicy
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RunSettings
+from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.players import ModelPlayer, Player, WorkerPlayer
 from vigil.runner.workers.pool import SimulatorPool, usable_cpus
 
 MAX_ERRORS_IN_A_ROW = 25
 """Number of consecutive errors after which the run stops, because a server or all simulators seem to have failed."""
+PlayOne = Callable[[Assignment], Awaitable[EpisodeRecord]]
+"""Function that plays one episode with a model. Raises VigilError to stop the run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +65,8 @@ class RunResult:
     """File with the incomplete last line of a killed run; None when there was none."""
     notes: tuple[str, ...] = ()
     """Notes on rows from earlier sessions: which of them do not count, and why."""
+    probes: ProbeTable | None = None
+    """Probes of all sessions; None if this session asked none."""
 
     @property
     def errors(self) -> int:
@@ -77,15 +86,37 @@ class _RunSession:
     plan: RunPlan
     folder: RunFolder
     progress: ProgressCounter
+    probes: ProbeLog | None
+    """Log of the probes; None if the run asks none."""
 
     def pending(self) -> list[Assignment]:
         """Return the assignments that remain, by epoch and house, with twins far from each other."""
+        forks = self.plan.forks
         return [
-            Assignment(episode, epoch)
+            Assignment(episode, epoch, fork=None if forks is None else forks.fork(episode))
             for epoch in range(1, self.plan.spec.epochs + 1)
             for episode in play_order(self.plan.episodes, self.plan.pack.pairs)
             if not self.folder.is_done(episode.id, epoch)
         ]
+
+    def unprobed(self) -> list[Play]:
+        """Return the plays of earlier sessions from which probes are missing."""
+        asked = self.plan.execution.probes
+        if self.probes is None or asked is None:
+            return []
+        by_id, table = {episode.id: episode for episode in self.plan.episodes}, self.probes.table
+        plays = [(by_id[record.episode_id], record) for record in self.folder.records()]
+        return [play for play in plays if asked.missing(table, *play)]
+
+    def prober(self, asking: Callable[[ModelIdentityLog], Ask]) -> Prober | None:
+        """Return what asks the probes, through the function that `asking` returns; None if the run asks none."""
+        asked = self.plan.execution.probes
+        if self.probes is None or asked is None:
+            return None
+        header, redact = self.folder.header, self.plan.secrets.redact
+        earlier = () if self.plan.execution.force else header.answering_models
+        ask = asking(ModelIdentityLog(earlier_names=earlier, redact=redact))
+        return Prober(asked, self.plan.spec.profile, ask, self.probes, header.sha256, redact)
 
     async def play(self, assignment: Assignment, player: Player) -> EpisodeRecord:
         """Play an episode until it ends without error, at most ATTEMPTS times, waiting longer each time; save its row.
@@ -148,7 +179,7 @@ def play_run(plan: RunPlan, *, on_progress: OnProgress = lambda _: None) -> RunR
     Raises InputError (invalid settings, or another run in the folder), ModelAPIError when images do not reach the
     model, SimulatorError when a simulator cannot start, and KeyboardInterrupt. All episodes played so far are saved.
     """
-    execution, epochs = plan.execution, plan.spec.epochs
+    execution = plan.execution
     with redacted_errors(plan.secrets), ExitStack() as stack:
         if plan.endpoint is not None:
             plan.endpoint.access.check()
@@ -158,9 +189,12 @@ def play_run(plan: RunPlan, *, on_progress: OnProgress = lambda _: None) -> RunR
         stack.callback(folder.close)
         if execution.prices is not None:
             folder.note_prices(execution.prices)
-        progress = ProgressCounter(plan.episodes, epochs, folder.records(), on_progress, folder.cost)
+        progress = ProgressCounter(plan.episodes, plan.spec, folder.records(), on_progress, folder.cost)
         resumed = sum(record.end != "error" for record in folder.records())
-        _play_all(_RunSession(plan, folder, progress))
+        probes = None
+        if execution.probes is not None:
+            probes = stack.enter_context(ProbeLog(folder.path, folder.header.sha256))
+        _play_all(_RunSession(plan, folder, progress, probes))
         folder.note_end()
         return RunResult(
             folder.path,
@@ -171,21 +205,41 @@ def play_run(plan: RunPlan, *, on_progress: OnProgress = lambda _: None) -> RunR
             tokens=folder.tokens,
             partial_line_file=folder.partial_line_file,
             notes=folder.notes,
+            probes=None if probes is None else probes.table,
         )
 
 
 def _play_all(run: _RunSession) -> None:
-    assignments = run.pending()
-    if not assignments:
+    assignments, unprobed = run.pending(), run.unprobed()
+    if not assignments and not unprobed:
         return
-    with _pool(run, len(assignments)) as pool:
-        is_shown_frames = run.plan.spec.agent_kind in ("model", "exec")
-        run.folder.note_facts(pool.facts(assignments[0] if is_shown_frames else None))
-        if run.plan.endpoint is not None:
-            _play_with_model(run, run.plan.endpoint, pool, assignments)
-        else:
-            run.progress.start()
-            asyncio.run(_play_in_workers(run, pool, assignments))
+    with _pool(run, len(assignments) + len(unprobed)) as pool:
+        if assignments:
+            _play_pending(run, pool, assignments)
+        if unprobed and run.plan.endpoint is not None:
+            asyncio.run(_ask_missing(run, run.plan.endpoint, pool, unprobed))
+
+
+def _play_pending(run: _RunSession, pool: SimulatorPool, assignments: Sequence[Assignment]) -> None:
+    is_shown_frames = run.plan.spec.agent_kind in ("model", "exec")
+    run.folder.note_facts(pool.facts(assignments[0] if is_shown_frames else None))
+    if run.plan.endpoint is not None:
+        _play_with_model(run, run.plan.endpoint, pool, assignments)
+    else:
+        run.progress.start()
+        asyncio.run(_play_in_workers(run, pool, assignments))
+
+
+async def _ask_missing(run: _RunSession, endpoint: Endpoint, pool: SimulatorPool, plays: Sequence[Play]) -> None:
+    """Ask the probes that are missing from plays of earlier sessions."""
+    from vigil.runner.models.inspect_model import ModelClient  # noqa: PLC0415
+
+    with hiding_other_keys(endpoint.access):
+        async with ModelClient(endpoint) as client:
+            prober = run.prober(client.asking)
+            if prober is not None:
+                missing = MissingProbes(prober, FrameStore(run.folder.frames), pool)
+                await missing.ask(plays, endpoint.max_connections)
 
 
 @contextmanager
@@ -230,8 +284,8 @@ def _play_with_model(
     from vigil.runner.inspect_task import evaluate  # noqa: PLC0415
     from vigil.runner.models.inspect_model import ModelClient, preflight  # noqa: PLC0415
 
-    plan, folder = run.plan, run.folder
-    profile, identity_log = plan.spec.profile, _identity_log(run, endpoint)
+    plan, spec, folder = run.plan, run.plan.spec, run.folder
+    identity_log = _identity_log(run, endpoint)
 
     def on_retry(reason: str) -> None:
         run.progress.note_retry(plan.secrets.redact(reason))
@@ -240,14 +294,31 @@ def _play_with_model(
     with hiding_other_keys(endpoint.access):
         try:
             if plan.execution.preflight:
-                asyncio.run(preflight(endpoint, identity_log, plan.spec.agent, profile, force=plan.execution.force))
+                check = preflight(endpoint, identity_log, spec.agent, spec.profile, force=plan.execution.force)
+                asyncio.run(check)
             run.progress.start()
             client = ModelClient(endpoint, identity_log)
-            play_one = partial(run.play, player=ModelPlayer(pool, profile, client.ask, folder.header.run_id))
+            play_one = _play_one(run, pool, client.ask, run.prober(client.asking))
             keep_samples = not is_private(plan.pack.manifest.meta)
             evaluate(client, assignments, play_one, folder.inspect_logs, keep_samples=keep_samples)
         finally:
             folder.note_provider(identity_log.provider_facts())
+
+
+def _play_one(run: _RunSession, pool: SimulatorPool, ask: Ask, prober: Prober | None) -> PlayOne:
+    """Return the function that plays an episode to its row on disk, and then asks its probes."""
+    profile, run_id = run.plan.spec.profile, run.folder.header.run_id
+    if prober is None:
+        return partial(run.play, player=ModelPlayer(pool, profile, ask, run_id))
+    memory = FrameMemory(prober.plan.schedule, profile)
+    player = ModelPlayer(pool, profile, ask, run_id, memory.note)
+
+    async def play_one(assignment: Assignment) -> EpisodeRecord:
+        record = await run.play(assignment, player)
+        await prober.ask_all(assignment.episode, record, memory.take(record.key))
+        return record
+
+    return play_one
 
 
 def _identity_log(run: _RunSession, endpoint: Endpoint) -> ModelIdentityLog:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS
@@ -14,6 +15,7 @@ from vigil.protocol.profile import ImageFormat
 from vigil.protocol.prompt_file import check_template
 from vigil.records.record import MAX_EPOCHS, Shard
 from vigil.records.shards import parse_shard
+from vigil.runner.forks import parse_at
 from vigil.runner.option_parsing import read_extra_body, read_model_args, single_value
 from vigil.runner.shared_settings import (
     ApiKeyEnv,
@@ -26,6 +28,8 @@ from vigil.runner.shared_settings import (
     LogDir,
     PackName,
     PricesOption,
+    ProbeFraming,
+    ProbeSteps,
     ProfileOption,
     PromptFileOption,
     PromptVariantOption,
@@ -36,6 +40,7 @@ from vigil.runner.shared_settings import (
 )
 from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory
 
+DEFAULT_PACK = "starter"
 ReasoningEffort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
 _DEFAULT = "the provider's default if unset."
 _EFFORT_HELP = f"How much the model reasons before it answers: {', '.join(get_args(ReasoningEffort))}; {_DEFAULT}"
@@ -48,7 +53,7 @@ class RunSettings:
     A field with a `Setting` is also an option of the command line. Raises SettingError when a value is out of bounds.
     """
 
-    pack: PackName = "starter"
+    pack: PackName = DEFAULT_PACK
     agent: Annotated[
         str | None,
         Setting(
@@ -174,6 +179,29 @@ class RunSettings:
             "reasoning.jsonl."
         ),
     ] = False
+    fork_from: Annotated[
+        Path | None,
+        Setting(
+            "Folder of a run whose plays are continued: their replies up to the step of --at are carried out again.",
+            name="from",
+            metavar="RUN",
+        ),
+    ] = None
+    """Run whose plays are continued; None to begin every episode at its start."""
+    fork_at: Annotated[
+        int | str | None,
+        Setting(
+            "Step after which the plays of --from are continued: a number of steps, or goal for the step that "
+            "attained the goal.",
+            name="at",
+            metavar="STEP",
+            minimum=0,
+            read=parse_at,
+        ),
+    ] = None
+    probe: ProbeSteps = None
+    """Steps at which the model is asked what it believes; None to ask nothing. Not part of the run's identity."""
+    probe_framing: ProbeFraming = "state"
     backend: Backend = "mujoco"
     simulator_factory: SimulatorFactory | None = None
     """Factory of a custom simulator; `backend` is then only its name in the header. Must be picklable."""
@@ -226,6 +254,10 @@ class RunSettings:
         check_settings(self)
         if self.ray_address is not None and self.executor != "ray":
             raise SettingError("--ray-address needs --executor ray: give both, or neither.")
+        if (self.fork_from is None) != (self.fork_at is None):
+            raise SettingError("--from and --at belong together: a run to continue, and the step after which.")
+        if self.probe is not None and self.model is None:
+            raise SettingError("--probe asks a model what it believes, and this run has an agent: leave it out.")
         if self.prompt_template is None:
             return
         if self.prompt_variant != "default":

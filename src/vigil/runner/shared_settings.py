@@ -1,7 +1,7 @@
 """Settings that several verbs and dataclasses share, each declared once."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from vigil.base.settings import Setting
 from vigil.protocol.actions import Coordinates
@@ -11,6 +11,7 @@ from vigil.protocol.profile import PromptVariant, SystemRole
 from vigil.protocol.prompt_file import read_prompt_file
 from vigil.protocol.reasoning import Thinking
 from vigil.records.costs import Prices, parse_prices
+from vigil.scoring.probe_schedule import ProbeSchedule, parse_schedule
 
 PackName = Annotated[
     str | Path,
@@ -103,6 +104,21 @@ PricesOption = Annotated[
         metavar="IN,OUT",
         read=parse_prices,
     ),
+]
+ProbeSteps = Annotated[
+    ProbeSchedule | None,
+    Setting(
+        "Steps at which the model is asked what it believes, apart from the episode: every, a number N for every "
+        "N-th step and the last, at-goal (the first frame that shows the goal attained), at-report (the last step), or "
+        "several with commas between.",
+        metavar="STEPS",
+        read=parse_schedule,
+        unset="none in vigil run, every in vigil probe",
+    ),
+]
+ProbeFraming = Annotated[
+    Literal["state", "doubt", "both"],
+    Setting("How a probe asks: whether the task is done (state), what could be wrong with that (doubt), or both."),
 ]
 LogDir = Annotated[
     Path | None,

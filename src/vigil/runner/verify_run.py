@@ -111,10 +111,12 @@ def verify_run(
     is_same_host = all(host.get(name) == here[name] for host in header.hosts for name in SAME_HOST)
     is_exact = is_same_host if settings.exact is None else settings.exact
     if settings.records_only:
-        found = [fault for record in records for fault in check_replies(record, header.spec.profile)]
+        earlier = None if header.spec.fork is None else header.spec.fork.profile
+        found = [fault for record in records for fault in check_replies(record, header.spec.profile, earlier)]
     else:
         workers = max(1, min(worker_count(settings.workers), len(records)))
-        with SimulatorPool(_worker_plan(pack, header, settings), workers, timeout_s=settings.timeout_s) as pool:
+        plan = recorded_worker_plan(pack, header, settings.asset_database, settings.backend)
+        with SimulatorPool(plan, workers, timeout_s=settings.timeout_s) as pool:
             verifier = _Verifier(pool, pack, settings.frames, is_exact)
             found = asyncio.run(verifier.all(records, on_progress))
     seen = sum(step.frame_sha256 is not None for record in records for step in record.steps) if settings.frames else 0
@@ -131,19 +133,30 @@ def verify_run(
     )
 
 
-def check_replies(record: EpisodeRecord, profile: Profile) -> Iterator[FactDifference]:
-    """Yield the recorded facts about a reply's meaning that do not follow from the reply."""
+def check_replies(
+    record: EpisodeRecord, profile: Profile, recorded_profile: Profile | None = None
+) -> Iterator[FactDifference]:
+    """Yield the recorded facts about a reply's meaning that do not follow from the reply.
+
+    `recorded_profile` is that of the play that the episode continues; None if it does not continue one.
+    """
     for step in record.steps:
-        read = read_reply(step.reply, profile)
+        is_own = step.index > record.replayed_steps
+        read = read_reply(step.reply, profile if is_own or recorded_profile is None else recorded_profile)
         for fact in ("action", "invalid", "ignored_keys"):
             recorded, value = getattr(step, fact), getattr(read, fact)
             if recorded != value:
                 yield FactDifference(record.episode_id, record.epoch, step.index, fact, recorded, value)
 
 
-def _worker_plan(pack: Pack, header: RunHeader, settings: VerifySettings) -> WorkerPlan:
-    """Return the plan of the workers. Raises SettingError or RecordError if the simulator or assets are missing."""
-    backend = settings.backend or header.spec.simulator
+def recorded_worker_plan(
+    pack: Pack, header: RunHeader, asset_database: Path | None, backend: str | None = None
+) -> WorkerPlan:
+    """Return the plan of workers that play a recorded run again, on its own simulator unless `backend` is given.
+
+    Raises SettingError or RecordError if the simulator or the assets are missing.
+    """
+    backend = backend or header.spec.simulator
     if backend == "thor":
         from vigil.sim.thor.start import require_engine  # noqa: PLC0415 - loads the parts of AI2-THOR
 
@@ -154,8 +167,9 @@ def _worker_plan(pack: Pack, header: RunHeader, settings: VerifySettings) -> Wor
         profile=header.spec.profile,
         backend=backend,
         quality=header.spec.render_quality,
-        asset_database=_asset_database(header, settings),
+        asset_database=_asset_database(header, asset_database),
         pack_sha256=pack.sha256,
+        recorded_profile=None if header.spec.fork is None else header.spec.fork.profile,
     )
 
 
@@ -190,12 +204,12 @@ class _Verifier:
             return [FactDifference(record.episode_id, record.epoch, 0, "simulator", "", str(error))]
 
 
-def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:
+def _asset_database(header: RunHeader, given: Path | None) -> Path | None:
     expected = header.spec.asset_database_sha256
     if expected is None:
         return None
     noted = header.host.get("asset_database")
-    path = settings.asset_database or (Path(noted) if noted else None)
+    path = given or (Path(noted) if noted else None)
     if path is None or not path.is_file() or AssetDatabase.from_file(path).sha256 != expected:
         raise RecordError(
             f"Run {header.run_id!r} was played with an asset database of SHA-256 {expected[:12]}..., and "

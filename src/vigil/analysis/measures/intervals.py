@@ -79,17 +79,52 @@ def clustered_ratio_intervals(
     values: np.ndarray, sizes: np.ndarray, houses: np.ndarray
 ) -> list[Interval | None] | None:
     """Return the interval of each column's sum over the sum of `sizes`, which must be above 0; None as above."""
-    names, index = np.unique(houses.astype(str), return_inverse=True)
-    if len(names) < MIN_CLUSTERS:
+    resampling = HouseResampling.of(houses)
+    if resampling is None:
         return None
-    totals = np.bincount(index, weights=sizes)
-    sums = np.stack([np.bincount(index, weights=column) for column in values.T.astype(float)], axis=1)
-    draws = resampling_counts(len(names))
-    means = (draws @ sums) / (draws @ totals)[:, None]
-    tail = tail_share(len(names))
-    low, high = np.quantile(means, [tail, 1 - tail], axis=0)
+    means = resampling.sums(values.astype(float)) / resampling.sums(sizes)[:, None]
     centre = values.sum(axis=0) / sizes.sum()
-    return [(float(min(a, c)), float(max(b, c))) if b > a else None for a, b, c in zip(low, high, centre, strict=True)]
+    return [resampling.interval(draws, at) for draws, at in zip(means.T, centre, strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class HouseResampling:
+    """Resamples of houses, for the interval of any statistic of sums over rows."""
+
+    index: np.ndarray
+    """(n,) number of each row's house."""
+    houses: int
+
+    @classmethod
+    def of(cls, houses: np.ndarray) -> "HouseResampling | None":
+        """Return the resamples of the houses of rows; None with fewer than five houses."""
+        names, index = np.unique(houses.astype(str), return_inverse=True)
+        return cls(index, len(names)) if len(names) >= MIN_CLUSTERS else None
+
+    def house_sums(self, values: np.ndarray) -> np.ndarray:
+        """Return the sum of `values`, (n, ...), over the rows of each house, (houses, ...)."""
+        flat = values.reshape(len(values), -1).astype(float)
+        sums = [np.bincount(self.index, weights=column, minlength=self.houses) for column in flat.T]
+        return np.stack(sums, axis=1).reshape(self.houses, *values.shape[1:])
+
+    def resampled(self, house_sums: np.ndarray) -> np.ndarray:
+        """Return sums by house, (houses, ...), added up over each resample, (RESAMPLES, ...)."""
+        return np.tensordot(resampling_counts(self.houses), house_sums, axes=1)
+
+    def sums(self, values: np.ndarray) -> np.ndarray:
+        """Return the sum of `values`, (n, ...), over each resample, (RESAMPLES, ...)."""
+        return self.resampled(self.house_sums(values))
+
+    def interval(self, draws: np.ndarray, centre: float) -> Interval | None:
+        """Return the interval of a statistic from its values in the resamples; None if they are all equal.
+
+        Resamples in which the statistic is not defined (NaN) are left out. `centre` is its value in the rows.
+        """
+        tail, known = tail_share(self.houses), draws[np.isfinite(draws)]
+        if not len(known):
+            return None
+        low, high = np.quantile(known, [tail, 1 - tail])
+        return (float(min(low, centre)), float(max(high, centre))) if high > low else None
 
 
 def tail_share(clusters: int) -> float:

@@ -61,6 +61,8 @@ class Run:
         """The model's name with the condition unless that is the default; repeats share it."""
         profile = self.header.spec.profile
         marks = ["+FB"] if profile.has_feedback else []
+        source = self.header.spec.fork
+        marks += [] if source is None else [f"from {source.run_id} at {source.at}"]
         condition = ", ".join([*marks, *([] if profile.prompt_variant == "default" else [profile.prompt_variant])])
         return f"{self.model.name} [{condition}]" if condition else self.model.name
 

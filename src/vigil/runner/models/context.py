@@ -5,10 +5,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from vigil.agents.conversation import Message
-from vigil.protocol.profile import HISTORY_TURNS
+from vigil.protocol.families import FAMILIES
+from vigil.protocol.profile import Profile
 from vigil.records.record import EpisodeRecord
 
 CHARS_PER_TOKEN = 4.0
+LONGEST_EPISODE = max(spec.max_steps for spec in FAMILIES.values())
+"""Greatest budget of steps of the families."""
 PICTURE_TOKENS = (300, 1300)
 """Least and most tokens of a frame of 640 x 480 pixels."""
 REPLY_TOKENS = (40, 400)
@@ -36,26 +39,28 @@ def max_tokens_of(messages: Sequence[Message]) -> int:
     return round(text) + PICTURE_TOKENS[1] * sum(message.picture is not None for message in messages)
 
 
-def needed_context(messages: Sequence[Message]) -> int:
+def needed_context(messages: Sequence[Message], profile: Profile) -> int:
     """Return a context size (tokens, a power of two) that is enough for an episode that begins with these messages."""
-    tokens = max_tokens_of(messages) + (HISTORY_TURNS + 1) * (REPLY_TOKENS[1] + 20)
+    turns = min(profile.past_turns, LONGEST_EPISODE)
+    tokens = max_tokens_of(messages) + (turns + 1) * (REPLY_TOKENS[1] + 20)
+    tokens += min(profile.row.images, turns) * PICTURE_TOKENS[1]
     return 1 << (tokens - 1).bit_length()
 
 
-def size_hint(messages: Sequence[Message]) -> str:
+def size_hint(messages: Sequence[Message], profile: Profile) -> str:
     """Return a sentence on the context that the server of a model needs."""
     return (
         f"The server's context is too small: the first request of this episode takes about {max_tokens_of(messages):,} "
-        f"tokens. Start the server with a context of {needed_context(messages):,} tokens or more ({CONTEXT_OPTIONS}), "
-        "and more for a model that thinks."
+        f"tokens. Start the server with a context of {needed_context(messages, profile):,} tokens or more "
+        f"({CONTEXT_OPTIONS}), and more for a model that thinks."
     )
 
 
-def find_shrunk_request(record: EpisodeRecord) -> tuple[int, int] | None:
+def find_shrunk_request(record: EpisodeRecord, profile: Profile) -> tuple[int, int] | None:
     """Return the input tokens of two consecutive requests of which the later took fewer; None if there are none.
 
     A dialogue only grows until the history is full, so such a server has cut it without an error.
     """
-    usages = [step.reply.usage for step in record.steps[: HISTORY_TURNS + 1]]
+    usages = [step.reply.usage for step in record.steps[: profile.past_turns + 1]]
     inputs = [usage.input_tokens for usage in usages if usage is not None]
     return next(((before, after) for before, after in pairwise(inputs) if after < before), None)

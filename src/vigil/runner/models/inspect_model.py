@@ -33,6 +33,7 @@ from vigil.protocol.profile import Profile
 from vigil.runner.models.access import KEY_HINT, Endpoint, ModelAccess
 from vigil.runner.models.ask import (
     TRANSIENT_STATUS,
+    Ask,
     AttemptFailed,
     Send,
     check_ending,
@@ -63,8 +64,12 @@ class ModelClient:
         """Each answer is added to `identity_log`. Raises SettingError when the provider cannot be used."""
         self.endpoint = endpoint
         self.model = new_model(endpoint)
-        send = sender(self.model, identity_log=identity_log, keep_reasoning=endpoint.keep_reasoning)
-        self.ask = with_retries(send, endpoint.retry_policy)
+        self.ask = self.asking(identity_log)
+
+    def asking(self, identity_log: ModelIdentityLog | None) -> Ask:
+        """Return the function that asks the model, whose answers are added to `identity_log`."""
+        send = sender(self.model, identity_log=identity_log, keep_reasoning=self.endpoint.keep_reasoning)
+        return with_retries(send, self.endpoint.retry_policy)
 
     async def __aenter__(self) -> "ModelClient":
         return self
@@ -184,6 +189,8 @@ def _chat_message(message: Message) -> ChatMessage:
     if message.picture is None:
         return ChatMessageUser(content=message.text)
     content: list[Content] = [ContentText(text=message.text), ContentImage(image=message.picture.data_uri)]
+    if message.question is not None:
+        content.append(ContentText(text=message.question))
     return ChatMessageUser(content=content)
 
 

@@ -130,7 +130,7 @@ async def _try_example(ask: Ask, model: str, profile: Profile) -> tuple[Reply, I
     try:
         reply = await ask(messages)
     except RequestRejected as error:
-        hint = f" {size_hint(messages)}" if CONTEXT_ERROR.search(str(error)) else ""
+        hint = f" {size_hint(messages, profile)}" if CONTEXT_ERROR.search(str(error)) else ""
         raise ModelAPIError(f"Model {model!r} was asked about an example observation. {error}.{hint}") from error
     return reply, read_reply(reply, profile).invalid
 

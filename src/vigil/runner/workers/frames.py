@@ -6,7 +6,7 @@ can interrupt. Pages, which serve several people for hours, use a worker (`vigil
 
 import hashlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
 
@@ -74,18 +74,21 @@ class FrameStore:
         return data, rgb
 
 
-def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.ndarray]:
+def redraw(
+    episode: Episode, record: EpisodeRecord, env: Env, steps: Container[int] | None = None
+) -> Iterator[np.ndarray]:
     """Yield the frame that each recorded reply answered, by carrying out the replies again in `env`.
 
-    Raises RecordError when the episode ends earlier than recorded.
+    With `steps`, only their frames are drawn. Raises RecordError when the episode ends earlier than recorded.
     """
-    observation = env.reset(episode)
+    observation = env.reset(episode, record.replayed_steps)
     for step in record.steps:
         if observation is None:
             raise RecordError(
                 f"Episode {episode.id!r} ended before step {step.index} when played again. Run `vigil verify`."
             )
-        yield observation.rgb
+        if steps is None or step.index in steps:
+            yield observation.rgb
         observation = env.step(step.reply)
 
 
@@ -99,8 +102,10 @@ def frames_of_record(
         return [frame[1] for frame in kept if frame]
     database = AssetDatabase.from_file(assets)
     pack.check_assets(database)
+    recorded = None if spec.fork is None else spec.fork.profile
     with closing(make_simulator(spec.simulator, assets=database, quality=spec.render_quality)) as simulator:
-        return list(redraw(pack.episode(record.episode_id), record, Env(simulator, pack.house_of, spec.profile)))
+        env = Env(simulator, pack.house_of, spec.profile, recorded_profile=recorded)
+        return list(redraw(pack.episode(record.episode_id), record, env))
 
 
 def first_frames(pack: Pack, episodes: Mapping[Family, Episode], assets: Path | None) -> dict[Family, np.ndarray]:

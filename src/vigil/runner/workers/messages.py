@@ -16,9 +16,10 @@ from vigil.base.geometry import Pose
 from vigil.protocol.actions import PhysicalAction
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
-from vigil.protocol.observation import Feedback, Quality
+from vigil.protocol.observation import Cues, Feedback, Quality
 from vigil.protocol.profile import Profile
 from vigil.protocol.world import Effect, Setup
+from vigil.records.record import ForkPoint, StepRecord
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
 
@@ -57,6 +58,17 @@ class WorkerPlan:
     seed: int = 0
     pack_sha256: str | None = None
     """Hash of the pack that is played."""
+    recorded_profile: Profile | None = None
+    """Profile of the plays that episodes continue; None if every episode begins at its start."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fork:
+    """The play that an episode continues, up to the step where it leaves it."""
+
+    point: ForkPoint
+    steps: tuple[StepRecord, ...]
+    """Steps that are carried out again. Of these, an agent may see the replies, and feedback if its profile has it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +78,8 @@ class Assignment:
     episode: Episode
     epoch: int = 1
     attempt: int = 1
+    fork: Fork | None = None
+    """Play that the episode continues; None to begin at its start."""
     house: House | None = None
     """House of an episode that does not belong to a pack."""
 
@@ -76,6 +90,9 @@ class EncodedObservation:
 
     picture: EncodedFrame
     feedback: Feedback | None
+    cues: Cues | None = None
+    past: tuple[EncodedFrame, ...] = ()
+    """Frames of the play that the episode continues, on its first step, if the profile keeps past frames."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from vigil.errors import InfrastructureError, InputError
 from vigil.protocol.actions import Reply
 from vigil.protocol.episode import Episode
 from vigil.protocol.observation import Observation
+from vigil.runner.workers.messages import Fork
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,20 +23,46 @@ class EpisodeObserver:
     """Called with each observation and the agent's reply to it, before the reply is carried out."""
 
 
+@dataclass(frozen=True, slots=True)
+class Before:
+    """What is carried out before the agent's first reply in this process."""
+
+    fork: Fork | None = None
+    """Play that the episode continues."""
+    earlier: Sequence[Reply] | None = None
+    """The agent's replies from a process that was lost; None if it has not begun."""
+
+
+def begin(
+    env: Env, episode: Episode, fork: Fork | None, on_past: Callable[[Observation], None] = lambda _: None
+) -> Observation | None:
+    """Return the first observation of an episode that may continue another play; None if the simulator failed.
+
+    `on_past` is called with each observation before that. Raises InputError, also when the play cannot be repeated
+    exactly.
+    """
+    steps = () if fork is None else fork.steps
+    observation = env.reset(episode, len(steps))
+    for step in steps:
+        if observation is not None:
+            on_past(observation)
+            observation = env.replay(step)
+    return observation
+
+
 def play(
     episode: Episode,
     env: Env,
     agent: Agent,
     observer: EpisodeObserver = EpisodeObserver(),
-    earlier: Sequence[Reply] | None = None,
+    before: Before = Before(),
 ) -> None:
     """Play `episode` to its end in `env`, which then has the record.
 
-    The agent sees only observations and the instruction. Failures of its program end the episode as `error`. `earlier`
-    are the replies from a process that was lost: they are carried out first, and the agent continues from there. Raises
-    InputError.
+    The agent sees only observations and the instruction, and begins or continues after what was `before`. Failures of
+    its program end the episode as `error`. Raises InputError.
     """
-    observation = env.reset(episode)
+    observation, earlier = begin(env, episode, before.fork), before.earlier
     try:
         for reply in earlier or ():
             if observation is not None:

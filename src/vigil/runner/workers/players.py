@@ -1,20 +1,23 @@
 """Players of a run: an agent inside a worker, or a model in the main process with its Env in a worker."""
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Protocol
 
 from vigil.agents.conversation import Conversation, Message
+from vigil.agents.frame_encoding import EncodedFrame
 from vigil.base.processes.worker import Worker, WorkerLost
 from vigil.base.versions import Versions
 from vigil.errors import InfrastructureError, SimulatorError
 from vigil.protocol.actions import Reply
 from vigil.protocol.finish_reasons import stop_cause
 from vigil.protocol.profile import Profile
-from vigil.records.record import Boundary, EpisodeRecord, ErrorFact
+from vigil.records.record import Boundary, EpisodeRecord, ErrorFact, Key
 from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import CONTEXT_ERROR, size_hint
+from vigil.runner.workers.history import RecordedTurns
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
 
@@ -58,6 +61,8 @@ class ModelPlayer:
     profile: Profile
     ask: Ask
     run_id: str
+    on_frame: Callable[[Key, int, EncodedFrame], None] = lambda _key, _step, _picture: None
+    """Function that is called with episode and epoch, step and frame before each request."""
 
     async def play(self, assignment: Assignment, on_first_frame: Callable[[], None] = lambda: None) -> EpisodeRecord:
         """Play one episode, as many at the same time as are asked for."""
@@ -71,31 +76,41 @@ class ModelPlayer:
             live.close()
 
     async def _play(self, live: LiveEpisode, on_first_frame: Callable[[], None]) -> EpisodeRecord:
-        conversation = Conversation(self.profile, live.assignment.episode.instruction)
+        assignment, fork = live.assignment, live.assignment.fork
+        conversation = Conversation(self.profile, assignment.episode.instruction)
         answer = await live.begin()
-        has_replied = False
+        key, first = (assignment.episode.id, assignment.epoch), 0 if fork is None else fork.point.step
+        step, criteria = first, None
         if isinstance(answer, EncodedObservation):
+            if fork is not None:
+                past = dict(enumerate(answer.past, start=1))
+                turns = RecordedTurns(fork.steps, self.profile, assignment.episode.max_steps, past)
+                deque(turns.add_to(conversation), maxlen=0)
             on_first_frame()
+            if self.profile.row.declares_criteria:
+                criteria = await _reply(self.ask, conversation.opening_request(), self.profile, has_replied=False)
+                conversation.declare(criteria.text)
         while isinstance(answer, EncodedObservation):
-            messages = conversation.messages(answer.picture, answer.feedback)
-            reply = await _reply(self.ask, messages, has_replied=has_replied)
-            has_replied = True
-            conversation.add(answer.feedback, reply.text)
+            messages = conversation.messages(answer.picture, answer.feedback, answer.cues)
+            step += 1
+            self.on_frame(key, step, answer.picture)
+            reply = await _reply(self.ask, messages, self.profile, has_replied=step > first + 1)
+            conversation.add(answer.feedback, reply.text, cues=answer.cues, picture=answer.picture)
             answer = await live.advance(reply)
-        return answer
+        return answer if criteria is None else answer.model_copy(update={"criteria": criteria})
 
 
-async def _reply(ask: Ask, messages: Sequence[Message], *, has_replied: bool) -> Reply:
+async def _reply(ask: Ask, messages: Sequence[Message], profile: Profile, *, has_replied: bool) -> Reply:
     """Return the agent's reply. A rejected request counts as a reply once the agent has replied before."""
     try:
         reply = await ask(messages)
     except RequestRejected as error:
         if not has_replied:
-            hint = f" {size_hint(messages)}" if CONTEXT_ERROR.search(str(error)) else ""
+            hint = f" {size_hint(messages, profile)}" if CONTEXT_ERROR.search(str(error)) else ""
             raise RequestRejected(f"{error}{hint}") from error
         return Reply(text="", finish_reason="rejected", provider_rejected=True)
     if not has_replied and stop_cause(reply.finish_reason) == "full":
-        raise RequestRejected(f"The first answer ended with {reply.finish_reason}. {size_hint(messages)}")
+        raise RequestRejected(f"The first answer ended with {reply.finish_reason}. {size_hint(messages, profile)}")
     return reply
 
 
@@ -120,4 +135,5 @@ def error_record(assignment: Assignment, run_id: str, error: InfrastructureError
         steps=(),
         end="error",
         error=ErrorFact(boundary=boundary_of(error), message=str(error)),
+        fork=None if assignment.fork is None else assignment.fork.point,
     )

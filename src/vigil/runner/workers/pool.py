@@ -17,6 +17,7 @@ from typing import Any
 
 from tenacity import AsyncRetrying, Retrying, retry_if_exception_type, stop_after_delay
 
+from vigil.agents.frame_encoding import EncodedFrame
 from vigil.base.processes.group import end_workers
 from vigil.base.processes.worker import (
     START_TIMEOUT_S,
@@ -153,6 +154,12 @@ class SimulatorPool:
         """Return the differences between a record and a new simulation of its replies. Raises SimulatorError."""
         settings = ComparisonSettings(frames, exact)
         return await self._request(EpisodeWorker.resimulate, assignment, record, settings)
+
+    async def frames(
+        self, assignment: Assignment, record: EpisodeRecord, steps: tuple[int, ...]
+    ) -> dict[int, EncodedFrame]:
+        """Return the frames that a record's replies of `steps` answered, drawn again. Raises RecordError."""
+        return await self._request(EpisodeWorker.frames, assignment, record, steps)
 
     def live(self, assignment: Assignment) -> "LiveEpisode":
         """Return a live episode, not yet begun, for an agent in the main process."""

@@ -55,7 +55,7 @@ class ComparisonSettings:
 
 def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: ComparisonSettings) -> list[FactDifference]:
     """Return how `record` differs from a new simulation of its replies."""
-    observation = env.reset(episode)
+    observation = env.reset(episode, record.replayed_steps)
     for step in record.steps:
         if observation is None:
             break
@@ -94,7 +94,7 @@ def _as_json(fact: Any) -> Any:
 
 
 def _facts(step: StepRecord, frames: bool) -> dict[str, Any]:
-    compared = {"action", "invalid", "ignored_keys", "history_cut", "effect", "world"}
+    compared = {"action", "invalid", "ignored_keys", "history_cut", "effect", "world", "is_unconfirmed"}
     if frames and step.frame_sha256 is not None:
         compared.add("frame_sha256")
     return step.model_dump(mode="json", include=compared)

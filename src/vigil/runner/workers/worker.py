@@ -3,18 +3,18 @@
 import hashlib
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from vigil.agents.agent import Agent, Closeable
 from vigil.agents.exec_agent import ProgramSettings
-from vigil.agents.frame_encoding import encode_frame
+from vigil.agents.frame_encoding import EncodedFrame, encode_frame
 from vigil.agents.registry import is_exec, make_agent
 from vigil.assets.database import AssetDatabase
 from vigil.base.processes.child import report
 from vigil.base.processes.worker import WorkerLost
 from vigil.env import Env
-from vigil.errors import SettingError
+from vigil.errors import RecordError, SettingError
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
 from vigil.protocol.episode import Episode
@@ -22,9 +22,9 @@ from vigil.protocol.house import House
 from vigil.protocol.observation import Observation
 from vigil.records.record import Boundary, EpisodeRecord
 from vigil.runner.models.redaction import Secrets
-from vigil.runner.workers.frames import FrameStore
+from vigil.runner.workers.frames import FrameStore, frame_sha256, redraw
 from vigil.runner.workers.messages import FIRST_FRAME, Assignment, EncodedObservation, SimulatorFacts, WorkerPlan
-from vigil.runner.workers.play import EpisodeObserver, play
+from vigil.runner.workers.play import Before, EpisodeObserver, begin, play
 from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference, resimulate
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
@@ -96,7 +96,7 @@ class EpisodeWorker:
         try:
             with self._agent_for(assignment, slot.simulator) as agent:
                 observer = EpisodeObserver(partial(report, FIRST_FRAME, is_awaited=True), self._on_reply)
-                play(assignment.episode, slot.env, agent, observer, earlier)
+                play(assignment.episode, slot.env, agent, observer, Before(assignment.fork, earlier))
             return self._record(slot)
         finally:
             self._release(slot)
@@ -130,8 +130,16 @@ class EpisodeWorker:
         """Return the first observation of a live episode, or the record when the reset failed."""
         slot = self._slot_for(assignment)
         self._live[session] = slot
-        slot.observation = slot.env.reset(assignment.episode)
-        return self._view_or_record(slot)
+        past: list[EncodedFrame] = []
+        profile = self._plan.profile
+
+        def on_past(observation: Observation) -> None:
+            if profile.row.images:
+                past.append(encode_frame(observation.rgb, profile.image_format))
+
+        slot.observation = begin(slot.env, assignment.episode, assignment.fork, on_past)
+        view = self._view_or_record(slot)
+        return replace(view, past=tuple(past)) if isinstance(view, EncodedObservation) else view
 
     def advance(self, session: int, reply: Reply) -> EncodedObservation | EpisodeRecord:
         """Return the observation after one reply, or the record when the reply ended the live episode."""
@@ -161,6 +169,26 @@ class EpisodeWorker:
         finally:
             self._release(slot)
 
+    def frames(self, assignment: Assignment, record: EpisodeRecord, steps: tuple[int, ...]) -> dict[int, EncodedFrame]:
+        """Return the frames that the replies of `steps` answered, drawn again, as the agent got them.
+
+        Raises RecordError when a frame differs from the recorded one.
+        """
+        slot = self._slot_for(assignment)
+        found: dict[int, EncodedFrame] = {}
+        try:
+            for step, rgb in zip(sorted(steps), redraw(assignment.episode, record, slot.env, steps), strict=True):
+                if frame_sha256(rgb) != record.steps[step - 1].frame_sha256:
+                    raise RecordError(
+                        f"Episode {record.episode_id!r}: the frame of step {step}, drawn again, differs from the one "
+                        "that the agent got, because another renderer or graphics library draws it. Use the machine "
+                        "of the run, or play with --save-frames."
+                    )
+                found[step] = encode_frame(rgb, self._plan.profile.image_format)
+            return found
+        finally:
+            self._release(slot)
+
     def _live_slot(self, session: int) -> EnvSlot:
         """Return the slot of a live episode. Raises WorkerLost when it was lost with an earlier process."""
         if session not in self._live:
@@ -174,12 +202,14 @@ class EpisodeWorker:
         rgb = observation.rgb
         if self._frames is not None:
             self._frames.save(rgb)
-        return EncodedObservation(encode_frame(rgb, self._plan.profile.image_format), observation.feedback)
+        picture = encode_frame(rgb, self._plan.profile.image_format)
+        return EncodedObservation(picture, observation.feedback, observation.cues)
 
     def _record(self, slot: EnvSlot) -> EpisodeRecord:
         assignment = slot.assignment
         assert assignment is not None
-        return slot.env.record(run_id=self._plan.run_id, epoch=assignment.epoch, attempt=assignment.attempt)
+        record = slot.env.record(run_id=self._plan.run_id, epoch=assignment.epoch, attempt=assignment.attempt)
+        return record if assignment.fork is None else record.model_copy(update={"fork": assignment.fork.point})
 
     def _release(self, slot: EnvSlot) -> None:
         """Keep a simulator for the next episode, or close it if one is kept already or this one failed."""
@@ -211,7 +241,8 @@ class EpisodeWorker:
             simulator: Simulator = plan.simulator_factory(self._assets, plan.quality)
         else:
             simulator = make_simulator(plan.backend, assets=self._assets, quality=plan.quality)
-        return EnvSlot(simulator, Env(simulator, self._house_of, self._plan.profile))
+        env = Env(simulator, self._house_of, plan.profile, recorded_profile=plan.recorded_profile)
+        return EnvSlot(simulator, env)
 
 
 def _epoch_seed(seed: int, epoch: int) -> int:

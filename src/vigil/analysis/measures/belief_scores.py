@@ -1,0 +1,141 @@
+"""Calibration of stated beliefs: measures of how stated likelihoods fit what was true.
+
+A belief takes one of 21 values, so everything follows from two counts for each value: how often it was stated, and how
+often it was true then. The functions take `counts`, (..., 21, 2), and work on any number of resamples at once.
+
+Sources: Murphy, "A new vector partition of the probability score", 1973 (parts of the Brier score); Kumar, Liang and
+Ma, "Verified uncertainty calibration", 2019 (debiased calibration error); Geifman, Uziel and El-Yaniv,
+"Bias-reduced uncertainty estimation for deep neural classifiers", 2019 (excess area under risk and coverage).
+"""
+
+import numpy as np
+
+from vigil.protocol.probe import SCALE
+
+VALUES = SCALE + 1
+P = np.arange(VALUES) / SCALE
+"""Likelihood of each value of the scale."""
+STATED, TRUE = 0, 1
+"""Columns of the counts."""
+
+
+def counts_of(sure: np.ndarray, is_true: np.ndarray) -> np.ndarray:
+    """Return beliefs (n,) as rows of counts, (n, 21, 2); their sum over any rows are the counts of these."""
+    rows = np.zeros((len(sure), VALUES, 2))
+    at = np.arange(len(sure))
+    rows[at, sure.astype(int), STATED] = 1.0
+    rows[at, sure.astype(int), TRUE] = is_true
+    return rows
+
+
+def base_rate(counts: np.ndarray) -> np.ndarray:
+    """Return the share of beliefs that were about something true; NaN without beliefs."""
+    return _ratio(counts[..., TRUE].sum(axis=-1), counts[..., STATED].sum(axis=-1))
+
+
+def overconfidence(counts: np.ndarray) -> np.ndarray:
+    """Return the mean stated likelihood minus the share that was true."""
+    return _ratio((P * counts[..., STATED] - counts[..., TRUE]).sum(axis=-1), counts[..., STATED].sum(axis=-1))
+
+
+def brier(counts: np.ndarray) -> np.ndarray:
+    """Return the Brier score: the mean squared difference of stated likelihood and truth; 0 is best."""
+    stated, true = counts[..., STATED], counts[..., TRUE]
+    return _ratio((stated * P**2 - 2 * P * true + true).sum(axis=-1), stated.sum(axis=-1))
+
+
+def skill(counts: np.ndarray) -> np.ndarray:
+    """Return the Brier skill: 1 for perfect beliefs, 0 for always stating the base rate."""
+    return 1 - _ratio(brier(counts), uncertainty(counts))
+
+
+def reliability(counts: np.ndarray) -> np.ndarray:
+    """Return Murphy's reliability: the mean squared difference of a stated likelihood and its share; 0 is best."""
+    share = _ratio(counts[..., TRUE], counts[..., STATED])
+    return _weighted((share - P) ** 2, counts)
+
+
+def resolution(counts: np.ndarray) -> np.ndarray:
+    """Return Murphy's resolution: how much the shares at different stated likelihoods differ; more is better."""
+    share = _ratio(counts[..., TRUE], counts[..., STATED])
+    return _weighted((share - base_rate(counts)[..., None]) ** 2, counts)
+
+
+def uncertainty(counts: np.ndarray) -> np.ndarray:
+    """Return Murphy's uncertainty, the Brier score of always stating the base rate."""
+    rate = base_rate(counts)
+    return rate * (1 - rate)
+
+
+def debiased_calibration_error(counts: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """Return the squared calibration error without the share of it that chance alone gives; it may be below 0.
+
+    `squares`, (..., 21, 3), are sums over houses of true^2, true * stated and stated^2 (`square_sums`): the beliefs of
+    one house are not independent. If each house has one belief, this is Kumar's formula. A value of the scale that
+    fewer than two houses stated is left out.
+    """
+    stated, true = counts[..., STATED], counts[..., TRUE]
+    share = _ratio(true, stated)
+    spread = squares[..., 0] - 2 * share * squares[..., 1] + share**2 * squares[..., 2]
+    effective = _ratio(stated**2, squares[..., 2])  # number of houses, if they are equally large
+    variance = _ratio(spread, stated**2) * _ratio(effective, effective - 1)
+    is_known = effective > 1 + 1e-9
+    terms = np.where(is_known, (share - P) ** 2 - variance, 0.0)
+    weights = np.where(is_known, stated, 0.0)
+    return _ratio((weights * terms).sum(axis=-1), weights.sum(axis=-1))
+
+
+def square_sums(counts: np.ndarray) -> np.ndarray:
+    """Return the squares and products of the counts of each house, (..., 21, 3)."""
+    stated, true = counts[..., STATED], counts[..., TRUE]
+    return np.stack([true**2, true * stated, stated**2], axis=-1)
+
+
+def auroc(counts: np.ndarray) -> np.ndarray:
+    """Return the chance that a belief in something true is stated as likelier than one in something false.
+
+    Ties count half; NaN unless both occur.
+    """
+    true = counts[..., TRUE]
+    false = counts[..., STATED] - true
+    below = np.cumsum(false, axis=-1) - false
+    return _ratio((true * (below + false / 2)).sum(axis=-1), true.sum(axis=-1) * false.sum(axis=-1))
+
+
+def risk_coverage(counts: np.ndarray) -> np.ndarray:
+    """Return how well sureness orders right before wrong beliefs: 1 at best, 0 as if by chance; NaN without errors.
+
+    The beliefs are taken in the order of their sureness, |p - 1/2|, equally sure ones in random order. The area under
+    the share of wrong ones is compared with that of the best order and of a random one. A belief of 1/2 is half wrong.
+    """
+    stated, true = counts[..., STATED], counts[..., TRUE]
+    wrong = np.where(P > 0.5, stated - true, np.where(P < 0.5, true, stated / 2))
+    half = SCALE // 2
+    n = np.stack([_mirrored(stated, half, step) for step in range(half, -1, -1)], axis=-1)
+    e = np.stack([_mirrored(wrong, half, step) for step in range(half, -1, -1)], axis=-1)
+    total = n.sum(axis=-1)
+    n, e = _ratio(n, total[..., None]), _ratio(e, total[..., None])
+    covered, errors = np.cumsum(n, axis=-1) - n, np.cumsum(e, axis=-1) - e
+    rate = _ratio(e, n)
+    growth = np.log1p(_ratio(n, covered, 0.0))
+    area = np.where(n > 0, np.nan_to_num(rate) * n + (errors - np.nan_to_num(rate) * covered) * growth, 0.0)
+    risk = e.sum(axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        best = risk + (1 - risk) * np.log1p(-risk)
+    best = np.where(risk >= 1, 1.0, best)
+    return 1 - _ratio(area.sum(axis=-1) - best, risk - best)
+
+
+def _mirrored(values: np.ndarray, half: int, step: int) -> np.ndarray:
+    return values[..., half] if step == 0 else values[..., half - step] + values[..., half + step]
+
+
+def _weighted(terms: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    stated = counts[..., STATED]
+    return _ratio((stated * np.nan_to_num(terms)).sum(axis=-1), stated.sum(axis=-1))
+
+
+def _ratio(top: np.ndarray, bottom: np.ndarray, otherwise: float = np.nan) -> np.ndarray:
+    """Return top / bottom, and `otherwise` where the divisor is 0."""
+    top, bottom = np.broadcast_arrays(np.asarray(top, dtype=float), np.asarray(bottom, dtype=float))
+    return np.divide(top, bottom, out=np.full(top.shape, otherwise), where=bottom != 0)

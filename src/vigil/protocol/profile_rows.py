@@ -1,0 +1,110 @@
+"""The table of profiles: what each shows an agent and asks of it, beyond the paper's baseline.
+
+A new profile is a row here. Each has a name of its own in every record, and a hash of the prompt that covers all text
+that the profile adds. Source: `protocol.md` sections 2.4 and 10.
+"""
+
+from dataclasses import dataclass
+
+LOOK_AGAIN = "Your report does not count yet. Look again, then report again to confirm."
+CRITERIA_REQUEST = (
+    "Before the first step: write what must be visible in the frames before you report, in at most three short "
+    "sentences. This answer is plain text, not an action; it stays in the history."
+)
+MAX_IMAGE_HISTORY = 20
+EVERYTHING = 1_000_000
+"""Number of past turns, or pictures, that stands for all."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileRow:
+    """What distinguishes a profile from the baseline."""
+
+    short: str
+    """Name on the command line."""
+    help: str
+    has_feedback: bool = False
+    """Whether the agent gets `too_far` and `path_blocked` after each action."""
+    looks_again: bool = False
+    """Whether the first report is answered by `LOOK_AGAIN` instead of ending the episode, unless no step is left."""
+    declares_criteria: bool = False
+    """Whether a model writes before its first step what it must see, in answer to `CRITERIA_REQUEST`."""
+    shows_remaining_steps: bool = False
+    """Whether the agent sees how many replies are left."""
+    marks_click: bool = False
+    """Whether a frame marks the pixel of the click before it."""
+    has_claims: bool = False
+    """Whether a report has a claim about each chore of a list."""
+    images: int = 0
+    """Number of past frames that stay in a model's conversation."""
+    is_append_only: bool = False
+    """Whether a model's conversation only grows: no past turn is dropped or changed."""
+    rules: tuple[str, ...] = ()
+    """Rules that the prompt has in addition, at the end of its grounding rules."""
+    first_rule: str = ""
+    """Rule in the place of the first grounding rule; empty for that of the paper."""
+
+    @property
+    def name(self) -> str:
+        """Full name, as in records."""
+        return f"pure_rgb_dialogue_history_{self.short}"
+
+    @property
+    def is_papers(self) -> bool:
+        """Whether the profile is one of the paper's two."""
+        return self.short in ("baseline", "action_feedback")
+
+    @property
+    def is_of_conversations(self) -> bool:
+        """Whether the profile concerns a model's conversation, which a program or a script does not have."""
+        return self.declares_criteria or self.images > 0
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Texts that the agent gets outside of the prompt."""
+        return (*([LOOK_AGAIN] if self.looks_again else []), *([CRITERIA_REQUEST] if self.declares_criteria else []))
+
+
+_ROWS = (
+    ProfileRow("baseline", "the agent gets only frames"),
+    ProfileRow("action_feedback", "it also gets feedback on each action", has_feedback=True),
+    ProfileRow("itemised_report", "its report has a claim about each chore of a list", has_claims=True),
+    ProfileRow("look_before_report", "its first report is answered by a request to look again", looks_again=True),
+    ProfileRow("declare_criteria", "it first writes what it must see before it reports", declares_criteria=True),
+    ProfileRow(
+        "remaining_steps",
+        "it sees how many replies are left",
+        shows_remaining_steps=True,
+        rules=("`remaining_steps` next to a frame says how many replies are left, the one to this frame included.",),
+    ),
+    ProfileRow(
+        "grounding_echo",
+        "frames mark where its last click went",
+        marks_click=True,
+        rules=(
+            "A ring in the current frame marks the pixel of your last action if that was interact_pixel, whether or "
+            "not the action had an effect. The ring is not part of the scene.",
+        ),
+    ),
+    ProfileRow(
+        "image_history_all",
+        "all past frames stay, and its conversation only grows",
+        images=EVERYTHING,
+        is_append_only=True,
+        first_rule="Use only the last frame, the one with the highest `number`, for visibility judgments and "
+        "interact_pixel targeting; earlier frames show the scene as it was then.",
+    ),
+    *(
+        ProfileRow(
+            f"image_history_{count}",
+            f"its last {count} past frames stay",
+            images=count,
+            rules=(f"Up to {count} past frames are included; they show the scene as it was then.",),
+        )
+        for count in range(1, MAX_IMAGE_HISTORY + 1)
+    ),
+)
+PROFILES: dict[str, ProfileRow] = {row.name: row for row in _ROWS}
+"""Full name -> row."""
+PROFILE_NAMES: dict[str, str] = {name: row.name for row in _ROWS for name in (row.short, row.name)}
+"""Short or full name -> full name."""

@@ -1,0 +1,120 @@
+"""Forks: the plays of a recorded run, continued from a step by another agent, model, profile or prompt.
+
+The replies up to that step are carried out again, and everything that follows is compared with the record, so a fork
+equals the original play up to there, to the byte.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from vigil.errors import RecordError, SettingError
+from vigil.protocol.episode import Episode
+from vigil.records.record import EpisodeRecord, ForkPoint, ForkSource, RunSpec
+from vigil.runner.workers.messages import Fork
+from vigil.scoring.goal_check import check
+from vigil.scoring.saved_run import SavedRun, read_run
+
+At = int | Literal["goal"]
+_SAME = {"simulator": "--backend", "render_quality": "--render-quality", "asset_database_sha256": "--assets"}
+"""Settings that must be those of the source, because its frames and states depend on them, with their options."""
+
+
+def parse_at(text: str) -> At:
+    """Return the step in the text of an option: a number of steps, or `goal`. Raises SettingError."""
+    word = text.strip()
+    if word == "goal":
+        return "goal"
+    if word.isascii() and word.isdigit() and len(word) < 6:
+        return int(word)
+    raise SettingError(f"--at {text!r} is not a step. Give the number of steps to carry out again, or goal.")
+
+
+@dataclass(frozen=True)
+class ForkPlan:
+    """The run whose plays are continued, and where."""
+
+    run: SavedRun
+    at: At
+
+    @classmethod
+    def read(cls, folder: Path, at: At, pack: str | Path | None) -> "ForkPlan":
+        """Return the plan of forks of the run in `folder`.
+
+        Raises RecordError, also for a run of other rules, and PackMismatch for another pack.
+        """
+        run = read_run(folder, pack)
+        others = run.header.spec.versions.differences()
+        if others:
+            raise RecordError(
+                f"Run {run.header.run_id!r} was played under other versions: {', '.join(others)}. Its plays cannot be "
+                "continued under these. Use the version of vigil that played it."
+            )
+        return cls(run, at)
+
+    @property
+    def source(self) -> ForkSource:
+        """The run, for the identity of the new one."""
+        header = self.run.header
+        return ForkSource(run_id=header.run_id, run_sha256=header.sha256, profile=header.spec.profile, at=self.at)
+
+    def check(self, spec: RunSpec) -> None:
+        """Raise SettingError unless the plays can be repeated exactly under the settings of the new run."""
+        theirs = self.run.header.spec
+        for name, option in _SAME.items():
+            there, here = getattr(theirs, name), getattr(spec, name)
+            if there != here:
+                raise SettingError(
+                    f"Run {self.run.header.run_id!r} was played with {name} {there!r}, and this one has {here!r}. Its "
+                    f"steps are repeated exactly only under the same: set {option}."
+                )
+
+    def episodes(self, wanted: Sequence[Episode], named: Collection[str]) -> list[Episode]:
+        """Return those of the wanted episodes that can be continued.
+
+        Raises RecordError if an episode that is `named` cannot, or if none can.
+        """
+        faults = {episode.id: self._fault(episode) for episode in wanted}
+        refused = next((name for name in named if faults.get(name)), None)
+        found = [episode for episode in wanted if not faults[episode.id]]
+        if refused is not None:
+            raise RecordError(f"Episode {refused!r} cannot be continued: {faults[refused]}.")
+        if not found:
+            first = next(iter(faults.items()), ("", "no episode is chosen"))
+            raise RecordError(
+                f"No play of run {self.run.header.run_id!r} can be continued at {self.at}. Of episode {first[0]!r}: "
+                f"{first[1]}."
+            )
+        return found
+
+    def fork(self, episode: Episode) -> Fork:
+        """Return the play that an episode continues: the run's first play of it."""
+        record = self._record(episode.id)
+        assert record is not None
+        step = self._step(episode, record)
+        assert step is not None
+        header = self.run.header
+        point = ForkPoint(
+            run_id=header.run_id, run_sha256=header.sha256, epoch=record.epoch, attempt=record.attempt, step=step
+        )
+        return Fork(point, record.steps[:step])
+
+    def _record(self, episode_id: str) -> EpisodeRecord | None:
+        row = self.run.table.rows.get((episode_id, 1))
+        return None if row is None or row.outcome is None else self.run.table.record((episode_id, 1))
+
+    def _step(self, episode: Episode, record: EpisodeRecord) -> int | None:
+        return check(episode.goal, record).first_row if self.at == "goal" else self.at
+
+    def _fault(self, episode: Episode) -> str:
+        """Return why an episode cannot be continued; empty if it can."""
+        record = self._record(episode.id)
+        if record is None:
+            return "the run has no record of it without error"
+        step = self._step(episode, record)
+        if step is None:
+            return "its goal was never attained"
+        if step >= len(record.steps):
+            return f"its play has {len(record.steps)} steps, and must have one after step {step}"
+        return ""

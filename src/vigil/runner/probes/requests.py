@@ -1,0 +1,31 @@
+"""The messages of each step of a recorded episode, as they were sent when it was played."""
+
+from collections.abc import Container, Iterable, Iterator, Mapping
+
+from vigil.agents.conversation import Conversation, Message
+from vigil.agents.frame_encoding import EncodedFrame
+from vigil.protocol.episode import Episode
+from vigil.protocol.profile import Profile
+from vigil.records.record import EpisodeRecord
+from vigil.runner.workers.history import RecordedTurns
+
+Frames = Mapping[int, EncodedFrame]
+"""Frames by the step whose reply answered them."""
+
+
+def step_messages(
+    episode: Episode, record: EpisodeRecord, profile: Profile, steps: Container[int], pictures: Frames
+) -> Iterator[tuple[int, list[Message]]]:
+    """Yield each of `steps` with its messages. `pictures` has the frames of `needed_frames`."""
+    conversation = Conversation(profile, episode.instruction)
+    if record.criteria is not None:
+        conversation.declare(record.criteria.text)
+    turns = RecordedTurns(record.steps, profile, episode.max_steps, pictures)
+    for step, feedback, cues in turns.add_to(conversation):
+        if step.index in steps:
+            yield step.index, conversation.messages(pictures[step.index], feedback, cues)
+
+
+def needed_frames(profile: Profile, steps: Iterable[int]) -> set[int]:
+    """Return the steps whose frames are in the messages of `steps`."""
+    return {frame for step in steps for frame in range(max(1, step - profile.row.images), step + 1)}
