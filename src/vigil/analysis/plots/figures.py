@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 
 from vigil.analysis.measures.metrics import CLOSURE_STEPS, LABELS, RunMetrics, after_goal_shares, closure_curve, measure
 from vigil.analysis.measures.rows import ACTION_KINDS
-from vigil.analysis.measures.study import RunEntry, Study, sorted_by_b
+from vigil.analysis.measures.study import RunEntry, Study
 from vigil.analysis.plots.label_placement import place_labels
 from vigil.analysis.plots.style import (
     CYCLE,
@@ -27,6 +27,7 @@ from vigil.analysis.plots.style import (
     INK,
     KIND_LOOKS,
     LABEL_LOOKS,
+    OTHER_MARKER,
     canvas,
     ink_on,
     styled,
@@ -40,7 +41,7 @@ _W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed 
 
 def outcome_partition(study: Study) -> Figure | None:
     """Draw B, FR, Other, NR and IL as stacked bars, best B first, with W marked: its distance from B is W - B."""
-    entries = [entry for entry in sorted_by_b(study.entries) if entry.overall.n]
+    entries = [entry for entry in study.shown_runs() if entry.overall.n]
     if not entries:
         return None
     with styled():
@@ -58,7 +59,7 @@ def outcome_partition(study: Study) -> Figure | None:
 
 def belief_closure(study: Study) -> Figure | None:
     """Draw (a) the mean belief lag and (b) the shares of actions after attainment; both are sorted by B."""
-    entries = [entry for entry in sorted_by_b(study.entries) if entry.overall.counts["W"]]
+    entries = [entry for entry in study.shown_runs() if entry.overall.counts["W"]]
     if not entries:
         return None
     with styled():
@@ -81,7 +82,7 @@ def belief_closure(study: Study) -> Figure | None:
 
 def plane(study: Study) -> Figure | None:
     """Draw every run in the plane of W and B, with the paper's rows as grey reference points."""
-    entries = [entry for entry in study.entries if entry.overall.n]
+    entries = [entry for entry in study.shown_runs() if entry.overall.n]
     if not entries:
         return None
     with styled():
@@ -100,9 +101,7 @@ def plane(study: Study) -> Figure | None:
 
 def closure_curves(study: Study) -> Figure | None:
     """Draw the share of W=1 episodes closed by a matching report within k steps of attainment."""
-    curves = [
-        (entry, curve) for entry in sorted_by_b(study.entries) if (curve := closure_curve(entry.run.rows)) is not None
-    ]
+    curves = [(entry, curve) for entry in study.shown_runs() if (curve := closure_curve(entry.run.rows)) is not None]
     if not curves:
         return None
     with styled():
@@ -299,15 +298,18 @@ def _own_point(axes: Axes, entry: RunEntry, colour: str) -> tuple[tuple[float, f
     (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
     axes.plot([100 * w_low, 100 * w_high], [b, b], color=colour, lw=1.0, alpha=0.7, zorder=3)
     axes.plot([w, w], [100 * b_low, 100 * b_high], color=colour, lw=1.0, alpha=0.7, zorder=3)
-    axes.plot(w, b, GROUP_MARKERS[entry.group], ms=8, color=colour, mec="white", mew=0.8, zorder=4)
+    axes.plot(w, b, GROUP_MARKERS.get(entry.group, OTHER_MARKER), ms=8, color=colour, mec="white", mew=0.8, zorder=4)
     return (w, b), entry.name, colour, 8.5
 
 
 def _plane_legend(figure: Figure, study: Study, entries: Sequence[RunEntry]) -> None:
-    groups = [group for group in GROUP_MARKERS if any(entry.group == group for entry in entries)]
-    if study.published:
-        groups = [g for g in GROUP_MARKERS if g in groups or any(m.group == g for m in study.published.models)]
-    handles = [Line2D([], [], marker=GROUP_MARKERS[group], ls="", color=INK, ms=6, label=group) for group in groups]
+    shown = {entry.group for entry in entries}
+    shown |= {model.group for model in study.published.models} if study.published else set()
+    groups = [group for group in GROUP_MARKERS if group in shown] + sorted(shown - set(GROUP_MARKERS))
+    handles = [
+        Line2D([], [], marker=GROUP_MARKERS.get(group, OTHER_MARKER), ls="", color=INK, ms=6, label=group)
+        for group in groups
+    ]
     if study.published:
         handles.append(Line2D([], [], marker="o", ls="", color=GREY, ms=5, label="published (paper)"))
     figure.legend(handles=handles, loc="outside lower center", ncols=2, columnspacing=1.5)

@@ -45,6 +45,8 @@ GROUP_MARKERS = {
     "Scripted agents and people": "^",
     "Privileged agents (they see hidden state)": "P",
 }
+OTHER_MARKER = "v"
+"""Marker of groups that a study names itself."""
 CYCLE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#555b66", "#8c564b")
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (1, 1)), (0, (8, 2)))
 DPI = 160

@@ -76,7 +76,7 @@ def comparable_pairs(study: Study) -> Table:
     )
     own = [
         (e.name, percent(e.overall.share("W")) or 0.0, percent(e.overall.share("B")) or 0.0)
-        for e in study.base()
+        for e in study.main_runs()
         if e.overall.n
     ]
     tested = {frozenset((c.first.name, c.second.name)): c for c in study.comparisons}
