@@ -22,6 +22,9 @@ from vigil.analysis.plots.style import figure_bytes
 from vigil.analysis.tables.closure_tables import HEADING as CLOSURE
 from vigil.analysis.tables.closure_tables import closure_tables
 from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, html_page
+from vigil.analysis.tables.paper_index import HEADING as PAPER_HEADING
+from vigil.analysis.tables.paper_index import NAME as PAPER_INDEX
+from vigil.analysis.tables.paper_index import paper_index
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
 from vigil.analysis.tables.table import Table
 from vigil.analysis.tables.text import LEGEND, csv_text, latex, latex_text, markdown
@@ -110,8 +113,13 @@ def make_report(
     drawn |= further
     figures = {name: {kind: figure_bytes(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
     captions = {name: caption for name, (_, caption) in drawn.items()}
-    built = {**(tables(study) if is_wanted else {}), **suite, **{name: build(study) for name, build in own.items()}}
+    found = tables(study) if is_wanted else {}
+    index = {PAPER_INDEX: paper_index(found, figures)} if is_wanted else {}
+    built = {**index, **found, **suite, **{name: build(study) for name, build in own.items()}}
     sections = {heading: tuple(names) for heading, names in SECTIONS.items()} if is_wanted else {}
+    if is_wanted:
+        first, *others = sections
+        sections = {first: sections[first], PAPER_HEADING: (PAPER_INDEX,), **{name: sections[name] for name in others}}
     sections |= {heading: tuple(names) for heading, names in ((CLOSURE, suite), (CUSTOM_TABLES, own)) if names}
     return AnalysisReport(study, tuple(closure), built, figures, captions, sections)
 

@@ -4,6 +4,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -19,6 +20,7 @@ from vigil.cli.report_figures import study_figures
 from vigil.cli.runs import play_plan, with_agent
 from vigil.cli.text import console, print_note, print_notes
 from vigil.errors import RecordError, SettingError, VigilError
+from vigil.packs.pack import Pack
 from vigil.records.shards import parse_shard
 from vigil.runner.plan import RUNS_FOLDER, RunPlan, plan_run
 from vigil.runner.shared_settings import AssetFile, Workers
@@ -179,9 +181,13 @@ def _plan(run: PlannedRun, **changed: object) -> RunPlan:
     if settings.shard is not None:
         settings = replace(settings, log_dir=run.part_folder(settings.shard))
     try:
-        return plan_run(with_agent(settings))
+        return plan_run(with_agent(settings), _loaded_pack(settings.pack))
     except VigilError as error:
         raise type(error)(f"{run.label.name}: {error}") from None
+
+
+_loaded_pack = cache(Pack.load)
+"""Cache of packs, since the runs of a study share one or two."""
 
 
 def _play(run: PlannedRun, plan: RunPlan) -> bool:

@@ -74,13 +74,16 @@ class RunPlan:
     """Values that must not be in a file, message or table of the run."""
 
 
-def plan_run(settings: RunSettings) -> RunPlan:
-    """Return the plan of a run. Raises InputError, without secrets in its message."""
+def plan_run(settings: RunSettings, loaded: Pack | None = None) -> RunPlan:
+    """Return the plan of a run. Raises InputError, without secrets in its message.
+
+    `loaded` is the settings' pack, if the caller has it already.
+    """
     endpoint = None if settings.model is None else endpoint_of(settings)
     secrets = _secrets(settings, endpoint)
     with redacted_errors(secrets):
         kind = _check_player(settings)
-        pack, assets = Pack.load(settings.pack), AssetDatabase.from_file(settings.asset_database)
+        pack, assets = loaded or Pack.load(settings.pack), AssetDatabase.from_file(settings.asset_database)
         pack.check_assets(assets)
         selected = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
         part = shard_episodes(selected, settings.shard)

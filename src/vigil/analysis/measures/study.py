@@ -14,6 +14,7 @@ from vigil.analysis.measures.metrics import (
     RunMetrics,
     by_family,
     clustered_intervals,
+    house_intervals,
     is_excluded,
     mean_with_interval,
     measure,
@@ -21,9 +22,9 @@ from vigil.analysis.measures.metrics import (
 from vigil.analysis.measures.models import GROUPS, declared_thinking
 from vigil.analysis.measures.pairs import Pairing, RunComparison, compare_runs, find_pairs, shared_rows
 from vigil.analysis.measures.paper import Paper, paper
-from vigil.analysis.measures.rows import Run
+from vigil.analysis.measures.rows import Run, select_rows
 from vigil.protocol.profile import BASELINE
-from vigil.scoring.rates import Interval
+from vigil.scoring.rates import CONDITIONAL, RATES, Interval
 
 COMPARE_ALL_UP_TO = 6
 """With more runs than this, only neighbours in B and runs with comparable W are tested against each other."""
@@ -44,9 +45,20 @@ class RunEntry:
         """Return the entry of a part of the run's episodes."""
         return replace(self, run=replace(self.run, rows=rows), overall=measures, families={})
 
+    def family_parts(self) -> Iterator[tuple[str, "RunEntry"]]:
+        """Yield each family that has episodes, with the entry of its episodes."""
+        names = self.run.rows["family"].to_numpy()
+        for family, measures in self.families.items():
+            yield family, self.part(select_rows(self.run.rows, names == family), measures)
+
     def mean(self, column: str) -> tuple[float, float | None, float | None] | None:
         """Return the mean of a column's known values and the ends of its interval by houses; None without values."""
         return mean_with_interval(self.run.rows, column)
+
+    @cached_property
+    def by_houses(self) -> dict[str, Interval | None]:
+        """The interval of every rate, by houses; None where there are too few houses."""
+        return house_intervals(self.run.rows, (*RATES, *CONDITIONAL))
 
     @cached_property
     def clustered(self) -> dict[str, Interval | None]:

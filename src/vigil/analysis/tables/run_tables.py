@@ -74,8 +74,9 @@ def overview(study: Study) -> Table:
         *run_means(mean_steps=("Steps", "steps")),
     )
     notes = (
-        "Rates: Wilson intervals. Δ = W - B and steps: bootstrap over houses (2,000 resamples; not given "
-        "below five houses, or if all agree). Means of families: the families' Wilson intervals combined (MOVER).",
+        "Rates: Wilson intervals, which treat episodes as independent; `clustered` has intervals that account for "
+        "episodes sharing houses. Δ = W - B and steps: bootstrap over houses (2,000 resamples; not given below five "
+        "houses, or if all agree). Means of families: Wilson's interval with the effective number of plays by houses.",
     )
     return Table("overview", "All rates, all episodes", columns, rows_by_b(study, columns), notes)
 
@@ -91,7 +92,7 @@ def _overall_rates() -> tuple[Column, ...]:
 
 def _macro(entry: RunEntry, name: str) -> RateCell:
     """Return the mean of a rate over the families, with its interval."""
-    return points(macro(entry.families, name), macro_interval(entry.families, name))
+    return points(macro(entry.families, name), macro_interval(entry.run.rows, name))
 
 
 def outcome_partition(study: Study) -> Table:
@@ -360,9 +361,7 @@ def family_rates(study: Study) -> Table:
     )
     rows = []
     for entry in sorted_by_role(study.entries):
-        table = entry.run.rows
-        parts = {family: select_rows(table, table["family"].to_numpy() == family) for family in entry.families}
-        found = {"all": entry} | {name: entry.part(part, entry.families[name]) for name, part in parts.items()}
+        found = {"all": entry, **dict(entry.family_parts())}
         rows += [role_row(part, {"family": name, **cells_of(columns, part)}) for name, part in found.items()]
     notes = (f"{WILSON_NOTE} Steps: bootstrap over houses, not given below five or if all agree.",)
     return Table("family_rates", "All rates per family", columns, tuple(rows), notes)
