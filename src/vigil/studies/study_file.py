@@ -103,7 +103,8 @@ def read_study(path: Path) -> StudySource:
 
 
 def _as_setting_error(text: YamlText, error: ValidationError) -> Exception:
-    first = error.errors()[0]
+    faults = error.errors()
+    first = next((fault for fault in faults if fault["type"] == "extra_forbidden"), faults[0])
     place: Place = tuple(part for part in first["loc"] if part != "[key]")
     if first["type"] == "extra_forbidden":
         kind = StudyModel if place[0] == "models" else StudyFile

@@ -3,7 +3,16 @@
 from collections.abc import Callable
 
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables import comparison, interventions, paired, parts, protocol, results, run_tables
+from vigil.analysis.tables import (
+    comparison,
+    interventions,
+    paired,
+    parts,
+    protocol,
+    results,
+    run_tables,
+    sources_of_change,
+)
 from vigil.analysis.tables.table import Table
 
 TableBuilder = Callable[[Study], Table]
@@ -45,6 +54,8 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "feedback_events": paired.feedback_events,
         "prompt_shifts": paired.prompt_shifts,
         "serving_modes": paired.serving_modes,
+        "event_reductions": sources_of_change.event_reductions,
+        "gain_sources": sources_of_change.gain_sources,
         "transitions": paired.transition_matrix,
         "transition_tests": paired.transition_tests,
         "repeat_rates": interventions.repeat_rates,
@@ -58,6 +69,7 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "strata": parts.strata,
         "levels": parts.levels,
         "after_goal": run_tables.after_goal,
+        "false_success_progress": sources_of_change.false_success_progress,
         "sv_statuses": run_tables.sv_statuses,
         "composition": run_tables.composition,
         "stop_only": run_tables.stop_only,
