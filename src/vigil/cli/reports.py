@@ -16,7 +16,7 @@ from vigil.analysis.plots.trajectory import (
     trajectory_animation,
     trajectory_figure,
 )
-from vigil.analysis.report import FORMATS, Format, make_report, markdown_report, write_report
+from vigil.analysis.report import FORMATS, Format, LatexStyle, make_report, markdown_report, write_report
 from vigil.cli.arguments import Epoch, LevelsFile, Reveal, RunArguments, WithPaper
 from vigil.cli.report_figures import FrameSource, framed_figures, protocol_of, tracks_of
 from vigil.cli.text import print_notes
@@ -36,6 +36,13 @@ def report(
         list[str] | None,
         typer.Option("--format", help="Format of the report: md, html, latex, json, csv or all; may be repeated."),
     ] = None,
+    style: Annotated[
+        LatexStyle,
+        typer.Option(
+            help="Style of the LaTeX: everything (report), or only the paper's tables with its columns, at 7 points "
+            "and one or two columns wide (paper)."
+        ),
+    ] = "report",
     out: Annotated[
         Path | None,
         typer.Option(help="Folder to which the report is written.", show_default="print the report as Markdown"),
@@ -63,6 +70,7 @@ def report(
     """Examples:
     vigil report runs/solver runs/gpt-4o --out report
     vigil report runs/* --format latex --format csv --out report
+    vigil report runs/* --format latex --style paper --out paper
     vigil report runs/* --check
     """
     if check:
@@ -83,7 +91,7 @@ def report(
         print(markdown_report(make_report(found, (), closure=closure), figures=False))
         return
     further = framed_figures(found, pack, episode or [], diagram, (assets, reveal))
-    written = write_report(found, out, formats, further, closure=closure, reveals=reveal)
+    written = write_report(found, out, formats, further, closure=closure, reveals=reveal, style=style)
     _warn(found)
     if "csv" in formats and not reveal:
         print_notes(

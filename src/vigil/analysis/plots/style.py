@@ -6,6 +6,7 @@ The background is opaque so that a figure looks the same on a dark page.
 import io
 from collections.abc import Generator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 import matplotlib as mpl
@@ -79,16 +80,37 @@ _SETTINGS: dict[Any, Any] = {
 }
 
 
+_ON_PAPER: dict[Any, Any] = dict.fromkeys(("axes.facecolor", "figure.facecolor", "savefig.facecolor"), "white")
+MIN_HEIGHT_SCALE = 0.85
+"""Least share of its height that a figure keeps for a paper, so that its rows stay apart."""
+PAPER_WIDTH_IN = 6.75
+"""Width of a page's text in a paper of two columns."""
+_is_on_paper: ContextVar[bool] = ContextVar("is_on_paper", default=False)
+
+
+@contextmanager
+def on_paper(is_wanted: bool) -> Generator[None, None, None]:
+    """Draw figures inside the block for a paper, if wanted: as wide as its page, on white, texts as large as before."""
+    token = _is_on_paper.set(is_wanted)
+    try:
+        yield
+    finally:
+        _is_on_paper.reset(token)
+
+
 @contextmanager
 def styled() -> Generator[None, None, None]:
     """Apply the project's style inside the block, and restore matplotlib's settings afterwards."""
-    with mpl.rc_context(_SETTINGS):
+    with mpl.rc_context(_SETTINGS | (_ON_PAPER if _is_on_paper.get() else {})):
         yield
 
 
 def canvas(width: float, height: float, *, is_free: bool = False) -> Figure:
     """Return an empty figure of that size (inches) without a window; `is_free` leaves the layout to the caller."""
-    figure = Figure(figsize=(width, height), layout=None if is_free else "constrained")
+    scale = PAPER_WIDTH_IN / width if _is_on_paper.get() else 1.0
+    figure = Figure(
+        figsize=(scale * width, max(scale, MIN_HEIGHT_SCALE) * height), layout=None if is_free else "constrained"
+    )
     FigureCanvasAgg(figure)
     return figure
 

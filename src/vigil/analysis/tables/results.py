@@ -58,9 +58,12 @@ INTERVALS_ELSEWHERE = "The intervals of W and B are in `family_rates`, one row p
 _FR_TINT_FROM, _NR_TINT_FROM = 85.0, 40.0
 
 
-def _w_and_b(measures: RunMetrics | None) -> tuple[float | None, float | None] | None:
-    """Return W and B in percent; None without measures."""
-    return None if measures is None else (percent(measures.share("W")), percent(measures.share("B")))
+def _w_and_b(measures: RunMetrics | None) -> tuple[Any, ...] | None:
+    """Return W and B in percent, then the ends of their Wilson intervals; None without measures."""
+    if measures is None:
+        return None
+    ends = (tuple(100 * end for end in measures.rate(name).interval) for name in "WB")
+    return percent(measures.share("W")), percent(measures.share("B")), *ends
 
 
 ALL = Column("All", "All W/B", "pair", lambda entry: _w_and_b(entry.overall))
