@@ -14,7 +14,8 @@ from rich.table import Table
 from vigil.analysis.measures.closure import is_closure_run, read_closure_runs
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import study as measured_study
-from vigil.analysis.report import write_report
+from vigil.analysis.plots.style import on_paper
+from vigil.analysis.report import Format, LatexStyle, write_report
 from vigil.cli.arguments import Imports, Reveal, WithPaper
 from vigil.cli.report_figures import study_figures
 from vigil.cli.runs import play_plan, with_agent
@@ -123,11 +124,20 @@ def report(
     pdf: Annotated[
         bool, typer.Option("--pdf/--no-pdf", help="Whether to make a PDF too, where a LaTeX program is installed.")
     ] = True,
+    style: Annotated[
+        LatexStyle,
+        typer.Option(
+            help="Style of the LaTeX and the PDF: everything (report), or the paper's tables as it prints them (paper)."
+        ),
+    ] = "report",
     with_paper: WithPaper = True,
     assets: AssetFile = None,
     reveal: Reveal = False,
 ) -> None:
-    """Example: vigil study report study.yaml"""
+    """Examples:
+    vigil study report study.yaml
+    vigil study report study.yaml --style paper
+    """
     source = _source(study)
     runs = planned_runs(source)
     played = [one for one in runs if one.saved() is not None]
@@ -143,9 +153,11 @@ def report(
         found = replace(found, warnings=(shown, *found.warnings))
     place = out or source.study.place / "report"
     latex = _latex_program() if pdf else None
-    further = study_figures(found, source.study.episodes, (assets, reveal)) if scored else {}
-    formats = ("html", "md", "latex") if latex else ("html", "md")
-    write_report(found, place, formats, further, closure=read_closure_runs(stress), reveals=reveal)
+    with on_paper(style == "paper"):
+        further = study_figures(found, source.study.episodes, (assets, reveal)) if scored else {}
+    is_wanted = latex is not None or style == "paper"
+    formats: tuple[Format, ...] = ("html", "md", "latex") if is_wanted else ("html", "md")
+    write_report(found, place, formats, further, closure=read_closure_runs(stress), reveals=reveal, style=style)
     for warning in found.warnings:
         print(f"! {warning}")
     if latex is not None:

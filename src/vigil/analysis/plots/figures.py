@@ -71,6 +71,9 @@ def belief_closure(study: Study) -> Figure | None:
             [[100 * (pair[0] if (pair := share[kind]) else 0.0) for kind in ACTION_KINDS] for share in shares]
         )
         handles = _stack(right, values, KIND_LOOKS)
+        for row, each in enumerate(values):
+            if not each.any():
+                right.text(1, row, "no later action", va="center", fontsize=7.5, color=FAINT)
         for row, entry in enumerate(entries):
             right.text(101, row, f"n={entry.overall.counts['W']:,}\u2002", va="center", fontsize=7.5)
         right.tick_params(left=False)

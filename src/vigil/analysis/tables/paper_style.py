@@ -10,6 +10,7 @@ from itertools import groupby
 from typing import Any
 
 from vigil.analysis.tables.paper_index import PARTS
+from vigil.analysis.tables.results import INTERVALS_ELSEWHERE
 from vigil.analysis.tables.table import DASH, WITH_INTERVAL, Column, Table, TableRow, first_number, formatted
 from vigil.analysis.tables.text import latex_escaped, latex_text, marked_cell
 from vigil.protocol.families import FAMILIES
@@ -119,7 +120,7 @@ def _ends(row: TableRow, column: Column) -> str:
 
 def _range(low: float, high: float, digits: int) -> str:
     ends = (formatted(round(end, digits), "number1") for end in (low, high))
-    return ", ".join(end if digits else end.removesuffix(".0") for end in ends)
+    return (" to " if low < 0 else "–").join(end if digits else end.removesuffix(".0") for end in ends)
 
 
 def _number_table(
@@ -136,7 +137,8 @@ def _number_table(
     longest = [max([len(part.heading), *(len(cells[i]) for _, cells in rows)]) for i, part in enumerate(parts)]
     width = min(NAME_PT, CHARACTER_PT * longest[0]) + GAP_PT
     width += sum(CHARACTER_PT * size + GAP_PT for size in longest[1:])
-    title = f"{table.title}: 95 % intervals." if of_intervals else f"{table.title}."
+    width = max([width, *(CHARACTER_PT * len(row.group) for row, _ in rows)])
+    caption = f"{table.title}: 95 % intervals." if of_intervals else _caption(table)
     lines = [
         *_headers(parts),
         *_rows(
@@ -146,7 +148,13 @@ def _number_table(
     ]
     kinds = _name_kind(longest[0]) + "r" * (len(parts) - 1)
     body = [rf"\begin{{tabular}}{{{kinds}}}", *lines, r"\end{tabular}"]
-    return _float(name, title if of_intervals else " ".join((title, *table.notes[:1])), body, wide=width > COLUMN_PT)
+    return _float(name, caption, body, wide=width > COLUMN_PT)
+
+
+def _caption(table: Table) -> str:
+    """Return the title and the first note, without the place of intervals, which are in the companion table."""
+    notes = (note.replace(INTERVALS_ELSEWHERE, "").strip() for note in table.notes[:1])
+    return " ".join((f"{table.title}.", *notes))
 
 
 def _stacked_intervals(
