@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from vigil.analysis.measures.rows import Run
@@ -20,6 +21,8 @@ from vigil.scoring.saved_run import load_run_pack, pack_folder
 FrameSource = tuple[Path | None, bool]
 """Asset database for drawing frames, and whether frames of a private pack may be drawn."""
 CaptionedFigure = tuple[Figure, str]
+_MOST_EXAMPLES = 4
+"""Number of episodes of a family of which the diagram may show one."""
 _MOST_ROWS = 4
 """Number of runs in a trajectory figure of a study."""
 _SHOWN_FAMILIES: tuple[Family, ...] = ("SV", "AI")
@@ -83,9 +86,25 @@ def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
     assets, reveals = frames
     loaded = Pack.load(pack)
     check_revealed(loaded.name, is_private(loaded.manifest.meta), "A picture of its episodes", reveals=reveals)
-    episodes = {episode.family: episode for episode in reversed(loaded.episodes)}
-    shown: dict[Family, Episode] = {family: episodes[family] for family in FAMILIES if family in episodes}
-    return protocol_figure(first_frames(loaded, shown, assets), shown)
+    shown: dict[Family, Episode] = {}
+    pictures: dict[Family, np.ndarray] = {}
+    for place in range(_MOST_EXAMPLES):
+        further = {family: found[place] for family in FAMILIES if len(found := _examples(loaded, family)) > place}
+        for family, frame in first_frames(loaded, further, assets).items():
+            if family not in pictures or _detail(frame) > _detail(pictures[family]):
+                pictures[family], shown[family] = frame, further[family]
+    return protocol_figure(pictures, shown)
+
+
+def _examples(pack: Pack, family: Family) -> list[Episode]:
+    """Return episodes of which one is shown: several where the target is out of view, since some show only a wall."""
+    count = 1 if FAMILIES[family].visible_at_start else _MOST_EXAMPLES
+    return [episode for episode in pack.episodes if episode.family == family][:count]
+
+
+def _detail(frame: np.ndarray) -> float:
+    """Return how much a frame shows: the mean difference of neighbouring pixels."""
+    return float(np.abs(np.diff(frame.astype(float), axis=1)).mean())
 
 
 def _having(runs: Sequence[Run], episode_id: str) -> list[Run]:

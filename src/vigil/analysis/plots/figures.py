@@ -28,6 +28,7 @@ from vigil.analysis.plots.style import (
     KIND_LOOKS,
     LABEL_LOOKS,
     OTHER_MARKER,
+    PLOT_WIDTH_IN,
     canvas,
     ink_on,
     styled,
@@ -35,7 +36,6 @@ from vigil.analysis.plots.style import (
 
 MIN_SHARE_WITH_NUMBER = 6.0
 _NAME_CHARS = 40
-_WIDTH = 8.6
 _W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed by a matching report (%)"
 
 
@@ -45,7 +45,7 @@ def outcome_partition(study: Study) -> Figure | None:
     if not entries:
         return None
     with styled():
-        figure = canvas(_WIDTH, 1.25 + 0.36 * len(entries))
+        figure = canvas(PLOT_WIDTH_IN, 1.25 + 0.36 * len(entries))
         axes = figure.add_subplot()
         shares = np.array([[100 * (entry.overall.share(name) or 0.0) for name in LABELS] for entry in entries])
         handles = _stack(axes, shares, LABEL_LOOKS)
@@ -63,7 +63,7 @@ def belief_closure(study: Study) -> Figure | None:
     if not entries:
         return None
     with styled():
-        figure = canvas(_WIDTH, 1.5 + 0.38 * len(entries))
+        figure = canvas(PLOT_WIDTH_IN, 1.5 + 0.38 * len(entries))
         left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.5), sharey=True)
         _lags(left, entries)
         shares = [after_goal_shares(entry.run.rows) for entry in entries]
@@ -89,7 +89,7 @@ def plane(study: Study) -> Figure | None:
     if not entries:
         return None
     with styled():
-        figure = canvas(_WIDTH, 6.6)
+        figure = canvas(PLOT_WIDTH_IN, 6.6)
         axes = figure.add_subplot()
         top = _plane_frame(axes, study, entries)
         texts = _published_points(axes, study)
@@ -108,7 +108,7 @@ def closure_curves(study: Study) -> Figure | None:
     if not curves:
         return None
     with styled():
-        figure = canvas(_WIDTH, 3.6 + 0.11 * len(curves))
+        figure = canvas(PLOT_WIDTH_IN, 3.6 + 0.11 * len(curves))
         axes = figure.add_subplot()
         for index, (entry, curve) in enumerate(curves):
             label = f"{entry.name} (W=1: {entry.overall.counts['W']})"
@@ -140,7 +140,7 @@ def feedback_shift(study: Study) -> Figure | None:
     if not study.pairing.feedback:
         return None
     with styled():
-        figure = canvas(_WIDTH, 5.4)
+        figure = canvas(PLOT_WIDTH_IN, 5.4)
         axes = figure.add_subplot()
         texts, values = [], [5.0]
         for index, pair in enumerate(study.pairing.feedback):

@@ -81,6 +81,8 @@ _SETTINGS: dict[Any, Any] = {
 
 
 _ON_PAPER: dict[Any, Any] = dict.fromkeys(("axes.facecolor", "figure.facecolor", "savefig.facecolor"), "white")
+PLOT_WIDTH_IN = 8.6
+"""Width of figures that show numbers; those with frames have widths that depend on the number of frames."""
 MIN_HEIGHT_SCALE = 0.85
 """Least share of its height that a figure keeps for a paper, so that its rows stay apart."""
 PAPER_WIDTH_IN = 6.75
@@ -90,7 +92,7 @@ _is_on_paper: ContextVar[bool] = ContextVar("is_on_paper", default=False)
 
 @contextmanager
 def on_paper(is_wanted: bool) -> Generator[None, None, None]:
-    """Draw figures inside the block for a paper, if wanted: as wide as its page, on white, texts as large as before."""
+    """Draw figures inside the block for a paper, if wanted: on white, and those of numbers as wide as its page."""
     token = _is_on_paper.set(is_wanted)
     try:
         yield
@@ -107,7 +109,7 @@ def styled() -> Generator[None, None, None]:
 
 def canvas(width: float, height: float, *, is_free: bool = False) -> Figure:
     """Return an empty figure of that size (inches) without a window; `is_free` leaves the layout to the caller."""
-    scale = PAPER_WIDTH_IN / width if _is_on_paper.get() else 1.0
+    scale = PAPER_WIDTH_IN / width if _is_on_paper.get() and width == PLOT_WIDTH_IN else 1.0
     figure = Figure(
         figsize=(scale * width, max(scale, MIN_HEIGHT_SCALE) * height), layout=None if is_free else "constrained"
     )
