@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from vigil.analysis.measures.columns import COLUMNS
+from vigil.analysis.tables.paper_index import PARTS
 from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
 from vigil.base.glossary import SECTIONS
 from vigil.cli.models import LISTED, keys_of, switch_of
@@ -35,6 +36,7 @@ PAGES = (
     "gymnasium.md",
     "inspect.md",
     "models.md",
+    "reproduce.md",
 )
 _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
@@ -93,6 +95,12 @@ def aliases() -> str:
 def columns() -> str:
     """Return what the columns of rows.csv and rows.parquet say."""
     return _markdown(("column", "says"), [(f"`{name}`", says) for name, says in COLUMNS.items()])
+
+
+def paper_parts() -> str:
+    """Return the paper's tables and figures, their places in a report, and the runs that they need."""
+    rows = ((f"`{part.label}`", part.what, f"`{part.place}`", part.needs) for part in PARTS)
+    return _markdown(("in the paper", "what it shows", "in the report", "it needs"), rows)
 
 
 def level_costs() -> str:
@@ -175,6 +183,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "aliases": aliases,
     "columns": columns,
     "step_columns": step_columns,
+    "paper_parts": paper_parts,
     "level_costs": level_costs,
     "level_bounds": level_bounds,
     "limited_agents": limited_agents,

@@ -4,7 +4,7 @@ from collections.abc import Generator
 
 import pytest
 
-MAY_BE_MISSING = ("Chromium", "Playwright", "'datasets'", "ai2thor", "verifiers", "lerobot")
+MAY_BE_MISSING = ("Chromium", "Playwright", "'datasets'", "ai2thor", "verifiers", "lerobot", "LaTeX")
 """Optional dependencies, one of which the reason of an accepted skip must name."""
 
 

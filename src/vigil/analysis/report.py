@@ -4,7 +4,7 @@ All formats have the same order: problems of the data, how to read it, the figur
 """
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -20,12 +20,17 @@ from vigil.analysis.measures.rows import combined_rows
 from vigil.analysis.measures.study import Study, sorted_by_b
 from vigil.analysis.plots.chores_figures import CHORES_CAPTIONS, CHORES_FIGURES
 from vigil.analysis.plots.figures import CAPTIONS, FIGURES
-from vigil.analysis.plots.style import figure_bytes
+from vigil.analysis.plots.style import figure_bytes, on_paper
 from vigil.analysis.tables.chores_tables import HEADING as CHORES
 from vigil.analysis.tables.chores_tables import chores_tables
 from vigil.analysis.tables.closure_tables import HEADING as CLOSURE
 from vigil.analysis.tables.closure_tables import closure_tables
 from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, html_page
+from vigil.analysis.tables.paper_index import HEADING as PAPER_HEADING
+from vigil.analysis.tables.paper_index import NAME as PAPER_INDEX
+from vigil.analysis.tables.paper_index import paper_index
+from vigil.analysis.tables.paper_style import PREAMBLE, paper_tables
+from vigil.analysis.tables.paper_style import TABLES as PAPER_TABLES
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
 from vigil.analysis.tables.table import Table
 from vigil.analysis.tables.text import LEGEND, csv_text, latex, latex_text, markdown
@@ -38,6 +43,7 @@ NO_TABLES: Mapping[str, TableBuilder] = {}
 CUSTOM_TABLES = "Own tables"
 """The heading over tables that a caller adds."""
 Format = Literal["md", "html", "latex", "json", "csv"]
+LatexStyle = Literal["report", "paper"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
 """Format -> kind of its pictures; two formats share one kind, because drawing takes longest."""
@@ -122,8 +128,13 @@ def make_report(
     drawn |= further
     figures = {name: {kind: figure_bytes(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
     captions = {name: caption for name, (_, caption) in drawn.items()}
-    built = {**(tables(study) if is_wanted else {}), **suite, **{name: build(study) for name, build in own.items()}}
+    found = tables(study) if is_wanted else {}
+    index = {PAPER_INDEX: paper_index(found, figures)} if is_wanted else {}
+    built = {**index, **found, **suite, **{name: build(study) for name, build in own.items()}}
     sections = {heading: tuple(names) for heading, names in SECTIONS.items()} if is_wanted else {}
+    if is_wanted:
+        first, *others = sections
+        sections = {first: sections[first], PAPER_HEADING: (PAPER_INDEX,), **{name: sections[name] for name in others}}
     sections |= {
         heading: tuple(names) for heading, names in ((CLOSURE, stress), (CHORES, lists), (CUSTOM_TABLES, own)) if names
     }
@@ -139,21 +150,24 @@ def write_report(
     suites: Sequence[SuiteRun] = (),
     *,
     reveals: bool = False,
+    style: LatexStyle = "report",
 ) -> list[Path]:
     """Write a report into `folder` in each format, and return the paths of the written files. Raises SettingError.
 
-    For a private pack only rates are written, unless the report `reveals` it.
+    For a private pack only rates are written, unless the report `reveals` it. `style` is that of the LaTeX: `paper` has
+    only the paper's tables, as they would be printed.
     """
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise SettingError(f"There is no format {unknown[0]!r}. Choose from {', '.join(FORMATS)}.")
     kinds = dict.fromkeys(_FIGURES_IN[name] for name in formats if name in _FIGURES_IN)
-    report = replace(make_report(study, tuple(kinds), further, own, suites), reveals=reveals)
+    with on_paper(style == "paper"):
+        report = replace(make_report(study, tuple(kinds), further, own, suites), reveals=reveals)
     written: list[Path] = []
 
     try:
         for form in dict.fromkeys(formats):
-            for name, content in _files_of(report, form):
+            for name, content in _files_of(report, form, style):
                 path = folder / name
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(content.encode() if isinstance(content, str) else content)
@@ -215,7 +229,7 @@ def csv_table(table: Table) -> str:
     return csv_text(pd.DataFrame(table.flat_rows(), columns=names))
 
 
-def _files_of(report: AnalysisReport, form: Format) -> Iterator[tuple[str, str | bytes]]:
+def _files_of(report: AnalysisReport, form: Format, style: LatexStyle) -> Iterator[tuple[str, str | bytes]]:
     """Yield the name and the content of each file of a report in one format."""
     match form:
         case "md":
@@ -223,6 +237,11 @@ def _files_of(report: AnalysisReport, form: Format) -> Iterator[tuple[str, str |
             yield from ((f"figures/{name}.svg", drawn["svg"]) for name, drawn in report.figures.items())
         case "html":
             yield "report.html", html_report(report)
+        case "latex" if style == "paper":
+            found = {name: text for key in PAPER_TABLES for name, text in paper_tables(report.tables[key]).items()}
+            yield from ((f"tables/{name}.tex", text) for name, text in found.items())
+            yield from ((f"figures/{name}.pdf", drawn["pdf"]) for name, drawn in report.figures.items())
+            yield "report.tex", _paper_document(report, found)
         case "latex":
             yield from ((f"tables/{name}.tex", latex(table)) for name, table in report.tables.items())
             yield from ((f"figures/{name}.pdf", drawn["pdf"]) for name, drawn in report.figures.items())
@@ -261,6 +280,18 @@ def _latex_document(report: AnalysisReport) -> str:
         r"\end{document}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _paper_document(report: AnalysisReport, tables: Iterable[str]) -> str:
+    """Return a document of two columns with the paper's tables and figures, for looking at them as printed."""
+    figures = (
+        rf"\begin{{figure*}}[t]\centering\includegraphics[width=\textwidth]{{figures/{name}.pdf}}"
+        rf"\caption{{{latex_text(report.captions[name])}}}\end{{figure*}}"
+        for name in report.figures
+    )
+    parts = [*(rf"\input{{tables/{name}.tex}}" for name in tables), *figures]
+    lines = [each + (r"\clearpage" if index % 4 == 3 else "") for index, each in enumerate(parts)]
+    return "\n".join([*PREAMBLE, r"\begin{document}", *lines, r"\end{document}"]) + "\n"
 
 
 def _latex_figure(name: str, caption: str) -> str:

@@ -12,7 +12,7 @@ import typer
 from rich.table import Table
 
 import vigil
-from vigil.analysis.measures.calibration import Correlation, DifficultyCalibration, Success, calibrate
+from vigil.analysis.measures.calibration import FEW_AGENTS, Correlation, DifficultyCalibration, Success, calibrate
 from vigil.analysis.measures.rows import read_runs
 from vigil.assets.database import AssetDatabase
 from vigil.authoring.packing.baselines import (
@@ -168,6 +168,7 @@ def _calibration_json(found: DifficultyCalibration) -> dict[str, object]:
             {"episode_id": name, "family": family, "level": level, **dict(zip(names, row, strict=True))}
             for (name, family, level), row in zip(texts, zip(*columns, strict=True), strict=True)
         ],
+        "reliability": found.reliability,
         "index": {
             "overall": _correlation_json(found.overall),
             "within_families": _correlation_json(found.within_families),
@@ -203,6 +204,12 @@ def _print_calibration(found: DifficultyCalibration, of: Success) -> None:
         console().print(by_level)
     for words, one in (("all episodes", found.overall), ("within families", found.within_families)):
         print(f"index and fitted difficulty, rank correlation, {words}: {_correlation_words(one)}")
+    if found.has_few_agents:
+        print(
+            f"{len(fitted.plays.agents)} agents are few: the difficulties are uncertain (reliability "
+            f"{found.reliability:.2f}), which makes the correlations smaller. Their intervals are widened for that; "
+            f"give runs of {FEW_AGENTS} agents or more."
+        )
     for name in found.suspects:
         print(f"look at {name}: the better agents fail it")
 

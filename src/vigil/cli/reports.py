@@ -4,40 +4,30 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from matplotlib.figure import Figure
 
-from vigil.analysis.measures.chores import read_chores_runs
-from vigil.analysis.measures.closure import SUITE, read_closure_runs, suite_of
 from vigil.analysis.measures.metrics import broken_run_identities
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import Study, study
-from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
+from vigil.analysis.measures.suites import read_suites
+from vigil.analysis.plots.diagrams import pipeline_figure
 from vigil.analysis.plots.figures import FIGURES
 from vigil.analysis.plots.style import figure_bytes
 from vigil.analysis.plots.trajectory import (
-    AgentTrajectory,
-    find_record,
-    make_trajectory,
     trajectory_animation,
     trajectory_figure,
 )
-from vigil.analysis.report import FORMATS, Format, make_report, markdown_report, write_report
+from vigil.analysis.report import FORMATS, Format, LatexStyle, make_report, markdown_report, write_report
 from vigil.cli.arguments import Epoch, LevelsFile, Reveal, RunArguments, WithPaper
+from vigil.cli.report_figures import FrameSource, framed_figures, protocol_of, tracks_of
 from vigil.cli.text import print_notes
-from vigil.errors import RecordError, SettingError, did_you_mean
-from vigil.packs.pack import CHORES_SUITE, Pack
-from vigil.packs.private import REVEAL, check_revealed, is_private
-from vigil.protocol.episode import Episode
-from vigil.protocol.families import FAMILIES, Family
+from vigil.errors import SettingError, did_you_mean
+from vigil.packs.private import REVEAL
 from vigil.runner.shared_settings import AssetFile, PackLocation
-from vigil.runner.workers.frames import first_frames, frames_of_record
 from vigil.scoring.levels import read_levels
-from vigil.scoring.saved_run import find_runs, load_run_pack, pack_folder
+from vigil.scoring.saved_run import find_runs
 
 STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")
 WITH_FRAMES = ("protocol", "pipeline", "trajectory")
-_Frames = tuple[Path | None, bool]
-"""Asset database for drawing frames, and whether frames of a private pack may be drawn."""
 
 
 def report(
@@ -46,6 +36,13 @@ def report(
         list[str] | None,
         typer.Option("--format", help="Format of the report: md, html, latex, json, csv or all; may be repeated."),
     ] = None,
+    style: Annotated[
+        LatexStyle,
+        typer.Option(
+            help="Style of the LaTeX: everything (report), or only the paper's tables with its columns, at 7 points "
+            "and one or two columns wide (paper)."
+        ),
+    ] = "report",
     out: Annotated[
         Path | None,
         typer.Option(help="Folder to which the report is written.", show_default="print the report as Markdown"),
@@ -73,30 +70,23 @@ def report(
     """Examples:
     vigil report runs/solver runs/gpt-4o --out report
     vigil report runs/* --format latex --format csv --out report
+    vigil report runs/* --format latex --style paper --out paper
     vigil report runs/* --check
     """
     if check:
         _check(runs, pack)
         return
     formats = _formats(format_ or [])
-    suite = {run: suite_of(run, pack) for run in runs}
-    scored_runs = read_runs(
-        [run for run in runs if suite[run] not in (SUITE, CHORES_SUITE)],
-        pack,
-        levels=None if levels is None else read_levels(levels),
-    )
+    others, suites = read_suites(runs, pack)
+    scored_runs = read_runs(others, pack, levels=None if levels is None else read_levels(levels))
     found = study(scored_runs, with_paper=with_paper)
-    suites = (
-        *read_closure_runs([run for run in runs if suite[run] == SUITE], pack),
-        *read_chores_runs([run for run in runs if suite[run] == CHORES_SUITE], pack),
-    )
     if out is None and format_:
         raise SettingError(f"--format {' '.join(format_)} writes files: say where with --out FOLDER.")
     if out is None:
         print(markdown_report(make_report(found, (), suites=suites), figures=False))
         return
-    further = _further(found, pack, episode or [], diagram, (assets, reveal))
-    written = write_report(found, out, formats, further, suites=suites, reveals=reveal)
+    further = framed_figures(found, pack, episode or [], diagram, (assets, reveal))
+    written = write_report(found, out, formats, further, suites=suites, reveals=reveal, style=style)
     _warn(found)
     if "csv" in formats and not reveal:
         print_notes(
@@ -132,29 +122,6 @@ def _formats(names: list[str]) -> tuple[Format, ...]:
     if "all" in wanted:
         return FORMATS
     return tuple(name for name in FORMATS if name in wanted) or ("md", "html")
-
-
-def _further(
-    found: Study, pack: str | Path | None, episodes: list[str], diagram: bool, frames: _Frames
-) -> dict[str, tuple[Figure, str]]:
-    """Return the figures that need frames, with their captions."""
-    drawn: dict[str, tuple[Figure, str]] = {}
-    for number, episode_id in enumerate(episodes, start=1):
-        having = [run for run in found.runs if episode_id in set(run.rows["episode_id"])]
-        if not having:
-            known = sorted({str(known) for run in found.runs for known in run.rows["episode_id"]})
-            guess = did_you_mean(episode_id, known)
-            raise SettingError(f"No run has a scored record of episode {episode_id!r}.{guess}")
-        episode, tracks = _tracks(having, pack, episode_id, 1, frames)
-        drawn[f"trajectory_{number}"] = (trajectory_figure(episode, tracks), f"Trajectories on episode {episode_id}.")
-        best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
-        drawn[f"pipeline_{number}"] = (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}.")
-    if diagram and not found.runs:
-        raise SettingError("The diagram shows the eight families: give a run of theirs too.")
-    if diagram:
-        place = str(pack_folder(found.runs[0].header, pack))
-        drawn["protocol"] = (_protocol(place, frames), "The eight families in two tiers, each with a first frame.")
-    return drawn
 
 
 def _warn(found: Study) -> None:
@@ -199,7 +166,7 @@ def figure(
     del are_runs
     kind = _kind_of(out, name)
     if name == "protocol":
-        content = figure_bytes(_protocol(pack or "starter", (assets, reveal)), kind)
+        content = figure_bytes(protocol_of(pack or "starter", (assets, reveal)), kind)
     elif name in WITH_FRAMES:
         content = _trajectory(name, _scored_runs(runs, name), pack, (episode, epoch, columns), (assets, reveal), kind)
     elif name in FIGURES:
@@ -237,45 +204,16 @@ def _trajectory(
     runs: list[Run],
     pack: str | Path | None,
     what: tuple[str | None, int, int],
-    frames: _Frames,
+    frames: FrameSource,
     kind: str,
 ) -> bytes:
     episode_id, epoch, columns = what
     if episode_id is None:
         example = runs[0].header.spec.episode_ids[0]
         raise SettingError(f"Say which episode to draw: --episode ID, e.g. {example}.")
-    episode, tracks = _tracks(runs, pack, episode_id, epoch, frames)
+    episode, tracks = tracks_of(runs, pack, episode_id, epoch, frames)
     if name == "pipeline":
         return figure_bytes(pipeline_figure(episode, tracks[0], min(columns, 6)), kind)
     if f".{kind}" in MOVING:
         return trajectory_animation(episode, tracks, kind)
     return figure_bytes(trajectory_figure(episode, tracks, columns), kind)
-
-
-def _tracks(
-    runs: list[Run], pack: str | Path | None, episode_id: str, epoch: int, frames: _Frames
-) -> tuple[Episode, list[AgentTrajectory]]:
-    assets, reveals = frames
-    loaded = [(run, load_run_pack(run.header, pack)) for run in runs]
-    for _, found in loaded:
-        check_revealed(found.name, is_private(found.manifest.meta), "A picture of its episodes", reveals=reveals)
-    episode = loaded[0][1].episode(episode_id)
-    if any(other.episode(episode_id) != episode for _, other in loaded):
-        raise RecordError(f"Episode {episode_id!r} is not the same in the packs of these runs. Give runs of one pack.")
-    return episode, [_track(run, found, episode, epoch, assets) for run, found in loaded]
-
-
-def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> AgentTrajectory:
-    record = find_record(run, pack.episodes, (episode.id, epoch))
-    return make_trajectory(
-        run.name, episode, record, frames_of_record(run.folder, run.header.spec, pack, record, assets)
-    )
-
-
-def _protocol(pack: str | Path, frames: _Frames) -> Figure:
-    assets, reveals = frames
-    loaded = Pack.load(pack)
-    check_revealed(loaded.name, is_private(loaded.manifest.meta), "A picture of its episodes", reveals=reveals)
-    episodes = {episode.family: episode for episode in reversed(loaded.episodes)}
-    shown: dict[Family, Episode] = {family: episodes[family] for family in FAMILIES if family in episodes}
-    return protocol_figure(first_frames(loaded, shown, assets), shown)

@@ -46,7 +46,7 @@ def run(
     vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
     """
     del imports  # done when it was read
-    plan = plan_run(_with_agent(settings))
+    plan = plan_run(with_agent(settings))
     print_notes(plan.pack.manifest.version_notes)
     if plan.endpoint is not None:
         print(f"Model: {plan.endpoint.access.description}.")
@@ -96,9 +96,14 @@ def _print_what_was_verified(found: Verification, settings: VerifySettings) -> N
     print(f"{found.checked} episodes played again{pictures}, compared {kind}: {faults}")
 
 
-def _play(plan: RunPlan) -> None:
+def play_plan(plan: RunPlan) -> RunResult:
+    """Play what remains of a run, show its progress, and return the result."""
     with run_progress(plan.spec.agent) as show:
-        result = play_run(plan, on_progress=_with_warnings(show))
+        return play_run(plan, on_progress=_with_warnings(show))
+
+
+def _play(plan: RunPlan) -> None:
+    result = play_plan(plan)
     _print_result(result, plan.pack.folder)
     if not result.is_complete:
         raise typer.Exit(1)
@@ -124,7 +129,7 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
     print(f"Records: {out}")
 
 
-def _with_agent(settings: RunSettings) -> RunSettings:
+def with_agent(settings: RunSettings) -> RunSettings:
     """Return the settings with the factory of an agent with hidden sight. Raises SettingError on an unknown agent."""
     name = settings.agent
     if name is None or is_known(name):

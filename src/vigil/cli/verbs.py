@@ -107,6 +107,13 @@ PACK = {
         "Draws contact sheets of a pack: for each episode its first frame and its instruction.",
     ),
 }
+STUDY = {
+    "run": Verb("study:run", "Plays what is missing of the runs that a study's file names."),
+    "status": Verb("study:status", "Prints how much of each run of a study is played."),
+    "report": Verb(
+        "study:report", "Writes one report of a study's runs, with a place for every table and figure of the paper."
+    ),
+}
 VERBS: dict[str, Verb | Group] = {
     "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the scores."),
     "probe": Verb(
@@ -175,6 +182,7 @@ VERBS: dict[str, Verb | Group] = {
     "doctor": Verb(
         "doctor:doctor", "Draws one frame and prints what is installed; exits with 1 if something is missing."
     ),
+    "study": Group("Play and report a whole study: many models, conditions and repeats, named in one file.", STUDY),
     "houses": Group("Generate, check and show houses (ProcTHOR's JSON).", HOUSES),
     "pack": Group("Inspect, verify and make packs of episodes.", PACK),
 }

@@ -81,14 +81,17 @@ class RunPlan:
     """Values that must not be in a file, message or table of the run."""
 
 
-def plan_run(settings: RunSettings) -> RunPlan:
-    """Return the plan of a run. Raises InputError, without secrets in its message."""
+def plan_run(settings: RunSettings, loaded: Pack | None = None) -> RunPlan:
+    """Return the plan of a run. Raises InputError, without secrets in its message.
+
+    `loaded` is the settings' pack, if the caller has it already.
+    """
     endpoint = None if settings.model is None else endpoint_of(settings)
     secrets = _secrets(settings, endpoint)
     with redacted_errors(secrets):
         kind = _check_player(settings)
         forks = _fork_plan(settings)
-        pack = Pack.load(settings.pack if forks is None else forks.run.pack_folder)
+        pack = loaded or Pack.load(settings.pack if forks is None else forks.run.pack_folder)
         assets = AssetDatabase.from_file(settings.asset_database)
         pack.check_assets(assets)
         selected = _selected(settings, pack, forks)

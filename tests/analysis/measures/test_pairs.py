@@ -69,7 +69,7 @@ def test_a_prompt_file_is_no_variant_of_the_papers_prompt(write: Write):
     assert feedback.base.name == f"model [{mine.prompt_variant}]"
     assert feedback.other.name == f"model [+FB, {mine.prompt_variant}]"
     assert (found.repeats, found.refusals) == ((), ())
-    assert [entry.name for entry in study(runs).base()] == ["model"]
+    assert [entry.name for entry in study(runs).main_runs()] == ["model"]
 
 
 def test_a_prompt_file_is_named_also_where_no_other_run_is_near(write: Write):

@@ -20,6 +20,8 @@ from vigil.errors import RecordError
 from vigil.scoring.rates import Interval
 
 Success = Literal["W", "B"]
+FEW_AGENTS = 10
+"""Number of agents below which the fitted difficulties are called uncertain."""
 MIN_DISCRIMINATION = 0.0
 """Episodes with a lower discrimination should be inspected by a reader."""
 
@@ -31,7 +33,8 @@ class Correlation:
     value: float
     """Spearman's correlation; NaN if it cannot be estimated."""
     interval: Interval | None
-    """The 95 % interval from resampled houses."""
+    """The 95 % interval of the correlation with the true difficulties: from resampled houses, and wider where the
+    fitted difficulties are uncertain."""
     n: int
 
 
@@ -52,6 +55,16 @@ class DifficultyCalibration:
     """Correlation of the index with the fitted difficulty."""
     within_families: Correlation
     """The same correlation after subtracting each family's mean from both."""
+
+    @property
+    def reliability(self) -> float:
+        """Share of the variance of the difficulties that the fit knows, from 0 to 1."""
+        return reliability(self.fit.difficulty, self.fit.difficulty_se)
+
+    @property
+    def has_few_agents(self) -> bool:
+        """Whether there are too few agents to know the difficulty of single episodes."""
+        return len(self.fit.plays.agents) < FEW_AGENTS
 
     @property
     def suspects(self) -> list[str]:
@@ -78,14 +91,15 @@ def calibrate(runs: Sequence[Run], success: Success = "B") -> DifficultyCalibrat
     groups = families.astype(str)
     clusters, own = houses[is_known].astype(str), groups[is_known]
     difficulty, index = fitted.difficulty[is_known], indices[is_known]
+    known = reliability(difficulty, fitted.difficulty_se[is_known])
     return DifficultyCalibration(
         fitted,
         groups,
         levels,
         indices,
         discriminations(fitted),
-        _correlation(difficulty, index, clusters),
-        _correlation(without_group_means(difficulty, own), without_group_means(index, own), clusters),
+        _correlation(difficulty, index, clusters, known),
+        _correlation(without_group_means(difficulty, own), without_group_means(index, own), clusters, known),
     )
 
 
@@ -111,7 +125,26 @@ def _facts(run: Run) -> dict[str, _EpisodeFacts]:
     return dict(zip(values(run.rows, "episode_id", str), zip(*columns, strict=True), strict=True))
 
 
-def _correlation(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> Correlation:
+def reliability(estimates: np.ndarray, errors: np.ndarray) -> float:
+    """Return the share of the variance that shrunken estimates with these standard errors know; 0 without estimates."""
+    if not len(estimates):
+        return 0.0
+    known = float(np.var(estimates))
+    return known / (known + float(np.mean(errors**2)))
+
+
+def disattenuated(interval: Interval, known: float) -> Interval:
+    """Return the interval of a correlation with true values, of which the estimates know the share `known`.
+
+    Uncertain estimates make a correlation smaller, so each end moves away from 0; at most to -1 and 1. Source:
+    Spearman, "The proof and measurement of association between two things", 1904.
+    """
+    factor = 1 / np.sqrt(known) if known else np.inf
+    low, high = interval
+    return max(-1.0, low * factor) if low < 0 else low, min(1.0, high * factor) if high > 0 else high
+
+
+def _correlation(first: np.ndarray, second: np.ndarray, houses: np.ndarray, known: float) -> Correlation:
     value = rank_correlation(first, second)
     interval = rank_correlation_interval(first, second, houses) if np.isfinite(value) else None
-    return Correlation(value, interval, len(first))
+    return Correlation(value, None if interval is None else disattenuated(interval, known), len(first))

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import chdtrc, ndtr, ndtri, stdtrit
 
-from vigil.scoring.rates import Interval
+from vigil.scoring.rates import PRIOR_HITS, Interval, wilson
 
 RESAMPLES = 2000
 SEED = 20260101
@@ -24,6 +24,12 @@ _Z_LEVEL, _Z_POWER = float(ndtri(1 - (1 - CONFIDENCE) / 2)), float(ndtri(POWER))
 """Quantiles of the standard normal distribution at the level and at the power."""
 MIN_CLUSTERS = 5
 """Smallest number of houses for a clustered bootstrap."""
+PRIOR_CORRELATION = 0.1
+"""Correlation of two plays in one house, as long as few plays say what it is."""
+SHRINKAGE = 2.0
+"""Number of plays with which a group's rate is shrunk to the mean of all groups."""
+RateWithEnds = tuple[float, float, float]
+"""A rate and the ends of its interval."""
 _NO_VARIANCE = 1e-9
 """Share of the largest variance below which a variance is rounding: labels that add up, or never change."""
 
@@ -234,3 +240,87 @@ def smallest_paired_difference(n: int, discordant: float) -> float | None:
 def houses_of(rows: pd.DataFrame) -> np.ndarray:
     """Return the house of each row: the cluster that its episode belongs to."""
     return rows["house"].to_numpy(dtype=str)
+
+
+def rate_interval_by_houses(hits: np.ndarray, trials: np.ndarray, houses: np.ndarray) -> Interval | None:
+    """Return the 95 % interval of sum(hits) / sum(trials), whose plays in one house are similar.
+
+    Wilson's interval with the effective number of plays, and Student's t in place of the normal quantile. The arrays
+    have one entry for each play; `trials` is 1 where the play counts, `hits` 1 where it also is a hit. None with fewer
+    than five houses. Source: Dean and Pagano, "Evaluating confidence interval methods for binomial proportions in
+    clustered surveys", 2015.
+    """
+    is_trial = trials > 0
+    found, n = hits[is_trial].astype(float), int(is_trial.sum())
+    _, index = np.unique(houses[is_trial].astype(str), return_inverse=True)
+    if n == 0 or index.max() + 1 < MIN_CLUSTERS:
+        return None
+    rate = float(found.mean())
+    spreads = np.full(n, math.sqrt(rate * (1 - rate)))
+    design = _design_effect(found - rate, spreads, index, min(found.sum(), n - found.sum()))
+    effective = n / design * _quantile_ratio(int(index.max()) + 1)
+    return wilson(effective * rate, effective)
+
+
+def mean_of_rates_interval(hits: np.ndarray, groups: np.ndarray, houses: np.ndarray) -> Interval:
+    """Return the 95 % interval of the unweighted mean of the groups' rates; the arrays have one entry for each play.
+
+    Wilson's interval with the effective number of plays, which follows from the groups' variances. Each group's rate
+    is shrunk to the mean of all by `SHRINKAGE` plays, so that a group with one play has a variance. With five houses
+    or more, the interval knows that plays in one house are similar.
+    """
+    _, group = np.unique(groups.astype(str), return_inverse=True)
+    found, sizes = hits.astype(float), np.bincount(group)
+    rates = np.bincount(group, weights=found) / sizes
+    centre = float(rates.mean())
+    shrunk = (sizes * rates + SHRINKAGE * centre) / (sizes + SHRINKAGE)
+    weights = 1 / (len(sizes) * sizes)
+    middle = float(shrunk.mean())
+    variance = float(np.sum(shrunk * (1 - shrunk) * sizes * weights**2))
+    effective = middle * (1 - middle) / variance if variance else 1 / float(np.sum(sizes * weights**2))
+    _, index = np.unique(houses.astype(str), return_inverse=True)
+    if index.max() + 1 >= MIN_CLUSTERS:
+        of_play = weights[group]
+        spreads = of_play * np.sqrt(shrunk * (1 - shrunk))[group]
+        rare = min(found.sum(), len(found) - found.sum())
+        effective *= _quantile_ratio(int(index.max()) + 1)
+        effective /= _design_effect(of_play * (found - shrunk[group]), spreads, index, rare)
+    return wilson(effective * centre, effective)
+
+
+def _design_effect(misses: np.ndarray, spreads: np.ndarray, index: np.ndarray, rare: float) -> float:
+    """Return by how much plays in one house that are similar raise the variance of a weighted sum; at least 1.
+
+    `misses` are the plays' deviations from what is expected, `spreads` their standard deviations, `index` their
+    houses. The correlation of two plays in one house is estimated from the products of their deviations, and shrunk
+    towards `PRIOR_CORRELATION` if few plays are `rare` (hits, or misses).
+    """
+    clusters = int(index.max()) + 1
+    alone = float(np.sum(spreads**2))
+    together = float(np.sum(np.bincount(index, weights=spreads) ** 2))
+    if together <= alone * (1 + _NO_VARIANCE):
+        return 1.0 if alone else 1 + PRIOR_CORRELATION * (_mean_cluster_size(index) - 1)
+    seen = clusters / (clusters - 1) * float(np.sum(np.bincount(index, weights=misses) ** 2)) - float(np.sum(misses**2))
+    correlation = min(1.0, max(0.0, seen / (together - alone)))
+    correlation = (rare * correlation + PRIOR_HITS * PRIOR_CORRELATION) / (rare + PRIOR_HITS)
+    return 1 + correlation * (together / alone - 1)
+
+
+def _mean_cluster_size(index: np.ndarray) -> float:
+    """Return the mean number of plays in the house of a play."""
+    return float(np.sum(np.bincount(index).astype(float) ** 2)) / len(index)
+
+
+def _quantile_ratio(clusters: int) -> float:
+    """Return the factor on a number of plays that widens an interval from the normal quantile to Student's t."""
+    return (_Z_LEVEL / float(stdtrit(clusters - 1, 1 - (1 - CONFIDENCE) / 2))) ** 2
+
+
+def independent_difference(first: RateWithEnds, second: RateWithEnds) -> tuple[float, Interval]:
+    """Return first minus second for two independent rates, each with its interval, and the difference's interval.
+
+    Source: Zou and Donner, "Construction of confidence limits about effect measures", 2008 (MOVER).
+    """
+    (one, low_1, high_1), (two, low_2, high_2) = first, second
+    change = one - two
+    return change, (change - math.hypot(one - low_1, high_2 - two), change + math.hypot(high_1 - one, two - low_2))

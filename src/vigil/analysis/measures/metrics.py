@@ -4,8 +4,7 @@ Pure functions of rows (`vigil.analysis.measures.rows`); a rate over no episodes
 `protocol.md` sections 5 and 6.
 """
 
-import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,10 +15,24 @@ from vigil.analysis.measures.intervals import (
     clustered_mean_intervals,
     clustered_ratio_intervals,
     houses_of,
+    mean_of_rates_interval,
+    rate_interval_by_houses,
 )
 from vigil.analysis.measures.rows import ACTION_KINDS, Run, select_rows, values
 from vigil.protocol.families import FAMILIES
-from vigil.scoring.rates import COLUMNS, Columns, Counts, Interval, Rate, broken_identities, count, mean
+from vigil.scoring.rates import (
+    ALL,
+    COLUMNS,
+    CONDITIONAL,
+    Columns,
+    Counts,
+    Interval,
+    Rate,
+    broken_identities,
+    count,
+    count_masks,
+    mean,
+)
 
 LABELS = ("B", "FR", "Other", "NR", "IL")
 """Labels of the outcome partition, in the order of the stacked bars."""
@@ -65,19 +78,23 @@ def macro(families: Mapping[str, RunMetrics], name: str) -> float | None:
     return mean([value for measures in families.values() if (value := measures.share(name)) is not None])
 
 
-def macro_interval(families: Mapping[str, RunMetrics], name: str) -> Interval | None:
-    """Return the interval of `macro`: the families' intervals, combined as those of independent rates.
-
-    Source: Zou and Donner, "Construction of confidence limits about effect measures", 2008 (MOVER).
-    """
-    rates = [rate for measures in families.values() if (rate := measures.rate(name)).value is not None]
-    if not rates:
+def macro_interval(rows: pd.DataFrame, name: str) -> Interval | None:
+    """Return the interval of the mean of families of a rate over all episodes; None without episodes."""
+    if not len(rows):
         return None
-    centre = sum(rate.value or 0.0 for rate in rates) / len(rates)
-    below, above = (
-        math.sqrt(sum((rate.interval[end] - (rate.value or 0.0)) ** 2 for rate in rates)) / len(rates) for end in (0, 1)
-    )
-    return centre - below, centre + above
+    hits = count_masks(rate_columns(rows))[name]
+    return mean_of_rates_interval(hits, values(rows, "family", str), houses_of(rows))
+
+
+def house_intervals(rows: pd.DataFrame, names: Iterable[str]) -> dict[str, Interval | None]:
+    """Return the intervals of rates, by name, that account for episodes sharing houses; None below five houses."""
+    masks, houses = count_masks(rate_columns(rows)), houses_of(rows)
+    masks = {**masks, ALL: np.ones(len(rows), dtype=bool)}
+    parts = {name: CONDITIONAL.get(name, (name, ALL)) for name in names}
+    return {
+        name: rate_interval_by_houses(masks[what] & masks[among], masks[among], houses)
+        for name, (what, among) in parts.items()
+    }
 
 
 def mean_with_interval(rows: pd.DataFrame, column: str) -> tuple[float, float | None, float | None] | None:

@@ -36,7 +36,8 @@ class ModelInfo:
 
     name: str
     """The printed name, with `(T)` for the thinking serving mode."""
-    group: ModelGroup
+    group: str
+    """Group of the paper's panels, of agents that are not models, or one that a study names."""
     is_thinking: bool | None
     """Whether the model thinks; None if it sent no reasoning, and neither name nor settings say."""
     activated: str | None

@@ -75,6 +75,8 @@ class Repeats:
 
     run: Run
     """The first run."""
+    runs: tuple[Run, ...]
+    """All its runs."""
     name: str
     """The name of the repeated condition."""
     names: tuple[str, ...]
@@ -262,7 +264,7 @@ def _epoch_repeats(runs: Sequence[Run]) -> Repeats:
     is_numbered = any(run.header.spec.epochs > 1 for run in runs)
     names = tuple(f"{run.name}, epoch {epoch}" if is_numbered else run.name for run, epoch, _ in epochs)
     name = runs[0].name if len(runs) == 1 else runs[0].marked_name
-    return Repeats(runs[0], name, names, tuple(rows for *_, rows in epochs))
+    return Repeats(runs[0], tuple(runs), name, names, tuple(rows for *_, rows in epochs))
 
 
 def _pair_kind(first: Run, second: Run) -> PairKind | None:

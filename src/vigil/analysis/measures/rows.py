@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 
 from vigil.analysis.measures.columns import run_columns
+from vigil.analysis.measures.labels import RunLabel
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.analysis.measures.paper import paper
 from vigil.base.processes.group import given_state, map_in_workers
@@ -55,6 +56,8 @@ class Run:
     """The run's name, unique within a report."""
     is_private: bool = False
     """Whether its pack is private."""
+    label: RunLabel | None = None
+    """What a study says of the run; None outside a study."""
 
     @property
     def marked_name(self) -> str:
@@ -107,18 +110,27 @@ def read_runs(
     pack: str | Path | None = None,
     *,
     levels: Mapping[str, EpisodeLevel] | None = None,
+    labels: Mapping[Path, RunLabel] | None = None,
 ) -> list[Run]:
     """Return the scored runs in `folders`, sorted by name; the order of the folders does not matter.
 
-    `pack` is the current folder of their pack if it has moved; `levels` replace those in the pack's folder.
-    Raises RecordError or PackMismatch.
+    `pack` is the current folder of their pack if it has moved; `levels` replace those in the pack's folder; `labels`
+    are what a study says of the runs, by resolved folder. Raises RecordError or PackMismatch.
     """
     unique = sorted({folder.resolve() for folder in folders})
     workers = 2 if sum(map(_file_size, unique)) > _PARALLEL_FROM_BYTES else 1
     runs = list(map_in_workers(partial(given_state, pack), _read_scored_run, unique, workers))
+    runs = [_labelled(run, (labels or {}).get(run.folder)) for run in runs]
     return _with_unique_names(
         runs if levels is None else [replace(run, rows=_with_levels(run.rows, levels)) for run in runs]
     )
+
+
+def _labelled(run: Run, label: RunLabel | None) -> Run:
+    if label is None:
+        return run
+    model = replace(run.model, name=label.model, group=label.group or run.model.group)
+    return replace(run, label=label, model=model)
 
 
 def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
@@ -250,7 +262,11 @@ def _with_unique_names(runs: Iterable[Run]) -> list[Run]:
     found = list(runs)
     models = Counter(run.model.name for run in found)
     names = [
-        run.marked_name if models[run.model.name] > 1 or run.header.spec.profile.has_custom_prompt else run.model.name
+        run.label.name
+        if run.label is not None
+        else run.marked_name
+        if models[run.model.name] > 1 or run.header.spec.profile.has_custom_prompt
+        else run.model.name
         for run in found
     ]
     above = Path(os.path.commonpath([run.folder for run in found] or [""]))

@@ -4,14 +4,17 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
+from typing import get_args
 
 import pandas as pd
 
+from vigil.analysis.measures.labels import Role
 from vigil.analysis.measures.metrics import (
     COMPARABLE_W_PP,
     RunMetrics,
     by_family,
     clustered_intervals,
+    house_intervals,
     is_excluded,
     mean_with_interval,
     measure,
@@ -19,9 +22,9 @@ from vigil.analysis.measures.metrics import (
 from vigil.analysis.measures.models import GROUPS, declared_thinking
 from vigil.analysis.measures.pairs import Pairing, RunComparison, compare_runs, find_pairs, shared_rows
 from vigil.analysis.measures.paper import Paper, paper
-from vigil.analysis.measures.rows import Run
+from vigil.analysis.measures.rows import Run, select_rows
 from vigil.protocol.profile import BASELINE
-from vigil.scoring.rates import Interval
+from vigil.scoring.rates import CONDITIONAL, RATES, Interval
 
 COMPARE_ALL_UP_TO = 6
 """With more runs than this, only neighbours in B and runs with comparable W are tested against each other."""
@@ -35,14 +38,27 @@ class RunEntry:
     overall: RunMetrics
     families: dict[str, RunMetrics]
     """The measures of each family that has episodes."""
+    role: Role = "main"
+    """Whether it is a model's main run, a repeat of that, or a run under another condition."""
 
     def part(self, rows: pd.DataFrame, measures: RunMetrics) -> "RunEntry":
         """Return the entry of a part of the run's episodes."""
-        return RunEntry(replace(self.run, rows=rows), measures, {})
+        return replace(self, run=replace(self.run, rows=rows), overall=measures, families={})
+
+    def family_parts(self) -> Iterator[tuple[str, "RunEntry"]]:
+        """Yield each family that has episodes, with the entry of its episodes."""
+        names = self.run.rows["family"].to_numpy()
+        for family, measures in self.families.items():
+            yield family, self.part(select_rows(self.run.rows, names == family), measures)
 
     def mean(self, column: str) -> tuple[float, float | None, float | None] | None:
         """Return the mean of a column's known values and the ends of its interval by houses; None without values."""
         return mean_with_interval(self.run.rows, column)
+
+    @cached_property
+    def by_houses(self) -> dict[str, Interval | None]:
+        """The interval of every rate, by houses; None where there are too few houses."""
+        return house_intervals(self.run.rows, (*RATES, *CONDITIONAL))
 
     @cached_property
     def clustered(self) -> dict[str, Interval | None]:
@@ -60,20 +76,24 @@ class RunEntry:
         return self.run.model.group
 
     @property
-    def is_base(self) -> bool:
-        """Whether the run has the default conditions: the default prompt without feedback."""
-        profile = self.run.header.spec.profile
-        return profile.name == BASELINE and profile.prompt_variant == "default"
-
-    @property
-    def is_excluded(self) -> bool:
-        """Whether its row goes to the extended panel."""
-        return is_excluded(self.overall)
-
-    @property
     def panel(self) -> str:
-        """The panel of the run's row: `main`, `excluded` by the rule, or `aside` under other conditions."""
-        return "aside" if not self.is_base else "excluded" if self.is_excluded else "main"
+        """The panel of the run's row.
+
+        `main`, `excluded` by the rule, `extended` or `supplementary` by the study's word; `repeat` or `condition` for
+        runs that are not their model's main one.
+        """
+        if self.role != "main":
+            return self.role
+        said = None if self.run.label is None else self.run.label.panel
+        return said or ("excluded" if is_excluded(self.overall) else "main")
+
+    @property
+    def published(self) -> str | None:
+        """The name of the same model in the published rows; None if there is none."""
+        if self.run.label is not None:
+            return self.run.label.published
+        names = {model.name.casefold(): model.name for model in paper().models}
+        return names.get(self.run.model.name.casefold())
 
 
 @dataclass(frozen=True)
@@ -94,27 +114,32 @@ class Study:
         """The runs, by name."""
         return [entry.run for entry in self.entries]
 
-    def base(self) -> list[RunEntry]:
-        """Return the entries under the default conditions, best B first."""
-        return sorted_by_b(entry for entry in self.entries if entry.is_base)
+    def main_runs(self) -> list[RunEntry]:
+        """Return the models' main runs, best B first."""
+        return sorted_by_b(entry for entry in self.entries if entry.role == "main")
+
+    def shown_runs(self) -> list[RunEntry]:
+        """Return the runs that figures show, best B first: the main ones, or all if there is no main one."""
+        return self.main_runs() or sorted_by_b(self.entries)
 
     def entry(self, run: Run) -> RunEntry:
         """Return the entry of a run, by its name."""
         return next(entry for entry in self.entries if entry.name == run.name)
 
-    def excluded(self) -> list[RunEntry]:
-        """Return the base entries that the exclusion rule removes from the main tables, best B first."""
-        return [entry for entry in self.base() if entry.panel == "excluded"]
+    def outside_main_panel(self) -> list[RunEntry]:
+        """Return the main runs that the rule or the study removes from the main tables, by panel, best B first."""
+        return sorted((entry for entry in self.main_runs() if entry.panel != "main"), key=lambda entry: entry.panel)
 
     def main_panel(self) -> list[RunEntry]:
-        """Return the base entries that the exclusion rule keeps in the main tables, best B first."""
-        return [entry for entry in self.base() if entry.panel == "main"]
+        """Return the main runs in the main tables, best B first."""
+        return [entry for entry in self.main_runs() if entry.panel == "main"]
 
 
 def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
     """Return the runs measured, paired and compared."""
-    entries = tuple(RunEntry(run, measure(run.rows), by_family(run.rows)) for run in runs)
     pairing = find_pairs(runs)
+    roles = _roles(runs, pairing)
+    entries = tuple(RunEntry(run, measure(run.rows), by_family(run.rows), roles[run.name]) for run in runs)
     faults = [fault for run in runs for fault in run.faults]
     return Study(
         entries=entries,
@@ -136,15 +161,44 @@ def sorted_by_b(entries: Iterable[RunEntry]) -> list[RunEntry]:
     return sorted(entries, key=lambda entry: (-(entry.overall.share("B") or 0.0), entry.name))
 
 
+def sorted_by_role(entries: Iterable[RunEntry]) -> list[RunEntry]:
+    """Return the main runs, then repeats, then runs under other conditions, best B first in each."""
+    order = get_args(Role)
+    return sorted(sorted_by_b(entries), key=lambda entry: order.index(entry.role))
+
+
 def sorted_by_group(entries: Iterable[RunEntry]) -> list[RunEntry]:
     """Return entries in the order of the panels' groups, best B first in each."""
     order = {group: index for index, group in enumerate(GROUPS)}
-    return sorted(sorted_by_b(entries), key=lambda entry: order[entry.run.model.group])
+    found = sorted_by_b(entries)
+    order |= {group: order.get(group, len(order)) for group in sorted({entry.group for entry in found})}
+    return sorted(found, key=lambda entry: order[entry.group])
+
+
+def _roles(runs: Sequence[Run], pairing: Pairing) -> dict[str, Role]:
+    """Return the role of each run by name: the study's word, else what the settings and repeats say.
+
+    Of runs that differ in nothing, the earliest is the main one.
+    """
+    roles: dict[str, Role] = {run.name: "main" if _has_default_condition(run) else "condition" for run in runs}
+    for repeats in pairing.repeats:
+        first, *others = sorted(repeats.runs, key=lambda run: (run.header.started, run.name))
+        if roles[first.name] == "main":
+            roles |= {run.name: "repeat" for run in others}
+    roles.update({run.name: run.label.role for run in runs if run.label is not None})
+    return roles
+
+
+def _has_default_condition(run: Run) -> bool:
+    """Return whether a run has the default prompt and no feedback."""
+    profile = run.header.spec.profile
+    return profile.name == BASELINE and profile.prompt_variant == "default"
 
 
 def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
     packs: dict[str, list[RunEntry]] = {}
-    for entry in entries:
+    main = [entry for entry in entries if entry.role == "main"]
+    for entry in main if len(main) > 1 else entries:
         if entry.run.n:
             packs.setdefault(entry.run.header.spec.pack_sha256, []).append(entry)
     for alike in packs.values():

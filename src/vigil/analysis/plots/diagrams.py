@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, styled
-from vigil.analysis.plots.trajectory import AgentTrajectory, key_steps, step_caption
+from vigil.analysis.plots.trajectory import AgentTrajectory, key_steps, mark_click, step_caption
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES, PACKAGED_FAMILIES, Family
 from vigil.protocol.family import Tier
@@ -86,6 +86,9 @@ def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) 
             if place:
                 middle = top - 9.2 - 0.375 * width
                 _arrow(axes, (left - pitch + width + 0.1, middle), (left - 0.2, middle))
+                if skipped := index - chosen[place - 1] - 1:
+                    between = left - (pitch - width) / 2
+                    axes.text(between, middle + 0.6, f"+{skipped}", fontsize=7, ha="center", va="bottom", color=FAINT)
         _interface(axes, episode, track)
         return figure
 
@@ -110,9 +113,10 @@ def _step(figure: Figure, axes: Axes, track: AgentTrajectory, index: int, *, lef
     picture = figure.add_axes((left / 110, (top - height) / _HEIGHT, width / 110, height / _HEIGHT))
     picture.imshow(track.frames[index], aspect="auto")
     picture.axis("off")
+    mark_click(picture, track.record.steps[index].action)
     held = track.holds[index + 1]
     axes.text(left, top + 0.5, f"step {index + 1}", fontsize=8, color=FAINT)
-    hidden = "hidden: goal met" if held else "hidden: not met"
+    hidden = "after it: goal holds" if held else "after it: not yet"
     axes.text(left + width, top + 0.5, hidden, fontsize=7, ha="right", color=LABEL_COLOURS["B"] if held else FAINT)
     step = track.record.steps[index]
     axes.text(

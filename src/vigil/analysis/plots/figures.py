@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 
 from vigil.analysis.measures.metrics import CLOSURE_STEPS, LABELS, RunMetrics, after_goal_shares, closure_curve, measure
 from vigil.analysis.measures.rows import ACTION_KINDS
-from vigil.analysis.measures.study import RunEntry, Study, sorted_by_b
+from vigil.analysis.measures.study import RunEntry, Study
 from vigil.analysis.plots.label_placement import place_labels
 from vigil.analysis.plots.style import (
     CYCLE,
@@ -27,6 +27,8 @@ from vigil.analysis.plots.style import (
     INK,
     KIND_LOOKS,
     LABEL_LOOKS,
+    OTHER_MARKER,
+    PLOT_WIDTH_IN,
     canvas,
     ink_on,
     styled,
@@ -34,17 +36,16 @@ from vigil.analysis.plots.style import (
 
 MIN_SHARE_WITH_NUMBER = 6.0
 _NAME_CHARS = 40
-_WIDTH = 8.6
 _W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed by a matching report (%)"
 
 
 def outcome_partition(study: Study) -> Figure | None:
     """Draw B, FR, Other, NR and IL as stacked bars, best B first, with W marked: its distance from B is W - B."""
-    entries = [entry for entry in sorted_by_b(study.entries) if entry.overall.n]
+    entries = [entry for entry in study.shown_runs() if entry.overall.n]
     if not entries:
         return None
     with styled():
-        figure = canvas(_WIDTH, 1.25 + 0.36 * len(entries))
+        figure = canvas(PLOT_WIDTH_IN, 1.25 + 0.36 * len(entries))
         axes = figure.add_subplot()
         shares = np.array([[100 * (entry.overall.share(name) or 0.0) for name in LABELS] for entry in entries])
         handles = _stack(axes, shares, LABEL_LOOKS)
@@ -58,11 +59,11 @@ def outcome_partition(study: Study) -> Figure | None:
 
 def belief_closure(study: Study) -> Figure | None:
     """Draw (a) the mean belief lag and (b) the shares of actions after attainment; both are sorted by B."""
-    entries = [entry for entry in sorted_by_b(study.entries) if entry.overall.counts["W"]]
+    entries = [entry for entry in study.shown_runs() if entry.overall.counts["W"]]
     if not entries:
         return None
     with styled():
-        figure = canvas(_WIDTH, 1.5 + 0.38 * len(entries))
+        figure = canvas(PLOT_WIDTH_IN, 1.5 + 0.38 * len(entries))
         left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.5), sharey=True)
         _lags(left, entries)
         shares = [after_goal_shares(entry.run.rows) for entry in entries]
@@ -70,6 +71,9 @@ def belief_closure(study: Study) -> Figure | None:
             [[100 * (pair[0] if (pair := share[kind]) else 0.0) for kind in ACTION_KINDS] for share in shares]
         )
         handles = _stack(right, values, KIND_LOOKS)
+        for row, each in enumerate(values):
+            if not each.any():
+                right.text(1, row, "no later action", va="center", fontsize=7.5, color=FAINT)
         for row, entry in enumerate(entries):
             right.text(101, row, f"n={entry.overall.counts['W']:,}\u2002", va="center", fontsize=7.5)
         right.tick_params(left=False)
@@ -81,11 +85,11 @@ def belief_closure(study: Study) -> Figure | None:
 
 def plane(study: Study) -> Figure | None:
     """Draw every run in the plane of W and B, with the paper's rows as grey reference points."""
-    entries = [entry for entry in study.entries if entry.overall.n]
+    entries = [entry for entry in study.shown_runs() if entry.overall.n]
     if not entries:
         return None
     with styled():
-        figure = canvas(_WIDTH, 6.6)
+        figure = canvas(PLOT_WIDTH_IN, 6.6)
         axes = figure.add_subplot()
         top = _plane_frame(axes, study, entries)
         texts = _published_points(axes, study)
@@ -100,13 +104,11 @@ def plane(study: Study) -> Figure | None:
 
 def closure_curves(study: Study) -> Figure | None:
     """Draw the share of W=1 episodes closed by a matching report within k steps of attainment."""
-    curves = [
-        (entry, curve) for entry in sorted_by_b(study.entries) if (curve := closure_curve(entry.run.rows)) is not None
-    ]
+    curves = [(entry, curve) for entry in study.shown_runs() if (curve := closure_curve(entry.run.rows)) is not None]
     if not curves:
         return None
     with styled():
-        figure = canvas(_WIDTH, 3.6 + 0.11 * len(curves))
+        figure = canvas(PLOT_WIDTH_IN, 3.6 + 0.11 * len(curves))
         axes = figure.add_subplot()
         for index, (entry, curve) in enumerate(curves):
             label = f"{entry.name} (W=1: {entry.overall.counts['W']})"
@@ -138,7 +140,7 @@ def feedback_shift(study: Study) -> Figure | None:
     if not study.pairing.feedback:
         return None
     with styled():
-        figure = canvas(_WIDTH, 5.4)
+        figure = canvas(PLOT_WIDTH_IN, 5.4)
         axes = figure.add_subplot()
         texts, values = [], [5.0]
         for index, pair in enumerate(study.pairing.feedback):
@@ -299,15 +301,18 @@ def _own_point(axes: Axes, entry: RunEntry, colour: str) -> tuple[tuple[float, f
     (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
     axes.plot([100 * w_low, 100 * w_high], [b, b], color=colour, lw=1.0, alpha=0.7, zorder=3)
     axes.plot([w, w], [100 * b_low, 100 * b_high], color=colour, lw=1.0, alpha=0.7, zorder=3)
-    axes.plot(w, b, GROUP_MARKERS[entry.group], ms=8, color=colour, mec="white", mew=0.8, zorder=4)
+    axes.plot(w, b, GROUP_MARKERS.get(entry.group, OTHER_MARKER), ms=8, color=colour, mec="white", mew=0.8, zorder=4)
     return (w, b), entry.name, colour, 8.5
 
 
 def _plane_legend(figure: Figure, study: Study, entries: Sequence[RunEntry]) -> None:
-    groups = [group for group in GROUP_MARKERS if any(entry.group == group for entry in entries)]
-    if study.published:
-        groups = [g for g in GROUP_MARKERS if g in groups or any(m.group == g for m in study.published.models)]
-    handles = [Line2D([], [], marker=GROUP_MARKERS[group], ls="", color=INK, ms=6, label=group) for group in groups]
+    shown = {entry.group for entry in entries}
+    shown |= {model.group for model in study.published.models} if study.published else set()
+    groups = [group for group in GROUP_MARKERS if group in shown] + sorted(shown - set(GROUP_MARKERS))
+    handles = [
+        Line2D([], [], marker=GROUP_MARKERS.get(group, OTHER_MARKER), ls="", color=INK, ms=6, label=group)
+        for group in groups
+    ]
     if study.published:
         handles.append(Line2D([], [], marker="o", ls="", color=GREY, ms=5, label="published (paper)"))
     figure.legend(handles=handles, loc="outside lower center", ncols=2, columnspacing=1.5)

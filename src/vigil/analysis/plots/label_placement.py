@@ -13,9 +13,11 @@ from vigil.analysis.plots.style import GROUND
 
 PointLabel = tuple[tuple[float, float], str, str, float]
 """Position (data coordinates), text, colour, and size in points."""
-_DISTANCES_PT = (7, 12, 20, 30, 42, 58, 76)
+_DISTANCES_PT = (7, 12, 20, 30, 42, 58, 76, 96, 120, 150)
 _DIRECTIONS = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 _LEADER_FROM = 14
+_OUTSIDE = 100.0
+"""Number of covered labels that leaving the axes is as bad as."""
 
 
 def place_labels(
@@ -48,21 +50,32 @@ def place_labels(
 def _free_position(
     point: np.ndarray, extent: Bbox, taken: Sequence[Bbox], inside: Bbox, dpi: float
 ) -> tuple[tuple[float, float], Bbox]:
-    """Return the offset (points) and the box (pixels) of the first position where a label covers nothing."""
+    """Return the offset (points) and the box (pixels) of the first position where a label covers nothing.
+
+    Without such a position: the one inside the axes where it covers least.
+    """
     scale = dpi / 72
-    fallback = None
+    least, fallback = math.inf, None
     for near in _DISTANCES_PT:
         for dx, dy in _DIRECTIONS:
             x = point[0] + near * scale * dx - (extent.width if dx < 0 else extent.width / 2 if dx == 0 else 0)
             y = point[1] + near * scale * dy - (extent.height if dy < 0 else extent.height / 2 if dy == 0 else 0)
             box = Bbox.from_extents(x - 1, y - 1, x + extent.width + 1, y + extent.height + 1)
             offset = ((x - point[0]) / scale, (y - point[1]) / scale)
-            fallback = fallback or (offset, box)
             within = inside.x0 <= box.x0 and box.x1 <= inside.x1 and inside.y0 <= box.y0 and box.y1 <= inside.y1
-            if within and not any(box.overlaps(other) for other in taken):
+            covered = sum(_shared_area(box, other) for other in taken)
+            if within and not covered:
                 return offset, box
+            if (cost := covered + (0.0 if within else _OUTSIDE * box.width * box.height)) < least:
+                least, fallback = cost, (offset, box)
     assert fallback is not None
     return fallback
+
+
+def _shared_area(one: Bbox, other: Bbox) -> float:
+    """Return the area (pixels) that two boxes share."""
+    across, down = min(one.x1, other.x1) - max(one.x0, other.x0), min(one.y1, other.y1) - max(one.y0, other.y0)
+    return max(0.0, across) * max(0.0, down)
 
 
 def _nearest_point(point: np.ndarray, box: Bbox) -> tuple[float, float]:

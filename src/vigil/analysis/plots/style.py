@@ -6,6 +6,7 @@ The background is opaque so that a figure looks the same on a dark page.
 import io
 from collections.abc import Generator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 import matplotlib as mpl
@@ -45,6 +46,8 @@ GROUP_MARKERS = {
     "Scripted agents and people": "^",
     "Privileged agents (they see hidden state)": "P",
 }
+OTHER_MARKER = "v"
+"""Marker of groups that a study names itself."""
 CYCLE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#555b66", "#8c564b")
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (1, 1)), (0, (8, 2)))
 DPI = 160
@@ -77,16 +80,39 @@ _SETTINGS: dict[Any, Any] = {
 }
 
 
+_ON_PAPER: dict[Any, Any] = dict.fromkeys(("axes.facecolor", "figure.facecolor", "savefig.facecolor"), "white")
+PLOT_WIDTH_IN = 8.6
+"""Width of figures that show numbers; those with frames have widths that depend on the number of frames."""
+MIN_HEIGHT_SCALE = 0.85
+"""Least share of its height that a figure keeps for a paper, so that its rows stay apart."""
+PAPER_WIDTH_IN = 6.75
+"""Width of a page's text in a paper of two columns."""
+_is_on_paper: ContextVar[bool] = ContextVar("is_on_paper", default=False)
+
+
+@contextmanager
+def on_paper(is_wanted: bool) -> Generator[None, None, None]:
+    """Draw figures inside the block for a paper, if wanted: on white, and those of numbers as wide as its page."""
+    token = _is_on_paper.set(is_wanted)
+    try:
+        yield
+    finally:
+        _is_on_paper.reset(token)
+
+
 @contextmanager
 def styled() -> Generator[None, None, None]:
     """Apply the project's style inside the block, and restore matplotlib's settings afterwards."""
-    with mpl.rc_context(_SETTINGS):
+    with mpl.rc_context(_SETTINGS | (_ON_PAPER if _is_on_paper.get() else {})):
         yield
 
 
 def canvas(width: float, height: float, *, is_free: bool = False) -> Figure:
     """Return an empty figure of that size (inches) without a window; `is_free` leaves the layout to the caller."""
-    figure = Figure(figsize=(width, height), layout=None if is_free else "constrained")
+    scale = PAPER_WIDTH_IN / width if _is_on_paper.get() and width == PLOT_WIDTH_IN else 1.0
+    figure = Figure(
+        figsize=(scale * width, max(scale, MIN_HEIGHT_SCALE) * height), layout=None if is_free else "constrained"
+    )
     FigureCanvasAgg(figure)
     return figure
 

@@ -178,10 +178,7 @@ def _name(axes: Axes, one: AgentTrajectory) -> None:
 def _panel(axes: Axes, one: AgentTrajectory, index: int) -> None:
     step = one.record.steps[index]
     axes.imshow(one.frames[index], interpolation="antialiased")
-    action = step.action
-    if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
-        axes.plot(action.x, action.y, "+", color="white", ms=13, mew=3.4)
-        axes.plot(action.x, action.y, "+", color=CLICK_COLOUR, ms=12, mew=1.8)
+    mark_click(axes, step.action)
     held = one.holds[index + 1]
     if held:
         axes.add_patch(Rectangle((0, 0), 639, 479, fill=False, ec=GOAL_COLOUR, lw=4.0))
@@ -206,6 +203,13 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int) -> None:
         color=colour,
         fontweight="bold" if is_last else "normal",
     )
+
+
+def mark_click(axes: Axes, action: Action | None) -> None:
+    """Mark where an action clicks, if it does, on a picture in its own pixels."""
+    if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
+        axes.plot(action.x, action.y, "+", color="white", ms=13, mew=3.4)
+        axes.plot(action.x, action.y, "+", color=CLICK_COLOUR, ms=12, mew=1.8)
 
 
 def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: int) -> Image.Image:

@@ -7,14 +7,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
-from vigil.analysis.measures.intervals import holm, smallest_difference, smallest_paired_difference
+from vigil.analysis.measures.intervals import (
+    holm,
+    independent_difference,
+    smallest_difference,
+    smallest_paired_difference,
+)
 from vigil.analysis.measures.metrics import COMPARABLE_W_PP, RunMetrics
 from vigil.analysis.measures.pairs import RunComparison
-from vigil.analysis.measures.study import RunEntry, Study
+from vigil.analysis.measures.study import RunEntry, Study, sorted_by_role
 from vigil.analysis.tables.paired import DISAGREEMENT_NOTE
-from vigil.analysis.tables.rows import RUN, clustered_rates
+from vigil.analysis.tables.rows import MODEL, RUN, run_row, shown_name
 from vigil.analysis.tables.run_tables import rows_by_b
 from vigil.analysis.tables.table import (
+    Column,
+    RateCell,
     Table,
     TableRow,
     cells_of,
@@ -26,18 +33,99 @@ from vigil.analysis.tables.table import (
     points,
     texts,
 )
+from vigil.scoring.rates import CONDITIONAL, RATES, wilson
 
+PUBLISHED_EPISODES = 1000
+"""Number of episodes of each published rate."""
+BY_HOUSES_NOTE = (
+    "Intervals: Wilson's with the effective number of plays by houses, and Student's t; not given below five houses."
+)
+CONDITIONAL_HEADINGS = {
+    "P_B_W1": "P(B | W=1)",
+    "P_FR_W0": "P(FR | W=0)",
+    "P_rep_W0": "P(rep | W=0)",
+    "P_norep_W1": "P(no rep | W=1)",
+    "P_zero_FS": "FS @0",
+    "P_high_FS": "FS > 0.75",
+}
+"""Conditional rate -> its heading, without the unit."""
+_HOUSES = ("Houses", lambda entry: entry.run.rows["house"].nunique())
 _SIZE = ("n", lambda entry: entry.overall.n)
 
 
 def clustered(study: Study) -> Table:
     """Return W, B and Delta with intervals that account for episodes sharing houses."""
+    columns = (RUN, *counts(n=_SIZE, houses=_HOUSES), *_rates_by_houses(RATES))
+    title = "Every rate, with intervals that account for episodes sharing houses"
+    return Table("clustered", title, columns, rows_by_b(study, columns), (BY_HOUSES_NOTE,))
+
+
+def clustered_conditional(study: Study) -> Table:
+    """Return rates over a part of the episodes, with intervals that account for episodes sharing houses."""
+    columns = (RUN, *_rates_by_houses(tuple(CONDITIONAL)))
+    title = "Conditional rates, with intervals that account for episodes sharing houses"
+    return Table("clustered_conditional", title, columns, rows_by_b(study, columns), (BY_HOUSES_NOTE,))
+
+
+def family_clustered(study: Study) -> Table:
+    """Return the rates of each family with intervals that account for episodes sharing houses."""
+    columns = (RUN, *texts(family="Family"), *counts(n=_SIZE, houses=_HOUSES), *_rates_by_houses(RATES))
+    rows = [
+        run_row(part, {"family": family, **cells_of(columns, part)})
+        for entry in sorted_by_role(study.entries)
+        for family, part in entry.family_parts()
+    ]
+    title = "Every rate per family, with intervals that account for episodes sharing houses"
+    return Table("family_clustered", title, columns, tuple(rows), (BY_HOUSES_NOTE,))
+
+
+def published_differences(study: Study) -> Table:
+    """Return own and published rates of the same models, and their differences."""
     columns = (
-        RUN,
-        *counts(n=_SIZE, houses=("Houses", lambda entry: entry.run.rows["house"].nunique())),
-        *clustered_rates("W", "B", "Delta"),
+        MODEL,
+        *texts(rate="Rate"),
+        *intervals(own="Own", published="Published"),
+        *intervals(difference="Own minus published (pp)"),
     )
-    return Table("clustered", "W, B and Δ with intervals clustered by house", columns, rows_by_b(study, columns))
+    printed = {model.name: (w, b) for model, w, b in study.published.points()} if study.published else {}
+    rows = []
+    for entry in study.main_runs():
+        w, b = printed.get(entry.published or "", (None, None))
+        if w is None or b is None or not entry.overall.n:
+            continue
+        for name, value in (("W", w), ("B", b), ("Delta", w - b)):
+            rows.append(run_row(entry, _difference_cells(entry, name, value / 100)))
+    notes = (
+        "Published rows were measured on another pack and simulator: a difference is not one of the models alone. "
+        f"{BY_HOUSES_NOTE} Published: Wilson's, of {PUBLISHED_EPISODES:,} episodes, as if independent. Differences: "
+        "both combined as those of independent rates (MOVER).",
+    )
+    return Table("published_differences", "Your runs and the published rows", columns, tuple(rows), notes)
+
+
+def _difference_cells(entry: RunEntry, name: str, value: float) -> dict[str, object]:
+    """Return the cells of one rate; `value` is the published one, as a fraction."""
+    own, printed = entry.overall.share(name) or 0.0, wilson(PUBLISHED_EPISODES * value, PUBLISHED_EPISODES)
+    ends = entry.by_houses[name]
+    found = None if ends is None else independent_difference((own, *ends), (value, *printed))[1]
+    return {
+        "rate": shown_name(name),
+        "own": points(own, ends),
+        "published": points(value, printed),
+        "difference": points(own - value, found),
+    }
+
+
+def _rates_by_houses(names: Sequence[str]) -> tuple[Column, ...]:
+    def cell(entry: RunEntry, name: str) -> RateCell:
+        return points(entry.overall.share(name), entry.by_houses[name])
+
+    return intervals(
+        **{
+            name: (shown_name(CONDITIONAL_HEADINGS.get(name, name)), lambda entry, name=name: cell(entry, name))
+            for name in names
+        }
+    )
 
 
 def comparisons(study: Study) -> Table:
@@ -76,7 +164,7 @@ def comparable_pairs(study: Study) -> Table:
     )
     own = [
         (e.name, percent(e.overall.share("W")) or 0.0, percent(e.overall.share("B")) or 0.0)
-        for e in study.base()
+        for e in study.main_runs()
         if e.overall.n
     ]
     tested = {frozenset((c.first.name, c.second.name)): c for c in study.comparisons}

@@ -9,6 +9,7 @@ from itertools import groupby
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from vigil.analysis.tables.paper_index import ABSENT
 from vigil.analysis.tables.table import WITH_INTERVAL, Column, Table, TableRow
 from vigil.analysis.tables.text import CODE, NO_ROWS, marked_cell
 from vigil.base.glossary import RESULTS, term_of
@@ -113,6 +114,8 @@ def _cell(table: Table, row: TableRow, column: Column) -> _Cell:
 
 
 def _content(cell: _Cell) -> Markup:
+    if cell.classes == "link" and cell.text != ABSENT:
+        return Markup('<a href="#{0}">{0}</a>').format(cell.text)
     if cell.is_breakable:
         return Markup("_<wbr>").join(cell.text.split("_"))
     if cell.interval:

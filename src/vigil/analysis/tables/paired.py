@@ -146,7 +146,7 @@ def transition_matrix(study: Study) -> Table:
     )
     rows = [
         TableRow({"model": label, "n": sum(after.values()), **after}, group=name)
-        for name, base, other in _named_tables(study)
+        for name, base, other in named_tables(study)
         for label, after in label_matrix(base, other).items()
     ]
     notes = (
@@ -167,7 +167,7 @@ def transition_tests(study: Study) -> Table:
         *p_values(p="p", p_holm="p, Holm"),
     )
     rows: list[TableRow] = []
-    for name, base, other in _named_tables(study):
+    for name, base, other in named_tables(study):
         if whole := homogeneity(base, other):
             shown = f"Stuart-Maxwell: χ² = {whole.statistic:.1f}, df = {whole.df}"
             rows.append(TableRow({"model": "all labels", "test": shown, "p": whole.p}, group=name))
@@ -196,7 +196,7 @@ def _grouped_rows(study: Study, pairs: Sequence[Pair], columns: Sequence[Column]
     ]
 
 
-def _named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
+def named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
     """Yield the heading and the rows of every two runs whose labels are compared."""
     pairing = study.pairing
     for pair in (*pairing.feedback, *pairing.prompt, *pairing.serving):

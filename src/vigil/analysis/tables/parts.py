@@ -6,7 +6,7 @@ Each function takes a Study and returns one Table. Source of the strata: the pap
 from vigil.analysis.measures.metrics import measure
 from vigil.analysis.measures.rows import select_rows, values
 from vigil.analysis.measures.strata import STRATA, by_stratum
-from vigil.analysis.measures.study import Study, sorted_by_b
+from vigil.analysis.measures.study import Study, sorted_by_role
 from vigil.analysis.tables.rows import RUN, clustered_rates, run_row, shown_name
 from vigil.analysis.tables.run_tables import HOUSES_NOTE, WILSON_NOTE
 from vigil.analysis.tables.table import Table, cells_of, counts, intervals, numbers, rate_cells, texts
@@ -19,7 +19,7 @@ def strata(study: Study) -> Table:
     """Return the rates of every run by stratum."""
     headings = {name: shown_name(name) for name in _RATES}
     columns = (RUN, *texts(stratum="Stratum"), *counts(n="n"), *intervals(**headings))
-    parts = [(entry, by_stratum(entry.run.rows)) for entry in sorted_by_b(study.entries)]
+    parts = [(entry, by_stratum(entry.run.rows)) for entry in sorted_by_role(study.entries)]
     rows = [
         run_row(entry, {"stratum": part.name, "n": part.counts.n, **rate_cells(part.counts, _RATES)}, way)
         for way in STRATA
@@ -47,7 +47,7 @@ def levels(study: Study) -> Table:
     )
     rows = []
     for level in LEVELS:
-        for entry in sorted_by_b(study.entries):
+        for entry in sorted_by_role(study.entries):
             of_level = select_rows(entry.run.rows, values(entry.run.rows, "level", object) == level)
             if len(of_level):
                 part = entry.part(of_level, measure(of_level))

@@ -66,7 +66,7 @@ def family_specs(study: Study) -> Table:
         ),
         *texts(
             skills=("Expected skills", lambda each: ", ".join(each[1].skills)),
-            success=("Success", lambda each: " or ".join(each[1].goal_kinds)),
+            success=("Success", lambda each: " or ".join(each[1].allowed_goal_kinds)),
         ),
     )
     rows = tuple(TableRow(cells_of(columns, each), _TIERS[each[1].tier]) for each in FAMILIES.items())

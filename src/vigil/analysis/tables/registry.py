@@ -3,7 +3,16 @@
 from collections.abc import Callable
 
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables import comparison, interventions, paired, parts, protocol, results, run_tables
+from vigil.analysis.tables import (
+    comparison,
+    interventions,
+    paired,
+    parts,
+    protocol,
+    results,
+    run_tables,
+    sources_of_change,
+)
 from vigil.analysis.tables.table import Table
 
 TableBuilder = Callable[[Study], Table]
@@ -34,6 +43,8 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "regimes": run_tables.regime_table,
         "outcome_partition": run_tables.outcome_partition,
         "clustered": comparison.clustered,
+        "clustered_conditional": comparison.clustered_conditional,
+        "published_differences": comparison.published_differences,
         "comparisons": comparison.comparisons,
         "comparable_pairs": comparison.comparable_pairs,
         "power": comparison.power,
@@ -43,6 +54,8 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "feedback_events": paired.feedback_events,
         "prompt_shifts": paired.prompt_shifts,
         "serving_modes": paired.serving_modes,
+        "event_reductions": sources_of_change.event_reductions,
+        "gain_sources": sources_of_change.gain_sources,
         "transitions": paired.transition_matrix,
         "transition_tests": paired.transition_tests,
         "repeat_rates": interventions.repeat_rates,
@@ -52,9 +65,11 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "runs": run_tables.runs,
         "models": run_tables.models,
         "family_rates": run_tables.family_rates,
+        "family_clustered": comparison.family_clustered,
         "strata": parts.strata,
         "levels": parts.levels,
         "after_goal": run_tables.after_goal,
+        "false_success_progress": sources_of_change.false_success_progress,
         "sv_statuses": run_tables.sv_statuses,
         "composition": run_tables.composition,
         "stop_only": run_tables.stop_only,

@@ -10,7 +10,7 @@ from typing import Any
 from vigil.analysis.measures.metrics import RunMetrics, mean_with_interval
 from vigil.analysis.measures.paper import NOTE, NR_NOTE, Panel
 from vigil.analysis.measures.rows import select_rows
-from vigil.analysis.measures.study import RunEntry, Study, sorted_by_group
+from vigil.analysis.measures.study import RunEntry, Study, sorted_by_b, sorted_by_group
 from vigil.analysis.tables.rows import (
     MODEL,
     clustered_rates,
@@ -19,6 +19,7 @@ from vigil.analysis.tables.rows import (
     rates,
     run_means,
     run_rows,
+    side_by_side,
     tallies,
 )
 from vigil.analysis.tables.table import (
@@ -35,6 +36,20 @@ from vigil.analysis.tables.table import (
 from vigil.protocol.families import FAMILIES
 
 EXCLUDED = "Excluded from the main tables (low compliance or zero B)"
+OUTSIDE = {
+    "excluded": EXCLUDED,
+    "extended": "Extended panel, by the study's word",
+    "supplementary": "Supplementary variants, by the study's word",
+}
+"""Panel outside the main tables -> heading over its rows."""
+_NOT_HERE = {
+    "condition": "Under another profile or prompt, and so not in this table",
+    "repeat": "Repeats of a run in this table",
+    "excluded": "In the extended panel by its exclusion rule",
+    "extended": "In the extended panel by the study's word",
+    "supplementary": "In the extended panel, as supplementary, by the study's word",
+}
+"""Panel -> why its runs have no row in a main table."""
 _PRINTED_PANELS: dict[Panel, str] = {
     "excluded": "Published: excluded from the paper's main tables (low compliance or zero B)",
     "supplementary": "Published: the paper's supplementary variants",
@@ -43,9 +58,12 @@ INTERVALS_ELSEWHERE = "The intervals of W and B are in `family_rates`, one row p
 _FR_TINT_FROM, _NR_TINT_FROM = 85.0, 40.0
 
 
-def _w_and_b(measures: RunMetrics | None) -> tuple[float | None, float | None] | None:
-    """Return W and B in percent; None without measures."""
-    return None if measures is None else (percent(measures.share("W")), percent(measures.share("B")))
+def _w_and_b(measures: RunMetrics | None) -> tuple[Any, ...] | None:
+    """Return W and B in percent, then the ends of their Wilson intervals; None without measures."""
+    if measures is None:
+        return None
+    ends = (tuple(100 * end for end in measures.rate(name).interval) for name in "WB")
+    return percent(measures.share("W")), percent(measures.share("B")), *ends
 
 
 ALL = Column("All", "All W/B", "pair", lambda entry: _w_and_b(entry.overall))
@@ -68,8 +86,11 @@ def printed_pairs(row: dict[str, Any]) -> dict[str, Any]:
 def global_cross_section(study: Study) -> Table:
     """Return W/B overall and per family with the gap, best B first."""
     columns = (MODEL, ALL, *clustered_rates("Delta"), *family_columns())
-    rows = run_rows(study.main_panel(), columns)
-    rows += published_rows(study, "global_cross_section", lambda row: {**printed_pairs(row), "Delta": row["delta"]})
+    rows = side_by_side(
+        study,
+        run_rows(study.main_panel(), columns),
+        published_rows(study, "global_cross_section", lambda row: {**printed_pairs(row), "Delta": row["delta"]}),
+    )
     return Table(
         "global_cross_section",
         "Outcomes per family under native control: W/B in %",
@@ -86,8 +107,11 @@ def full_panel(study: Study) -> Table:
     """Return W/B overall and per family, grouped as in the paper."""
     activated = texts(activated=("Activated", lambda entry: entry.run.model.activated))
     columns = (MODEL, *activated, ALL, *family_columns())
-    rows = run_rows(sorted_by_group(study.main_panel()), columns, lambda entry: entry.group)
-    rows += published_rows(study, "full_panel", printed_pairs, published_group)
+    rows = side_by_side(
+        study,
+        run_rows(sorted_by_group(study.main_panel()), columns, lambda entry: entry.group),
+        published_rows(study, "full_panel", printed_pairs, published_group),
+    )
     notes = (INTERVALS_ELSEWHERE, *_base_note(study))
     return Table("full_panel", "Primary panel: W/B in %", columns, tuple(rows), notes)
 
@@ -101,12 +125,15 @@ def extended_panel(study: Study) -> Table:
         *rates(FR="FR %", NR="NR %", IL="IL %", NoRep="NoRep %"),
         *run_means(mean_steps=("Steps", "steps")),
     )
-    rows = run_rows(study.excluded(), columns, lambda entry: EXCLUDED)
-    rows += published_rows(
+    rows = side_by_side(
         study,
-        "extended_panel",
-        lambda row: {**row, "Delta": row["delta"]},
-        lambda model: _PRINTED_PANELS[model.panel],
+        run_rows(study.outside_main_panel(), columns, lambda entry: OUTSIDE[entry.panel]),
+        published_rows(
+            study,
+            "extended_panel",
+            lambda row: {**row, "Delta": row["delta"]},
+            lambda model: _PRINTED_PANELS[model.panel],
+        ),
     )
     notes = (
         "The rule for your runs: B = 0, or more than 50 % of the episodes ended at the invalid-action limit. The "
@@ -192,26 +219,25 @@ def conditional_report(study: Study) -> Table:
 def _own_and_published(
     study: Study, table: str, columns: Sequence[Column], renamed: dict[str, str] | None = None
 ) -> list[TableRow]:
-    """Return the rows of the main panel, those of excluded runs under a separate heading, and the published rows.
+    """Return the rows of the main panel, those of other panels under separate headings, and the published rows.
 
     `renamed` maps the paper's keys of a column to those of this table.
     """
     names = renamed or {}
-    return [
+    own = [
         *run_rows(study.main_panel(), columns),
-        *run_rows(study.excluded(), columns, lambda entry: EXCLUDED),
-        *published_rows(study, table, lambda row: {names.get(key, key): value for key, value in row.items()}),
+        *run_rows(study.outside_main_panel(), columns, lambda entry: OUTSIDE[entry.panel]),
     ]
+    printed = published_rows(study, table, lambda row: {names.get(key, key): value for key, value in row.items()})
+    return side_by_side(study, own, printed)
 
 
 def _base_note(study: Study) -> tuple[str, ...]:
-    aside = [entry.name for entry in study.entries if not entry.is_base]
-    out = [entry.name for entry in study.excluded()]
     notes = [NOTE] if study.published else []
-    if aside:
-        notes.append(f"Under another profile or prompt, and so not in this table: {', '.join(aside)}.")
-    if out:
-        notes.append(f"In the extended panel by its exclusion rule: {', '.join(out)}.")
+    for panel, why in _NOT_HERE.items():
+        names = [entry.name for entry in sorted_by_b(study.entries) if entry.panel == panel]
+        if names:
+            notes.append(f"{why}: {', '.join(names)}.")
     return tuple(notes)
 
 

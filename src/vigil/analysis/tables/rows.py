@@ -1,8 +1,10 @@
 """Rows: one row of a table for each run, and the paper's published rows, which are marked."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
+from vigil.analysis.measures.labels import Role
 from vigil.analysis.measures.paper import PublishedModel
 from vigil.analysis.measures.study import RunEntry, Study
 from vigil.analysis.tables.table import (
@@ -19,6 +21,11 @@ from vigil.analysis.tables.table import (
 
 MODEL, RUN = Column("model", "Model", "text"), Column("model", "Run", "text")
 PUBLISHED = "Published: the paper's own pack and simulator"
+ROLE_HEADINGS: dict[Role, str] = {
+    "main": "",
+    "repeat": "Repeats of a run above",
+    "condition": "Under another condition",
+}
 Measured = str | tuple[str, str]
 """Heading of a column, with the name of its measure if that is not the column's key."""
 
@@ -88,6 +95,24 @@ def published_rows(
     if study.published is None:
         return []
     return [published_row(model, cells(row), group(model)) for model, row in study.published.rows(table)]
+
+
+def side_by_side(study: Study, own: Sequence[TableRow], published: Sequence[TableRow]) -> list[TableRow]:
+    """Return own rows, each followed by the published row of the same model, then the remaining published rows."""
+    names = {entry.name: entry.published for entry in study.entries}
+    printed = {row.cells["model"]: row for row in published}
+    found = []
+    for row in own:
+        found.append(row)
+        twin = printed.pop(names.get(row.cells["model"]), None)
+        if twin is not None:
+            found.append(replace(twin, group=row.group))
+    return [*found, *printed.values()]
+
+
+def role_row(entry: RunEntry, cells: dict[str, Any]) -> TableRow:
+    """Return a run's row in a table of all runs, under the heading of the run's role."""
+    return run_row(entry, cells, ROLE_HEADINGS[entry.role])
 
 
 def published_group(model: PublishedModel) -> str:

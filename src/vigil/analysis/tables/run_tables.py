@@ -25,7 +25,7 @@ from vigil.analysis.measures.metrics import (
     regimes,
 )
 from vigil.analysis.measures.rows import ACTION_KINDS, select_rows, values
-from vigil.analysis.measures.study import RunEntry, Study, sorted_by_b
+from vigil.analysis.measures.study import RunEntry, Study, sorted_by_role
 from vigil.analysis.tables.rows import (
     MODEL,
     RUN,
@@ -33,8 +33,8 @@ from vigil.analysis.tables.rows import (
     precise_means,
     published_row,
     rates,
+    role_row,
     run_means,
-    run_row,
     run_rows,
     shown_name,
     tallies,
@@ -74,8 +74,9 @@ def overview(study: Study) -> Table:
         *run_means(mean_steps=("Steps", "steps")),
     )
     notes = (
-        "Rates: Wilson intervals. Δ = W - B and steps: bootstrap over houses (2,000 resamples; not given "
-        "below five houses, or if all agree). Means of families: the families' Wilson intervals combined (MOVER).",
+        "Rates: Wilson intervals, which treat episodes as independent; `clustered` has intervals that account for "
+        "episodes sharing houses. Δ = W - B and steps: bootstrap over houses (2,000 resamples; not given below five "
+        "houses, or if all agree). Means of families: Wilson's interval with the effective number of plays by houses.",
     )
     return Table("overview", "All rates, all episodes", columns, rows_by_b(study, columns), notes)
 
@@ -91,7 +92,7 @@ def _overall_rates() -> tuple[Column, ...]:
 
 def _macro(entry: RunEntry, name: str) -> RateCell:
     """Return the mean of a rate over the families, with its interval."""
-    return points(macro(entry.families, name), macro_interval(entry.families, name))
+    return points(macro(entry.families, name), macro_interval(entry.run.rows, name))
 
 
 def outcome_partition(study: Study) -> Table:
@@ -119,14 +120,14 @@ def after_goal(study: Study) -> Table:
         *intervals(**{f"{kind}{how}": f"{kind} {shown}" for how, shown in averages.items() for kind in ACTION_KINDS}),
     )
     rows = []
-    for entry in sorted_by_b(study.entries):
+    for entry in sorted_by_role(study.entries):
         shares, ends = after_goal_shares(entry.run.rows), after_goal_intervals(entry.run.rows)
         cells = {
             f"{kind}{how}": None if pair is None else points(pair[i], ends[kind][i])
             for kind, pair in shares.items()
             for i, how in enumerate(averages)
         }
-        rows.append(run_row(entry, {**cells_of(columns, entry), **cells}))
+        rows.append(role_row(entry, {**cells_of(columns, entry), **cells}))
     title = "Shares of actions after the goal first held (W=1 episodes)"
     return Table("after_goal", title, columns, tuple(rows), (HOUSES_NOTE,))
 
@@ -140,7 +141,7 @@ def sv_statuses(study: Study) -> Table:
         *intervals(label_share="State labels among reports %"),
     )
     rows = []
-    for entry in sorted_by_b(study.entries):
+    for entry in sorted_by_role(study.entries):
         rows_of = entry.run.rows
         sv = select_rows(rows_of, values(rows_of, "goal_kind", object) == "report_status")
         reports = values(sv, "reported", object)
@@ -153,7 +154,7 @@ def sv_statuses(study: Study) -> Table:
             "none": len(sv) - sum(said[status] for status in STATUSES),
             "label_share": rate_cell(rate_of(is_label, is_report, values(sv, "episode_id", str))),
         }
-        rows.append(run_row(entry, cells))
+        rows.append(role_row(entry, cells))
     notes = (
         "A model that reports success or fail here has not understood that the task asks for a state. `unrecognised` "
         "is among `invalid`.",
@@ -171,7 +172,7 @@ def composition(study: Study) -> Table:
         *intervals(SI="SI W %", SI_B="SI B %", SI_conv="SI B/W %"),
         *texts(floor="On the execution floor"),
     )
-    rows = [run_row(entry, _composed(entry)) for entry in sorted_by_b(study.entries)]
+    rows = [role_row(entry, _composed(entry)) for entry in sorted_by_role(study.entries)]
     notes = (
         "PG x DA and VS x DA: the product of the parts, if they were independent; the ends of their intervals are "
         "multiplied too, which makes them wide. B/W: share of achieved states that a matching report closed. "
@@ -228,7 +229,7 @@ def invalid_replies(study: Study) -> Table:
         *run_means(input_tokens="input tokens", output_tokens="output tokens", seconds="seconds"),
     )
     title = "Replies that are not actions, events and cost: means per episode"
-    said = ((entry.name, _no_actions(entry.run.rows)) for entry in sorted_by_b(study.entries))
+    said = ((entry.name, _no_actions(entry.run.rows)) for entry in sorted_by_role(study.entries))
     notes = (HOUSES_NOTE, *(f"{name}: {text}." for name, text in said if text))
     return Table("invalid_replies", title, columns, rows_by_b(study, columns), notes)
 
@@ -331,7 +332,7 @@ def _repeated(entry: RunEntry) -> str:
 
 def rows_by_b(study: Study, columns: Sequence[Column]) -> tuple[TableRow, ...]:
     """Return one row for each run, best B first."""
-    return tuple(run_rows(sorted_by_b(study.entries), columns))
+    return tuple(role_row(entry, cells_of(columns, entry)) for entry in sorted_by_role(study.entries))
 
 
 def _composed(entry: RunEntry) -> dict[str, Any]:
@@ -359,10 +360,8 @@ def family_rates(study: Study) -> Table:
         *run_means(mean_steps=("Steps", "steps")),
     )
     rows = []
-    for entry in sorted_by_b(study.entries):
-        table = entry.run.rows
-        parts = {family: select_rows(table, table["family"].to_numpy() == family) for family in entry.families}
-        found = {"all": entry} | {name: entry.part(part, entry.families[name]) for name, part in parts.items()}
-        rows += [run_row(part, {"family": name, **cells_of(columns, part)}) for name, part in found.items()]
+    for entry in sorted_by_role(study.entries):
+        found = {"all": entry, **dict(entry.family_parts())}
+        rows += [role_row(part, {"family": name, **cells_of(columns, part)}) for name, part in found.items()]
     notes = (f"{WILSON_NOTE} Steps: bootstrap over houses, not given below five or if all agree.",)
     return Table("family_rates", "All rates per family", columns, tuple(rows), notes)

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from vigil.scoring.rates import Counts, Interval, Rate
 
-CellKind = Literal["text", "count", "number1", "number2", "signed1", "pair", "rate", "mean", "spread", "p"]
+CellKind = Literal["text", "count", "number1", "number2", "signed1", "pair", "rate", "mean", "spread", "p", "link"]
 DASH = "–"
 PARTS: dict[CellKind, tuple[str, ...]] = {
     "pair": ("W", "B"),

@@ -44,7 +44,7 @@ def markdown(table: Table) -> str:
     """Return a table as GitHub's Markdown, with its title as a heading."""
     lines = [f"### {table.title}", "", f"`{table.name}`", ""]
     heads = [_md(column.heading) for column in table.columns]
-    rules = ["---" if column.kind == "text" else "---:" for column in table.columns]
+    rules = ["---" if column.kind in ("text", "link") else "---:" for column in table.columns]
     lines += [f"| {' | '.join(heads)} |", f"|{'|'.join(rules)}|"]
     for group, rows in groupby(table.rows, key=lambda row: row.group):
         if group:
@@ -134,7 +134,7 @@ def latex_text(text: str) -> str:
 
 
 def _tex_kind(table: Table, column: Column) -> str:
-    if column.kind != "text":
+    if column.kind not in ("text", "link"):
         return "r"
     longest = max((len(table.cell(row, column)) for row in table.rows), default=0)
     return rf"p{{{LONG_TEXT_CM}cm}}" if longest > LONG_TEXT else "l"

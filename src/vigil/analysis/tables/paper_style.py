@@ -1,0 +1,257 @@
+"""LaTeX of the paper's tables for a paper: its columns, two-level headers, 7 points, one or two columns wide.
+
+Intervals are in a companion table. Widths are estimated from the number of characters; a test compiles every table.
+"""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
+
+from vigil.analysis.tables.paper_index import PARTS
+from vigil.analysis.tables.results import INTERVALS_ELSEWHERE
+from vigil.analysis.tables.table import DASH, WITH_INTERVAL, Column, Table, TableRow, first_number, formatted
+from vigil.analysis.tables.text import latex_escaped, latex_text, marked_cell
+from vigil.protocol.families import FAMILIES
+
+COLUMN_PT, PAGE_PT = 234.0, 486.0
+"""Widths of one column and of the page in a paper of two columns, in points."""
+CHARACTER_PT, GAP_PT = 3.9, 4.0
+"""Mean width of a character at 7 points, and space between two columns."""
+PREAMBLE = (
+    r"\documentclass[10pt,twocolumn]{article}",
+    r"\usepackage[textwidth=6.75in,textheight=9.2in,columnsep=0.25in]{geometry}",
+    r"\usepackage{booktabs,graphicx,tabularx}",
+    r"\usepackage[table]{xcolor}",
+    r"\definecolor{FRtint}{RGB}{251,224,207}\definecolor{NRtint}{RGB}{207,228,245}",
+)
+"""First lines of a document with these tables."""
+_BEGIN = r"\centering\fontsize{7}{8.4}\selectfont\setlength{\tabcolsep}{2pt}"
+_UPPER = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
+
+
+@dataclass(frozen=True, slots=True)
+class PaperColumn:
+    """One column of a table in a paper."""
+
+    key: str
+    heading: str
+    over: str = ""
+    """Heading over several columns; empty without one."""
+
+
+def _columns(**headings: str) -> tuple[PaperColumn, ...]:
+    return tuple(PaperColumn(key, heading) for key, heading in headings.items())
+
+
+_MODEL = _columns(model="Model")
+_FAMILIES = tuple(PaperColumn(family, family, _UPPER[spec.tier]) for family, spec in FAMILIES.items())
+_CHANGE = "Change (pp)"
+COLUMNS: dict[str, tuple[PaperColumn, ...]] = {
+    "global_cross_section": (*_MODEL, *_columns(All="W/B", Delta="Δ"), *_FAMILIES),
+    "full_panel": (*_MODEL, *_columns(All="W/B"), *_FAMILIES),
+    "prompt_sensitivity": (*_MODEL, *_columns(All="W/B"), *_FAMILIES),
+    "extended_panel": (*_MODEL, *_columns(B="B", W="W", Delta="Δ", FR="FR", NR="NR", IL="IL", mean_steps="Steps")),
+    "proprio_minimal": (
+        *_MODEL,
+        *(
+            PaperColumn(f"{event} {side}", heading, event)
+            for event in ("too_far", "path_blocked", "retry")
+            for side, heading in (("base", "base"), ("fb", "+FB"))
+        ),
+        *(PaperColumn(f"d{name}", name, _CHANGE) for name in ("W", "B", "FR", "NR")),
+    ),
+    "counterfactual": (*_MODEL, *_columns(B="B", Always="Always", Rand="Rand.")),
+    "belief_lag": (*_MODEL, *_columns(W_plus="W+", lag="Lag", NoRep_W1="NR | W=1", FS="FS", FS_zero="FS @0 %")),
+    "conditional_report": (
+        *_MODEL,
+        *_columns(Stop="Stop %", P_rep_W0="P(rep | W=0)", P_norep_W1="P(no rep | W=1)", n_W0="n W=0", n_W1="n W=1"),
+    ),
+    "open_repeat_robustness": (*_MODEL, *_columns(W="W", B="B", Delta="Δ", FR="FR", NR="NR")),
+}
+"""Table -> its columns in the paper; the paper's other tables have all their columns."""
+IN_STEPS = ("mean_steps", "lag")
+"""Columns in steps, whose intervals have a decimal; those in percent have none."""
+NAME_PT = 92.0
+"""Largest width of a model's name; longer ones are wrapped."""
+TABLES = tuple(dict.fromkeys(part.place for part in PARTS if not part.is_figure))
+
+
+def paper_tables(table: Table) -> dict[str, str]:
+    """Return the LaTeX of a table by the name of its file, and of its companion with intervals if it has any."""
+    if table.name not in COLUMNS:
+        return {table.name: _text_table(table)}
+    columns = [(each, _column(table, each.key)) for each in COLUMNS[table.name]]
+    numbers = [[_number(table, row, column) for _, column in columns] for row in table.rows]
+    found = {table.name: _number_table(table, table.name, columns, list(zip(table.rows, numbers, strict=True)))}
+    with_ends = [pair for pair in columns if pair[1] is columns[0][1] or pair[1].kind in (*WITH_INTERVAL, "pair")]
+    ends = [
+        (row, [marked_cell(table, row, columns[0][1]), *(_ends(row, column) for _, column in with_ends[1:])])
+        for row in table.rows
+        if not row.is_published
+    ]
+    if any(cell != DASH for _, cells in ends for cell in cells[1:]):
+        name = f"{table.name}_intervals"
+        found[name] = _number_table(table, name, with_ends, ends, of_intervals=True)
+    return found
+
+
+def _column(table: Table, key: str) -> Column:
+    return next(column for column in table.columns if column.key == key)
+
+
+def _number(table: Table, row: TableRow, column: Column) -> str:
+    """Return a cell without its interval; a whole share is 100 without decimals."""
+    if column.kind in WITH_INTERVAL:
+        text = formatted(first_number(row.cells.get(column.key)), column.kind)
+    else:
+        text = marked_cell(table, row, column)
+    return re.sub(r"\b100\.0\b", "100", text)
+
+
+def _ends(row: TableRow, column: Column) -> str:
+    """Return the interval of a cell, as low and high; of W and of B for a pair."""
+    value = row.cells.get(column.key)
+    pairs = value[2:] if column.kind == "pair" and value else (value[1:],) if isinstance(value, tuple) else ()
+    digits = 1 if column.key in IN_STEPS else 0
+    return " / ".join(_range(*pair, digits) for pair in pairs if pair and None not in pair) or DASH
+
+
+def _range(low: float, high: float, digits: int) -> str:
+    ends = (formatted(round(end, digits), "number1") for end in (low, high))
+    return (" to " if low < 0 else "–").join(end if digits else end.removesuffix(".0") for end in ends)
+
+
+def _number_table(
+    table: Table,
+    name: str,
+    columns: Sequence[tuple[PaperColumn, Column]],
+    rows: Sequence[tuple[TableRow, list[str]]],
+    *,
+    of_intervals: bool = False,
+) -> str:
+    parts = [each for each, _ in columns]
+    if of_intervals and any(column.kind == "pair" for _, column in columns):
+        return _stacked_intervals(table, name, columns, rows)
+    longest = [max([len(part.heading), *(len(cells[i]) for _, cells in rows)]) for i, part in enumerate(parts)]
+    width = min(NAME_PT, CHARACTER_PT * longest[0]) + GAP_PT
+    width += sum(CHARACTER_PT * size + GAP_PT for size in longest[1:])
+    width = max([width, *(CHARACTER_PT * len(row.group) for row, _ in rows)])
+    caption = f"{table.title}: 95 % intervals." if of_intervals else _caption(table)
+    lines = [
+        *_headers(parts),
+        *_rows(
+            [(row, _escaped(cells) if of_intervals else _styled(row, columns, cells)) for row, cells in rows],
+            len(parts),
+        ),
+    ]
+    kinds = _name_kind(longest[0]) + "r" * (len(parts) - 1)
+    body = [rf"\begin{{tabular}}{{{kinds}}}", *lines, r"\end{tabular}"]
+    return _float(name, caption, body, wide=width > COLUMN_PT)
+
+
+def _caption(table: Table) -> str:
+    """Return the title and the first note, without the place of intervals, which are in the companion table."""
+    notes = (note.replace(INTERVALS_ELSEWHERE, "").strip() for note in table.notes[:1])
+    return " ".join((f"{table.title}.", *notes))
+
+
+def _stacked_intervals(
+    table: Table, name: str, columns: Sequence[tuple[PaperColumn, Column]], rows: Sequence[tuple[TableRow, list[str]]]
+) -> str:
+    """Return intervals of W and B in two lines for each model, so that eight families fit the page."""
+    parts = [columns[0][0], PaperColumn("rate", ""), *(each for each, _ in columns[1:])]
+    lines = []
+    for row, cells in rows:
+        split = [cell.split(" / ") for cell in cells[1:]]
+        for i, rate in enumerate(("W", "B")):
+            shown = [each[i] if len(each) == 2 else each[0] if i == 0 else "" for each in split]
+            lines.append((row, _escaped([cells[0] if i == 0 else "", rate, *shown])))
+    kinds = _name_kind(max((len(cells[0]) for _, cells in rows), default=0))
+    body = [
+        rf"\begin{{tabular}}{{{kinds}l{'r' * (len(parts) - 2)}}}",
+        *_headers(parts),
+        *_rows(lines, len(parts)),
+        r"\end{tabular}",
+    ]
+    return _float(name, f"{table.title}: 95 % intervals of W and of B.", body, wide=True)
+
+
+def _name_kind(longest: int) -> str:
+    """Return the kind of the column of names: wrapped if the longest name is too wide."""
+    if CHARACTER_PT * longest <= NAME_PT:
+        return "l"
+    return rf">{{\raggedright\arraybackslash}}p{{{NAME_PT:.0f}pt}}"
+
+
+def _escaped(cells: Sequence[str]) -> list[str]:
+    return [latex_escaped(text) for text in cells]
+
+
+def _text_table(table: Table) -> str:
+    """Return a table of words, whose longest column is wrapped to the width."""
+    cells = [[marked_cell(table, row, column) for column in table.columns] for row in table.rows]
+    longest = [max([len(column.heading), *(len(row[i]) for row in cells)]) for i, column in enumerate(table.columns)]
+    width = sum(CHARACTER_PT * size + GAP_PT for size in longest)
+    is_wide = width > COLUMN_PT and (width - CHARACTER_PT * max(longest) > COLUMN_PT / 2 or len(longest) > 3)
+    wrapped = longest.index(max(longest))
+    kinds = "".join(
+        "X" if i == wrapped else "l" if column.kind == "text" else "r" for i, column in enumerate(table.columns)
+    )
+    parts = [PaperColumn(column.key, column.heading) for column in table.columns]
+    lines = [(row, [latex_text(text) for text in texts]) for row, texts in zip(table.rows, cells, strict=True)]
+    body = [
+        rf"\begin{{tabularx}}{{\linewidth}}{{{kinds}}}",
+        *_headers(parts),
+        *_rows(lines, len(parts)),
+        r"\end{tabularx}",
+    ]
+    return _float(table.name, f"{table.title}.", body, wide=is_wide)
+
+
+def _headers(parts: Sequence[PaperColumn]) -> Iterator[str]:
+    """Yield the header: two levels if any column has a heading above it."""
+    yield r"\toprule"
+    if any(part.over for part in parts):
+        upper, rules, at = [], [], 1
+        for over, group in groupby(parts, key=lambda part: part.over):
+            size = len(list(group))
+            upper.append(rf"\multicolumn{{{size}}}{{c}}{{{latex_escaped(over)}}}" if over else "&".join([""] * size))
+            if over:
+                rules.append(rf"\cmidrule(lr){{{at}-{at + size - 1}}}")
+            at += size
+        yield " & ".join(upper) + r" \\" + "".join(rules)
+    yield " & ".join(latex_escaped(part.heading) for part in parts) + r" \\"
+    yield r"\midrule"
+
+
+def _rows(rows: Sequence[tuple[TableRow, list[str]]], columns: int) -> Iterator[str]:
+    for index, (group, members) in enumerate(groupby(rows, key=lambda pair: pair[0].group)):
+        if index:
+            yield r"\midrule"
+        if group:
+            yield rf"\multicolumn{{{columns}}}{{l}}{{\emph{{{latex_escaped(group)}}}}} \\"
+        for row, cells in members:
+            shown = [rf"\textcolor{{gray}}{{{cell}}}" for cell in cells] if row.is_published else cells
+            yield " & ".join(shown) + r" \\"
+    yield r"\bottomrule"
+
+
+def _styled(row: TableRow, columns: Sequence[tuple[PaperColumn, Column]], cells: Sequence[str]) -> list[str]:
+    """Return cells as LaTeX, in bold and tinted as the row says."""
+    found: list[str] = []
+    for (part, _), text in zip(columns, cells, strict=True):
+        shown = latex_escaped(text)
+        if part.key in row.bold:
+            shown = rf"\textbf{{{shown}}}"
+        if part.key in row.tints:
+            shown = rf"\cellcolor{{{row.tints[part.key]}tint}}{shown}"
+        found.append(shown)
+    return found
+
+
+def _float(name: str, caption: str, body: Sequence[Any], *, wide: bool) -> str:
+    kind = "table*" if wide else "table"
+    lines = [rf"\begin{{{kind}}}[t]", _BEGIN, rf"\caption{{{latex_text(caption)}}}\label{{tab:{name}}}", *body]
+    return "\n".join([*lines, rf"\end{{{kind}}}"]) + "\n"

@@ -1,0 +1,128 @@
+"""Tables of what the paper's text says and its tables do not show: sources of gains in B, events, false success.
+
+Each function takes a Study and returns one Table.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from vigil.analysis.measures.intervals import houses_of, paired_difference
+from vigil.analysis.measures.rows import values
+from vigil.analysis.measures.study import RunEntry, Study, sorted_by_role
+from vigil.analysis.tables.paired import INTERVAL_NOTE, named_tables
+from vigil.analysis.tables.rows import RUN, role_row
+from vigil.analysis.tables.run_tables import WILSON_NOTE
+from vigil.analysis.tables.table import Table, TableRow, counts, intervals, numbers, points, rate_cell, texts
+from vigil.scoring.rates import rate_of
+
+EVENTS = ("too_far", "path_blocked", "retry")
+BINS = {"0": (0.0, 0.0), "to 25": (0.0, 0.25), "to 50": (0.25, 0.5), "to 75": (0.5, 0.75), "above 75": (0.75, 1.0)}
+"""Heading (%) -> lower end, not included except of the first, and upper end of progress."""
+
+
+def gain_sources(study: Study) -> Table:
+    """Return where a change of B comes from: closures of reached goals, or goals that were newly reached or lost."""
+    columns = (
+        *texts(model="Change"),
+        *counts(n="n"),
+        *counts(closed="Reached before, now closed", reached="Newly reached and closed"),
+        *counts(unclosed="Still reached, no longer closed", lost="No longer reached"),
+        *intervals(closure="ΔB by closure (pp)", goals="ΔB by goals (pp)", both="ΔB (pp)"),
+    )
+    rows = [
+        TableRow({"model": name, "n": len(base), **_gain_cells(base, other)})
+        for name, base, other in named_tables(study)
+    ]
+    notes = (
+        "Episodes whose B changed, by W before and after. ΔB by closure: the goal was reached in both runs, and only "
+        "the report changed. ΔB by goals: W changed too. Both add up to ΔB. "
+        f"{INTERVAL_NOTE}",
+    )
+    return Table("gain_sources", "Where changes of B come from", columns, tuple(rows), notes)
+
+
+def _gain_cells(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, Any]:
+    (w, b), (w2, b2) = ((values(rows, "W", bool), values(rows, "B", bool)) for rows in (base, other))
+    in_both = w & w2
+    houses = houses_of(base)
+    parts = {"closure": (b & in_both, b2 & in_both), "goals": (b & ~in_both, b2 & ~in_both), "both": (b, b2)}
+    found: dict[str, Any] = {
+        "closed": int(np.sum(in_both & ~b & b2)),
+        "reached": int(np.sum(~w & b2)),
+        "unclosed": int(np.sum(in_both & b & ~b2)),
+        "lost": int(np.sum(b & ~w2)),
+    }
+    return found | {name: points(*paired_difference(*sides, houses)) for name, sides in parts.items()}
+
+
+def event_reductions(study: Study) -> Table:
+    """Return how many models have fewer events with action feedback, and by how much."""
+    columns = (
+        *texts(model="Event"),
+        *counts(models="Models", fewer="With fewer"),
+        *numbers(median="Median change %", lowest="Lowest change %", highest="Highest change %"),
+        *texts(least="Model with the lowest"),
+    )
+    own = [
+        (pair.base.name, {event: tuple(each.means[event] for each in pair.measures) for event in EVENTS})
+        for pair in study.pairing.feedback
+    ]
+    rows = list(_reductions(own, is_published=False))
+    if study.published:
+        printed = [(model.name, row) for model, row in study.published.rows("proprio_minimal")]
+        rows += _reductions(printed, is_published=True)
+    notes = (
+        "Change of the mean number of events per episode, relative to the base run. Models without such events in the "
+        "base run are not counted. Intervals of the means are in `feedback_events`.",
+    )
+    return Table("event_reductions", "Action feedback: events over all models", columns, tuple(rows), notes)
+
+
+def _reductions(found: list[tuple[str, dict[str, Any]]], *, is_published: bool) -> Iterator[TableRow]:
+    for event in EVENTS:
+        changes = {
+            name: 100 * (after / before - 1)
+            for name, means in found
+            for before, after in [means[event]]
+            if before and after is not None
+        }
+        if changes:
+            low = min(changes, key=lambda name: changes[name])
+            sizes = list(changes.values())
+            cells = {"model": event, "models": len(sizes), "fewer": sum(size < 0 for size in sizes), "least": low}
+            cells |= {"median": float(np.median(sizes)), "lowest": min(sizes), "highest": max(sizes)}
+            yield TableRow(cells, "Published" if is_published else "", is_published)
+
+
+def false_success_progress(study: Study) -> Table:
+    """Return how far the goal had advanced at reports of success with W=0."""
+    columns = (
+        RUN,
+        *counts(FS="FS", without="Without progress"),
+        *intervals(**{f"share {name}": f"{name} %" for name in BINS}),
+        *numbers(mean="Mean %", median="Median %"),
+    )
+    rows = [role_row(entry, _progress_cells(entry)) for entry in sorted_by_role(study.entries)]
+    notes = (
+        "FS: success reported with W=0. Each share: the false successes whose progress at the report was in this "
+        "range (% of the way to the goal), of those whose goal has progress. Without progress: goals that are reached "
+        f"or not. {WILSON_NOTE}",
+    )
+    return Table("false_success_progress", "Progress at false success", columns, tuple(rows), notes)
+
+
+def _progress_cells(entry: RunEntry) -> dict[str, Any]:
+    rows = entry.run.rows
+    progress, is_false = values(rows, "progress_at_report"), values(rows, "subtype", object) == "false_success"
+    known = is_false & np.isfinite(progress)
+    episodes = values(rows, "episode_id", str)
+    cells: dict[str, Any] = {"FS": int(is_false.sum()), "without": int((is_false & ~np.isfinite(progress)).sum())}
+    for name, (low, high) in BINS.items():
+        inside = progress == 0 if high == 0 else (progress > low) & (progress <= high)
+        cells[f"share {name}"] = rate_cell(rate_of(inside, known, episodes))
+    if known.any():
+        cells |= {"mean": 100 * float(progress[known].mean()), "median": 100 * float(np.median(progress[known]))}
+    return cells

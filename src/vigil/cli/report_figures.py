@@ -1,0 +1,147 @@
+"""Figures of reports that show frames: trajectories, the pipeline of an episode, and the diagram of the protocol."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from vigil.analysis.measures.rows import Run
+from vigil.analysis.measures.study import Study
+from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
+from vigil.analysis.plots.trajectory import AgentTrajectory, find_record, make_trajectory, trajectory_figure
+from vigil.errors import RecordError, SettingError, did_you_mean
+from vigil.packs.pack import Pack
+from vigil.packs.private import check_revealed, is_private
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, Family
+from vigil.runner.workers.frames import first_frames, frames_of_record
+from vigil.scoring.saved_run import load_run_pack, pack_folder
+
+FrameSource = tuple[Path | None, bool]
+"""Asset database for drawing frames, and whether frames of a private pack may be drawn."""
+CaptionedFigure = tuple[Figure, str]
+_MOST_EXAMPLES = 4
+"""Number of episodes of a family of which the diagram may show one."""
+_MOST_ROWS = 4
+"""Number of runs in a trajectory figure of a study."""
+_SHOWN_FAMILIES: tuple[Family, ...] = ("SV", "AI")
+"""Families of which a study shows an episode, as the paper does."""
+
+
+def framed_figures(
+    found: Study, pack: str | Path | None, episodes: list[str], diagram: bool, frames: FrameSource
+) -> dict[str, CaptionedFigure]:
+    """Return the figures that need frames, with their captions: of all runs that played the episodes."""
+    drawn: dict[str, CaptionedFigure] = {}
+    for number, episode_id in enumerate(episodes, start=1):
+        having = _having(found.runs, episode_id)
+        drawn |= _of_episode(having, pack, episode_id, (f"trajectory_{number}", f"pipeline_{number}"), frames)
+    if diagram and not found.runs:
+        raise SettingError("The diagram shows the eight families: give a run of theirs too.")
+    if diagram:
+        place = str(pack_folder(found.runs[0].header, pack))
+        drawn["protocol"] = (protocol_of(place, frames), "The eight families in two tiers, each with a first frame.")
+    return drawn
+
+
+def study_figures(found: Study, episodes: Sequence[str], frames: FrameSource) -> dict[str, CaptionedFigure]:
+    """Return the paper's figures that need frames, of the main runs: protocol, pipeline, and two trajectories.
+
+    Without `episodes`, an episode of SV and one of AI are shown that most main runs have played.
+    """
+    shown = [entry.run for entry in found.shown_runs() if entry.run.n]
+    anchors = [run for run in shown if run.label is not None and run.label.is_anchor] or shown
+    if not anchors:
+        return {}
+    place = str(pack_folder(anchors[0].header))
+    drawn = {"protocol": (protocol_of(place, frames), "The eight families in two tiers, each with a first frame.")}
+    for episode_id in episodes or _common_episodes(anchors):
+        having = _having(anchors, episode_id)[:_MOST_ROWS]
+        families = dict(zip(having[0].rows["episode_id"], having[0].rows["family"], strict=True))
+        family = str(families[episode_id]).lower()
+        names = tuple(
+            name if name not in drawn else f"{name}_{len(drawn)}" for name in (f"trajectory_{family}", "pipeline")
+        )
+        drawn |= _of_episode(having, None, episode_id, (names[0], names[1]), frames)
+    return {name: each for name, each in drawn.items() if not name.startswith("pipeline_")}
+
+
+def tracks_of(
+    runs: Sequence[Run], pack: str | Path | None, episode_id: str, epoch: int, frames: FrameSource
+) -> tuple[Episode, list[AgentTrajectory]]:
+    """Return an episode and each run's trajectory in it. Raises RecordError if the runs' packs differ in it."""
+    assets, reveals = frames
+    loaded = [(run, load_run_pack(run.header, pack)) for run in runs]
+    for _, found in loaded:
+        check_revealed(found.name, is_private(found.manifest.meta), "A picture of its episodes", reveals=reveals)
+    episode = loaded[0][1].episode(episode_id)
+    if any(other.episode(episode_id) != episode for _, other in loaded):
+        raise RecordError(f"Episode {episode_id!r} is not the same in the packs of these runs. Give runs of one pack.")
+    return episode, [_track(run, found, episode, epoch, assets) for run, found in loaded]
+
+
+def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
+    """Return the diagram of the families, with first frames of a pack."""
+    assets, reveals = frames
+    loaded = Pack.load(pack)
+    check_revealed(loaded.name, is_private(loaded.manifest.meta), "A picture of its episodes", reveals=reveals)
+    shown: dict[Family, Episode] = {}
+    pictures: dict[Family, np.ndarray] = {}
+    for place in range(_MOST_EXAMPLES):
+        further = {family: found[place] for family in FAMILIES if len(found := _examples(loaded, family)) > place}
+        for family, frame in first_frames(loaded, further, assets).items():
+            if family not in pictures or _detail(frame) > _detail(pictures[family]):
+                pictures[family], shown[family] = frame, further[family]
+    return protocol_figure(pictures, shown)
+
+
+def _examples(pack: Pack, family: Family) -> list[Episode]:
+    """Return episodes of which one is shown: several where the target is out of view, since some show only a wall."""
+    count = 1 if FAMILIES[family].visible_at_start else _MOST_EXAMPLES
+    return [episode for episode in pack.episodes if episode.family == family][:count]
+
+
+def _detail(frame: np.ndarray) -> float:
+    """Return how much a frame shows: the mean difference of neighbouring pixels."""
+    return float(np.abs(np.diff(frame.astype(float), axis=1)).mean())
+
+
+def _having(runs: Sequence[Run], episode_id: str) -> list[Run]:
+    having = [run for run in runs if episode_id in set(run.rows["episode_id"])]
+    if not having:
+        known = sorted({str(known) for run in runs for known in run.rows["episode_id"]})
+        raise SettingError(f"No run has a scored record of episode {episode_id!r}.{did_you_mean(episode_id, known)}")
+    return having
+
+
+def _of_episode(
+    runs: Sequence[Run], pack: str | Path | None, episode_id: str, names: tuple[str, str], frames: FrameSource
+) -> dict[str, CaptionedFigure]:
+    """Return the trajectories on an episode, and the pipeline of the run that ended it best, under the given names."""
+    episode, tracks = tracks_of(runs, pack, episode_id, 1, frames)
+    best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
+    return {
+        names[0]: (trajectory_figure(episode, tracks), f"Trajectories on episode {episode_id}."),
+        names[1]: (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}."),
+    }
+
+
+def _common_episodes(runs: Sequence[Run]) -> list[str]:
+    """Return, for each shown family, the first episode that most runs have scored."""
+    found = []
+    for family in reversed(_SHOWN_FAMILIES):
+        counts: dict[str, int] = {}
+        for run in runs:
+            for episode_id in sorted(set(run.rows["episode_id"][run.rows["family"] == family])):
+                counts[episode_id] = counts.get(episode_id, 0) + 1
+        if counts:
+            found.append(min(counts, key=lambda name: (-counts[name], name)))
+    return found
+
+
+def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> AgentTrajectory:
+    record = find_record(run, pack.episodes, (episode.id, epoch))
+    return make_trajectory(
+        run.name, episode, record, frames_of_record(run.folder, run.header.spec, pack, record, assets)
+    )

@@ -1,0 +1,269 @@
+"""`vigil study`: plays the runs of a study's file, says how far they are, and reports them together."""
+
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.table import Table
+
+from vigil.analysis.measures.rows import read_runs
+from vigil.analysis.measures.study import study as measured_study
+from vigil.analysis.measures.suites import read_suites
+from vigil.analysis.plots.style import on_paper
+from vigil.analysis.report import Format, LatexStyle, write_report
+from vigil.cli.arguments import Imports, Reveal, WithPaper
+from vigil.cli.report_figures import study_figures
+from vigil.cli.runs import play_plan, with_agent
+from vigil.cli.text import console, print_note, print_notes
+from vigil.errors import RecordError, SettingError, VigilError
+from vigil.packs.pack import Pack
+from vigil.records.shards import parse_shard
+from vigil.runner.plan import RUNS_FOLDER, RunPlan, plan_run
+from vigil.runner.shared_settings import AssetFile, Workers
+from vigil.studies.planned_runs import PlannedRun, labels_of, planned_runs, selected_runs
+from vigil.studies.progress import RunEstimate, estimate_rest, join_parts, parts_of, state_of
+from vigil.studies.study_file import StudySource, read_study
+
+COPY = "study.yaml"
+"""Name of the copy of a study's file in the study's folder."""
+_LATEX = {"tectonic": (), "lualatex": ("-interaction=nonstopmode",), "pdflatex": ("-interaction=nonstopmode",)}
+"""LaTeX programs, in order of preference, with their options."""
+_LATEX_SECONDS = 120
+
+StudyPath = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="STUDY",
+        help="File of the study.",
+        show_default=f"{COPY} in this folder, else the study that was played last under runs/",
+    ),
+]
+Models = Annotated[
+    list[str] | None, typer.Option("--model", help="Only the runs of the model with this name; may be repeated.")
+]
+Conditions = Annotated[
+    list[str] | None, typer.Option("--condition", help="Only the runs under this condition; may be repeated.")
+]
+
+
+def run(
+    study: StudyPath = None,
+    model: Models = None,
+    condition: Conditions = None,
+    dry_run: Annotated[
+        bool,
+        typer.Option(
+            "--dry-run", help="Do not play; print the calls, tokens, cost and hours that the rest needs at most."
+        ),
+    ] = False,
+    shard: Annotated[
+        str | None,
+        typer.Option(metavar="I/N", help="Play only part I of N of each run; the same command without it joins them."),
+    ] = None,
+    executor: Annotated[
+        Literal["local", "ray"] | None,
+        typer.Option(help="Where the simulators run; replaces what the file says.", show_default="as the file says"),
+    ] = None,
+    ray_address: Annotated[str | None, typer.Option(metavar="HOST:PORT", help="Address of the Ray cluster.")] = None,
+    workers: Workers = None,
+    imports: Imports = None,
+) -> None:
+    """Examples:
+    vigil study run study.yaml --dry-run
+    vigil study run study.yaml --model GPT-5.4 --condition feedback
+    """
+    del imports  # done when it was read
+    source = _source(study)
+    runs = selected_runs(planned_runs(source), model or (), condition or ())
+    given = {
+        "shard": None if shard is None else parse_shard(shard),
+        "executor": executor,
+        "ray_address": ray_address,
+        "workers": workers,
+    }
+    changed = {name: value for name, value in given.items() if value is not None}
+    plans = [(one, _plan(one, **changed)) for one in runs]
+    if dry_run:
+        _print_estimates(source, plans)
+        return
+    _save_copy(source)
+    complete = [_play(one, plan) for one, plan in plans]
+    if not all(complete):
+        print("Some runs are not complete; the same command continues them.", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+def status(study: StudyPath = None, model: Models = None, condition: Conditions = None) -> None:
+    """Example: vigil study status study.yaml"""
+    source = _source(study)
+    table = Table(title=f"{source.study.name}: {source.study.place}", title_justify="left")
+    for heading in ("run", "role", "scored", "errors", "state"):
+        table.add_column(heading, justify="right" if heading in ("scored", "errors") else "left", overflow="fold")
+    total = [0, 0]
+    for one in selected_runs(planned_runs(source), model or (), condition or ()):
+        state = state_of(one, _plan(one))
+        total = [total[0] + state.scored, total[1] + state.planned]
+        table.add_row(
+            one.label.name, one.label.role, f"{state.scored}/{state.planned}", str(state.errors), state.spoken
+        )
+    console().print(table)
+    print(f"{total[0]:,} of {total[1]:,} plays are scored.")
+
+
+def report(
+    study: StudyPath = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder to which the report is written.", show_default="report in the study's folder"),
+    ] = None,
+    pdf: Annotated[
+        bool, typer.Option("--pdf/--no-pdf", help="Whether to make a PDF too, where a LaTeX program is installed.")
+    ] = True,
+    style: Annotated[
+        LatexStyle,
+        typer.Option(
+            help="Style of the LaTeX and the PDF: everything (report), or the paper's tables as it prints them (paper)."
+        ),
+    ] = "report",
+    with_paper: WithPaper = True,
+    assets: AssetFile = None,
+    reveal: Reveal = False,
+) -> None:
+    """Examples:
+    vigil study report study.yaml
+    vigil study report study.yaml --style paper
+    """
+    source = _source(study)
+    runs = planned_runs(source)
+    played = [one for one in runs if one.saved() is not None]
+    if not played:
+        raise RecordError(f"No run of {source.study.name!r} is played yet. First: vigil study run {source.text.path}")
+    others, suites = read_suites([one.folder for one in played])
+    scored = read_runs(others, labels=labels_of(runs))
+    found = measured_study(scored, with_paper=with_paper)
+    absent = [one.label.name for one in runs if one not in played]
+    if absent:
+        shown = f"{len(absent)} of the study's {len(runs)} runs are not played: {', '.join(absent)}."
+        found = replace(found, warnings=(shown, *found.warnings))
+    place = out or source.study.place / "report"
+    latex = _latex_program() if pdf else None
+    with on_paper(style == "paper"):
+        further = study_figures(found, source.study.episodes, (assets, reveal)) if scored else {}
+    is_wanted = latex is not None or style == "paper"
+    formats: tuple[Format, ...] = ("html", "md", "latex") if is_wanted else ("html", "md")
+    write_report(found, place, formats, further, suites=suites, reveals=reveal, style=style)
+    for warning in found.warnings:
+        print(f"! {warning}")
+    if latex is not None:
+        print(_make_pdf(latex, place))
+    print(place / "report.html")
+
+
+def _source(study: Path | None) -> StudySource:
+    return read_study(study or _last_study())
+
+
+def _last_study() -> Path:
+    """Return the study of this folder, else the copy that was saved last. Raises SettingError without one."""
+    if Path(COPY).is_file():
+        return Path(COPY)
+    copies = sorted(RUNS_FOLDER.glob(f"*/{COPY}"), key=lambda path: path.stat().st_mtime_ns)
+    if not copies:
+        raise SettingError(f"Give the file of a study: there is no {COPY} here, and none was played under runs/.")
+    return copies[-1]
+
+
+def _save_copy(source: StudySource) -> None:
+    """Copy the study's file into the study's folder, so that `vigil study report` finds it."""
+    copy = source.study.place / COPY
+    copy.parent.mkdir(parents=True, exist_ok=True)
+    if copy.resolve() != source.text.path.resolve():
+        shutil.copyfile(source.text.path, copy)
+
+
+def _plan(run: PlannedRun, **changed: object) -> RunPlan:
+    """Return the plan of a run, or of its part. Raises an error that names the run."""
+    settings = replace(run.settings, **changed)  # pyright: ignore[reportArgumentType] - options of the command line
+    if settings.shard is not None:
+        settings = replace(settings, log_dir=run.part_folder(settings.shard))
+    try:
+        return plan_run(with_agent(settings), _loaded_pack(settings.pack))
+    except VigilError as error:
+        raise type(error)(f"{run.label.name}: {error}") from None
+
+
+_loaded_pack = cache(Pack.load)
+"""Cache of packs, since the runs of a study share one or two."""
+
+
+def _play(run: PlannedRun, plan: RunPlan) -> bool:
+    """Play what remains of a run, and return whether it is complete; a failure is printed, and other runs go on."""
+    name = run.label.name
+    try:
+        if plan.spec.shard is None and join_parts(run):
+            print(f"{name}: parts joined.")
+        result = play_plan(plan)
+    except VigilError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        return False
+    print_notes(result.notes)
+    scored = len(result.records) - result.errors
+    print(f"{name}: {scored} scored, {result.errors} errors, {result.resumed} played before: {result.folder}")
+    return result.is_complete
+
+
+def _print_estimates(source: StudySource, plans: list[tuple[PlannedRun, RunPlan]]) -> None:
+    table = Table(title=f"{source.study.name}: at least .. at most", title_justify="left")
+    table.add_column("run", overflow="fold")
+    for heading in ("episodes left", "calls", "input tokens", "output tokens", "cost", "hours"):
+        table.add_column(heading, justify="right")
+    found = [(one, estimate_rest(one, plan, source.study.call_seconds)) for one, plan in plans]
+    for one, left in found:
+        table.add_row(one.label.name, f"{left.cost.episodes:,}", *_bounds(left))
+    print_notes(
+        sorted({plan.endpoint.access.missing for _, plan in plans if plan.endpoint and plan.endpoint.access.missing})
+    )
+    console().print(table)
+    called = [left for _, left in found if left.hours is not None]
+    calls, hours = (
+        [sum(pair[end] for pair in pairs) for end in (0, 1)]
+        for pairs in ([left.cost.calls for left in called], [left.hours or (0.0, 0.0) for left in called])
+    )
+    print(f"All runs: {calls[0]:,} to {calls[1]:,} calls, {hours[0]:,.1f} to {hours[1]:,.1f} hours one after another.")
+    costs = [left.money for left in called]
+    if called and None not in costs:
+        low, high = (sum(pair[end] for pair in costs if pair) for end in (0, 1))
+        print(f"Cost of all runs: {low:,.2f} to {high:,.2f}.")
+    print(f"Nothing was sent. Hours assume {source.study.call_seconds:g} s for a call (`call_seconds` of the file).")
+    for one, _ in plans:
+        if parts_of(one):
+            print_note(f"{one.label.name}: parts are not joined and count as unplayed.")
+
+
+def _bounds(left: RunEstimate) -> list[str]:
+    if left.hours is None:
+        return ["no model", "", "", "", ""]
+    counts = [left.cost.calls, left.cost.input_tokens, left.cost.output_tokens]
+    money = "-" if left.money is None else f"{left.money[0]:,.2f} .. {left.money[1]:,.2f}"
+    return [*(f"{low:,} .. {high:,}" for low, high in counts), money, f"{left.hours[0]:.1f} .. {left.hours[1]:.1f}"]
+
+
+def _latex_program() -> str | None:
+    return next((name for name in _LATEX if shutil.which(name)), None)
+
+
+def _make_pdf(program: str, folder: Path) -> str:
+    """Compile the report's LaTeX, and return a line with the path of the PDF or with the reason why there is none."""
+    command = [program, *_LATEX[program], "report.tex"]
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, timeout=_LATEX_SECONDS, check=False)
+    except subprocess.TimeoutExpired:
+        return f"{program} took more than {_LATEX_SECONDS} s: there is no PDF."
+    if done.returncode:
+        return f"{program} failed: there is no PDF. It says why in {folder / 'report.log'}."
+    return str(folder / "report.pdf")

@@ -1,0 +1,98 @@
+"""YAML of files that people write: plain values, the line of every key, and errors that name file, line and key."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from vigil.errors import SettingError
+
+MAX_BYTES = 1_000_000
+Place = tuple[str | int, ...]
+"""Keys and indices that lead to a value, from the top of the document."""
+_GUESSED = frozenset({"tag:yaml.org,2002:bool", "tag:yaml.org,2002:timestamp"})
+"""Kinds of values that YAML 1.1 guesses from texts such as `on` and `2026-01-01`."""
+
+
+class _Loader(yaml.SafeLoader):
+    """Loader that leaves dates and `on`, `off`, `yes` and `no` as texts."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in found if tag not in _GUESSED]
+    for first, found in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver("tag:yaml.org,2002:bool", re.compile("(?:true|false)$"), list("tf"))
+
+
+@dataclass(frozen=True)
+class YamlText:
+    """A parsed YAML file."""
+
+    path: Path
+    value: Any
+    lines: dict[Place, int]
+    """The line, from 1, of each key and each item."""
+
+    def error(self, place: Place, message: str) -> SettingError:
+        """Return an error about the value at `place`, with the line of its innermost key that the file has."""
+        known = next((place[:end] for end in range(len(place), -1, -1) if place[:end] in self.lines), ())
+        key = f", {spoken(place)}" if place else ""
+        return SettingError(f"{str(self.path)!r}, line {self.lines[known]}{key}: {message}")
+
+
+def spoken(place: Place) -> str:
+    """Return a place as a person writes it, such as `models[2].settings.limit`; the first item is number 1."""
+    parts = [f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in place]
+    return "".join(parts).removeprefix(".")
+
+
+def read_yaml(path: Path) -> YamlText:
+    """Return the values in a YAML file. Raises SettingError if it cannot be read, or has duplicate keys or aliases."""
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise SettingError(f"{str(path)!r} cannot be read: {error.strerror}. Give the file of a study.") from None
+    if len(raw) > MAX_BYTES:
+        raise SettingError(f"{str(path)!r} has {len(raw):,} bytes; at most {MAX_BYTES:,} are read.")
+    try:
+        text = raw.decode()
+        if aliases := [token for token in yaml.scan(text, _Loader) if isinstance(token, yaml.AliasToken)]:
+            line = aliases[0].start_mark.line + 1
+            raise SettingError(f"{str(path)!r}, line {line}: aliases (*name) are not read. Write the value again.")
+        root = yaml.compose(text, _Loader)
+        value = yaml.load(text, _Loader)
+    except UnicodeDecodeError as error:
+        raise SettingError(f"{str(path)!r} is not UTF-8 text: byte {error.start}.") from None
+    except yaml.YAMLError as error:
+        raise SettingError(_syntax_error(path, error)) from None
+    if root is None:
+        raise SettingError(f"{str(path)!r} is empty.")
+    found = YamlText(path, value, {(): root.start_mark.line + 1})
+    for place, line in _lines(root):
+        if place in found.lines:
+            raise found.error(place, f"the key is there twice: also in line {line}. Remove one.")
+        found.lines[place] = line
+    return found
+
+
+def _lines(node: yaml.Node, place: Place = ()) -> Iterator[tuple[Place, int]]:
+    """Yield the place and the line of every key and item below a node."""
+    if isinstance(node, yaml.MappingNode):
+        for key, below in node.value:
+            here = (*place, str(key.value))
+            yield here, key.start_mark.line + 1
+            yield from _lines(below, here)
+    elif isinstance(node, yaml.SequenceNode):
+        for index, below in enumerate(node.value):
+            yield (*place, index), below.start_mark.line + 1
+            yield from _lines(below, (*place, index))
+
+
+def _syntax_error(path: Path, error: yaml.YAMLError) -> str:
+    mark, problem = getattr(error, "problem_mark", None), getattr(error, "problem", None) or str(error)
+    where = "" if mark is None else f", line {mark.line + 1}, column {mark.column + 1}"
+    return f"{str(path)!r}{where}: this is not YAML: {problem}."
