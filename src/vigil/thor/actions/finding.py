@@ -45,7 +45,7 @@ def _interactable_poses(
     limit = seeing.settings.visibility_distance + float(np.linalg.norm(thing.asset.size))
     found: list[dict[str, Any]] = []
     for spot in _read(places):
-        if floor_distance(spot, thing.position) > limit:
+        if floor_distance(spot, thing.position) > limit or not world.editor.can_stand(spot):
             continue
         for pose in _poses_at(spot, rotations, horizons, standings):
             if visibility_of(seeing, [thing], pose)[thing.id].interactable:

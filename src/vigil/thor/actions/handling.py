@@ -5,14 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from vigil.base.geometry import Vec3
-from vigil.protocol.world import ObjectSetup, Placement, RefusalCode
+from vigil.base.geometry import Vec3, floor_distance, heading
+from vigil.protocol.world import ObjectSetup, RefusalCode
 from vigil.scene.supports import is_shut, level_surfaces
 from vigil.scene.things import Thing
+from vigil.sim.core.state import HAND_AHEAD_M, HAND_DROP_M
 from vigil.thor.actions.action import Action
+from vigil.thor.actions.placing import place_at_point
 from vigil.thor.base.errors import ActionFailed, invalid_operation
-from vigil.thor.base.targets import target
-from vigil.thor.base.world import World
+from vigil.thor.base.targets import first_met, target
+from vigil.thor.base.world import World, eye_of
 
 REFUSALS: dict[RefusalCode, str] = {
     "not_openable": "{thing} is not an Openable object",
@@ -146,9 +148,18 @@ def _drop(world: World, forceAction: bool = False, **_: object) -> None:
         return
     if not forceAction:
         raise ActionFailed(f"{held.id} can't be dropped. It must be clear of all other collision first")
-    x, floor, z = world.agent.position
-    at_the_feet = Placement(position=Vec3(x, floor + held.asset.size.y / 2, z))
-    world.apply_changes({held.id: ObjectSetup(placement=at_the_feet)})
+    place_at_point(world, held.id, _below_hand(world))
+
+
+def _below_hand(world: World) -> Vec3:
+    """Return the point straight below the hand, which stops in front of what is ahead of the body."""
+    pose = world.agent
+    ahead_x, ahead_z = heading(pose.rotation)
+    axis = pose.position._replace(y=eye_of(pose).y - HAND_DROP_M)
+    _, ahead = first_met(world, axis, np.array([[ahead_x, 0.0, ahead_z]]))
+    reach = HAND_AHEAD_M if ahead is None else min(HAND_AHEAD_M, floor_distance(axis, ahead))
+    hand = Vec3(axis.x + reach * ahead_x, axis.y, axis.z + reach * ahead_z)
+    return first_met(world, hand, np.array([[0.0, -1.0, 0.0]]))[1] or hand._replace(y=0.0)
 
 
 def _error_text(world: World, refusal: RefusalCode, thing: Thing, blocker: str | None = None) -> str:
@@ -168,7 +179,7 @@ _NEAREST = (
     "the place is the nearest free one; randomSeed does nothing, and forceAction does not put an object on a "
     "receptacle that is not for it"
 )
-_LIES_AT_ONCE = "the object is at rest at once; with forceAction and without a free place it lies at the agent's feet"
+_LIES_AT_ONCE = "the object is at rest at once; with forceAction it lies below the hand, even where it does not fit"
 
 ACTIONS = (
     Action("OpenObject", _open, _OPEN, _WHICH, lacks=_AT_ONCE),
