@@ -68,7 +68,8 @@ def test_what_is_dropped_lies_on_the_floor(client):
     client.stand(3.5, 2.5, yaw=180.0)
     client.do("DropHandObject")
     assert client.get("Apple|1")["position"]["y"] < 0.2
-    assert client.get("Apple|1")["parentReceptacles"] is None
+    assert client.get("Apple|1")["parentReceptacles"] == ["room|1"]
+    assert client.get("room|1")["receptacleObjectIds"].count("Apple|1") == 1
 
 
 def test_force_drops_below_the_hand_what_finds_no_place(client):

@@ -38,7 +38,7 @@ _SPOTS = np.stack(np.meshgrid(*[[0.0, -0.3, 0.3, -0.45, 0.45]] * 2), axis=-1).re
 """Points (25, 2) that are tried on a surface, as shares of its sides from its middle."""
 
 
-def _target_of(
+def target_of(
     world: World,
     objectId: str | None = None,
     x: float | None = None,
@@ -51,7 +51,7 @@ def _target_of(
 
 
 def _set_open(world: World, openness: float, **asked: Any) -> None:
-    thing, _, forced = _target_of(world, **asked)
+    thing, _, forced = target_of(world, **asked)
     if not thing.is_openable:
         raise ActionFailed(_error_text(world, "not_openable", thing))
     if forced:
@@ -78,10 +78,12 @@ def _close(world: World, **asked: Any) -> None:
 
 def _toggler(*, on: bool) -> Callable[..., None]:
     def toggle(world: World, **asked: Any) -> None:
-        thing, _, forced = _target_of(world, **asked)
+        thing, _, forced = target_of(world, **asked)
         word = "on" if on else "off"
         if not thing.is_toggleable:
             raise ActionFailed(_error_text(world, "not_toggleable", thing))
+        if on and world.flags.get(thing.id, {}).get("isBroken"):
+            raise ActionFailed("Target is broken and cannot be Toggled On!")
         if thing.is_toggled == on:
             raise ActionFailed(f"can't toggle object {word} if it's already {word}!")
         if forced:
@@ -95,7 +97,7 @@ def _toggler(*, on: bool) -> Callable[..., None]:
 def _pick_up(world: World, **asked: Any) -> str:
     if world.held is not None:
         raise ActionFailed(_error_text(world, "hand_full", world.thing(world.held)))
-    thing, point, forced = _target_of(world, **asked)
+    thing, point, forced = target_of(world, **asked)
     if forced and thing.is_pickupable:
         world.apply_changes({}, held=thing.id)
         return thing.id
@@ -108,7 +110,10 @@ def _pick_up(world: World, **asked: Any) -> str:
 def _put(world: World, **asked: Any) -> None:
     if world.held is None:
         raise ActionFailed(REFUSALS["hand_empty"])
-    receptacle, point, _ = _target_of(world, **asked)
+    receptacle, point, _ = target_of(world, **asked)
+    if receptacle.id in world.floors:
+        _drop(world)
+        return
     if not receptacle.is_receptacle:
         raise ActionFailed("This target object is NOT a receptacle!")
     if receptacle.category in MUST_BE_OPEN and is_shut(receptacle):
@@ -167,10 +172,10 @@ def _error_text(world: World, refusal: RefusalCode, thing: Thing, blocker: str |
     return REFUSALS[refusal].format(thing=thing.id, blocker=blocker, held=held)
 
 
-_AT = "string objectId, float x, float y, bool forceAction"
-_WHICH = "objectId | x y"
-_OPEN = f"{_AT}, float openness, bool simplifyPhysics, float moveMagnitude"
-_PUT = f"{_AT}, bool placeStationary, int randomSeed, bool putNearXY, float maxDistance"
+AT = "string objectId, float x, float y, bool forceAction"
+WHICH = "objectId | x y"
+_OPEN = f"{AT}, float openness, bool simplifyPhysics, float moveMagnitude"
+_PUT = f"{AT}, bool placeStationary, int randomSeed, bool putNearXY, float maxDistance"
 _DROP = "bool forceAction, bool autoSimulation"
 _AT_ONCE = "the object is open or shut at once, and pushes nothing"
 _NO_BURNERS = "stove knobs control no burners"
@@ -182,12 +187,12 @@ _NEAREST = (
 _LIES_AT_ONCE = "the object is at rest at once; with forceAction it lies below the hand, even where it does not fit"
 
 ACTIONS = (
-    Action("OpenObject", _open, _OPEN, _WHICH, lacks=_AT_ONCE),
-    Action("CloseObject", _close, _OPEN, _WHICH, lacks=_AT_ONCE),
-    Action("ToggleObjectOn", _toggler(on=True), _AT, _WHICH, lacks=_NO_BURNERS),
-    Action("ToggleObjectOff", _toggler(on=False), _AT, _WHICH, lacks=_NO_BURNERS),
-    Action("PickupObject", _pick_up, f"{_AT}, bool manualInteract, bool stationary", _WHICH, lacks=_NO_STACKS),
-    Action("PutObject", _put, _PUT, _WHICH, lacks=_NEAREST),
+    Action("OpenObject", _open, _OPEN, WHICH, lacks=_AT_ONCE),
+    Action("CloseObject", _close, _OPEN, WHICH, lacks=_AT_ONCE),
+    Action("ToggleObjectOn", _toggler(on=True), AT, WHICH, lacks=_NO_BURNERS),
+    Action("ToggleObjectOff", _toggler(on=False), AT, WHICH, lacks=_NO_BURNERS),
+    Action("PickupObject", _pick_up, f"{AT}, bool manualInteract, bool stationary", WHICH, lacks=_NO_STACKS),
+    Action("PutObject", _put, _PUT, WHICH, lacks=_NEAREST),
     Action("DropHandObject", _drop, _DROP, lacks=_LIES_AT_ONCE),
     Action("DropHeldObject", _drop, _DROP, lacks=_LIES_AT_ONCE),
 )

@@ -13,6 +13,7 @@ from vigil.scene.outlines import GRID_M
 from vigil.sim.scene_editor import SceneEditor
 from vigil.thor.actions.action import Action
 from vigil.thor.base.errors import ActionFailed, bad_argument
+from vigil.thor.base.floors import floors_of
 from vigil.thor.base.settings import settings_of
 from vigil.thor.base.world import PROCEDURAL, ThirdPartyCamera, World
 
@@ -24,7 +25,7 @@ def _reset(world: World, sceneName: str = PROCEDURAL, **_: object) -> None:
     if sceneName != PROCEDURAL:
         raise bad_argument(f"Scene {sceneName!r} is not in this engine: it has houses given to CreateHouse alone.")
     world.editor.close()
-    world.has_house, world.cameras, world.shown = False, [], None
+    world.has_house, world.cameras, world.shown, world.floors = False, [], None, {}
 
 
 def _initialize(world: World, **sent: Any) -> dict[str, float]:
@@ -44,6 +45,11 @@ def _create_house(world: World, house: dict[str, Any]) -> None:
     except VigilError as error:
         raise ActionFailed(f"Exception creating house: {error}") from None
     world.has_house = True
+    world.floors = floors_of(world.editor.scene().rooms)
+    world.unbreakable, world.flags = set(), {}
+    for node, _ in found.objects():
+        if node.is_dirty:
+            world.flags[node.id] = {"isDirty": True}
     openings = [*found.document.doors, *found.document.windows]
     world.assets = {each.id: each.asset_id for each in [*openings, *(node for node, _ in found.objects())]}
 
@@ -69,6 +75,10 @@ def _resolution(world: World, x: int, y: int) -> None:
 
 def _nothing(world: World, **_: object) -> None:
     del world
+
+
+def _unbreakable(world: World) -> None:
+    world.unbreakable = {thing.id for thing in world.things()}
 
 
 def _add_camera(
@@ -161,7 +171,7 @@ ACTIONS = (
     Action("PausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("UnpausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("AdvancePhysicsStep", _nothing, takes_anything=True, lacks=_AT_REST),
-    Action("MakeAllObjectsUnbreakable", _nothing, lacks="nothing breaks"),
+    Action("MakeAllObjectsUnbreakable", _unbreakable),
     Action("SetRandomSeed", _nothing, "int seed", "seed", lacks="nothing is random"),
     Action("ResetMaterials", _nothing, lacks="materials are always those of the house"),
 )

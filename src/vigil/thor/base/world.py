@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
 from vigil.errors import EpisodeError
@@ -41,6 +42,12 @@ class World:
     cameras: list[ThirdPartyCamera] = field(default_factory=list)
     assets: dict[str, str] = field(default_factory=dict)
     """Id of an object, door or window -> its asset id in the house."""
+    floors: dict[str, Thing] = field(default_factory=dict)
+    """The floors of the rooms as things, by the room's id."""
+    flags: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Id of an object -> flags that have been set since the house was created, e.g. `isSliced`."""
+    unbreakable: set[str] = field(default_factory=set)
+    """Ids of the objects that cannot break."""
     shown: frozenset[str] | None = None
     """Ids of the objects to which metadata is limited; None if all objects are included."""
     serves_patches: bool = True
@@ -76,7 +83,7 @@ class World:
     def thing(self, object_id: str) -> Thing:
         """Return the thing with an id. Raises ActionFailed when it is not in the house."""
         self.need_house()
-        found = self.editor.scene().things.get(object_id)
+        found = self.editor.scene().things.get(object_id) or self.floors.get(object_id)
         if found is None or not found.is_present:
             raise bad_argument(f"objectId: {object_id} is not the objectId on any object in the scene!")
         return found
