@@ -14,7 +14,7 @@ from vigil.thor.base.paths import walk
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.sight import points_of, visibility_of
 from vigil.thor.base.targets import cast, first_met, need_interactable, of_type
-from vigil.thor.base.world import PROCEDURAL, World, body_of
+from vigil.thor.base.world import World, body_of
 
 UNLIMITED_M = 1e6
 """Visibility distance of practically no limit."""
@@ -228,6 +228,5 @@ ACTIONS = tuple(
             "objectId",
             lacks="the distance to the object's box",
         ),
-        Action("GetScenesInBuild", lambda world: [PROCEDURAL], lacks="only Procedural, without iTHOR and RoboTHOR"),
     )
 )

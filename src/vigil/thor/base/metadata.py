@@ -16,7 +16,7 @@ from vigil.thor.base.floors import floor_below
 from vigil.thor.base.images import colours
 from vigil.thor.base.properties import mass_of, materials_of, properties
 from vigil.thor.base.sight import Visibility, visibility_of
-from vigil.thor.base.world import PROCEDURAL, World, body_of, eye_of
+from vigil.thor.base.world import World, body_of, eye_of
 
 OPEN_FROM = 1e-3
 """Openness above which an object counts as open."""
@@ -49,7 +49,8 @@ def agent_metadata(world: World) -> dict[str, Any]:
     return {
         **{name: list(value) if value == () else value for name, value in _UNUSED.items()},
         "agentId": 0,
-        "sceneName": PROCEDURAL,
+        "sceneName": world.scene_name,
+        "vigil": {"house": world.house.name if world.house else None, "notes": len(world.notes), "note": _note(world)},
         "screenWidth": width,
         "screenHeight": height,
         "fov": world.settings.field_of_view,
@@ -60,6 +61,11 @@ def agent_metadata(world: World) -> dict[str, Any]:
         "objects": objects(world),
         **_agent(world),
     }
+
+
+def _note(world: World) -> str:
+    """Return the first note on the house; the others are in the client's log."""
+    return world.notes[0] if world.notes else ""
 
 
 def _agent(world: World) -> dict[str, Any]:
