@@ -85,8 +85,8 @@ class UnityLike(InProcess):
         return event
 
     def _half(self, name: str) -> float:
-        editor = self.editor.scene().things
-        return editor[name].asset.size.y / 2
+        thing = self.editor.scene().things.get(name)
+        return 0.0 if thing is None else thing.asset.size.y / 2  # floors are not among the things
 
     def _told(self, metadata: dict[str, Any]) -> dict[str, Any]:
         objects = [self._object(each, metadata["objects"]) for each in metadata["objects"]]

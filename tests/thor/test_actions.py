@@ -4,14 +4,13 @@ import inspect
 
 import pytest
 
-from vigil.thor.actions import finding, handling, moving, placing, scenes
 from vigil.thor.actions.action import Action
 from vigil.thor.actions.missing import MISSING
-from vigil.thor.actions.table import ACTIONS
+from vigil.thor.actions.table import ACTIONS, MODULES
 
 
 def test_no_action_is_named_twice():
-    rows = [action.name for module in (finding, handling, moving, scenes, placing) for action in module.ACTIONS]
+    rows = [action.name for module in MODULES for action in module.ACTIONS]
     assert len(rows) == len(set(rows)) == len(ACTIONS)
     assert not set(rows) & set(MISSING)
 

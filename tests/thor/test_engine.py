@@ -39,6 +39,7 @@ AGENT = {
     },
     "heldObjectPose": dict.fromkeys(("position", "rotation", "localPosition", "localRotation"), VECTOR),
     "cameraPosition": VECTOR,
+    "vigil": {"house": (str, None), "notes": int, "note": str},
     "sceneBounds": BOX,
     **dict.fromkeys(("fov", "cameraOrthSize", "actionFloatReturn", "currentTime"), float),
     **dict.fromkeys(("screenWidth", "screenHeight", "agentId", "actionIntReturn"), int),
@@ -50,7 +51,7 @@ AGENT = {
     **dict.fromkeys(("errorCode", "colors", "colorBounds"), (None,)),
     **dict.fromkeys(("actionReturn", "visibleRange"), (dict, None)),
 }
-"""The fields of the schema in AI2-THOR's own tests, and those that its client or programs read besides."""
+"""The fields of the schema in AI2-THOR's own tests, those that its client or programs read besides, and our own."""
 
 
 def check(value, kind, place: str) -> None:
@@ -131,7 +132,7 @@ def test_a_house_that_cannot_be_built_says_why(client):
         "Exception creating house: House 'house' has no rooms"
     )
     assert client.do("Pass")["objects"] == []
-    assert "is not in this engine" in client.fail("Reset", sceneName="FloorPlan1_physics")
+    assert "is not in this engine" in client.fail("Reset", sceneName="FloorPlan31_physics")
 
 
 def test_pictures_are_of_the_size_and_layers_asked_for(client):

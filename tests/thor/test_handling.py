@@ -1,5 +1,11 @@
 """Opening, switching, picking up and putting down, with AI2-THOR's rules and words."""
 
+import copy
+
+import pytest
+
+from vigil.sim.conformance.reference_house import reference_house
+
 
 def test_a_fridge_opens_when_it_is_near_and_in_view(client):
     client.stand(3.5, 2.5, yaw=180.0)
@@ -62,10 +68,11 @@ def test_what_is_dropped_lies_on_the_floor(client):
     client.stand(3.5, 2.5, yaw=180.0)
     client.do("DropHandObject")
     assert client.get("Apple|1")["position"]["y"] < 0.2
-    assert client.get("Apple|1")["parentReceptacles"] is None
+    assert client.get("Apple|1")["parentReceptacles"] == ["room|1"]
+    assert client.get("room|1")["receptacleObjectIds"].count("Apple|1") == 1
 
 
-def test_force_drops_at_the_feet_what_finds_no_place(client):
+def test_force_drops_below_the_hand_what_finds_no_place(client):
     client.do("PickupObject", objectId="Pillow|1", forceAction=True)
     client.stand(3.5, 2.5, yaw=180.0)
     while client.send("MoveAhead")["lastActionSuccess"]:
@@ -74,8 +81,28 @@ def test_force_drops_at_the_feet_what_finds_no_place(client):
     here = client.do("DropHandObject", forceAction=True)["agent"]["position"]
     pillow = client.get("Pillow|1")
     assert not pillow["isPickedUp"]
-    assert [pillow["position"][axis] for axis in "xz"] == [here[axis] for axis in "xz"]
-    assert pillow["axisAlignedBoundingBox"]["center"]["y"] < 0.3
+    assert pillow["position"]["x"] == pytest.approx(here["x"], abs=1e-3)
+    assert 0.1 < here["z"] - pillow["position"]["z"] < 0.41
+    client.do("MoveBack")
+
+
+def test_the_agent_walks_out_of_what_it_stands_in(client):
+    client.stand(3.5, 2.5, yaw=180.0)
+    client.do("PlaceObjectAtPoint", objectId="Pillow|1", position={"x": 3.5, "y": 0.0, "z": 2.5})
+    for _ in range(3):
+        client.do("MoveBack", moveMagnitude=0.1)
+    there = [{"x": 3.5, "y": 0.9, "z": 2.5}]
+    assert client.do("GetInteractablePoses", objectId="Pillow|1", positions=there)["actionReturn"] == []
+
+
+def test_force_opens_what_reaches_through_a_wall(client):
+    house = copy.deepcopy(reference_house().data)
+    fridge = next(each for each in house["objects"] if each["id"] == "Fridge|1")
+    fridge["rotation"]["y"] += 180.0  # its door now faces the wall behind it
+    client.do("CreateHouse", house=house)
+    client.do("OpenObject", objectId="Fridge|1", forceAction=True)
+    assert client.get("Fridge|1")["openness"] == 1.0
+    client.do("CloseObject", objectId="Fridge|1", forceAction=True)
 
 
 def test_a_thing_is_placed_at_a_point_and_rests_there(client):

@@ -114,6 +114,13 @@ STUDY = {
         "study:report", "Writes one report of a study's runs, with a place for every table and figure of the paper."
     ),
 }
+THOR = {
+    "install": Verb(
+        "thor:install", "Installs VIGIL's engine where AI2-THOR's client looks for its own build; prints the folders."
+    ),
+    "run": Verb("thor:run", "Runs a program that uses AI2-THOR's client, on VIGIL's engine.", takes_more=True),
+    "uninstall": Verb("thor:uninstall", "Removes what `vigil thor install` wrote; prints the folders."),
+}
 VERBS: dict[str, Verb | Group] = {
     "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the scores."),
     "probe": Verb(
@@ -179,6 +186,7 @@ VERBS: dict[str, Verb | Group] = {
         "Runs VIGIL's engine for AI2-THOR's client, in place of Unity; the client starts this command itself.",
         takes_more=True,
     ),
+    "thor": Group("Run AI2-THOR programs on VIGIL's engine.", THOR),
     "doctor": Verb(
         "doctor:doctor", "Draws one frame and prints what is installed; exits with 1 if something is missing."
     ),

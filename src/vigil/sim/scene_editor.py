@@ -63,7 +63,10 @@ class SceneEditor(PrivilegedSimulator, Protocol):
         """Put the agent, with what it holds, at a pose; it is not checked that the body fits there."""
 
     def apply_changes(self, setup: Setup) -> None:
-        """Apply a setup to the world as it is now. Raises EpisodeError; in that case nothing has changed."""
+        """Apply a setup to the world as it is now; leaves may then reach through walls and containers.
+
+        Raises EpisodeError; in that case nothing has changed.
+        """
 
     def restore_object(self, object_id: str) -> None:
         """Put an object that was taken out of the scene back where it was. Raises EpisodeError on an unknown id."""
@@ -79,7 +82,7 @@ class SceneEditor(PrivilegedSimulator, Protocol):
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
         """Return the id of what stops the body on the straight way from `start` to `end`: "exterior" if only the
-        edge of the rooms does, None if nothing does.
+        edge of the rooms does, None if nothing does. What the body's axis is inside never stops the body.
         """
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:

@@ -18,10 +18,15 @@ def thor_engine(
     unset: the client requires it on Linux, although the engine does not use it. Raises SettingError on an unknown
     backend or an invalid database, because the client would wait without limit for an engine that ends at once.
     """
+    check_backend(backend, asset_database)
+    return own_command(engine_options(backend, quality, asset_database))
+
+
+def check_backend(backend: str, asset_database: str | Path | None) -> None:
+    """Raise SettingError on a backend that the engine does not have, or an invalid database."""
     if backend not in EDITABLE_BACKENDS:
         raise SettingError(
             f"The AI2-THOR engine does not have backend {backend!r}. "
             f"Choose one of {', '.join(sorted(EDITABLE_BACKENDS))}."
         )
     AssetDatabase.from_file(None if asset_database is None else Path(asset_database))
-    return own_command(engine_options(backend, quality, asset_database))

@@ -40,7 +40,7 @@ def _world(given: argparse.Namespace, *, has_patches: bool) -> World:
     if not isinstance(editor, SceneEditor):
         raise SettingError(f"Backend {given.backend!r} cannot serve AI2-THOR's client: its scene cannot be edited.")
     settings = Settings(screen_width=given.width, screen_height=given.height, render_image=not given.without_pictures)
-    return World(editor, settings, serves_patches=has_patches)
+    return World(editor, settings, serves_patches=has_patches, knows_sizes=given.assets is not None)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -62,10 +62,11 @@ class CollisionMap:
         point = shapely.Point(position.x, position.z)
         return bool(self._inside.contains(point)) and not len(self._near(point, BODY_RADIUS_M * CENTRE_SHARE))
 
-    def blocker(self, start: Vec3, end: Vec3) -> str | None:
+    def blocker(self, start: Vec3, end: Vec3, *, leaves_overlaps: bool = False) -> str | None:
         """Return the id of the obstacle nearest to `start` that stops the body between two positions.
 
-        Return `EXTERIOR` when only the edge of the floor stops the body, and None when the way is free.
+        Return `EXTERIOR` when only the edge of the floor stops the body, and None when the way is free. With
+        `leaves_overlaps`, an obstacle that the body's axis is inside does not stop it, even if it ends inside as well.
         """
         sweep = shapely.LineString([(start.x, start.z), (end.x, end.z)])
         origin = shapely.Point(start.x, start.z)
@@ -76,7 +77,8 @@ class CollisionMap:
                 self._gaps(owners, hits, shape) for shape in (origin, sweep, shapely.Point(end.x, end.z))
             )
             deeper = during < np.minimum(before, BODY_RADIUS_M) - TOUCH_M
-            deeper |= (before <= TOUCH_M) & (ending <= TOUCH_M)
+            if not leaves_overlaps:
+                deeper |= (before <= TOUCH_M) & (ending <= TOUCH_M)
             if deeper.any():
                 return min(
                     (gap, owner) for gap, owner, is_deeper in zip(before, owners, deeper, strict=True) if is_deeper

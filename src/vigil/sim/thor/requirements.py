@@ -1,6 +1,7 @@
 """Requirements of AI2-THOR's own engine that this machine lacks, found without starting or downloading anything."""
 
 import ctypes.util
+import json
 import os
 import platform
 from dataclasses import dataclass
@@ -11,6 +12,10 @@ BUILD = "f0825767cd50d69f666c7f282e54abfe58f1e917"
 """Build of the engine that the client 5.0.0 starts."""
 CLIENT = "5.0.0"
 """Supported version of the client."""
+PLATFORMS = ("CloudRendering", "Linux64")
+"""The client's names of the platforms on Linux."""
+METADATA_FILE, MAKER = "metadata.json", "vigil"
+"""File in a release's folder, and its value `made_by` in releases of this project's engine."""
 SOURCE = "http://s3-us-west-2.amazonaws.com/ai2-thor-public/builds"
 """Address from which the client downloads builds."""
 
@@ -43,10 +48,24 @@ def examine() -> Findings:
     if not has_vulkan and not has_display:
         missing.append("libvulkan1 with a GPU's driver (apt-get install libvulkan1), or an X display with GLX")
     kind = "CloudRendering" if has_vulkan else "Linux64"
-    name = f"thor-{kind}-{BUILD}"
-    folder = Path.home() / ".ai2thor" / "releases" / name
-    build = str(folder) if folder.is_dir() else f"absent; the client would download {SOURCE}/{name}.zip"
+    folder = release_folder(kind)
+    build = str(folder) if folder.is_dir() else f"absent; the client would download {SOURCE}/{folder.name}.zip"
+    if is_own_release(folder):
+        build = f"{folder} (VIGIL's engine; `vigil thor uninstall` removes it)"
     return Findings(client or "not installed", build, kind, tuple(missing))
+
+
+def release_folder(platform_name: str) -> Path:
+    """Return the folder in which the client looks for the build of one of its platforms."""
+    return Path.home() / ".ai2thor" / "releases" / f"thor-{platform_name}-{BUILD}"
+
+
+def is_own_release(folder: Path) -> bool:
+    """Return whether a release's folder holds this project's engine, as `vigil thor install` writes it."""
+    try:
+        return json.loads((folder / METADATA_FILE).read_text(encoding="utf-8")).get("made_by") == MAKER
+    except (OSError, ValueError, AttributeError):
+        return False
 
 
 def _client() -> str | None:

@@ -17,7 +17,7 @@ from vigil.errors import SettingError
 from vigil.sim.core.sight import HEIGHT, WIDTH
 from vigil.sim.protocol import WORKER_NUMBER
 from vigil.sim.thor.guarded_client import GuardedClient
-from vigil.sim.thor.requirements import BUILD, CLIENT, examine
+from vigil.sim.thor.requirements import BUILD, CLIENT, PLATFORMS, examine, is_own_release, release_folder
 from vigil.sim.thor.simulator import ThorSimulator
 
 ENGINE_VARIABLE = "VIGIL_THOR_ENGINE"
@@ -63,6 +63,8 @@ class ChosenEngine:
 def chosen_engine(quality: str = "default", assets: Path | None = None) -> ChosenEngine:
     """Return the engine that the environment chooses. `quality` and `assets` only apply to this project's engine."""
     wanted = os.environ.get(ENGINE_VARIABLE, "").strip()
+    if not wanted and any(is_own_release(release_folder(kind)) for kind in PLATFORMS):
+        wanted = OWN  # `vigil thor install` put this engine into the place of AI2-THOR's build
     if not wanted:
         return ChosenEngine(f"unity-{BUILD[:8]}", None)
     own, _, backend = wanted.partition(":")

@@ -14,7 +14,7 @@ from vigil.thor.base.paths import walk
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.sight import points_of, visibility_of
 from vigil.thor.base.targets import cast, first_met, need_interactable, of_type
-from vigil.thor.base.world import PROCEDURAL, World, body_of
+from vigil.thor.base.world import World, body_of
 
 UNLIMITED_M = 1e6
 """Visibility distance of practically no limit."""
@@ -45,7 +45,7 @@ def _interactable_poses(
     limit = seeing.settings.visibility_distance + float(np.linalg.norm(thing.asset.size))
     found: list[dict[str, Any]] = []
     for spot in _read(places):
-        if floor_distance(spot, thing.position) > limit:
+        if floor_distance(spot, thing.position) > limit or not world.editor.can_stand(spot):
             continue
         for pose in _poses_at(spot, rotations, horizons, standings):
             if visibility_of(seeing, [thing], pose)[thing.id].interactable:
@@ -228,6 +228,5 @@ ACTIONS = tuple(
             "objectId",
             lacks="the distance to the object's box",
         ),
-        Action("GetScenesInBuild", lambda world: [PROCEDURAL], lacks="only Procedural, without iTHOR and RoboTHOR"),
     )
 )

@@ -5,14 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from vigil.base.geometry import Vec3
-from vigil.protocol.world import ObjectSetup, Placement, RefusalCode
+from vigil.base.geometry import Vec3, floor_distance, heading
+from vigil.protocol.world import ObjectSetup, RefusalCode
 from vigil.scene.supports import is_shut, level_surfaces
 from vigil.scene.things import Thing
+from vigil.sim.core.state import HAND_AHEAD_M, HAND_DROP_M
 from vigil.thor.actions.action import Action
+from vigil.thor.actions.placing import place_at_point
 from vigil.thor.base.errors import ActionFailed, invalid_operation
-from vigil.thor.base.targets import target
-from vigil.thor.base.world import World
+from vigil.thor.base.targets import first_met, target
+from vigil.thor.base.world import World, eye_of
 
 REFUSALS: dict[RefusalCode, str] = {
     "not_openable": "{thing} is not an Openable object",
@@ -36,7 +38,7 @@ _SPOTS = np.stack(np.meshgrid(*[[0.0, -0.3, 0.3, -0.45, 0.45]] * 2), axis=-1).re
 """Points (25, 2) that are tried on a surface, as shares of its sides from its middle."""
 
 
-def _target_of(
+def target_of(
     world: World,
     objectId: str | None = None,
     x: float | None = None,
@@ -49,7 +51,7 @@ def _target_of(
 
 
 def _set_open(world: World, openness: float, **asked: Any) -> None:
-    thing, _, forced = _target_of(world, **asked)
+    thing, _, forced = target_of(world, **asked)
     if not thing.is_openable:
         raise ActionFailed(_error_text(world, "not_openable", thing))
     if forced:
@@ -76,10 +78,12 @@ def _close(world: World, **asked: Any) -> None:
 
 def _toggler(*, on: bool) -> Callable[..., None]:
     def toggle(world: World, **asked: Any) -> None:
-        thing, _, forced = _target_of(world, **asked)
+        thing, _, forced = target_of(world, **asked)
         word = "on" if on else "off"
         if not thing.is_toggleable:
             raise ActionFailed(_error_text(world, "not_toggleable", thing))
+        if on and world.flags.get(thing.id, {}).get("isBroken"):
+            raise ActionFailed("Target is broken and cannot be Toggled On!")
         if thing.is_toggled == on:
             raise ActionFailed(f"can't toggle object {word} if it's already {word}!")
         if forced:
@@ -93,7 +97,7 @@ def _toggler(*, on: bool) -> Callable[..., None]:
 def _pick_up(world: World, **asked: Any) -> str:
     if world.held is not None:
         raise ActionFailed(_error_text(world, "hand_full", world.thing(world.held)))
-    thing, point, forced = _target_of(world, **asked)
+    thing, point, forced = target_of(world, **asked)
     if forced and thing.is_pickupable:
         world.apply_changes({}, held=thing.id)
         return thing.id
@@ -106,7 +110,10 @@ def _pick_up(world: World, **asked: Any) -> str:
 def _put(world: World, **asked: Any) -> None:
     if world.held is None:
         raise ActionFailed(REFUSALS["hand_empty"])
-    receptacle, point, _ = _target_of(world, **asked)
+    receptacle, point, _ = target_of(world, **asked)
+    if receptacle.id in world.floors:
+        _drop(world)
+        return
     if not receptacle.is_receptacle:
         raise ActionFailed("This target object is NOT a receptacle!")
     if receptacle.category in MUST_BE_OPEN and is_shut(receptacle):
@@ -146,9 +153,18 @@ def _drop(world: World, forceAction: bool = False, **_: object) -> None:
         return
     if not forceAction:
         raise ActionFailed(f"{held.id} can't be dropped. It must be clear of all other collision first")
-    x, floor, z = world.agent.position
-    at_the_feet = Placement(position=Vec3(x, floor + held.asset.size.y / 2, z))
-    world.apply_changes({held.id: ObjectSetup(placement=at_the_feet)})
+    place_at_point(world, held.id, _below_hand(world))
+
+
+def _below_hand(world: World) -> Vec3:
+    """Return the point straight below the hand, which stops in front of what is ahead of the body."""
+    pose = world.agent
+    ahead_x, ahead_z = heading(pose.rotation)
+    axis = pose.position._replace(y=eye_of(pose).y - HAND_DROP_M)
+    _, ahead = first_met(world, axis, np.array([[ahead_x, 0.0, ahead_z]]))
+    reach = HAND_AHEAD_M if ahead is None else min(HAND_AHEAD_M, floor_distance(axis, ahead))
+    hand = Vec3(axis.x + reach * ahead_x, axis.y, axis.z + reach * ahead_z)
+    return first_met(world, hand, np.array([[0.0, -1.0, 0.0]]))[1] or hand._replace(y=0.0)
 
 
 def _error_text(world: World, refusal: RefusalCode, thing: Thing, blocker: str | None = None) -> str:
@@ -156,10 +172,10 @@ def _error_text(world: World, refusal: RefusalCode, thing: Thing, blocker: str |
     return REFUSALS[refusal].format(thing=thing.id, blocker=blocker, held=held)
 
 
-_AT = "string objectId, float x, float y, bool forceAction"
-_WHICH = "objectId | x y"
-_OPEN = f"{_AT}, float openness, bool simplifyPhysics, float moveMagnitude"
-_PUT = f"{_AT}, bool placeStationary, int randomSeed, bool putNearXY, float maxDistance"
+AT = "string objectId, float x, float y, bool forceAction"
+WHICH = "objectId | x y"
+_OPEN = f"{AT}, float openness, bool simplifyPhysics, float moveMagnitude"
+_PUT = f"{AT}, bool placeStationary, int randomSeed, bool putNearXY, float maxDistance"
 _DROP = "bool forceAction, bool autoSimulation"
 _AT_ONCE = "the object is open or shut at once, and pushes nothing"
 _NO_BURNERS = "stove knobs control no burners"
@@ -168,15 +184,15 @@ _NEAREST = (
     "the place is the nearest free one; randomSeed does nothing, and forceAction does not put an object on a "
     "receptacle that is not for it"
 )
-_LIES_AT_ONCE = "the object is at rest at once; with forceAction and without a free place it lies at the agent's feet"
+_LIES_AT_ONCE = "the object is at rest at once; with forceAction it lies below the hand, even where it does not fit"
 
 ACTIONS = (
-    Action("OpenObject", _open, _OPEN, _WHICH, lacks=_AT_ONCE),
-    Action("CloseObject", _close, _OPEN, _WHICH, lacks=_AT_ONCE),
-    Action("ToggleObjectOn", _toggler(on=True), _AT, _WHICH, lacks=_NO_BURNERS),
-    Action("ToggleObjectOff", _toggler(on=False), _AT, _WHICH, lacks=_NO_BURNERS),
-    Action("PickupObject", _pick_up, f"{_AT}, bool manualInteract, bool stationary", _WHICH, lacks=_NO_STACKS),
-    Action("PutObject", _put, _PUT, _WHICH, lacks=_NEAREST),
+    Action("OpenObject", _open, _OPEN, WHICH, lacks=_AT_ONCE),
+    Action("CloseObject", _close, _OPEN, WHICH, lacks=_AT_ONCE),
+    Action("ToggleObjectOn", _toggler(on=True), AT, WHICH, lacks=_NO_BURNERS),
+    Action("ToggleObjectOff", _toggler(on=False), AT, WHICH, lacks=_NO_BURNERS),
+    Action("PickupObject", _pick_up, f"{AT}, bool manualInteract, bool stationary", WHICH, lacks=_NO_STACKS),
+    Action("PutObject", _put, _PUT, WHICH, lacks=_NEAREST),
     Action("DropHandObject", _drop, _DROP, lacks=_LIES_AT_ONCE),
     Action("DropHeldObject", _drop, _DROP, lacks=_LIES_AT_ONCE),
 )

@@ -13,8 +13,6 @@ _ONE_BY_ONE = "use OpenObject, ToggleObjectOn and ToggleObjectOff with forceActi
 MISSING: dict[str, str] = {
     **dict.fromkeys(("PushObject", "PullObject", "DirectionalPush", "TouchThenApplyForce", "ThrowObject"), _NO_PHYSICS),
     **dict.fromkeys(("MakeAllObjectsMoveable", "MakeAllObjectsStationary"), _NO_PHYSICS),
-    **dict.fromkeys(("BreakObject", "SliceObject", "CookObject", "DirtyObject", "CleanObject"), _NO_SUCH_STATE),
-    **dict.fromkeys(("FillObjectWithLiquid", "EmptyLiquidFromObject", "UseUpObject"), _NO_SUCH_STATE),
     **dict.fromkeys(("SetRoomTempDecayTimeForType", "SetRoomTempDecayTimeGlobal"), _NO_SUCH_STATE),
     **dict.fromkeys(("RandomizeMaterials", "RandomizeColors", "RandomizeLighting"), _NO_LOOKS),
     **dict.fromkeys(("SetSkybox", "GetMaterials"), _NO_LOOKS),

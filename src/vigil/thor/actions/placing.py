@@ -20,7 +20,8 @@ RESTS_WITHIN_M = 0.05
 """Greatest distance (m) of a thing's bottom from a surface at which the thing counts as resting on the surface."""
 
 
-def _place_at_point(world: World, objectId: str, position: Vec3, rotation: Vec3 | None = None, **_: object) -> None:
+def place_at_point(world: World, objectId: str, position: Vec3, rotation: Vec3 | None = None, **_: object) -> None:
+    """Put an object so that its bottom is at a point. Raises ActionFailed."""
     thing = _loose(world, objectId)
     turned = rotation or thing.rotation
     height = _height(thing, turned)
@@ -133,7 +134,7 @@ _TELEPORT = (
 ACTIONS = (
     Action(
         "PlaceObjectAtPoint",
-        _place_at_point,
+        place_at_point,
         "string objectId, Vector3 position, Vector3 rotation, bool forceKinematic",
         "objectId position",
         lacks=_NO_CHECK,

@@ -1,30 +1,15 @@
-"""Actions on the whole scene: start, houses, settings, cameras, and actions that only let time pass."""
+"""Actions on the whole scene: start, settings, cameras, and actions that only let time pass."""
 
-import itertools
 from typing import Any
 
-import numpy as np
-
-from vigil.base.geometry import Pose, Vec3
-from vigil.errors import VigilError
-from vigil.protocol.house import House
-from vigil.protocol.world import Setup
-from vigil.scene.outlines import GRID_M
-from vigil.sim.scene_editor import SceneEditor
+from vigil.base.geometry import Vec3
 from vigil.thor.actions.action import Action
-from vigil.thor.base.errors import ActionFailed, bad_argument
+from vigil.thor.base.errors import bad_argument
 from vigil.thor.base.settings import settings_of
-from vigil.thor.base.world import PROCEDURAL, ThirdPartyCamera, World
+from vigil.thor.base.world import ThirdPartyCamera, World
 
 MOST_PIXELS = 4096
 """Greatest width and height of an image."""
-
-
-def _reset(world: World, sceneName: str = PROCEDURAL, **_: object) -> None:
-    if sceneName != PROCEDURAL:
-        raise bad_argument(f"Scene {sceneName!r} is not in this engine: it has houses given to CreateHouse alone.")
-    world.editor.close()
-    world.has_house, world.cameras, world.shown = False, [], None
 
 
 def _initialize(world: World, **sent: Any) -> dict[str, float]:
@@ -35,32 +20,6 @@ def _initialize(world: World, **sent: Any) -> dict[str, float]:
     }
 
 
-def _create_house(world: World, house: dict[str, Any]) -> None:
-    world.has_house, world.shown = False, None
-    try:
-        found = House("house", house)
-        world.editor.load(found)
-        world.editor.reset(_start(found, world.editor), Setup())
-    except VigilError as error:
-        raise ActionFailed(f"Exception creating house: {error}") from None
-    world.has_house = True
-    openings = [*found.document.doors, *found.document.windows]
-    world.assets = {each.id: each.asset_id for each in [*openings, *(node for node, _ in found.objects())]}
-
-
-def _start(house: House, editor: SceneEditor) -> Pose:
-    """Return the house's start, or the first free place when it is missing or blocked. Raises ActionFailed."""
-    own = house.start
-    if own is not None and editor.can_stand(own.position):
-        return own
-    for room in editor.scene().rooms:
-        low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
-        for x, z in itertools.product(*(np.arange(a, b, GRID_M).tolist() for a, b in zip(low, high, strict=True))):
-            if editor.can_stand(Vec3(x, 0.0, z)):
-                return Pose(position=Vec3(x, 0.0, z), rotation=0.0)
-    raise ActionFailed(f"Exception creating house: {house.name!r} has no free place for the agent")
-
-
 def _resolution(world: World, x: int, y: int) -> None:
     if not (0 < x <= MOST_PIXELS and 0 < y <= MOST_PIXELS):
         raise bad_argument(f"a picture of {x} x {y} pixels: both must be in 1 .. {MOST_PIXELS}")
@@ -69,6 +28,10 @@ def _resolution(world: World, x: int, y: int) -> None:
 
 def _nothing(world: World, **_: object) -> None:
     del world
+
+
+def _unbreakable(world: World) -> None:
+    world.unbreakable = {thing.id for thing in world.things()}
 
 
 def _add_camera(
@@ -132,13 +95,9 @@ _NO_CAMERA = (
 )
 _AT_REST = "nothing moves by itself: everything is always at rest"
 _ONE_AGENT = "one agent, in the default mode; no normals and no flow; settings of physics and light do nothing"
-_OWN_LOOKS = "shapes and materials are this project's; the agent is at the house's start at once"
 
 ACTIONS = (
-    Action("Reset", _reset, "string sceneName", takes_anything=True, lacks="only the scene Procedural"),
     Action("Initialize", _initialize, takes_anything=True, lacks=_ONE_AGENT),
-    Action("CreateHouse", _create_house, "object house", "house", lacks=_OWN_LOOKS),
-    Action("DestroyHouse", _reset),
     Action("ChangeResolution", _resolution, "int x, int y", "x y"),
     Action("ChangeQuality", _nothing, "string quality", lacks="the engine's option `--render-quality` decides"),
     Action(
@@ -161,7 +120,7 @@ ACTIONS = (
     Action("PausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("UnpausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("AdvancePhysicsStep", _nothing, takes_anything=True, lacks=_AT_REST),
-    Action("MakeAllObjectsUnbreakable", _nothing, lacks="nothing breaks"),
+    Action("MakeAllObjectsUnbreakable", _unbreakable),
     Action("SetRandomSeed", _nothing, "int seed", "seed", lacks="nothing is random"),
     Action("ResetMaterials", _nothing, lacks="materials are always those of the house"),
 )

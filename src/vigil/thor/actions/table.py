@@ -1,8 +1,8 @@
 """The table of all actions that the engine has, by name."""
 
-from vigil.thor.actions import finding, handling, moving, placing, scenes
+from vigil.thor.actions import finding, handling, houses, moving, placing, scenes, states
 from vigil.thor.actions.action import Action
 
-ACTIONS: dict[str, Action] = {
-    action.name: action for module in (scenes, moving, handling, placing, finding) for action in module.ACTIONS
-}
+MODULES = (houses, scenes, moving, handling, placing, states, finding)
+"""The modules that have actions."""
+ACTIONS: dict[str, Action] = {action.name: action for module in MODULES for action in module.ACTIONS}

@@ -3,13 +3,15 @@
 import hashlib
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from vigil.base.geometry import Vec3, heading
+from vigil.sim.core.views import directions_at
 from vigil.sim.scene_editor import STRUCTURES, CameraImage, CameraView, Layer
+from vigil.thor.base.floors import rooms_at
 from vigil.thor.base.world import ThirdPartyCamera, World
 
 Wanted = Literal["all", "without colours", "none"]
@@ -17,6 +19,8 @@ Wanted = Literal["all", "without colours", "none"]
 OPAQUE = 255
 FAR_AWAY_M = 40.0
 """Distance (m) at which an orthographic camera is imitated: so large that distant objects hardly look smaller."""
+NUMBER_OF_FLOOR = -2 - STRUCTURES.index("floor")
+"""Number of pixels of floors in the layer `things`."""
 _STRUCTURE_CLASSES = {"wall": "Wall", "floor": "Floor", "ceiling": "Ceiling"}
 
 
@@ -52,6 +56,19 @@ def _agent_images(world: World, layers: frozenset[Layer]) -> Iterator[Image]:
     yield from _encoded(world, black, layers, is_third_party=False)
 
 
+def with_floors(world: World, view: CameraView, things: np.ndarray) -> np.ndarray:
+    """Return numbers of things (height, width), in which floors have the numbers that follow those of the things."""
+    rows, columns = np.nonzero(things == NUMBER_OF_FLOOR)
+    rays, _ = directions_at(view, np.column_stack([columns, rows]) + 0.5)
+    reach = -view.eye.y / np.minimum(rays[:, 1], -1e-9)
+    places = np.column_stack([view.eye.x + reach * rays[:, 0], view.eye.z + reach * rays[:, 2]])
+    scene = world.editor.scene()
+    rooms = rooms_at(scene.rooms, places)
+    numbered = things.copy()
+    numbered[rows, columns] = np.where(rooms < 0, NUMBER_OF_FLOOR, len(scene.things) + rooms)
+    return numbered
+
+
 def _layers(world: World) -> frozenset[Layer]:
     settings = world.settings
     wanted: dict[Layer, bool] = {
@@ -64,6 +81,8 @@ def _layers(world: World) -> frozenset[Layer]:
 
 def _of(world: World, view: CameraView, layers: frozenset[Layer], *, is_third_party: bool) -> Iterator[Image]:
     picture = world.editor.render_view(view, layers, with_hand=not is_third_party) if layers else CameraImage()
+    if picture.things is not None:
+        picture = replace(picture, things=with_floors(world, view, picture.things))
     yield from _encoded(world, picture, layers, is_third_party=is_third_party)
 
 
@@ -74,7 +93,7 @@ def _encoded(world: World, picture: CameraImage, layers: frozenset[Layer], *, is
         metres = np.minimum(picture.depth, np.float32(world.settings.camera_far_plane))
         yield Image("depth", is_third_party, metres[::-1].astype("<f4").tobytes())
     if picture.things is not None and "things" in layers:
-        things = world.editor.scene().things if world.has_house else {}
+        things = {**world.editor.scene().things, **world.floors} if world.has_house else {}
         if world.settings.render_instance_segmentation:
             yield Image("ids", is_third_party, _painted(picture.things, _palette(list(things))))
         if world.settings.render_semantic_segmentation:
@@ -98,7 +117,7 @@ def colour_of(name: str) -> list[int]:
 
 def colours(world: World) -> list[dict[str, object]]:
     """Return the metadata that map colours to objects and classes."""
-    things = world.things()
+    things = [*world.things(), *world.floors.values()]
     classes = sorted({*(thing.category for thing in things), *_STRUCTURE_CLASSES.values()})
     return [{"name": name, "color": colour_of(name)} for name in [*(thing.id for thing in things), *classes]]
 

@@ -8,29 +8,22 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
 from vigil.base.geometry import Vec3, distance
-from vigil.scene.geometry import box_corners, part_boxes, part_motion
+from vigil.scene.geometry import box_corners, part_boxes, part_motion, place_of
 from vigil.scene.supports import children
 from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import to_thor
+from vigil.thor.base.floors import floor_below
 from vigil.thor.base.images import colours
+from vigil.thor.base.properties import mass_of, materials_of, properties
 from vigil.thor.base.sight import Visibility, visibility_of
-from vigil.thor.base.world import PROCEDURAL, World, body_of, eye_of
+from vigil.thor.base.world import World, body_of, eye_of
 
 OPEN_FROM = 1e-3
 """Openness above which an object counts as open."""
 _NOWHERE = Vec3(0.0, 0.0, 0.0)
 _WITHOUT: dict[str, Any] = {
-    **dict.fromkeys(
-        ("breakable", "isBroken", "canFillWithLiquid", "isFilledWithLiquid", "dirtyable", "isDirty"), False
-    ),
-    **dict.fromkeys(("canBeUsedUp", "isUsedUp", "cookable", "isCooked", "isHeatSource", "isColdSource"), False),
-    **dict.fromkeys(("sliceable", "isSliced", "isMoving", "obstructed"), False),
-    "fillLiquid": None,
-    "temperature": "RoomTemp",
-    "ObjectTemperature": "RoomTemp",
-    "salientMaterials": None,
+    **dict.fromkeys(("isMoving", "obstructed"), False),
     "controlledObjects": None,
-    "objectOrientedBoundingBox": None,
 }
 """Metadata fields, equal for every object, for properties that objects never have in this engine."""
 _UNUSED: dict[str, Any] = {
@@ -56,7 +49,8 @@ def agent_metadata(world: World) -> dict[str, Any]:
     return {
         **{name: list(value) if value == () else value for name, value in _UNUSED.items()},
         "agentId": 0,
-        "sceneName": PROCEDURAL,
+        "sceneName": world.scene_name,
+        "vigil": {"house": world.house.name if world.house else None, "notes": len(world.notes), "note": _note(world)},
         "screenWidth": width,
         "screenHeight": height,
         "fov": world.settings.field_of_view,
@@ -67,6 +61,11 @@ def agent_metadata(world: World) -> dict[str, Any]:
         "objects": objects(world),
         **_agent(world),
     }
+
+
+def _note(world: World) -> str:
+    """Return the first note on the house; the others are in the client's log."""
+    return world.notes[0] if world.notes else ""
 
 
 def _agent(world: World) -> dict[str, Any]:
@@ -116,18 +115,30 @@ def objects(world: World) -> list[dict[str, Any]]:
     """
     if not world.has_house:
         return []
-    things = [thing for thing in world.things() if world.shown is None or thing.id in world.shown]
-    seen, body, scene = visibility_of(world, things), body_of(world.agent), world.editor.scene()
-    held = world.held
-    return [
-        {**_object(scene, thing, seen[thing.id], body, held), "assetId": world.assets.get(thing.id, "")}
-        for thing in things
-    ]
+    everything, scene = [*world.things(), *world.floors.values()], world.editor.scene()
+    things = [thing for thing in everything if world.shown is None or thing.id in world.shown]
+    seen, body, held = visibility_of(world, things), body_of(world.agent), world.held
+    floor_of = {thing.id: floor_below(scene.rooms, thing) for thing in everything if thing.id not in world.floors}
+    found = []
+    for thing in things:
+        below = thing.parent or floor_of.get(thing.id)
+        above = [name for name, floor in floor_of.items() if floor == thing.id] if thing.id in world.floors else None
+        found.append(
+            {
+                **_object(scene, thing, seen[thing.id], body, held),
+                **properties(thing, scene, world.flags.get(thing.id, {})),
+                "assetId": world.assets.get(thing.id, ""),
+                "parentReceptacles": None if below is None else [below],
+            }
+        )
+        if above is not None:
+            found[-1]["receptacleObjectIds"] = above
+    return found
 
 
 def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str | None) -> dict[str, Any]:
-    kind = CATALOG[thing.category]
-    is_loose = thing.is_pickupable or kind.is_moveable
+    is_moveable = thing.category in CATALOG and CATALOG[thing.category].is_moveable and not thing.is_pickupable
+    is_loose = thing.is_pickupable or is_moveable
     return {
         **_WITHOUT,
         "name": thing.id,
@@ -140,7 +151,6 @@ def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str 
         "distance": distance(body, thing.position),
         "receptacle": thing.is_receptacle,
         "receptacleObjectIds": [child.id for child in children(scene, thing.id)] if thing.is_receptacle else None,
-        "parentReceptacles": [thing.parent] if thing.parent is not None else None,
         "openable": thing.is_openable,
         "isOpen": thing.is_openable and thing.openness > OPEN_FROM,
         "openness": thing.openness if thing.is_openable else 0.0,
@@ -148,10 +158,18 @@ def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str 
         "isToggled": thing.is_toggled,
         "pickupable": thing.is_pickupable,
         "isPickedUp": held == thing.id,
-        "moveable": kind.is_moveable and not thing.is_pickupable,
-        "mass": 1.0 if is_loose else 0.0,
+        "moveable": is_moveable,
+        "mass": mass_of(thing) if is_loose else 0.0,
+        "salientMaterials": list(materials_of(thing.asset)) if is_loose else None,
         "axisAlignedBoundingBox": _box(thing.asset, thing.position, thing.rotation, thing.openness),
+        "objectOrientedBoundingBox": _oriented_box(thing) if is_loose else None,
     }
+
+
+def _oriented_box(thing: Thing) -> dict[str, Any]:
+    """Return the box of a shut thing, turned with it, in THOR's form."""
+    half = np.array(thing.asset.size) / 2
+    return {"cornerPoints": place_of(thing)(box_corners(-half, half)).tolist()}
 
 
 @lru_cache(maxsize=8192)
@@ -159,7 +177,8 @@ def _box(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> dict[
     """Return the box around a thing's parts at an openness. The box is cached, so it must not be changed."""
     thing = Thing("", asset.category, asset, position, rotation, openness=openness)
     corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(asset)]
-    return box_of_corners(np.concatenate(corners))
+    half = np.array(asset.size) / 2
+    return box_of_corners(np.concatenate(corners or [box_corners(-half, half) + np.array(position)]))
 
 
 def box_of_corners(points: np.ndarray) -> dict[str, Any]:

@@ -15,12 +15,15 @@ from vigil.scene.geometry import part_boxes, part_motion
 from vigil.scene.things import Thing
 from vigil.sim.core.views import project
 from vigil.sim.scene_editor import CameraView
+from vigil.thor.base.floors import points_of_floor
 from vigil.thor.base.world import World
 
 _LATTICE = np.stack(np.meshgrid(*[[0.05, 0.5, 0.95]] * 3), axis=-1).reshape(-1, 3)
 CAST_FIRST = 5
 """Stride of the points for which rays are cast first. A thing that these rays meet does not need further rays."""
 _NOT_CAST = -2
+SHORT_OF_FLOOR_M = 0.01
+"""How far (m) before a point of a floor a ray may end that meets the floor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +52,14 @@ def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -
     """Return the visibility of things, by id, from the agent's pose or from `pose`; a held object is always visible."""
     view = world.view(pose)
     found = {thing.id: Visibility(thing.is_held, thing.is_held) for thing in things}
+    found |= _floors_seen(world, view, [thing.id for thing in things if thing.id in world.floors])
     limit, eye = world.settings.visibility_distance, view.eye
     free = [
         thing
         for thing in things
-        if not thing.is_held and floor_distance(thing.position, eye) <= limit + np.linalg.norm(thing.asset.size) * 1.5
+        if thing.id not in world.floors
+        and not thing.is_held
+        and floor_distance(thing.position, eye) <= limit + np.linalg.norm(thing.asset.size) * 1.5
     ]
     if not free:
         return found
@@ -71,6 +77,21 @@ def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -
         number = numbers[thing.id]
         found[thing.id] = Visibility(number in interactable or number in visible, number in interactable)
     return found
+
+
+def _floors_seen(world: World, view: CameraView, ids: list[str]) -> dict[str, Visibility]:
+    """Return the visibility of floors, by the ids of their rooms."""
+    rooms = [room for room in world.editor.scene().rooms if room.id in ids]
+    if not rooms:
+        return {}
+    clouds = [points_of_floor(room) for room in rooms]
+    points, owners = np.concatenate(clouds), np.repeat([room.id for room in rooms], [len(cloud) for cloud in clouds])
+    is_inside = _is_in_view(world, view, points)
+    rays = points[is_inside] - np.array(view.eye)
+    lengths = np.linalg.norm(rays, axis=1)
+    indices, distances = world.editor.meets(view.eye, rays / np.maximum(lengths, 1e-9)[:, None])
+    seen = set(owners[is_inside][(indices < 0) & (distances > lengths - SHORT_OF_FLOOR_M)].tolist())
+    return {name: Visibility(name in seen, name in seen) for name in ids}
 
 
 def _met(

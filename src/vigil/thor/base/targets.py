@@ -6,6 +6,7 @@ from vigil.base.geometry import Vec3
 from vigil.scene.things import Thing
 from vigil.sim.core.views import directions_at
 from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation, null_reference
+from vigil.thor.base.floors import AT_FLOOR_M
 from vigil.thor.base.sight import visibility_of
 from vigil.thor.base.world import World
 
@@ -53,14 +54,21 @@ def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
 def first_met(world: World, origin: Vec3, rays: np.ndarray) -> tuple[Thing | None, Vec3 | None]:
     """Return the thing that the first of unit rays (n, 3) meets, and the point (m) where it does.
 
-    The thing is None for structure; both are None when the ray meets nothing.
+    The thing is None for structure other than floors; both are None when the ray meets nothing.
     """
     indices, distances = world.editor.meets(origin, rays)
     if not np.isfinite(distances[0]):
         return None, None
     point = Vec3(*(np.array(origin) + float(distances[0]) * rays[0]).tolist())
-    things = list(world.editor.scene().things.values())
-    return (things[int(indices[0])] if indices[0] >= 0 else None), point
+    if indices[0] < 0:
+        return (floor_at(world, point) if point.y < AT_FLOOR_M else None), point
+    return list(world.editor.scene().things.values())[int(indices[0])], point
+
+
+def floor_at(world: World, point: Vec3) -> Thing | None:
+    """Return the floor under a point; None outside every room."""
+    room = world.editor.room_at(point)
+    return None if room is None else world.floors.get(room)
 
 
 def _at(world: World, x: float, y: float, *, forced: bool) -> tuple[Thing, Vec3]:

@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
 from vigil.errors import EpisodeError
+from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
 from vigil.sim.scene_editor import CameraView, SceneEditor
@@ -13,7 +15,7 @@ from vigil.thor.base.errors import bad_argument, invalid_operation
 from vigil.thor.base.settings import Settings
 
 PROCEDURAL = "Procedural"
-"""Name of the engine's only scene."""
+"""Name of the scene of houses that are given to `CreateHouse`."""
 OFF_GRID_M = 1e-3
 """Greatest distance (m) from a place of the grid that counts as at this place."""
 
@@ -38,9 +40,23 @@ class World:
     editor: SceneEditor
     settings: Settings = field(default_factory=Settings)
     has_house: bool = False
+    house: House | None = None
+    """The document of the house that was opened last."""
+    scene_name: str = PROCEDURAL
+    """Name of the scene as the program gave it; "Procedural" for a house given to `CreateHouse`."""
+    notes: list[str] = field(default_factory=list)
+    """What had to be guessed or was left out when the house was opened, one line each."""
+    knows_sizes: bool = False
+    """Whether the engine has the sizes of AI2-THOR's assets."""
     cameras: list[ThirdPartyCamera] = field(default_factory=list)
     assets: dict[str, str] = field(default_factory=dict)
     """Id of an object, door or window -> its asset id in the house."""
+    floors: dict[str, Thing] = field(default_factory=dict)
+    """The floors of the rooms as things, by the room's id."""
+    flags: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Id of an object -> flags that have been set since the house was created, e.g. `isSliced`."""
+    unbreakable: set[str] = field(default_factory=set)
+    """Ids of the objects that cannot break."""
     shown: frozenset[str] | None = None
     """Ids of the objects to which metadata is limited; None if all objects are included."""
     serves_patches: bool = True
@@ -76,7 +92,7 @@ class World:
     def thing(self, object_id: str) -> Thing:
         """Return the thing with an id. Raises ActionFailed when it is not in the house."""
         self.need_house()
-        found = self.editor.scene().things.get(object_id)
+        found = self.editor.scene().things.get(object_id) or self.floors.get(object_id)
         if found is None or not found.is_present:
             raise bad_argument(f"objectId: {object_id} is not the objectId on any object in the scene!")
         return found

@@ -1,0 +1,60 @@
+"""`vigil thor`: AI2-THOR programs, unchanged, on VIGIL's engine."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vigil.cli.text import print_note
+from vigil.runner.shared_settings import AssetFile, RenderQuality
+from vigil.sim.thor.requirements import examine
+from vigil.sim.thor.start import engine_options
+from vigil.thor.install import install as install_engine
+from vigil.thor.install import run_program
+from vigil.thor.install import uninstall as uninstall_engine
+from vigil.thor.launch import check_backend
+
+Backend = Annotated[
+    str,
+    typer.Option(
+        help="Simulator that computes the world behind the engine: mujoco, or fake (coarse pictures, no OpenGL)."
+    ),
+]
+Program = Annotated[Path, typer.Argument(help="Python program that uses ai2thor's Controller.", show_default=False)]
+
+
+def install(backend: Backend = "mujoco", assets: AssetFile = None, render_quality: RenderQuality = "default") -> None:
+    """Example: vigil thor install
+
+    After this, `Controller(platform="CloudRendering", scene=house)` starts VIGIL's engine, and without a network.
+    The client requires libvulkan for this platform, although the engine does not use it.
+    """
+    check_backend(backend, assets)
+    for folder in install_engine(engine_options(backend, render_quality, assets)):
+        print(folder)
+    if examine().platform != "CloudRendering":
+        print_note(
+            "The client starts no CloudRendering here without libvulkan1 (apt-get install libvulkan1; no GPU is "
+            "needed). `vigil thor run` works without it."
+        )
+
+
+def uninstall() -> None:
+    """Example: vigil thor uninstall"""
+    for folder in uninstall_engine():
+        print(folder)
+
+
+def run(
+    context: typer.Context,
+    program: Program,
+    backend: Backend = "mujoco",
+    assets: AssetFile = None,
+    render_quality: RenderQuality = "default",
+) -> None:
+    """Example: vigil thor run program.py --an-option-of-the-program
+
+    Works without `vigil thor install`, libvulkan and a display. What follows the program's name goes to the program.
+    """
+    check_backend(backend, assets)
+    run_program(program, context.args, engine_options(backend, render_quality, assets))

@@ -1,0 +1,76 @@
+"""What can happen to objects of each of THOR's categories, and what has happened to the objects of the house."""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from vigil.assets.kernel.asset import Asset
+from vigil.scene.supports import ancestors, containers_of
+from vigil.scene.things import Scene, Thing
+
+_CATEGORIES = {
+    "isSliced sliceable": "Apple Bread Egg Lettuce Potato Tomato",
+    "isCooked cookable": "Potato",
+    "isUsedUp canBeUsedUp": "PaperTowelRoll SoapBottle TissueBox ToiletPaper",
+    "isDirty dirtyable": "Bed Bowl Cloth Cup Mirror Mug Pan Plate Pot",
+    "isFilledWithLiquid canFillWithLiquid": "Bottle Bowl Cup HousePlant Kettle Mug Pot WateringCan WineBottle",
+    "isBroken breakable": "Bottle Bowl CellPhone Cup Egg Laptop Mirror Mug Plate Statue Television Vase Window "
+    "WineBottle",
+}
+PROPERTIES: dict[str, tuple[str, frozenset[str]]] = {
+    names.split()[0]: (names.split()[1], frozenset(categories.split())) for names, categories in _CATEGORIES.items()
+}
+"""Flag of metadata -> the flag that says whether this can happen, and THOR's categories to which it can happen."""
+HEAT_SOURCES, COLD_SOURCES = frozenset({"Microwave", "StoveBurner", "Toaster"}), frozenset({"Fridge"})
+DENSITY = 250.0
+"""Mass (kg) of a cubic metre of an object's box."""
+_MATERIALS = {
+    "Metal": "metal chrome",
+    "Wood": "wood planks parquet wicker",
+    "Plastic": "plastic paint foam gleam glow",
+    "Glass": "glass smoked_glass mirror screen",
+    "Ceramic": "ceramic",
+    "Stone": "marble granite stone concrete brick",
+    "Fabric": "fabric velvet knit stripes plaid dots carpet",
+    "Rubber": "rubber",
+    "Leather": "leather",
+    "Paper": "paper cardboard print cover picture",
+    "Wax": "wax",
+    "Food": "skin streaks",
+    "Organic": "leaf grass",
+}
+_SALIENT = {kind: name for name, kinds in _MATERIALS.items() for kind in kinds.split()}
+"""Kind of one of this project's materials -> THOR's name of the material."""
+
+
+def properties(thing: Thing, scene: Scene, flags: dict[str, Any]) -> dict[str, Any]:
+    """Return the metadata of a thing's properties; `flags` are those that have been set since the house was created."""
+    found: dict[str, Any] = {"fillLiquid": flags.get("fillLiquid")}
+    for flag, (ability, categories) in PROPERTIES.items():
+        found |= {ability: thing.category in categories, flag: bool(flags.get(flag))}
+    heat = _temperature(thing, scene)
+    found |= {"temperature": heat, "ObjectTemperature": heat}
+    return found | {
+        "isHeatSource": thing.category in HEAT_SOURCES,
+        "isColdSource": thing.category in COLD_SOURCES,
+    }
+
+
+def _temperature(thing: Thing, scene: Scene) -> str:
+    """Return the temperature of a thing: that of a running heat source, or a cold source, that it is in or on."""
+    if any(below.category in HEAT_SOURCES and below.is_toggled for below in ancestors(scene, thing)):
+        return "Hot"
+    return "Cold" if any(each.category in COLD_SOURCES for each in containers_of(scene, thing)) else "RoomTemp"
+
+
+def mass_of(thing: Thing) -> float:
+    """Return the mass (kg) of a thing."""
+    return round(float(np.prod(thing.asset.size)) * DENSITY, 3)
+
+
+@lru_cache(maxsize=8192)
+def materials_of(asset: Asset) -> tuple[str, ...]:
+    """Return THOR's names of the materials of which an asset consists, sorted."""
+    kinds = (part.material.partition("/")[0] for part in asset.parts)
+    return tuple(sorted({_SALIENT[kind] for kind in kinds if kind in _SALIENT}))
