@@ -2,6 +2,7 @@
 
 import pytest
 
+from vigil.protocol.claims import CLAIM_LINE, CLAIM_TABLE
 from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE, Profile
 from vigil.protocol.profile_rows import PROFILES, ProfileRow
 from vigil.protocol.prompt import policy_sha256, policy_text, policy_version
@@ -27,10 +28,11 @@ def test_a_profile_has_its_own_name_and_its_own_hash(row: ProfileRow) -> None:
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_the_prompt_differs_from_the_baselines_only_in_its_grounding_rules(row: ProfileRow) -> None:
+def test_the_prompt_differs_from_the_baselines_only_in_rules_and_claims(row: ProfileRow) -> None:
     ours, base = (policy_text(profile).splitlines() for profile in (Profile(name=row.name), BASE))
     added = [line for line in ours if line not in base]
     dropped = [line for line in base if line not in ours]
     expected = [f"- {rule}" for rule in (*([row.first_rule] if row.first_rule else []), *row.rules)]
-    assert added == expected
+    claims = [CLAIM_LINE, *CLAIM_TABLE] if row.has_claims else []
+    assert added == [*claims, *expected]
     assert len(dropped) == bool(row.first_rule)

@@ -27,7 +27,7 @@ from vigil.protocol.families import FAMILIES
 from vigil.protocol.family import FamilySpec
 from vigil.protocol.goals import OBSERVABLE_M, OBSERVABLE_PX, AgentNearTarget, ObjectInState, ReportStatus
 from vigil.protocol.house import House
-from vigil.protocol.profile import BASELINE, Profile, ProfileName
+from vigil.protocol.profile import BASELINE, Profile
 from vigil.protocol.world import ObjectState
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.outcomes import score
@@ -125,7 +125,7 @@ class Validator:
     """A validator of episodes on one simulator."""
 
     def __init__(
-        self, simulator: PrivilegedSimulator, *, is_draft: bool = False, profile: ProfileName = BASELINE
+        self, simulator: PrivilegedSimulator, *, is_draft: bool = False, profile: str = BASELINE
     ) -> None:
         """With `is_draft`, also apply rules that frozen packs may predate: wording and the best blind trials.
 
