@@ -14,7 +14,7 @@ from vigil.agents.registry import is_exec, make_agent
 from vigil.assets.database import AssetDatabase
 from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
-from vigil.packs.pack import Pack, Selection
+from vigil.packs.pack import CHORES_SUITE, Pack, Selection
 from vigil.protocol.episode import Episode
 from vigil.protocol.profile import PROFILE_NAMES, Profile, coordinates_for
 from vigil.protocol.prompt import policy_sha256, policy_version
@@ -82,6 +82,7 @@ def plan_run(settings: RunSettings) -> RunPlan:
         kind = _check_player(settings)
         pack, assets = Pack.load(settings.pack), AssetDatabase.from_file(settings.asset_database)
         pack.check_assets(assets)
+        _check_claims(profile_of(settings), pack)
         selected = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
         part = shard_episodes(selected, settings.shard)
         url = None if endpoint is None else endpoint.access.base_url
@@ -116,6 +117,15 @@ def plan_run(settings: RunSettings) -> RunPlan:
             endpoint=endpoint,
             execution=execution,
             secrets=secrets,
+        )
+
+
+def _check_claims(profile: Profile, pack: Pack) -> None:
+    """Raise SettingError for a profile that asks for claims about chores on a pack without lists of chores."""
+    if profile.has_claims and pack.manifest.suite != CHORES_SUITE:
+        raise SettingError(
+            f"Profile {profile.name!r} asks for a claim about each chore of a list, and pack {pack.name!r} has no "
+            "lists. Give a pack of the suite `chores`, or choose the profile baseline or action_feedback."
         )
 
 
