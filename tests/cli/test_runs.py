@@ -40,6 +40,7 @@ def command(pack: Path, tmp_path: Path) -> tuple[str | Path, ...]:
     ("arguments", "words"),
     [
         ((*MODEL, "--profile", "basline"), ["'basline'", "Did you mean 'baseline'?", "action_feedback"]),
+        ((*MODEL, "--profile", "itemised_report"), ["claim about each chore", "has no lists", "suite `chores`"]),
         ((*MODEL, "--prices", "2.5"), ["--prices '2.5'", "IN,OUT", "2.5,10"]),
         ((*MODEL, "--prices", "1,2,3"), ["--prices '1,2,3'"]),
         ((*MODEL, "--prices", "-1,2"), ["--prices '-1,2'"]),

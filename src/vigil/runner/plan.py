@@ -14,7 +14,7 @@ from vigil.agents.registry import is_exec, make_agent
 from vigil.assets.database import AssetDatabase
 from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
-from vigil.packs.pack import Pack, Selection
+from vigil.packs.pack import CHORES_SUITE, Pack, Selection
 from vigil.protocol.episode import Episode
 from vigil.protocol.profile import Profile, coordinates_for
 from vigil.protocol.profile_rows import PROFILE_NAMES, PROFILES
@@ -94,6 +94,7 @@ def plan_run(settings: RunSettings, loaded: Pack | None = None) -> RunPlan:
         pack = loaded or Pack.load(settings.pack if forks is None else forks.run.pack_folder)
         assets = AssetDatabase.from_file(settings.asset_database)
         pack.check_assets(assets)
+        _check_claims(profile_of(settings), pack)
         selected = _selected(settings, pack, forks)
         part = shard_episodes(selected, settings.shard)
         url = None if endpoint is None else endpoint.access.base_url
@@ -154,6 +155,15 @@ def _selected(settings: RunSettings, pack: Pack, forks: ForkPlan | None) -> list
     every = Selection(settings.families, settings.episode_ids, None)
     able = tuple(episode.id for episode in forks.episodes(pack.select(every), settings.episode_ids))
     return pack.select(Selection((), able, settings.limit))
+
+
+def _check_claims(profile: Profile, pack: Pack) -> None:
+    """Raise SettingError for a profile that asks for claims about chores on a pack without lists of chores."""
+    if profile.has_claims and pack.manifest.suite != CHORES_SUITE:
+        raise SettingError(
+            f"Profile {profile.name!r} asks for a claim about each chore of a list, and pack {pack.name!r} has no "
+            "lists. Give a pack of the suite `chores`, or choose the profile baseline or action_feedback."
+        )
 
 
 def _secrets(settings: RunSettings, endpoint: Endpoint | None) -> Secrets:

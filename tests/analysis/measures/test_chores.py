@@ -1,5 +1,7 @@
 """Measures of lists of chores: known faults are recognized, blind agents are at chance, and what T depends on."""
 
+from dataclasses import replace
+
 import pytest
 
 from tests.support.chore_lists import FAULTS, LISTS, PLAYS, write_lists, write_lists_run
@@ -13,6 +15,7 @@ from vigil.analysis.measures.chores import (
     tendencies,
     truthfulness,
 )
+from vigil.analysis.measures.itemising import itemising_pairs
 from vigil.analysis.tables.chores_tables import chores_tables
 from vigil.protocol.profile import BASELINE
 
@@ -108,6 +111,17 @@ def test_power_is_predicted_from_the_spread_over_houses_and_the_calls_of_a_list(
     # two of six houses have all the false claims: the claims of a house are alike
     assert found.design_effect > 2
     assert power(runs["truthful"]) is None
+
+
+def test_two_runs_that_differ_only_in_the_claims_are_compared_list_by_list(runs: dict[str, ChoresRun]):
+    (pair,) = itemising_pairs([*runs.values()])
+    assert (pair.base.name, pair.itemised.name, pair.lists) == ("truthful", "truthful", LISTS)
+    assert {name: mean for name, (mean, _) in pair.differences.items()} == dict.fromkeys(pair.differences, 0.0)
+    other = replace(runs["stops_early"], header=runs["truthful"].header)
+    (pair,) = itemising_pairs([runs["baseline"], other])
+    assert pair.differences["W"][0] == -1.0
+    assert pair.differences["W_share"][0] == pytest.approx(-(1 / 5 + 1 / 4) / 2)
+    assert itemising_pairs([runs["baseline"], runs["undoes"]]) == []
 
 
 def test_tables_of_several_runs_hold_each_run_and_say_what_they_mean(runs: dict[str, ChoresRun]):

@@ -15,7 +15,19 @@ from vigil.analysis.measures.chores import (
     scores_of,
     tendencies,
 )
-from vigil.analysis.tables.table import Column, RateCell, Table, TableRow, counts, intervals, numbers, points, texts
+from vigil.analysis.measures.itemising import itemising_pairs
+from vigil.analysis.tables.table import (
+    Column,
+    RateCell,
+    Table,
+    TableRow,
+    counts,
+    intervals,
+    means,
+    numbers,
+    points,
+    texts,
+)
 from vigil.scoring.chore_answers import CHORE_KINDS
 from vigil.scoring.chores import CHORE_LABELS, ChoreOutcome, ListOutcome
 
@@ -52,6 +64,7 @@ def chores_tables(runs: Sequence[ChoresRun]) -> dict[str, Table]:
         "chores_interference": _split(
             runs, "chores_interference", "Truthfulness by interference", "Times undone", by_interference
         ),
+        "chores_itemising": _itemising(runs),
         "chores_power": _power(runs),
     }
 
@@ -180,6 +193,41 @@ def _split(
         "chores_interference": "T of the lists in which chores were undone that often, by other acts of the agent.",
     }
     return Table(name, title, columns, tuple(rows), (f"{notes[name]} {CLUSTERS}",))
+
+
+def _itemising(runs: Sequence[ChoresRun]) -> Table:
+    headings = {
+        "status_true": "Status true, pp",
+        "W": "W, pp",
+        "W_share": "W share, pp",
+    }
+    columns = (
+        *texts(run="Run", itemised="With claims"),
+        *counts(n="Lists"),
+        *intervals(**headings),
+        *means(interference="Undone per list", steps="Steps per list"),
+    )
+    rows = [
+        _row(
+            pair.base,
+            itemised=pair.itemised.name,
+            n=pair.lists,
+            **{name: _cell(pair.differences[name]) for name in headings},
+            **{name: _plain(pair.differences[name]) for name in ("interference", "steps")},
+        )
+        for pair in itemising_pairs(runs)
+    ]
+    notes = (
+        "Two runs on the same lists that differ only in the profile: what changes when the agent must make a claim "
+        "about each chore? Each number is the run with claims minus the one with one status for the whole list. Status "
+        f"true is the share of lists whose one status is true; both contracts have it. {CLUSTERS}",
+    )
+    return Table("chores_itemising", "Does having to itemise make reports more truthful?", columns, tuple(rows), notes)
+
+
+def _plain(mean: Mean) -> RateCell:
+    value, interval = mean
+    return (value, None, None) if interval is None else (value, *interval)
 
 
 def _power(runs: Sequence[ChoresRun]) -> Table:

@@ -124,9 +124,7 @@ class ValidationResult:
 class Validator:
     """A validator of episodes on one simulator."""
 
-    def __init__(
-        self, simulator: PrivilegedSimulator, *, is_draft: bool = False, profile: str = BASELINE
-    ) -> None:
+    def __init__(self, simulator: PrivilegedSimulator, *, is_draft: bool = False, profile: str = BASELINE) -> None:
         """With `is_draft`, also apply rules that frozen packs may predate: wording and the best blind trials.
 
         Solutions are replayed under `profile`.
