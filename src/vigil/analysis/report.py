@@ -17,8 +17,11 @@ from vigil.analysis.measures.diagnosis import causes_of_closure, causes_of_rows
 from vigil.analysis.measures.paper import NOTE
 from vigil.analysis.measures.rows import combined_rows
 from vigil.analysis.measures.study import Study, sorted_by_b
+from vigil.analysis.plots.belief_figures import BELIEF_CAPTIONS, BELIEF_FIGURES
 from vigil.analysis.plots.figures import CAPTIONS, FIGURES
 from vigil.analysis.plots.style import figure_bytes
+from vigil.analysis.tables.belief_tables import HEADING as BELIEFS
+from vigil.analysis.tables.belief_tables import belief_tables
 from vigil.analysis.tables.closure_tables import HEADING as CLOSURE
 from vigil.analysis.tables.closure_tables import closure_tables
 from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, html_page
@@ -100,19 +103,26 @@ def make_report(
     other runs, the study's own tables are left out. Raises SettingError if an additional table has the name of a
     standard one.
     """
-    suite = closure_tables(closure)
-    taken = [name for name in own if name in TABLES or name in suite]
+    suite, beliefs = closure_tables(closure), belief_tables(study)
+    taken = [name for name in own if name in TABLES or name in suite or name in beliefs]
     if taken:
         raise SettingError(f"Every report has a table {taken[0]!r} already. Choose another name for your own.")
     is_wanted = bool(study.runs or not closure)
-    drawings = FIGURES if kinds and is_wanted else {}
-    drawn = {name: (figure, CAPTIONS[name]) for name, draw in drawings.items() if (figure := draw(study))}
+    drawings = (FIGURES | (BELIEF_FIGURES if beliefs else {})) if kinds and is_wanted else {}
+    said = CAPTIONS | BELIEF_CAPTIONS
+    drawn = {name: (figure, said[name]) for name, draw in drawings.items() if (figure := draw(study))}
     drawn |= further
     figures = {name: {kind: figure_bytes(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
     captions = {name: caption for name, (_, caption) in drawn.items()}
-    built = {**(tables(study) if is_wanted else {}), **suite, **{name: build(study) for name, build in own.items()}}
+    built = {
+        **(tables(study) if is_wanted else {}),
+        **beliefs,
+        **suite,
+        **{name: build(study) for name, build in own.items()},
+    }
     sections = {heading: tuple(names) for heading, names in SECTIONS.items()} if is_wanted else {}
-    sections |= {heading: tuple(names) for heading, names in ((CLOSURE, suite), (CUSTOM_TABLES, own)) if names}
+    further_tables = ((BELIEFS, beliefs), (CLOSURE, suite), (CUSTOM_TABLES, own))
+    sections |= {heading: tuple(names) for heading, names in further_tables if names}
     return AnalysisReport(study, tuple(closure), built, figures, captions, sections)
 
 

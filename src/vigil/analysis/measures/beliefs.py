@@ -208,7 +208,7 @@ def belief_studies(run: SavedRun) -> tuple[BeliefStudy, ...]:
     """
     table = read_probes(run.folder, run.header.sha256)
     asked = {key.framing for key in table.rows}
-    framings = [framing for framing in FRAMINGS if framing in asked]
+    framings: list[Framing] = [framing for framing in FRAMINGS if framing in asked]
     if not framings:
         return ()
     plays = tuple(_plays(run, table))

@@ -16,6 +16,7 @@ from typing import cast, get_args
 import numpy as np
 import pandas as pd
 
+from vigil.analysis.measures.beliefs import BeliefStudy, belief_studies
 from vigil.analysis.measures.columns import run_columns
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.analysis.measures.paper import paper
@@ -55,6 +56,8 @@ class Run:
     """The run's name, unique within a report."""
     is_private: bool = False
     """Whether its pack is private."""
+    beliefs: tuple[BeliefStudy, ...] = ()
+    """Beliefs from the run's probes, by framing; empty without probes."""
 
     @property
     def marked_name(self) -> str:
@@ -150,6 +153,7 @@ def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
         remarks=tuple(redact_ids(remarks, run.table.episodes)) if hides_ids else remarks,
         name=model.name,
         is_private=hides_ids,
+        beliefs=belief_studies(run),
     )
 
 
