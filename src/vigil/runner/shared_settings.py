@@ -58,7 +58,8 @@ ProfileOption = Annotated[
     str,
     Setting(
         "Evaluation profile: baseline (the agent gets only frames), action_feedback (it also gets "
-        "feedback on each action), or a profile's full name.",
+        "feedback on each action), one that varies how an episode is closed or what stays in view, e.g. "
+        "look_before_report (docs/beliefs.md lists them), or a profile's full name.",
         metavar="NAME",
     ),
 ]

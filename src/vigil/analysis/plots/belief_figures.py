@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from vigil.analysis.measures.beliefs import CURVE_STEPS, BeliefStudy, Estimate
 from vigil.analysis.measures.study import RunEntry, Study
@@ -44,6 +45,7 @@ def belief_curve(study: Study) -> Figure | None:
                 axes.fill_between([since for since, _ in known], [low for _, (low, _) in known],
                                   [high for _, (_, high) in known], color=look["color"], alpha=0.15, lw=0)  # fmt: skip
         axes.set(xlim=(-CURVE_STEPS - 0.5, CURVE_STEPS + 0.5), ylim=(-0.02, 1.02))
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("steps since the frame that first shows the goal")
         axes.set_ylabel("stated likelihood that it is done")
         axes.set_title("Belief over time, aligned on attainment")
