@@ -198,7 +198,7 @@ def _partition(agent: KnownAgent, believing: np.ndarray, imagining: float) -> di
         "FR said_without_believing": said * blank * agent.careless,
         "FR believed_wrongly": said * dreams * agent.reports,
         "NR believed_wrongly": said * (dreams * (1 - agent.reports) + (held - sees) * (1 - agent.careless)),
-        "NR doubted_rightly": said * blank * (1 - agent.careless),
+        "NR doubted_correctly": said * blank * (1 - agent.careless),
         "FR no_answer": agent.silent * missing["FR"],
         "NR no_answer": agent.silent * missing["NR"],
     }

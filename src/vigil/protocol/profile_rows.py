@@ -40,7 +40,7 @@ class ProfileRow:
     rules: tuple[str, ...] = ()
     """Rules that the prompt has in addition, at the end of its grounding rules."""
     first_rule: str = ""
-    """Rule in the place of the first grounding rule; empty for that of the paper."""
+    """Rule instead of the first grounding rule; empty for that of the paper."""
 
     @property
     def name(self) -> str:

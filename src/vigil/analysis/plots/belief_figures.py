@@ -20,7 +20,7 @@ PART_LOOKS = {
     "knew_and_did_not_say": ("knew and did not say", LABEL_COLOURS["NR"], ""),
     "said_without_believing": ("said without believing", LABEL_COLOURS["FR"], ""),
     "believed_wrongly": ("believed wrongly", "#f0c04a", "////"),
-    "doubted_rightly": ("doubted rightly", "#56b4e9", "...."),
+    "doubted_correctly": ("doubted correctly", "#56b4e9", "...."),
     "no_answer": ("no answer", GREY, "xxxx"),
 }
 """Part of the partition -> words, colour and hatch."""

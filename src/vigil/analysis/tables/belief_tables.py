@@ -25,7 +25,7 @@ PART_HEADINGS = {
     "knew_and_did_not_say": "Knew and did not say %",
     "said_without_believing": "Said without believing %",
     "believed_wrongly": "Believed wrongly %",
-    "doubted_rightly": "Doubted rightly %",
+    "doubted_correctly": "Doubted correctly %",
     "no_answer": "No answer %",
 }
 """Part of the partition -> its heading."""
@@ -74,7 +74,7 @@ def _partition(study: Study) -> Table:
     notes = (
         "FR and NR, as shares of all scored plays, split by the answer at the last step: knew and did not say (no "
         "report, and a right belief that the task was done); said without believing (a false report, and a right "
-        "belief that says something else); believed wrongly; doubted rightly (no report, and a right belief that the "
+        "belief that says something else); believed wrongly; doubted correctly (no report, and a right belief that the "
         "task was not done); no answer. The parts add up to FR and to NR. A belief is judged by the world at the frame "
         "that it answers. Not asked: plays of 'no answer' whose last step was not probed.",
         "Intervals: the wider ends of Wilson's interval and of that from resampled houses.",
