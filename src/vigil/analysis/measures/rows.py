@@ -63,7 +63,8 @@ class Run:
     def marked_name(self) -> str:
         """The model's name with the condition unless that is the default; repeats share it."""
         profile = self.header.spec.profile
-        marks = ["+FB"] if profile.has_feedback else []
+        row = profile.row
+        marks = ["+FB"] if profile.has_feedback else [] if row.is_papers else [row.short]
         source = self.header.spec.fork
         marks += [] if source is None else [f"from {source.run_id} at {source.at}"]
         condition = ", ".join([*marks, *([] if profile.prompt_variant == "default" else [profile.prompt_variant])])

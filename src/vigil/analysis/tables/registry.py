@@ -42,6 +42,7 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
     "Paired runs and repeats": {
         "feedback_events": paired.feedback_events,
         "prompt_shifts": paired.prompt_shifts,
+        "profile_shifts": paired.profile_shifts,
         "serving_modes": paired.serving_modes,
         "transitions": paired.transition_matrix,
         "transition_tests": paired.transition_tests,
