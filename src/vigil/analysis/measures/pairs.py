@@ -2,8 +2,8 @@
 
 An intervention is a pair of runs that differ in one thing: action feedback, another profile, the prompt's variant, or
 the serving mode of one checkpoint (thinking against instruct). Repeats differ in nothing. Runs that differ in more are
-refused, and the difference is named. Any two runs of one pack may be tested on the episodes that both have scored, but only as two
-systems, never as an intervention.
+refused, and the difference is named. Any two runs of one pack may be tested on the episodes that both have scored, but
+only as two systems, never as an intervention.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence

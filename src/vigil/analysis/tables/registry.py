@@ -3,7 +3,16 @@
 from collections.abc import Callable
 
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables import comparison, interventions, paired, parts, protocol, results, run_tables
+from vigil.analysis.tables import (
+    comparison,
+    interventions,
+    paired,
+    parts,
+    protocol,
+    results,
+    run_tables,
+    several_plays,
+)
 from vigil.analysis.tables.table import Table
 
 TableBuilder = Callable[[Study], Table]
@@ -47,6 +56,7 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "transitions": paired.transition_matrix,
         "transition_tests": paired.transition_tests,
         "repeat_rates": interventions.repeat_rates,
+        "several_plays": several_plays.several_plays,
         "stability": interventions.stability,
     },
     "Further analyses": {
