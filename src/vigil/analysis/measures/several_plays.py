@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from vigil.analysis.measures.intervals import clustered_interval, houses_of
+from vigil.analysis.measures.rows import select_rows, values
 from vigil.scoring.rates import Interval
 
 
@@ -34,8 +35,8 @@ def plays_of_k(rows: pd.DataFrame, name: Literal["W", "B"]) -> list[PlaysOfK]:
     plays = rows.groupby("episode_id", sort=True).agg(hits=(name, "sum"), n=(name, "size"), house=("house", "first"))
     found: list[PlaysOfK] = []
     for k in range(1, int(plays["n"].max() if len(plays) else 0) + 1):
-        enough = plays[plays["n"] >= k]
-        hits, n = enough["hits"].to_numpy(dtype=int), enough["n"].to_numpy(dtype=int)
+        enough = select_rows(plays, values(plays, "n", int) >= k)
+        hits, n = values(enough, "hits", int), values(enough, "n", int)
         sets = np.array([comb(count, k) for count in n], dtype=float)
         every = np.array([comb(hit, k) for hit in hits], dtype=float) / sets
         none = np.array([comb(count - hit, k) for hit, count in zip(hits, n, strict=True)], dtype=float) / sets
