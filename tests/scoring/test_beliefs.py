@@ -8,7 +8,7 @@ from tests.support.builders import NOON, RecordBuilder, episode, thing
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import ObjectInState, ReportStatus
-from vigil.protocol.probe import ProbeAnswer, question_sha256
+from vigil.records.probe import ProbeAnswer, question_sha256
 from vigil.records.probe_file import ProbeRecord
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.beliefs import EpisodeBeliefs, episode_beliefs

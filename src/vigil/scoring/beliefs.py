@@ -10,7 +10,7 @@ from typing import Literal, get_args
 
 from vigil.protocol.actions import Status
 from vigil.protocol.episode import Episode
-from vigil.protocol.probe import Framing
+from vigil.records.probe import Framing
 from vigil.records.probe_file import ProbeRecord
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.goal_check import check

@@ -14,7 +14,7 @@ from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
 from vigil.analysis.report import html_report, make_report, markdown_report
 from vigil.analysis.tables.belief_tables import HEADING, belief_tables
 from vigil.protocol.profile import Profile
-from vigil.protocol.profile_rows import PROFILE_NAMES
+from vigil.protocol.profiles.rows import PROFILE_NAMES
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from typing import cast, get_args
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.measures.beliefs import BeliefStudy, belief_studies
+from vigil.analysis.measures.beliefs.study import BeliefStudy, belief_studies
 from vigil.analysis.measures.columns import run_columns
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.analysis.measures.paper import paper

@@ -32,9 +32,10 @@ class PlaysOfK:
 
 def plays_of_k(rows: pd.DataFrame, name: Literal["W", "B"]) -> list[PlaysOfK]:
     """Return the chances for k = 1, 2 ... up to the most plays of an episode. Intervals resample houses."""
-    plays = rows.groupby("episode_id", sort=True).agg(hits=(name, "sum"), n=(name, "size"), house=("house", "first"))
+    by_episode = rows.groupby("episode_id", sort=True)
+    plays = pd.DataFrame(by_episode.agg(hits=(name, "sum"), n=(name, "size"), house=("house", "first")))
     found: list[PlaysOfK] = []
-    for k in range(1, int(plays["n"].max() if len(plays) else 0) + 1):
+    for k in range(1, max(values(plays, "n", int), default=0) + 1):
         enough = select_rows(plays, values(plays, "n", int) >= k)
         hits, n = values(enough, "hits", int), values(enough, "n", int)
         sets = np.array([comb(count, k) for count in n], dtype=float)

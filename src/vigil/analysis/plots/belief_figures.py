@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vigil.analysis.measures.beliefs import CURVE_STEPS, BeliefStudy, Estimate
+from vigil.analysis.measures.beliefs.study import CURVE_STEPS, BeliefStudy, Estimate
 from vigil.analysis.measures.study import RunEntry, Study
 from vigil.analysis.plots.style import CYCLE, DASHES, FAINT, GREY, LABEL_COLOURS, canvas, styled
 from vigil.analysis.tables.belief_tables import belief_rows

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from vigil.analysis.measures.beliefs import DELAY_STEPS, NEAR_STEPS, BeliefStudy, Estimate
+from vigil.analysis.measures.beliefs.study import DELAY_STEPS, NEAR_STEPS, BeliefStudy, Estimate
 from vigil.analysis.measures.study import RunEntry, Study
 from vigil.analysis.tables.table import (
     Column,

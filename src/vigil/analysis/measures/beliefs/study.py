@@ -13,9 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from vigil.analysis.measures import belief_scores as scores
+from vigil.analysis.measures.beliefs import scores
 from vigil.analysis.measures.intervals import HouseResampling, clustered_interval
-from vigil.protocol.probe import FRAMINGS, SCALE, Framing
+from vigil.records.probe import FRAMINGS, SCALE, Framing
 from vigil.records.probe_file import ProbeTable, read_probes
 from vigil.scoring.beliefs import PARTS, Belief, BeliefPart, EpisodeBeliefs, episode_beliefs
 from vigil.scoring.rates import Interval, Rate, effective_sample_size
