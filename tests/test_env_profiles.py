@@ -1,4 +1,4 @@
-"""Env under profiles that vary how an episode is closed and what is shown: `protocol.md` section 10."""
+"""Env under profiles that vary how an episode is closed and what is shown: `protocol.md` section 11."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from vigil.env import Env
 from vigil.protocol.actions import Reply, Report
 from vigil.protocol.observation import Cues, Observation
 from vigil.protocol.profile import Profile
-from vigil.protocol.profile_rows import LOOK_AGAIN, PROFILE_NAMES
+from vigil.protocol.profiles.rows import LOOK_AGAIN, PROFILE_NAMES
 from vigil.records.record import EpisodeRecord
 from vigil.records.row_check import protocol_violations
 from vigil.scoring.outcomes import score

@@ -15,15 +15,15 @@ from functools import cached_property
 import numpy as np
 from scipy.stats import betabinom
 
-from vigil.analysis.measures import belief_scores as scores
-from vigil.analysis.measures.beliefs import DELAY_STEPS, BeliefStudy, Estimate
+from vigil.analysis.measures.beliefs import scores
+from vigil.analysis.measures.beliefs.study import DELAY_STEPS, BeliefStudy, Estimate
 from vigil.base.geometry import Box, Pose, Vec3
 from vigil.base.versions import Versions
 from vigil.protocol.actions import InvalidAction, Navigate, Reply, Report
 from vigil.protocol.episode import Episode, HouseRef
 from vigil.protocol.goals import ObjectInState
-from vigil.protocol.probe import SCALE, ProbeAnswer, question_sha256
 from vigil.protocol.world import Effect, ObjectState, WorldState
+from vigil.records.probe import SCALE, ProbeAnswer, question_sha256
 from vigil.records.probe_file import ProbeRecord
 from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.scoring.beliefs import EpisodeBeliefs, episode_beliefs
@@ -198,7 +198,7 @@ def _partition(agent: KnownAgent, believing: np.ndarray, imagining: float) -> di
         "FR said_without_believing": said * blank * agent.careless,
         "FR believed_wrongly": said * dreams * agent.reports,
         "NR believed_wrongly": said * (dreams * (1 - agent.reports) + (held - sees) * (1 - agent.careless)),
-        "NR doubted_rightly": said * blank * (1 - agent.careless),
+        "NR doubted_correctly": said * blank * (1 - agent.careless),
         "FR no_answer": agent.silent * missing["FR"],
         "NR no_answer": agent.silent * missing["NR"],
     }

@@ -17,12 +17,12 @@ from pydantic import ValidationError
 from vigil.base.versions import Versions
 from vigil.errors import RecordError, SimulatorError, first_error
 from vigil.protocol.actions import Action, InteractPixel, Reply, Report
-from vigil.protocol.click_mark import with_click_mark
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
 from vigil.protocol.observation import Cues, Feedback, Observation
 from vigil.protocol.profile import Profile
-from vigil.protocol.profile_rows import LOOK_AGAIN
+from vigil.protocol.profiles.click_mark import with_click_mark
+from vigil.protocol.profiles.rows import LOOK_AGAIN
 from vigil.protocol.prompt import is_truncated_in_history, rendered_sha256
 from vigil.protocol.replies import read_reply
 from vigil.protocol.world import Effect, WorldState

@@ -6,7 +6,7 @@ from vigil.agents.conversation import Conversation
 from vigil.agents.frame_encoding import EncodedFrame
 from vigil.protocol.observation import Cues
 from vigil.protocol.profile import Profile
-from vigil.protocol.profile_rows import CRITERIA_REQUEST, PROFILE_NAMES
+from vigil.protocol.profiles.rows import CRITERIA_REQUEST, PROFILE_NAMES
 
 TASK = "Open the fridge."
 

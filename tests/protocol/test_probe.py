@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from vigil.protocol.actions import InvalidAction, Reply
-from vigil.protocol.probe import FRAMINGS, QUESTIONS, ProbeAnswer, question_sha256, read_probe_answer
+from vigil.records.probe import FRAMINGS, QUESTIONS, ProbeAnswer, question_sha256, read_probe_answer
 
 ANSWER: dict[str, Any] = {"done": True, "report": "success", "sure": 17, "evidence": "The lamp glows."}
 

@@ -12,7 +12,7 @@ from vigil.protocol.profile import (
     coordinates_for,
     known_coordinates,
 )
-from vigil.protocol.profile_rows import PROFILE_NAMES, PROFILES
+from vigil.protocol.profiles.rows import PROFILE_NAMES, PROFILES
 
 
 def test_the_default_profile_is_the_papers():

@@ -4,7 +4,7 @@ import pytest
 
 from vigil.protocol.claims import CLAIM_LINE, CLAIM_TABLE
 from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE, Profile
-from vigil.protocol.profile_rows import PROFILES, ProfileRow
+from vigil.protocol.profiles.rows import PROFILES, ProfileRow
 from vigil.protocol.prompt import policy_sha256, policy_text, policy_version
 
 ROWS = [pytest.param(row, id=row.short) for row in PROFILES.values()]

@@ -31,7 +31,7 @@ def sections() -> dict[str, str]:
 
 def test_sections_are_numbered_without_a_gap(sections: dict[str, str]) -> None:
     tops = [number for number in sections if "." not in number]
-    assert tops == [str(number) for number in range(1, 10)]
+    assert tops == [str(number) for number in range(1, 12)]
     for top in tops:
         below = [number for number in sections if number.startswith(f"{top}.")]
         assert below == [f"{top}.{index}" for index in range(1, len(below) + 1)]

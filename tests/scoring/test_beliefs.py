@@ -8,7 +8,7 @@ from tests.support.builders import NOON, RecordBuilder, episode, thing
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import ObjectInState, ReportStatus
-from vigil.protocol.probe import ProbeAnswer, question_sha256
+from vigil.records.probe import ProbeAnswer, question_sha256
 from vigil.records.probe_file import ProbeRecord
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.beliefs import EpisodeBeliefs, episode_beliefs
@@ -78,7 +78,7 @@ def test_a_false_report_is_a_wrong_belief_or_not_what_was_believed(
         (OPEN, True, "knew_and_did_not_say"),
         (OPEN, False, "believed_wrongly"),
         (SHUT, True, "believed_wrongly"),
-        (SHUT, False, "doubted_rightly"),
+        (SHUT, False, "doubted_correctly"),
     ],
 )
 def test_a_missing_report_is_doubt_or_a_duty_forgotten(changes: dict[str, float], done: bool, part: str) -> None:
@@ -89,7 +89,7 @@ def test_a_missing_report_is_doubt_or_a_duty_forgotten(changes: dict[str, float]
 def test_a_belief_is_judged_by_the_world_that_was_shown_not_by_what_the_last_act_did() -> None:
     record = builder().do().do().do().do(target=OPEN).end()
     found = beliefs(GOAL, record, (4, False, "fail"))
-    assert (found.outcome.W, found.outcome.label, found.part("state")) == (True, "NR", "doubted_rightly")
+    assert (found.outcome.W, found.outcome.label, found.part("state")) == (True, "NR", "doubted_correctly")
 
 
 def test_the_closing_question_alone_decides_and_an_answer_that_is_missing_stays_missing() -> None:

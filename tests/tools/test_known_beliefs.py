@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tools.known_beliefs import AGENTS, KnownAgent, estimates, study_of, truths
-from vigil.analysis.measures.beliefs import BeliefStudy
+from vigil.analysis.measures.beliefs.study import BeliefStudy
 
 PLAYS = 200
 

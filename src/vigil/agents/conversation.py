@@ -3,15 +3,13 @@
 `vigil.runner.models.inspect_model` sends the messages and returns the reply. Source: `protocol.md` section 2.1.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from vigil.agents.frame_encoding import EncodedFrame
 from vigil.protocol.observation import Cues, Feedback
-from vigil.protocol.probe import QUESTIONS, Framing
 from vigil.protocol.profile import Profile
-from vigil.protocol.profile_rows import CRITERIA_REQUEST
+from vigil.protocol.profiles.rows import CRITERIA_REQUEST
 from vigil.protocol.prompt import Turn, frame_stub, past_turn, recent_turns, system_prompt
 from vigil.protocol.reasoning import split_reasoning
 
@@ -81,9 +79,3 @@ class Conversation:
             return [Message("system", self._system), *messages]
         first = messages[0]  # chat templates without a system role also refuse two messages of one role in a row
         return [replace(first, text=f"{self._system}\n\n{first.text}"), *messages[1:]]
-
-
-def with_question(messages: Sequence[Message], framing: Framing) -> list[Message]:
-    """Return the messages of a step with a probe's question behind the frame of the last one."""
-    *earlier, last = messages
-    return [*earlier, replace(last, question=QUESTIONS[framing])]

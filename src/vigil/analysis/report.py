@@ -4,10 +4,10 @@ All formats have the same order: problems of the data, how to read it, the figur
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeVar, get_args
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -18,9 +18,12 @@ from vigil.analysis.measures.diagnosis import causes_of_closure, causes_of_rows
 from vigil.analysis.measures.paper import NOTE
 from vigil.analysis.measures.rows import combined_rows
 from vigil.analysis.measures.study import Study, sorted_by_b
+from vigil.analysis.plots.belief_figures import BELIEF_CAPTIONS, BELIEF_FIGURES
 from vigil.analysis.plots.chores_figures import CHORES_CAPTIONS, CHORES_FIGURES
 from vigil.analysis.plots.figures import CAPTIONS, FIGURES
 from vigil.analysis.plots.style import figure_bytes, on_paper
+from vigil.analysis.tables.belief_tables import HEADING as BELIEFS
+from vigil.analysis.tables.belief_tables import belief_tables
 from vigil.analysis.tables.chores_tables import HEADING as CHORES
 from vigil.analysis.tables.chores_tables import chores_tables
 from vigil.analysis.tables.closure_tables import HEADING as CLOSURE
@@ -36,6 +39,7 @@ from vigil.analysis.tables.table import Table
 from vigil.analysis.tables.text import LEGEND, csv_text, latex, latex_text, markdown
 from vigil.errors import SettingError
 
+_Shown = TypeVar("_Shown")
 CaptionedFigure = tuple[Figure, str]
 """A figure with its caption."""
 NO_FIGURES: Mapping[str, CaptionedFigure] = {}
@@ -112,33 +116,42 @@ def make_report(
     standard one.
     """
     chores = [run for run in suites if isinstance(run, ChoresRun)]
-    stress = closure_tables([run for run in suites if isinstance(run, ClosureRun)])
-    lists = chores_tables(chores)
-    suite = {**stress, **lists}
-    taken = [name for name in own if name in TABLES or name in suite]
+    beliefs = belief_tables(study)
+    apart = {
+        BELIEFS: beliefs,
+        CLOSURE: closure_tables([run for run in suites if isinstance(run, ClosureRun)]),
+        CHORES: chores_tables(chores),
+    }
+    taken = [name for name in own if name in TABLES or any(name in group for group in apart.values())]
     if taken:
         raise SettingError(f"Every report has a table {taken[0]!r} already. Choose another name for your own.")
     is_wanted = bool(study.runs or not suites)
-    drawings = FIGURES if kinds and is_wanted else {}
-    drawn = {name: (figure, CAPTIONS[name]) for name, draw in drawings.items() if (figure := draw(study))}
+    drawn: dict[str, CaptionedFigure] = {}
+    if kinds and is_wanted:
+        drawn |= _drawn(FIGURES | (BELIEF_FIGURES if beliefs else {}), CAPTIONS | BELIEF_CAPTIONS, study)
     if kinds:
-        drawn |= {
-            name: (figure, CHORES_CAPTIONS[name]) for name, draw in CHORES_FIGURES.items() if (figure := draw(chores))
-        }
+        drawn |= _drawn(CHORES_FIGURES, CHORES_CAPTIONS, chores)
     drawn |= further
     figures = {name: {kind: figure_bytes(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
     captions = {name: caption for name, (_, caption) in drawn.items()}
-    found = tables(study) if is_wanted else {}
-    index = {PAPER_INDEX: paper_index(found, figures)} if is_wanted else {}
-    built = {**index, **found, **suite, **{name: build(study) for name, build in own.items()}}
+    built = tables(study) if is_wanted else {}
     sections = {heading: tuple(names) for heading, names in SECTIONS.items()} if is_wanted else {}
     if is_wanted:
+        built = {PAPER_INDEX: paper_index(built, figures), **built}
         first, *others = sections
         sections = {first: sections[first], PAPER_HEADING: (PAPER_INDEX,), **{name: sections[name] for name in others}}
-    sections |= {
-        heading: tuple(names) for heading, names in ((CLOSURE, stress), (CHORES, lists), (CUSTOM_TABLES, own)) if names
-    }
+    apart[CUSTOM_TABLES] = {name: build(study) for name, build in own.items()}
+    for heading, group in apart.items():
+        built |= group
+        sections |= {heading: tuple(group)} if group else {}
     return AnalysisReport(study, tuple(suites), built, figures, captions, sections)
+
+
+def _drawn(
+    figures: Mapping[str, Callable[[_Shown], Figure | None]], captions: Mapping[str, str], shown: _Shown
+) -> dict[str, CaptionedFigure]:
+    """Return those figures that have something to show, with their captions."""
+    return {name: (figure, captions[name]) for name, draw in figures.items() if (figure := draw(shown))}
 
 
 def write_report(

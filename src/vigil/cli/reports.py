@@ -9,6 +9,7 @@ from vigil.analysis.measures.metrics import broken_run_identities
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.measures.suites import read_suites
+from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
 from vigil.analysis.plots.diagrams import pipeline_figure
 from vigil.analysis.plots.figures import FIGURES
 from vigil.analysis.plots.style import figure_bytes
@@ -130,7 +131,9 @@ def _warn(found: Study) -> None:
 
 
 def figure(
-    name: Annotated[str, typer.Argument(help=f"Figure to draw: {', '.join((*FIGURES, *WITH_FRAMES))}.")],
+    name: Annotated[
+        str, typer.Argument(help=f"Figure to draw: {', '.join((*FIGURES, *BELIEF_FIGURES, *WITH_FRAMES))}.")
+    ],
     runs: Annotated[
         list[Path] | None, typer.Argument(help="Folders of the runs to draw; the figure trajectory has a row for each.")
     ] = None,
@@ -169,13 +172,13 @@ def figure(
         content = figure_bytes(protocol_of(pack or "starter", (assets, reveal)), kind)
     elif name in WITH_FRAMES:
         content = _trajectory(name, _scored_runs(runs, name), pack, (episode, epoch, columns), (assets, reveal), kind)
-    elif name in FIGURES:
-        drawn = FIGURES[name](study(_scored_runs(runs, name, pack), with_paper=with_paper))
+    elif name in FIGURES | BELIEF_FIGURES:
+        drawn = (FIGURES | BELIEF_FIGURES)[name](study(_scored_runs(runs, name, pack), with_paper=with_paper))
         if drawn is None:
             raise SettingError(f"These runs have nothing to show in the figure {name!r}.")
         content = figure_bytes(drawn, kind)
     else:
-        known = (*FIGURES, *WITH_FRAMES)
+        known = (*FIGURES, *BELIEF_FIGURES, *WITH_FRAMES)
         raise SettingError(f"Figure {name!r} does not exist.{did_you_mean(name, known)} Known: {', '.join(known)}.")
     out.write_bytes(content)
     print(out)

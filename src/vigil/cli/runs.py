@@ -1,6 +1,7 @@
-"""`vigil run`, `vigil verify` and `vigil merge`."""
+"""`vigil run`, `vigil probe`, `vigil verify` and `vigil merge`."""
 
 import sys
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -11,15 +12,16 @@ from vigil.agents.registry import is_known
 from vigil.agents.scripted import SCRIPTS
 from vigil.cli.arguments import Imports, RunArgument
 from vigil.cli.models import source_of_coordinates
-from vigil.cli.probes import print_probes
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import print_run
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
-from vigil.records.costs import describe_costs
+from vigil.records.costs import Prices, describe_costs
+from vigil.records.probe_file import PROBES_FILE, ProbeTable
 from vigil.runner.dry_run import estimate
 from vigil.runner.merge import MergeSettings, merge_runs
 from vigil.runner.plan import RunPlan, plan_run
+from vigil.runner.probes.finished import FinishedProbeSettings, FinishedProbing, plan_probing, probe_run
 from vigil.runner.progress import OnProgress, RunProgress
 from vigil.runner.run import RunResult, play_run
 from vigil.runner.run_folder import LOGS_FOLDER
@@ -178,3 +180,53 @@ def _print_result(result: RunResult, pack: Path) -> None:
     if not result.is_complete:
         print(f"{result.errors} episodes ended as errors and are not scored; the same command plays them again.")
         print(f"What agents and simulators wrote to standard error: {result.folder / LOGS_FOLDER}")
+
+
+def probe(
+    run: RunArgument,
+    settings: FinishedProbeSettings,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Do not ask; print how many calls and tokens the probes would need.")
+    ] = False,
+) -> None:
+    """Examples:
+    vigil probe runs/gpt-4o --dry-run --prices 2.5,10
+    vigil probe runs/gpt-4o --steps at-goal,at-report --framing both
+    """
+    probing = plan_probing(run, settings)
+    print_notes(probing.run.notes)
+    if dry_run:
+        _print_probing(probing, settings.prices)
+        return
+    with progress("probe") as show:
+        table = probe_run(probing, settings, show)
+    print_probes(table, settings.prices)
+    print(f"Probes: {run / PROBES_FILE}")
+    if table.errors:
+        raise typer.Exit(1)
+
+
+def _print_probing(probing: FinishedProbing, prices: Prices | None) -> None:
+    low, high = probing.input_tokens()
+    print(f"{probing.probes} probes of {len(probing.plays)} plays; nothing was sent.")
+    print(f"{'input tokens':14} {low:>14,} .. {high:>14,}")
+    if prices is not None:
+        print(f"{'cost of input':14} {prices.cost_of(low, 0):>14,.2f} .. {prices.cost_of(high, 0):>14,.2f}")
+
+
+def print_probes(table: ProbeTable, prices: Prices | None) -> None:
+    """Print how many probes were answered, which were not and why, and what they cost."""
+    rows = table.rows.values()
+    answered = sum(row.answer is not None for row in rows)
+    missing = Counter(row.invalid.reason for row in rows if row.invalid is not None)
+    reasons = f" ({', '.join(f'{count} {reason}' for reason, count in missing.most_common())})" if missing else ""
+    cost = prices.cost(table.tokens) if prices is not None else None
+    spent = "" if cost is None else f", {cost:,.2f}"
+    print(
+        f"Probes: {answered} answered, {missing.total()} without an answer{reasons}; "
+        f"{table.tokens}{spent}, which the figures of the episodes do not include."
+    )
+    if table.errors:
+        print(f"{table.errors} probes failed at the server; the same command asks them again.")
+    if table.foreign:
+        print(f"{table.foreign} rows of {PROBES_FILE} are of another run or another question, and do not count.")

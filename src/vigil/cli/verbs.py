@@ -124,7 +124,7 @@ THOR = {
 VERBS: dict[str, Verb | Group] = {
     "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the scores."),
     "probe": Verb(
-        "probes:probe",
+        "runs:probe",
         "Asks the model of a finished run what it believed at the run's steps, without playing it again.",
     ),
     "merge": Verb("runs:merge", "Joins the parts of a run that were played separately (--shard) into one run."),

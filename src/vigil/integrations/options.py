@@ -14,7 +14,7 @@ from vigil.protocol.actions import Coordinates, ReplyPolicy
 from vigil.protocol.families import Family, parse_families
 from vigil.protocol.observation import Quality
 from vigil.protocol.profile import Profile
-from vigil.protocol.profile_rows import PROFILE_NAMES, PROFILES
+from vigil.protocol.profiles.rows import PROFILE_NAMES, PROFILES
 from vigil.sim import BACKENDS
 
 _PROFILES = {name: full for name, full in PROFILE_NAMES.items() if PROFILES[full].is_papers}

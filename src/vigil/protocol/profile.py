@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple, get_args
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from vigil.protocol.actions import Coordinates, ReplyPolicy
-from vigil.protocol.profile_rows import EVERYTHING, PROFILE_NAMES, PROFILES, ProfileRow
+from vigil.protocol.profiles.rows import EVERYTHING, PROFILE_NAMES, PROFILES, ProfileRow
 from vigil.protocol.prompt_file import check_template, variant_of
 
 PromptVariant = Literal["default", "neutral_report"]
@@ -32,7 +32,7 @@ class Profile(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str = BASELINE
-    """Full name of a row of `vigil.protocol.profile_rows`."""
+    """Full name of a row of `vigil.protocol.profiles.rows`."""
     prompt_variant: str = "default"
     """Name of the prompt variant: one of the paper's, or a name made from the hash of `prompt_template`."""
     prompt_template: str | None = None

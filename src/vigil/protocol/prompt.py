@@ -94,7 +94,7 @@ def policy_version(profile: Profile) -> str:
 
 
 def policy_sha256(profile: Profile) -> str:
-    """Return the SHA-256 of the prompt with an empty instruction slot, and of what the profile says besides."""
+    """Return the SHA-256 of the prompt with an empty instruction slot, and of the profile's other texts."""
     return _sha256("\n\n".join((policy_text(profile), *profile.row.texts)))
 
 

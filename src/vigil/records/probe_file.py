@@ -14,8 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.base.json_lines import AppendFile, Line, dump_line, parse_line, read_lines
 from vigil.protocol.actions import InvalidAction, Reply
-from vigil.protocol.probe import Framing, ProbeAnswer, question_sha256
 from vigil.records.costs import Tokens
+from vigil.records.probe import Framing, ProbeAnswer, question_sha256
 from vigil.records.record import EpisodeRecord
 
 PROBES_FILE = "probes.jsonl"
@@ -50,7 +50,7 @@ class ProbeRecord(BaseModel):
     frame_sha256: str | None = None
     framing: Framing
     question_sha256: str
-    """Hash of the question, its scale and its place (`vigil.protocol.probe`)."""
+    """Hash of the question, its scale and its place (`vigil.records.probe`)."""
     asked: datetime
     reply: Reply | None = None
     """Reply of the model; None if the server failed."""

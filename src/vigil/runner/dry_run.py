@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from vigil.agents.conversation import Conversation
 from vigil.agents.frame_encoding import EncodedFrame
 from vigil.protocol.episode import Episode
-from vigil.protocol.probe import QUESTIONS
 from vigil.protocol.profile import Profile
 from vigil.records.costs import Prices
+from vigil.records.probe import QUESTIONS
 from vigil.records.record import RunSpec
 from vigil.runner.models.context import CHARS_PER_TOKEN, PICTURE_TOKENS, REASONING_TOKENS, REPLY_TOKENS
 from vigil.runner.models.thinking import may_think

@@ -17,13 +17,13 @@ from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import CHORES_SUITE, Pack, Selection
 from vigil.protocol.episode import Episode
 from vigil.protocol.profile import Profile, coordinates_for
-from vigil.protocol.profile_rows import PROFILE_NAMES, PROFILES
+from vigil.protocol.profiles.rows import PROFILE_NAMES, PROFILES
 from vigil.protocol.prompt import policy_sha256, policy_version
 from vigil.protocol.prompt_file import variant_of
 from vigil.records.costs import Prices
 from vigil.records.record import AgentKind, RunSpec
 from vigil.records.shards import shard_episodes
-from vigil.runner.forks import ForkPlan, parse_at
+from vigil.runner.forks.plan import ForkPlan, parse_at
 from vigil.runner.models.access import Endpoint, model_access
 from vigil.runner.models.providers import parse_model_name
 from vigil.runner.models.redaction import Secrets, redacted_errors, without_login, without_secrets

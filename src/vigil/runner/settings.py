@@ -15,7 +15,7 @@ from vigil.protocol.profile import ImageFormat
 from vigil.protocol.prompt_file import check_template
 from vigil.records.record import MAX_EPOCHS, Shard
 from vigil.records.shards import parse_shard
-from vigil.runner.forks import parse_at
+from vigil.runner.forks.plan import parse_at
 from vigil.runner.option_parsing import read_extra_body, read_model_args, single_value
 from vigil.runner.shared_settings import (
     ApiKeyEnv,

@@ -58,8 +58,9 @@ ProfileOption = Annotated[
     str,
     Setting(
         "Evaluation profile: baseline (the agent gets only frames), action_feedback (it also gets "
-        "feedback on each action), itemised_report (its report has a claim about each chore of a list), or a profile's "
-        "full name.",
+        "feedback on each action), itemised_report (its report has a claim about each chore of a list), one that "
+        "varies how an episode is closed or what stays in view, e.g. look_before_report (docs/beliefs.md lists them), "
+        "or a profile's full name.",
         metavar="NAME",
     ),
 ]

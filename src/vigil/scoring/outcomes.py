@@ -246,7 +246,6 @@ def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict[str, Any]:
     steps = record.steps
     invalids = [step.invalid for step in steps if step.invalid is not None]
     effects = [step.effect for step in steps if step.effect is not None]
-    usages = [step.reply.usage for step in steps if step.reply.usage is not None]
     clicks = [step.action for step in steps if isinstance(step.action, InteractPixel)]
     first = goal.first_satisfied_step
     return {
@@ -270,8 +269,8 @@ def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict[str, Any]:
         "retry": len(clicks) - len({(click.intent, click.x, click.y) for click in clicks}),
         "actions": _kinds(steps),
         "actions_after_goal": _kinds(steps[first:] if first is not None else ()),
-        "input_tokens": sum(usage.input_tokens for usage in usages),
-        "output_tokens": sum(usage.output_tokens for usage in usages),
+        "input_tokens": record.tokens.input,
+        "output_tokens": record.tokens.output,
         "seconds": (record.ended - record.started).total_seconds(),
     }
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vigil.analysis.measures import belief_scores as scores
+from vigil.analysis.measures.beliefs import scores
 
 RNG = np.random.default_rng(5)
 SURE = RNG.integers(0, 21, 400)

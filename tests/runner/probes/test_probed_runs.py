@@ -13,7 +13,7 @@ from tests.support.quick_runs import quick, without_times
 from tests.support.tiny_pack import tiny_pack
 from vigil.errors import RecordError, SettingError
 from vigil.packs.pack import Pack
-from vigil.protocol.probe import QUESTIONS, ProbeAnswer
+from vigil.records.probe import QUESTIONS, ProbeAnswer
 from vigil.records.probe_file import PROBES_FILE, read_probes
 from vigil.records.record import Shard, read_header
 from vigil.runner.dry_run import estimate

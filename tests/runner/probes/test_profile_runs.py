@@ -11,7 +11,7 @@ from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ser
 from tests.support.inspect_marks import INSPECT
 from tests.support.tiny_pack import tiny_pack
 from vigil.errors import SettingError
-from vigil.protocol.profile_rows import CRITERIA_REQUEST, LOOK_AGAIN, PROFILE_NAMES
+from vigil.protocol.profiles.rows import CRITERIA_REQUEST, LOOK_AGAIN, PROFILE_NAMES
 from vigil.runner.plan import plan_run
 from vigil.runner.probes.finished import FinishedProbeSettings, plan_probing, probe_run
 from vigil.runner.run import run_pack

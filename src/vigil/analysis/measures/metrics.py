@@ -180,6 +180,7 @@ def broken_run_identities(run: Run) -> list[str]:
     found = [
         f"{run.name}, {part}: {name}" for part, rows in parts.items() for name in broken_identities(rate_columns(rows))
     ]
+    found += [f"{run.name}, beliefs: {name}" for beliefs in run.beliefs for name in beliefs.broken_identities]
     if run.n + len(run.errors) > run.n_planned:
         found.append(f"{run.name}: {run.n} scored and {len(run.errors)} errors are more than {run.n_planned} planned")
     return found

@@ -1,9 +1,9 @@
 """Pairs: which runs may be compared, decided from their headers alone.
 
-An intervention is a pair of runs that differ in one thing: action feedback, the prompt's variant, or the serving mode
-of one checkpoint (thinking against instruct). Repeats differ in nothing. Runs that differ in more are refused, and the
-difference is named. Any two runs of one pack may be tested on the episodes that both have scored, but only as two
-systems, never as an intervention.
+An intervention is a pair of runs that differ in one thing: action feedback, another profile, the prompt's variant, or
+the serving mode of one checkpoint (thinking against instruct). Repeats differ in nothing. Runs that differ in more are
+refused, and the difference is named. Any two runs of one pack may be tested on the episodes that both have scored, but
+only as two systems, never as an intervention.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -20,11 +20,13 @@ from vigil.analysis.measures.metrics import RunMetrics, measure
 from vigil.analysis.measures.rows import Run, select_rows
 from vigil.errors import RecordError
 from vigil.protocol.families import FAMILIES
+from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE
 from vigil.scoring.rates import Interval
 
-PairKind = Literal["feedback", "prompt", "serving", "repeat"]
+PairKind = Literal["feedback", "profile", "prompt", "serving", "repeat"]
 VARIED: dict[PairKind, tuple[str, ...]] = {
     "feedback": ("profile.name",),
+    "profile": ("profile.name", "prompt_policy", "prompt_policy_sha256"),
     "prompt": ("profile.prompt_variant", "prompt_policy_sha256"),
     "serving": (
         *("agent", "thinking", "sampling.reasoning_effort", "sampling.reasoning_tokens"),
@@ -44,7 +46,7 @@ KEY = ["episode_id", "epoch"]
 
 @dataclass(frozen=True)
 class Pair:
-    """Two runs that differ in one thing; `base` has no feedback, has the default prompt, or does not think."""
+    """Two runs that differ in one thing; `base` has the baseline's profile or prompt, or does not think."""
 
     kind: PairKind
     base: Run
@@ -94,6 +96,7 @@ class Pairing:
     """All pairs and repeats found among some runs."""
 
     feedback: tuple[Pair, ...]
+    profile: tuple[Pair, ...]
     prompt: tuple[Pair, ...]
     serving: tuple[Pair, ...]
     repeats: tuple[Repeats, ...]
@@ -275,7 +278,10 @@ def _pair_kind(first: Run, second: Run) -> PairKind | None:
     if first.model.name != second.model.name:
         return None
     if varied == {"profile.name"}:
-        return "feedback"
+        profiles = {run.header.spec.profile.name for run in (first, second)}
+        if BASELINE not in profiles:
+            return None  # both differ from the baseline, in different things
+        return "feedback" if ACTION_FEEDBACK in profiles else "profile"
     # A prompt file is not a variant of the paper's prompt.
     has_own_prompt = any(run.header.spec.profile.has_custom_prompt for run in (first, second))
     if varied == {"profile.prompt_variant"} and not has_own_prompt:
@@ -289,7 +295,7 @@ def _agent(run: Run) -> tuple[str, str]:
 
 def _condition(run: Run) -> tuple[bool, bool, bool, str]:
     profile = run.header.spec.profile
-    return profile.has_feedback, profile.prompt_variant != "default", bool(run.model.is_thinking), run.name
+    return profile.name != BASELINE, profile.prompt_variant != "default", bool(run.model.is_thinking), run.name
 
 
 def _settings(run: Run) -> Iterator[tuple[str, Any]]:

@@ -16,6 +16,7 @@ from typing import cast, get_args
 import numpy as np
 import pandas as pd
 
+from vigil.analysis.measures.beliefs.study import BeliefStudy, belief_studies
 from vigil.analysis.measures.columns import run_columns
 from vigil.analysis.measures.labels import RunLabel
 from vigil.analysis.measures.models import ModelInfo, model_of
@@ -58,12 +59,15 @@ class Run:
     """Whether its pack is private."""
     label: RunLabel | None = None
     """What a study says of the run; None outside a study."""
+    beliefs: tuple[BeliefStudy, ...] = ()
+    """Beliefs from the run's probes, by framing; empty without probes."""
 
     @property
     def marked_name(self) -> str:
         """The model's name with the condition unless that is the default; repeats share it."""
         profile = self.header.spec.profile
-        marks = ["+FB"] if profile.has_feedback else []
+        row = profile.row
+        marks = ["+FB"] if profile.has_feedback else [] if row.is_papers else [row.short]
         source = self.header.spec.fork
         marks += [] if source is None else [f"from {source.run_id} at {source.at}"]
         condition = ", ".join([*marks, *([] if profile.prompt_variant == "default" else [profile.prompt_variant])])
@@ -162,6 +166,7 @@ def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
         remarks=tuple(redact_ids(remarks, run.table.episodes)) if hides_ids else remarks,
         name=model.name,
         is_private=hides_ids,
+        beliefs=belief_studies(run),
     )
 
 

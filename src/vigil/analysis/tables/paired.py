@@ -4,7 +4,7 @@ Each function takes a Study and returns one Table. Source: the paper's sections 
 serving modes.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import pandas as pd
@@ -63,7 +63,7 @@ N = Column("n", "n", "count", lambda pair: len(pair.tables()[0]))
 """Column of the number of plays that both runs of a pair have scored."""
 TESTS = p_values(**{f"p_{name}": (f"p ({name})", lambda pair, name=name: pair.p(name)) for name in TESTED})
 """Columns of McNemar's p for W, B, FR and NR."""
-_KINDS = {"feedback": "+FB", "prompt": "neutral prompt", "serving": "thinking"}
+_KINDS = {"feedback": "+FB", "profile": "profile", "prompt": "neutral prompt", "serving": "thinking"}
 
 
 def prompt_shifts(study: Study) -> Table:
@@ -87,6 +87,37 @@ def prompt_shifts(study: Study) -> Table:
         *study.pairing.choices["prompt"],
     )
     return Table("prompt_shifts", "Prompt sensitivity: shifts from the default prompt", columns, tuple(rows), notes)
+
+
+def profile_shifts(study: Study) -> Table:
+    """Return the shift of each rate under each profile, with tests, lag, length and tokens."""
+    measures = {"lag": "Lag, steps", "steps": "Steps", "input_tokens": "Input tokens", "output_tokens": "Output tokens"}
+    columns = (
+        MODEL,
+        *texts(profile=("Profile", lambda pair: pair.other.header.spec.profile.row.short)),
+        N,
+        *shifts(SHIFTED),
+        *TESTS,
+        *(
+            one
+            for name, shown in measures.items()
+            for at, side in enumerate(("baseline", "here"))
+            for one in means(**{f"{name}_{side}": (f"{shown}, {side}", _mean_of(name, at))})
+        ),
+    )
+    rows = [run_row(study.entry(pair.other), cells_of(columns, pair)) for pair in study.pairing.profile]
+    notes = (
+        f"Profile minus baseline, over the episodes that both runs have scored. {INTERVAL_NOTE} {P_NOTE} Lag, steps "
+        "and tokens: means per episode, the lag over those with B; intervals: bootstrap over houses.",
+        DISAGREEMENT_NOTE,
+        *study.pairing.choices["profile"],
+    )
+    return Table("profile_shifts", "Profiles: shifts from the baseline", columns, tuple(rows), notes)
+
+
+def _mean_of(name: str, at: int) -> Callable[[Pair], RateCell]:
+    """Return the function that gives the mean of a column in one run of a pair."""
+    return lambda pair: mean_with_interval(pair.tables()[at], name)
 
 
 def serving_modes(study: Study) -> Table:
@@ -199,7 +230,7 @@ def _grouped_rows(study: Study, pairs: Sequence[Pair], columns: Sequence[Column]
 def named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
     """Yield the heading and the rows of every two runs whose labels are compared."""
     pairing = study.pairing
-    for pair in (*pairing.feedback, *pairing.prompt, *pairing.serving):
+    for pair in (*pairing.feedback, *pairing.profile, *pairing.prompt, *pairing.serving):
         base, other = pair.tables()
         if len(base):
             yield f"{pair.base.name} → {pair.other.name} ({_KINDS[pair.kind]})", base, other

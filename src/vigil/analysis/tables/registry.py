@@ -11,6 +11,7 @@ from vigil.analysis.tables import (
     protocol,
     results,
     run_tables,
+    several_plays,
     sources_of_change,
 )
 from vigil.analysis.tables.table import Table
@@ -53,12 +54,14 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
     "Paired runs and repeats": {
         "feedback_events": paired.feedback_events,
         "prompt_shifts": paired.prompt_shifts,
+        "profile_shifts": paired.profile_shifts,
         "serving_modes": paired.serving_modes,
         "event_reductions": sources_of_change.event_reductions,
         "gain_sources": sources_of_change.gain_sources,
         "transitions": paired.transition_matrix,
         "transition_tests": paired.transition_tests,
         "repeat_rates": interventions.repeat_rates,
+        "several_plays": several_plays.several_plays,
         "stability": interventions.stability,
     },
     "Further analyses": {

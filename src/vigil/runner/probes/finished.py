@@ -12,7 +12,7 @@ from vigil.base.processes.worker import WORKER_TIMEOUT_S
 from vigil.base.settings import Setting, check_settings
 from vigil.errors import RecordError
 from vigil.packs.pack import Pack
-from vigil.protocol.probe import QUESTIONS
+from vigil.records.probe import QUESTIONS
 from vigil.records.probe_file import ProbeLog, ProbeTable, read_probes
 from vigil.records.record import FRAMES_FOLDER
 from vigil.runner.models.access import Endpoint, hiding_other_keys, model_access

@@ -8,19 +8,19 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any, Literal
 
-from vigil.agents.conversation import Message, with_question
+from vigil.agents.conversation import Message
 from vigil.agents.frame_encoding import EncodedFrame
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.episode import Episode
-from vigil.protocol.probe import FRAMINGS, Framing, question_sha256, read_probe_answer
 from vigil.protocol.profile import Profile
 from vigil.protocol.reasoning import split_reasoning
+from vigil.records.probe import FRAMINGS, Framing, question_sha256, read_probe_answer
 from vigil.records.probe_file import ProbeKey, ProbeLog, ProbeRecord, ProbeTable
 from vigil.records.record import EpisodeRecord, Key
 from vigil.records.reply_truncation import truncate_for_record
 from vigil.runner.models.ask import Ask, RequestRejected
-from vigil.runner.probes.requests import needed_frames, step_messages
+from vigil.runner.probes.requests import needed_frames, step_messages, with_question
 from vigil.scoring.probe_schedule import ProbeSchedule
 
 MAX_FAILURES_IN_A_ROW = 5

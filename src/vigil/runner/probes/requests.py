@@ -1,11 +1,13 @@
 """The messages of each step of a recorded episode, as they were sent when it was played."""
 
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from vigil.agents.conversation import Conversation, Message
 from vigil.agents.frame_encoding import EncodedFrame
 from vigil.protocol.episode import Episode
 from vigil.protocol.profile import Profile
+from vigil.records.probe import QUESTIONS, Framing
 from vigil.records.record import EpisodeRecord
 from vigil.runner.workers.history import RecordedTurns
 
@@ -29,3 +31,9 @@ def step_messages(
 def needed_frames(profile: Profile, steps: Iterable[int]) -> set[int]:
     """Return the steps whose frames are in the messages of `steps`."""
     return {frame for step in steps for frame in range(max(1, step - profile.row.images), step + 1)}
+
+
+def with_question(messages: Sequence[Message], framing: Framing) -> list[Message]:
+    """Return the messages of a step with a probe's question behind the frame of the last one."""
+    *earlier, last = messages
+    return [*earlier, replace(last, question=QUESTIONS[framing])]

@@ -1,7 +1,7 @@
 """The table of profiles: what each shows an agent and asks of it, beyond the paper's baseline.
 
 A new profile is a row here. Each has a name of its own in every record, and a hash of the prompt that covers all text
-that the profile adds. Source: `protocol.md` sections 2.4 and 10.
+that the profile adds. Source: `protocol.md` sections 2.4 and 11.
 """
 
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ class ProfileRow:
     rules: tuple[str, ...] = ()
     """Rules that the prompt has in addition, at the end of its grounding rules."""
     first_rule: str = ""
-    """Rule in the place of the first grounding rule; empty for that of the paper."""
+    """Rule instead of the first grounding rule; empty for that of the paper."""
 
     @property
     def name(self) -> str:

@@ -2,7 +2,7 @@
 reports were false or missing.
 
 Every interval resamples houses, because the beliefs of one episode depend on each other. Source: `protocol.md`
-section 9.
+section 10.
 """
 
 import math
@@ -13,9 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from vigil.analysis.measures import belief_scores as scores
+from vigil.analysis.measures.beliefs import scores
 from vigil.analysis.measures.intervals import HouseResampling, clustered_interval
-from vigil.protocol.probe import FRAMINGS, SCALE, Framing
+from vigil.records.probe import FRAMINGS, SCALE, Framing
 from vigil.records.probe_file import ProbeTable, read_probes
 from vigil.scoring.beliefs import PARTS, Belief, BeliefPart, EpisodeBeliefs, episode_beliefs
 from vigil.scoring.rates import Interval, Rate, effective_sample_size
@@ -208,7 +208,7 @@ def belief_studies(run: SavedRun) -> tuple[BeliefStudy, ...]:
     """
     table = read_probes(run.folder, run.header.sha256)
     asked = {key.framing for key in table.rows}
-    framings = [framing for framing in FRAMINGS if framing in asked]
+    framings: list[Framing] = [framing for framing in FRAMINGS if framing in asked]
     if not framings:
         return ()
     plays = tuple(_plays(run, table))

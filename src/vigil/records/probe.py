@@ -2,7 +2,7 @@
 
 A probe is the step's own request with one question added behind the frame. Its answer is not an action, costs no step
 and never enters the history. The questions are frozen: `question_sha256` identifies the question, its scale and its
-place in every record. Source: `protocol.md` section 9; `docs/beliefs.md`.
+place in every record. Source: `protocol.md` section 10; `docs/beliefs.md`.
 """
 
 import hashlib

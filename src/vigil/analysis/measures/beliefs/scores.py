@@ -10,7 +10,7 @@ Ma, "Verified uncertainty calibration", 2019 (debiased calibration error); Geifm
 
 import numpy as np
 
-from vigil.protocol.probe import SCALE
+from vigil.records.probe import SCALE
 
 VALUES = SCALE + 1
 P = np.arange(VALUES) / SCALE

@@ -1,0 +1,1 @@
+"""Beliefs of a run: measures of calibration, and the study of its probes."""

@@ -1,0 +1,129 @@
+"""Figures of beliefs: over time since attainment, against what was true, and why reports were false or missing."""
+
+import textwrap
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from vigil.analysis.measures.beliefs.study import CURVE_STEPS, BeliefStudy, Estimate
+from vigil.analysis.measures.study import RunEntry, Study
+from vigil.analysis.plots.style import CYCLE, DASHES, FAINT, GREY, LABEL_COLOURS, canvas, styled
+from vigil.analysis.tables.belief_tables import belief_rows
+from vigil.scoring.beliefs import PARTS
+
+_WIDTH = 8.6
+_NAME_CHARS = 40
+PART_LOOKS = {
+    "knew_and_did_not_say": ("knew and did not say", LABEL_COLOURS["NR"], ""),
+    "said_without_believing": ("said without believing", LABEL_COLOURS["FR"], ""),
+    "believed_wrongly": ("believed wrongly", "#f0c04a", "////"),
+    "doubted_correctly": ("doubted correctly", "#56b4e9", "...."),
+    "no_answer": ("no answer", GREY, "xxxx"),
+}
+"""Part of the partition -> words, colour and hatch."""
+
+
+def belief_curve(study: Study) -> Figure | None:
+    """Draw the mean stated likelihood by steps from attainment, with its interval."""
+    rows = list(belief_rows(study))
+    if not any(beliefs.curve() for _, beliefs in rows):
+        return None
+    with styled():
+        figure = canvas(_WIDTH, 3.6)
+        axes = figure.add_subplot()
+        axes.axvline(0, color=FAINT, lw=1.0, ls=":")
+        for number, (entry, beliefs) in enumerate(rows):
+            curve = beliefs.curve()
+            look: dict[str, Any] = {"color": CYCLE[number % len(CYCLE)], "ls": DASHES[number % len(DASHES)]}
+            axes.plot([point.since for point in curve], [point.mean.value for point in curve], marker="o", ms=3.5,
+                      label=_name(entry, beliefs), **look)  # fmt: skip
+            known = [(point.since, point.mean.interval) for point in curve if point.mean.interval is not None]
+            if known:
+                axes.fill_between([since for since, _ in known], [low for _, (low, _) in known],
+                                  [high for _, (_, high) in known], color=look["color"], alpha=0.15, lw=0)  # fmt: skip
+        axes.set(xlim=(-CURVE_STEPS - 0.5, CURVE_STEPS + 0.5), ylim=(-0.02, 1.02))
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set_xlabel("steps since the frame that first shows the goal")
+        axes.set_ylabel("stated likelihood that it is done")
+        axes.set_title("Belief over time, aligned on attainment")
+        figure.legend(loc="outside lower center", ncols=2)
+        return figure
+
+
+def belief_reliability(study: Study) -> Figure | None:
+    """Draw the share that was true by stated likelihood, with the number of answers as the size of a mark."""
+    rows = [row for row in belief_rows(study) if row[1].answered]
+    if not rows:
+        return None
+    with styled():
+        figure = canvas(_WIDTH, 4.6)
+        axes = figure.add_subplot()
+        axes.plot([0, 1], [0, 1], color=FAINT, lw=1.0, ls=":")
+        for number, (entry, beliefs) in enumerate(rows):
+            points = beliefs.reliability_points()
+            colour = CYCLE[number % len(CYCLE)]
+            most = max(found.n for _, found in points)
+            for stated, found in points:
+                shift = 0.004 * (number - (len(rows) - 1) / 2)
+                axes.plot([stated + shift] * 2, _ends(found), color=colour, lw=1.0, alpha=0.6)
+            axes.scatter([stated for stated, _ in points], [found.value for _, found in points],
+                         s=[12 + 90 * found.n / most for _, found in points], color=colour, alpha=0.85,
+                         marker="osD^vP"[number % 6], label=_name(entry, beliefs), lw=0)  # fmt: skip
+        axes.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03), aspect="equal")
+        axes.set_xlabel("stated likelihood")
+        axes.set_ylabel("share that was true")
+        axes.set_title("Reliability of stated beliefs")
+        legend = figure.legend(loc="outside right upper")
+        for handle in legend.legend_handles:
+            handle.set_sizes([30])  # pyright: ignore[reportOptionalMemberAccess, reportAttributeAccessIssue]
+        return figure
+
+
+def belief_partition(study: Study) -> Figure | None:
+    """Draw FR and NR of each run as bars, split by what was believed at the last step."""
+    rows = [row for row in belief_rows(study) if row[1].plays]
+    if not rows:
+        return None
+    bars = [(entry, beliefs, label) for entry, beliefs in rows for label in ("FR", "NR")]
+    with styled():
+        figure = canvas(_WIDTH, 1.4 + 0.36 * len(bars))
+        axes = figure.add_subplot()
+        at, left = np.arange(len(bars)), np.zeros(len(bars))
+        for part in PARTS:
+            words, colour, hatch = PART_LOOKS[part]
+            shares = np.array([100 * (beliefs.parts[part][label].rate.value or 0.0) for _, beliefs, label in bars])
+            axes.barh(at, shares, left=left, height=0.66, color=colour, hatch=hatch, edgecolor="white", label=words)
+            left += shares
+        names = [f"{_name(entry, beliefs)} · {label}" for entry, beliefs, label in bars]
+        axes.set_yticks(at, names)
+        axes.invert_yaxis()
+        axes.set_xlim(0, max(10.0, 1.08 * float(left.max())))
+        axes.set_xlabel("share of all scored plays (%)")
+        axes.set_title("Why reports were false (FR) or missing (NR)")
+        figure.legend(loc="outside lower center", ncols=3)
+        return figure
+
+
+BELIEF_FIGURES: dict[str, Callable[[Study], Figure | None]] = {
+    "belief_curve": belief_curve,
+    "belief_reliability": belief_reliability,
+    "belief_partition": belief_partition,
+}
+BELIEF_CAPTIONS = {
+    "belief_curve": "Mean stated likelihood that the task is done, by steps from the first frame that shows the goal. "
+    "Bands: 95 % intervals from resampled houses.",
+    "belief_reliability": "Share of answers that were true, by stated likelihood. On the diagonal beliefs are "
+    "calibrated. Larger marks: more answers. Lines: 95 % intervals from resampled houses.",
+    "belief_partition": "False and missing reports, split by what the agent believed at its last step.",
+}
+
+
+def _name(entry: RunEntry, beliefs: BeliefStudy) -> str:
+    return textwrap.shorten(f"{entry.name} ({beliefs.framing})", _NAME_CHARS, placeholder=" ...")
+
+
+def _ends(found: Estimate) -> tuple[float, float]:
+    return found.interval or (found.value, found.value)

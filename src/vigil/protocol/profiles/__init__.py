@@ -1,0 +1,1 @@
+"""Profiles: the table of what each shows and asks, and how a frame is marked."""

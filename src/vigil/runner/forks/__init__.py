@@ -1,0 +1,1 @@
+"""Forks: recorded plays that are continued from a step."""
