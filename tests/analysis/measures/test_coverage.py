@@ -1,4 +1,4 @@
-"""Intervals cover what they should in simulated runs; the page docs/intervals.md has the numbers of long simulations."""
+"""Intervals cover what they should in simulated runs; docs/intervals.md has the numbers of longer simulations."""
 
 from functools import cache
 
