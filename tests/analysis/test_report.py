@@ -226,7 +226,7 @@ def test_all_formats(mixed: Study, tmp_path: Path):
         path.name for path in written
     }
     data = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
-    assert list(data["tables"]) == list(TABLES)
+    assert list(data["tables"]) == ["paper_index", *TABLES]
     assert data["warnings"]
     rows = pd.read_parquet(tmp_path / "out" / "rows.parquet")
     assert len(rows) == 4 * 16 + 1

@@ -42,7 +42,7 @@ def test_a_run_and_its_scores_give_c_by_kind(vigil: Vigil, folder: Path) -> None
         (row,) = [line for line in said.out.splitlines() if line.startswith("│ all ")]
         assert f" {shown} [" in row
         assert " B " not in said.out
-    told = json.loads(vigil("score", folder, "--json").out)["closure"]
+    told = json.loads(vigil("score", folder, "--json").out)["runs"][0]["closure"]
     assert told == json.loads(json.dumps(rates))
     assert told["impossible"]["C"] == 0.5
     assert told["impossible"]["correct_pairs"] == 0.0

@@ -66,7 +66,9 @@ def test_a_run_is_scored_verified_and_resumed(vigil: Vigil, tmp_path: Path) -> N
     assert again.code == 0, again.err
     assert (tmp_path / "run" / "episodes.jsonl").read_bytes() == rows
 
-    scored = json.loads(vigil("score", tmp_path / "run", "--json").out)
+    document = json.loads(vigil("score", tmp_path / "run", "--json").out)
+    assert document["schema_version"] == 1
+    (scored,) = document["runs"]
     assert scored["overall"]["episodes"] == 3
     assert scored["families"]["PG"]["FR"] == 1.0
     assert scored["overall"]["errors"] == 0

@@ -13,13 +13,14 @@ from typer.testing import CliRunner
 
 from vigil.base.settings import DeclaredSetting, declared_setting, declared_settings
 from vigil.cli import app
-from vigil.cli.verbs import HOUSES, PACK, VERBS, Verb, load
+from vigil.cli.verbs import HOUSES, PACK, STUDY, VERBS, Verb, load
 
 HEAVY = ("numpy", "mujoco", "matplotlib", "pandas", "inspect_ai", "fastapi")
 ALL = {
     **{name: verb for name, verb in VERBS.items() if isinstance(verb, Verb)},
     **{f"houses {name}": verb for name, verb in HOUSES.items()},
     **{f"pack {name}": verb for name, verb in PACK.items()},
+    **{f"study {name}": verb for name, verb in STUDY.items()},
 }
 
 

@@ -91,7 +91,7 @@ def test_a_row_that_is_not_the_runs_is_not_scored_and_said(played, run, name):
     change, said = FAULTS[name]
     rewrite(run, change)
     done = CliRunner().invoke(app, ["score", str(run), "--json"])
-    found = json.loads(done.stdout)
+    (found,) = json.loads(done.stdout)["runs"]
     assert found["overall"]["complete"] == "7/8"
     assert any(said in note for note in found["notes"]), found["notes"]
     (reported,) = read_runs([run])

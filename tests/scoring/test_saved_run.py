@@ -57,7 +57,7 @@ def counts(pack: Pack, run: Path) -> dict[str, int]:
     (shown,) = Library([run], [pack.folder]).runs()
     assert shown.table is not None
     return {
-        "score": json.loads(done.stdout)["overall"]["episodes"],
+        "score": json.loads(done.stdout)["runs"][0]["overall"]["episodes"],
         "report": read_runs([run])[0].n,
         "pages": len(shown.table.scores().outcomes),
     }

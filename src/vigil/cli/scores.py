@@ -49,6 +49,8 @@ CHORES_RATES = {
 CLOSURE_RATES = ("C", "correct_pairs")
 """Rates that are shown with their intervals."""
 INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."
+JSON_SCHEMA = 1
+"""Version of the document that `--json` prints."""
 MAX_REASONS = 5
 MAX_REASON_CHARS = 300
 
@@ -63,8 +65,7 @@ def score(
     scored_runs = _with_unique_names([_scored_run(path, pack) for path in reversed(different.values())])
     print_notes(note for run in scored_runs for note in run.notes)
     if as_json:
-        rows = [_as_json(run) for run in scored_runs]
-        print(json.dumps(rows[0] if len(rows) == 1 else rows))
+        print(json.dumps({"schema_version": JSON_SCHEMA, "runs": [_as_json(run) for run in scored_runs]}))
         return
     plain = [run for run in scored_runs if run.closure is None and run.chores is None]
     if len(plain) == 1:
