@@ -57,7 +57,8 @@ def open_house(world: World, house: House) -> None:
     _check(house)
     world.editor.load(house)
     world.editor.reset(_start(house, world.editor), Setup())
-    world.has_house, world.house, world.scene_name = True, house, PROCEDURAL
+    world.has_house, world.scene_name = True, PROCEDURAL
+    world.house = world.first_house = house
     world.floors = floors_of(world.editor.scene().rooms)
     nodes = [node for node, _ in house.objects()]
     world.unbreakable, world.flags = set(), {node.id: {"isDirty": True} for node in nodes if node.is_dirty}
