@@ -20,7 +20,8 @@ from vigil.thor.base.world import PROCEDURAL, World
 
 SHARED_FLOOR_M2 = 0.05
 """Greatest area (m2) that the floors of two rooms may share."""
-OWN_ASSETS = "vigil_"
+OWN_ASSETS = ("vigil_", "Countertop_")
+"""Starts of the ids of assets whose sizes the engine knows."""
 NAMED_ASSETS = 5
 """Greatest number of unknown assets that a note names."""
 

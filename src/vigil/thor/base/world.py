@@ -46,7 +46,7 @@ class World:
     first_house: House | None = None
     """The document of this house before its materials and lights were changed."""
     random: Random = field(default_factory=lambda: Random(0))
-    """Random numbers of actions that do not take a seed; `SetRandomSeed` starts them anew."""
+    """Random numbers of actions that do not take a seed; `SetRandomSeed` starts them again."""
     scene_name: str = PROCEDURAL
     """Name of the scene as the program gave it; "Procedural" for a house given to `CreateHouse`."""
     notes: list[str] = field(default_factory=list)
