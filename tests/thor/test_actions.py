@@ -28,4 +28,4 @@ def test_a_handler_takes_the_parameters_of_its_row(action: Action):
 def test_what_is_missing_is_unknown(client, name: str):
     found = client.send(name)
     assert found["errorCode"] == "InvalidAction"
-    assert found["errorMessage"] == f"Invalid action: {name}"
+    assert found["errorMessage"] == f"Invalid action: {name} ({MISSING[name]})"

@@ -13,6 +13,7 @@ import numpy as np
 
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.actions import Intent
+from vigil.protocol.house import House
 from vigil.protocol.world import Effect, Setup
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -40,6 +41,8 @@ class CameraView:
     """Pixels."""
     height: int
     """Pixels."""
+    roll: float = 0.0
+    """Roll (deg); a positive roll turns the camera anticlockwise, so that what it sees turns clockwise."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,8 +80,17 @@ class SceneEditor(PrivilegedSimulator, Protocol):
     def open_to(self, object_id: str, openness: float) -> Effect:
         """Open or close an object to an openness in 0..1, or refuse to. Raises EpisodeError on an unknown id."""
 
-    def reachable(self, start: Vec3, step_m: float) -> np.ndarray:
-        """Return the places (n, 2) of x, z, on a grid through `start`, that the body reaches along grid edges."""
+    def redecorate(self, house: House) -> None:
+        """Load a house that differs from the present one in materials and lights alone; everything stays as it is."""
+
+    def move_hand(self, by: Vec3, rotation: Vec3) -> None:
+        """Move the object in the hand to the agent's right, up and ahead (m), and turn it to a rotation."""
+
+    def reachable(self, start: Vec3, step_m: float, yaw: float = 0.0) -> np.ndarray:
+        """Return the places (n, 2) of x, z, on a grid through `start`, that the body reaches along grid edges.
+
+        The grid is turned by `yaw` (deg).
+        """
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
         """Return the id of what stops the body on the straight way from `start` to `end`: "exterior" if only the

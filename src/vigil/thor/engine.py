@@ -5,6 +5,7 @@ from typing import Any
 
 from vigil.errors import SimulatorError
 from vigil.thor.actions.action import Action
+from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS
 from vigil.thor.base.errors import ActionFailed
 from vigil.thor.base.images import Wanted, images
@@ -42,7 +43,8 @@ class ThorEngine:
 
     def _carried_out(self, action: Action | None, name: str, sent: Mapping[str, Any]) -> Any:
         if action is None:
-            raise ActionFailed(f"Invalid action: {name}", code="InvalidAction")
+            reason = f" ({MISSING[name]})" if name in MISSING else ""
+            raise ActionFailed(f"Invalid action: {name}{reason}", code="InvalidAction")
         if sent.get("agentId") not in (None, 0):
             raise ActionFailed(f"agentId {sent['agentId']}: VIGIL's engine has one agent, with agentId 0.")
         if action.takes_anything and not action.parameters:

@@ -232,9 +232,20 @@ class EmbeddedSimulator:
         """Open or close an object to an openness in 0..1, or refuse to."""
         return self._effect_of(open_to(self._require_loaded().state, self._thing(object_id), openness))
 
-    def reachable(self, start: Vec3, step_m: float) -> np.ndarray:
-        """Return the places (n, 2) of x, z on a grid through `start` that the body reaches."""
-        return self._require_loaded().state.collision_map.reachable(start, step_m)
+    def redecorate(self, house: House) -> None:
+        """Load a house that differs from the present one in materials and lights alone; everything stays as it is."""
+        before = self._snapshot()
+        self.load(house)
+        self._restore_snapshot(before)
+
+    def move_hand(self, by: Vec3, rotation: Vec3) -> None:
+        """Move the object in the hand to the agent's right, up and ahead (m), and turn it to a rotation."""
+        self._require_loaded().state.move_hand(by, rotation)
+        self._flush()
+
+    def reachable(self, start: Vec3, step_m: float, yaw: float = 0.0) -> np.ndarray:
+        """Return the places (n, 2) of x, z on a grid through `start`, turned by `yaw` (deg), that the body reaches."""
+        return self._require_loaded().state.collision_map.reachable(start, step_m, yaw)
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
         """Return the id of what stops the body on the straight way from `start` to `end`: "exterior" if only the

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.base.geometry import Vec3
+from vigil.base.geometry import Vec3, rotate_floor
 from vigil.protocol.house import EXTERIOR
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, floor_of_rooms, room_floor, thing_shapes, wall_shapes
 from vigil.scene.things import Scene
@@ -85,12 +85,15 @@ class CollisionMap:
                 )[1]
         return None if self._inside.covers(sweep) else EXTERIOR
 
-    def reachable(self, start: Vec3, step_m: float = GRID_M) -> np.ndarray:
-        """Return the places (n, 2) of x, z, on a grid through `start`, that the body reaches along grid edges."""
+    def reachable(self, start: Vec3, step_m: float = GRID_M, yaw: float = 0.0) -> np.ndarray:
+        """Return the places (n, 2) of x, z, on a grid through `start`, that the body reaches along grid edges.
+
+        The grid is turned by `yaw` (deg).
+        """
         from scipy.sparse import coo_array  # noqa: PLC0415 - loads over 200 modules
         from scipy.sparse.csgraph import breadth_first_order  # noqa: PLC0415
 
-        cells, free = self._free_grid(start, step_m)
+        cells, free = self._free_grid(start, step_m, yaw)
         index = {(int(i), int(k)): number for number, (i, k) in enumerate(cells)}
         if (0, 0) not in index:
             return free[:0]
@@ -106,17 +109,21 @@ class CollisionMap:
         graph = coo_array((np.ones(open_pairs.shape[1]), open_pairs), shape=(len(free), len(free)))
         return free[np.sort(breadth_first_order(graph, first, directed=False, return_predecessors=False))]
 
-    def _free_grid(self, start: Vec3, step_m: float) -> tuple[np.ndarray, np.ndarray]:
+    def _free_grid(self, start: Vec3, step_m: float, yaw: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the grid cells (n, 2) in which the body fits, as numbers of steps from `start`, and their x and z (n,
         2) in metres.
 
         The cell of `start` is always among them.
         """
         left, low, right, high = self._inside.bounds
+        if yaw:
+            reach = math.hypot(right - left, high - low)
+            left, right, low, high = start.x - reach, start.x + reach, start.z - reach, start.z + reach
         columns = np.arange(math.ceil((left - start.x) / step_m), math.floor((right - start.x) / step_m) + 1)
         rows = np.arange(math.ceil((low - start.z) / step_m), math.floor((high - start.z) / step_m) + 1)
         cells = np.stack(np.meshgrid(columns, rows, indexing="ij"), axis=-1).reshape(-1, 2)
-        places = np.array([start.x, start.z]) + cells * step_m
+        offsets = np.column_stack(rotate_floor(cells[:, 0], cells[:, 1], yaw)) if yaw else cells
+        places = np.array([start.x, start.z]) + offsets * step_m
         points = np.array(shapely.points(places), ndmin=1)
         fits = shapely.contains(self._inside, points) & ~self._any_near(points)
         fits |= (cells == 0).all(axis=1)

@@ -31,6 +31,7 @@ MUTABLE_FIELDS = (
 )
 """Names of the fields of a thing that may change after the scene is built."""
 _BODY_SIDES = 24
+_USUAL_PLACE = Vec3(0.0, 0.0, 0.0)
 _mutable_state = attrgetter(*MUTABLE_FIELDS)
 
 
@@ -43,6 +44,8 @@ class SceneState:
     collision_map: CollisionMap
     held: str | None = None
     """Id of the thing in the hand; None when the hand is empty."""
+    hand_offset: Vec3 = _USUAL_PLACE
+    """Place (m) of the hand to the right of, above and ahead of its usual place."""
     changed: set[str] = field(default_factory=set)
     """Ids of the things that may have changed since the last call of `flush`."""
     partitions: Partitions = field(init=False)
@@ -130,10 +133,17 @@ class SceneState:
             each.is_held = True
             self.mark_changed(each)
         self.held = thing.id
-        self.move(thing, self._hand(), Vec3(0.0, thing.rotation.y, 0.0))
-        for each in stack:
-            each.from_hand = Vec3(*np.subtract(each.position, thing.position).tolist())
+        self.hand_offset = _USUAL_PLACE
+        self.move_hand(_USUAL_PLACE, Vec3(0.0, thing.rotation.y, 0.0))
         return stack
+
+    def move_hand(self, by: Vec3, rotation: Vec3) -> None:
+        """Move the thing in the hand, with what rests on it, to the right, up and ahead (m), and turn it."""
+        held = self.scene.things[self.held or ""]
+        self.hand_offset = Vec3(*(old + new for old, new in zip(self.hand_offset, by, strict=True)))
+        self.move(held, self._hand(), rotation)
+        for each in [held, *contents(self.scene, held.id)]:
+            each.from_hand = Vec3(*np.subtract(each.position, held.position).tolist())
 
     def release(self) -> list[Thing]:
         """Empty the hand; return the things that were in it, the held thing first."""
@@ -158,7 +168,9 @@ class SceneState:
     def _hand(self) -> Vec3:
         ahead_x, ahead_z = heading(self.agent.rotation)
         x, y, z = self.agent.eye
-        return Vec3(x + HAND_AHEAD_M * ahead_x, y - HAND_DROP_M, z + HAND_AHEAD_M * ahead_z)
+        right, up, ahead = self.hand_offset
+        ahead += HAND_AHEAD_M
+        return Vec3(x + ahead * ahead_x + right * ahead_z, y - HAND_DROP_M + up, z + ahead * ahead_z - right * ahead_x)
 
 
 def mutable_state_of(scene: Scene) -> list[tuple[Any, ...]]:

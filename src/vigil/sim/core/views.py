@@ -15,6 +15,18 @@ def pose_of(view: CameraView) -> Pose:
     return Pose(position=Vec3(x, y - EYE_HEIGHT_M, z), rotation=view.yaw, horizon=view.pitch)
 
 
+def rolled(axes: np.ndarray, roll: float) -> np.ndarray:
+    """Return a camera's axes right, up and forward, as rows (3, 3), after a roll (deg)."""
+    if roll == 0.0:
+        return axes
+    cos, sin = math.cos(math.radians(roll)), math.sin(math.radians(roll))
+    return np.stack([cos * axes[0] + sin * axes[1], cos * axes[1] - sin * axes[0], axes[2]])
+
+
+def _axes_of(view: CameraView) -> np.ndarray:
+    return rolled(camera_axes(pose_of(view)), view.roll)
+
+
 def lens_of(view: CameraView) -> Lens:
     """Return the lens of a camera."""
     return Lens(view.width, view.height, view.height / 2 / math.tan(math.radians(view.fovy_deg) / 2))
@@ -30,7 +42,7 @@ def directions_at(view: CameraView, pixels: np.ndarray) -> tuple[np.ndarray, np.
     right, up = (pixels[:, 0] - view.width / 2) / focal, (view.height / 2 - pixels[:, 1]) / focal
     rays = np.column_stack([right, up, np.ones(len(pixels))])
     lengths = np.linalg.norm(rays, axis=1)
-    return (rays / lengths[:, None]) @ camera_axes(pose_of(view)), 1.0 / lengths
+    return (rays / lengths[:, None]) @ _axes_of(view), 1.0 / lengths
 
 
 def rays_of(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
@@ -45,7 +57,7 @@ def project(view: CameraView, points: np.ndarray) -> np.ndarray:
     """Return the projections (n, 3) of points: x and y (0..1 inside the image, from the top left) and depth (m)
     along the camera's axis.
     """
-    local = (points - np.array(view.eye)) @ camera_axes(pose_of(view)).T
+    local = (points - np.array(view.eye)) @ _axes_of(view).T
     half = math.tan(math.radians(view.fovy_deg) / 2)
     depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])
     x = 0.5 + local[:, 0] / depth / (2 * half * view.width / view.height)

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from vigil.base.geometry import Pose, Vec3, floor_distance
-from vigil.scene.geometry import bounding_box
+from vigil.scene.geometry import bounding_box, convex_hull
+from vigil.scene.things import Thing
 from vigil.sim.thor.units import BODY_HEIGHT_M, from_thor, to_thor
 from vigil.thor.actions.action import Action
 from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
@@ -23,10 +24,25 @@ _NEAR_OBJECT_M = 0.5
 """Distance (m) from an object within which a path to it must end; it is larger if the agent sees farther."""
 
 
-def _reachable(world: World, gridSize: float | None = None, **_: object) -> list[dict[str, float]]:
+def _reachable(
+    world: World, gridSize: float | None = None, directionsRelativeAgent: bool = False, **_: object
+) -> list[dict[str, float]]:
     start, step = world.agent.position._replace(y=0.0), gridSize or world.settings.grid_size
-    places = [Vec3(x, 0.0, z) for x, z in world.editor.reachable(start, step).tolist()]
-    return [to_thor(place._replace(y=BODY_HEIGHT_M)) for place in places if world.is_on_grid(place)]
+    yaw = world.agent.rotation % RIGHT_ANGLE if directionsRelativeAgent else 0.0
+    places = [Vec3(x, 0.0, z) for x, z in world.editor.reachable(start, step, yaw).tolist()]
+    return [to_thor(place._replace(y=BODY_HEIGHT_M)) for place in places if yaw or world.is_on_grid(place)]
+
+
+def _hull(thing: Thing) -> list[list[float]]:
+    """Return the corners (x, z) of the convex outline of a thing's box corners on the floor, anticlockwise."""
+    return convex_hull(points_of(thing)[:, [0, 2]]).tolist()
+
+
+def _hulls(
+    world: World, objectIds: list[str] | None = None, objectTypes: list[str] | None = None
+) -> dict[str, list[list[float]]]:
+    wanted = world.things() if objectIds is None else [world.thing(name) for name in objectIds]
+    return {each.id: _hull(each) for each in wanted if objectTypes is None or each.category in objectTypes}
 
 
 def _interactable_poses(
@@ -174,9 +190,10 @@ _POSES = "list positions, list rotations, list horizons, list standings, float m
 _PATH = "string objectId, string objectType, Vector3 position, Vector3 rotation, float allowedError"
 _NEAR = "paths follow a grid of 0.125 m, straightened where possible; THOR's follow a mesh"
 _POINTS = "an object's points are a lattice in the box of each part; THOR's assets have chosen points"
+_OUTLINES = "outlines are those of the boxes of an object's parts"
 _GRID = (
-    "the grid is along the house's axes, through the agent; with snapToGrid, another gridSize lists only the places to "
-    "which Teleport can go; the held object never collides"
+    "the grid goes through the agent; with snapToGrid, another gridSize lists only the places to which Teleport can "
+    "go; the held object never collides"
 )
 
 ACTIONS = tuple(
@@ -218,6 +235,14 @@ ACTIONS = tuple(
             "string objectId",
             "objectId",
             lacks=_POINTS,
+        ),
+        Action("Get2DSemanticHulls", _hulls, "list objectIds, list objectTypes", lacks=_OUTLINES),
+        Action(
+            "Get2DSemanticHull",
+            lambda world, objectId: _hull(world.thing(objectId)),
+            "string objectId",
+            "objectId",
+            lacks=_OUTLINES,
         ),
         Action("GetVisibleObjects", _in_view, "float maxDistance, string visibilityScheme", lacks=_POINTS),
         Action("GetMapViewCameraProperties", _map_view),

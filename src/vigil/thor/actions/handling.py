@@ -118,7 +118,7 @@ def _put(world: World, **asked: Any) -> None:
         raise ActionFailed("This target object is NOT a receptacle!")
     if receptacle.category in MUST_BE_OPEN and is_shut(receptacle):
         raise ActionFailed(REFUSALS["receptacle_closed"])
-    points = [point] if asked.get("objectId") is None else _points_on(world, receptacle)
+    points = [point] if asked.get("objectId") is None else points_on(world, receptacle)
     refusals: list[RefusalCode] = []
     for place in points:
         refusal = world.editor.apply_intent("place", receptacle.id, place).refusal
@@ -129,7 +129,7 @@ def _put(world: World, **asked: Any) -> None:
     raise ActionFailed(_error_text(world, other[0] if other else "no_room", receptacle))
 
 
-def _points_on(world: World, receptacle: Thing) -> list[Vec3]:
+def points_on(world: World, receptacle: Thing) -> list[Vec3]:
     """Return points on the receptacle's surfaces, the nearest to the agent first; the receptacle's position if it
     has no surfaces.
     """

@@ -20,7 +20,8 @@ from vigil.thor.base.world import PROCEDURAL, World
 
 SHARED_FLOOR_M2 = 0.05
 """Greatest area (m2) that the floors of two rooms may share."""
-OWN_ASSETS = "vigil_"
+OWN_ASSETS = ("vigil_", "Countertop_")
+"""Starts of the ids of assets whose sizes the engine knows."""
 NAMED_ASSETS = 5
 """Greatest number of unknown assets that a note names."""
 
@@ -57,7 +58,8 @@ def open_house(world: World, house: House) -> None:
     _check(house)
     world.editor.load(house)
     world.editor.reset(_start(house, world.editor), Setup())
-    world.has_house, world.house, world.scene_name = True, house, PROCEDURAL
+    world.has_house, world.scene_name = True, PROCEDURAL
+    world.house = world.first_house = house
     world.floors = floors_of(world.editor.scene().rooms)
     nodes = [node for node, _ in house.objects()]
     world.unbreakable, world.flags = set(), {node.id: {"isDirty": True} for node in nodes if node.is_dirty}

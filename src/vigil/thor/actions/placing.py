@@ -25,25 +25,35 @@ def place_at_point(world: World, objectId: str, position: Vec3, rotation: Vec3 |
     thing = _loose(world, objectId)
     turned = rotation or thing.rotation
     height = _height(thing, turned)
-    _place(world, thing.id, Vec3(position.x, position.y + height / 2, position.z), turned)
+    put_at(world, thing.id, Vec3(position.x, position.y + height / 2, position.z), turned)
 
 
 def _teleport_object(
     world: World,
     objectId: str,
     position: Vec3 | None = None,
+    positions: list[Any] | None = None,
     x: float = 0.0,
     y: float = 0.0,
     z: float = 0.0,
     rotation: Vec3 | None = None,
+    allowTeleportOutOfHand: bool = True,
+    makeUnbreakable: bool = False,
     **_: object,
 ) -> None:
     thing = _loose(world, objectId)
-    _place(world, thing.id, position or Vec3(x, y, z), rotation or thing.rotation)
+    if thing.is_held and not allowTeleportOutOfHand:
+        raise ActionFailed("Object is currently held; allowTeleportOutOfHand is needed to teleport it")
+    try:
+        place = from_thor(positions[0]) if positions else position or Vec3(x, y, z)
+    except (KeyError, TypeError, ValueError):
+        raise bad_argument("positions must be a list of x, y and z") from None
+    put_at(world, thing.id, place, rotation or thing.rotation)
+    if makeUnbreakable:
+        world.unbreakable.add(thing.id)
 
 
-def _set_poses(world: World, objectPoses: list[Any], placeStationary: bool = True) -> None:
-    del placeStationary
+def _set_poses(world: World, objectPoses: list[Any], skipMoveable: bool = False, **_: object) -> None:
     wanted: dict[str, tuple[Vec3, Vec3]] = {}
     for number, pose in enumerate(objectPoses):
         try:
@@ -54,13 +64,17 @@ def _set_poses(world: World, objectPoses: list[Any], placeStationary: bool = Tru
                 f"objectPoses[{number}] needs objectName, position and rotation (each with x, y and z)"
             ) from None
         wanted[_loose(world, name).id] = place, turned
-    others = [thing.id for thing in world.things() if _is_loose(thing) and thing.id not in wanted]
+    others = [
+        thing.id
+        for thing in world.things()
+        if _is_loose(thing) and thing.id not in wanted and (thing.is_pickupable or not skipMoveable)
+    ]
     world.apply_changes({name: ObjectSetup(is_absent=True) for name in others})
     placed = [world.editor.scene().things[name] for name in wanted]
     placed.sort(key=lambda thing: (thing.is_pickupable, not thing.is_receptacle))  # what may carry others comes first
     for name in (thing.id for thing in placed):
         world.editor.restore_object(name)  # it may have been removed together with what carried it
-        _place(world, name, *wanted[name])
+        put_at(world, name, *wanted[name])
 
 
 def _remove(world: World, objectId: str | None = None, objectIds: list[str] | None = None) -> None:
@@ -93,14 +107,15 @@ def _height(thing: Thing, rotation: Vec3) -> float:
     return upright_box(turned, -half, half).size.y
 
 
-def _place(world: World, name: str, place: Vec3, turned: Vec3) -> None:
+def put_at(world: World, name: str, place: Vec3, turned: Vec3) -> None:
+    """Put an object at a place, on what is right below it there. Raises ActionFailed."""
     bottom = place.y - _height(world.thing(name), turned) / 2
-    below = _support(world, name, Vec3(place.x, bottom, place.z))
+    below = support_of(world, name, Vec3(place.x, bottom, place.z))
     placement = Placement(position=place, rotation=turned, parent=below)
     world.apply_changes({name: ObjectSetup(placement=placement)})
 
 
-def _support(world: World, name: str, point: Vec3) -> str | None:
+def support_of(world: World, name: str, point: Vec3) -> str | None:
     """Return the id of the thing whose surface or top is right below a point; None if the floor or nothing is right
     below it.
     """
@@ -127,7 +142,7 @@ def _tops(world: World, above: set[str], point: Vec3) -> list[tuple[float, str]]
 
 _NO_CHECK = "whether the place is free is not checked"
 _TELEPORT = (
-    "string objectId, Vector3 position, Vector3 rotation, float x, float y, float z, bool forceAction, "
+    "string objectId, Vector3 position, list positions, Vector3 rotation, float x, float y, float z, bool forceAction, "
     "bool forceKinematic, bool allowTeleportOutOfHand, bool makeUnbreakable"
 )
 
@@ -139,11 +154,17 @@ ACTIONS = (
         "objectId position",
         lacks=_NO_CHECK,
     ),
-    Action("TeleportObject", _teleport_object, _TELEPORT, "objectId position | objectId x y z", lacks=_NO_CHECK),
+    Action(
+        "TeleportObject",
+        _teleport_object,
+        _TELEPORT,
+        "objectId position | objectId positions | objectId x y z",
+        lacks=_NO_CHECK,
+    ),
     Action(
         "SetObjectPoses",
         _set_poses,
-        "list objectPoses, bool placeStationary",
+        "list objectPoses, bool placeStationary, bool enablePhysicsJitter, bool forceRigidbodySleep, bool skipMoveable",
         "objectPoses",
         lacks="one pose for each object, because copies are not made; nothing falls",
     ),

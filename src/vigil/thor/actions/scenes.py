@@ -51,8 +51,6 @@ def _camera(
 ) -> ThirdPartyCamera:
     if not 0.0 < field_of_view < 180.0:
         raise bad_argument("fov must be set to (0, 180) noninclusive.")
-    if rotation.z:
-        raise bad_argument(f"rotation.z {rotation.z:g}: VIGIL's cameras do not roll. Leave it 0.")
     if orthographic and (size is None or size <= 0.0):
         raise bad_argument("orthographicSize must be set, and be above 0, for an orthographic camera")
     return ThirdPartyCamera(position, rotation, field_of_view, size if orthographic else None)
@@ -90,7 +88,7 @@ _CAMERA = (
     "any skyboxColor, any antiAliasing"
 )
 _NO_CAMERA = (
-    "no roll, sky colours or clipping planes; orthographic images are drawn from 40 m away, so that objects far above "
+    "no sky colours or clipping planes; orthographic images are drawn from 40 m away, so that objects far above "
     "the floor look a little larger"
 )
 _AT_REST = "nothing moves by itself: everything is always at rest"
@@ -121,6 +119,4 @@ ACTIONS = (
     Action("UnpausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("AdvancePhysicsStep", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("MakeAllObjectsUnbreakable", _unbreakable),
-    Action("SetRandomSeed", _nothing, "int seed", "seed", lacks="nothing is random"),
-    Action("ResetMaterials", _nothing, lacks="materials are always those of the house"),
 )

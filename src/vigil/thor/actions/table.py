@@ -1,8 +1,8 @@
 """The table of all actions that the engine has, by name."""
 
-from vigil.thor.actions import finding, handling, houses, moving, placing, scenes, states
+from vigil.thor.actions import finding, hand, handling, houses, moving, placing, scenes, shuffling, states
 from vigil.thor.actions.action import Action
 
-MODULES = (houses, scenes, moving, handling, placing, states, finding)
+MODULES = (houses, scenes, moving, handling, hand, placing, shuffling, states, finding)
 """The modules that have actions."""
 ACTIONS: dict[str, Action] = {action.name: action for module in MODULES for action in module.ACTIONS}

@@ -139,4 +139,4 @@ def _third_party_view(world: World, camera: ThirdPartyCamera) -> CameraView:
         back = FAR_AWAY_M - to_floor
         eye = Vec3(eye.x - back * ahead_x * level, eye.y + back * down, eye.z - back * ahead_z * level)
         fovy = 2 * math.degrees(math.atan(camera.orthographic_size / FAR_AWAY_M))
-    return CameraView(eye, yaw, pitch, fovy, settings.screen_width, settings.screen_height)
+    return CameraView(eye, yaw, pitch, fovy, settings.screen_width, settings.screen_height, camera.rotation.z)

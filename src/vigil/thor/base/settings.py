@@ -69,7 +69,10 @@ def settings_of(sent: Mapping[str, Any], width: int, height: int) -> Settings:
     if settings.agent_count != 1:
         raise ActionFailed(f"agentCount {settings.agent_count}: VIGIL's engine has one agent. Leave agentCount out.")
     if settings.agent_mode.lower() != "default":
-        raise ActionFailed(f"agentMode {settings.agent_mode!r}: VIGIL's engine has THOR's default agent alone.")
+        raise ActionFailed(
+            f"agentMode {settings.agent_mode!r}: VIGIL's engine has THOR's default agent, which has a hand without an "
+            "arm. Leave agentMode out, and use PickupObject, MoveHeldObject and PutObject."
+        )
     if settings.snap_to_grid and settings.rotate_step_degrees % RIGHT_ANGLE:
         raise ActionFailed(
             f"Invalid values 'rotateStepDegrees': ${settings.rotate_step_degrees} and 'snapToGrid':$True. "

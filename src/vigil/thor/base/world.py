@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from random import Random
 from typing import Any
 
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
@@ -26,7 +27,7 @@ class ThirdPartyCamera:
 
     position: Vec3
     rotation: Vec3
-    """Rotation in degrees: x is the pitch, y the yaw."""
+    """Rotation in degrees: x is the pitch, y the yaw, z the roll."""
     field_of_view: float
     """Vertical field of view in degrees."""
     orthographic_size: float | None = None
@@ -42,6 +43,10 @@ class World:
     has_house: bool = False
     house: House | None = None
     """The document of the house that was opened last."""
+    first_house: House | None = None
+    """The document of this house before its materials and lights were changed."""
+    random: Random = field(default_factory=lambda: Random(0))
+    """Random numbers of actions that do not take a seed; `SetRandomSeed` starts them again."""
     scene_name: str = PROCEDURAL
     """Name of the scene as the program gave it; "Procedural" for a house given to `CreateHouse`."""
     notes: list[str] = field(default_factory=list)

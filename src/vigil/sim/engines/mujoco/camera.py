@@ -7,6 +7,7 @@ import threading
 import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from vigil.rendering.painter import Painter
 from vigil.rendering.scene import PointLight
 from vigil.rendering.viewer import HeldGeoms, Viewer
 from vigil.scene.things import Thing
-from vigil.sim.core.views import pose_of
+from vigil.sim.core.views import pose_of, rolled
 from vigil.sim.engines.mujoco import held
 from vigil.sim.engines.mujoco.compiled import frames, gl
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, GL, GLContext
@@ -117,6 +118,7 @@ class Camera:
         """Return layers of a camera's picture; `in_hand` has the held thing, followed by the things it carries."""
         looker = pose_of(view)
         viewer = _viewer(looker, view.fovy_deg, view.width, view.height)
+        viewer = replace(viewer, axes=rolled(viewer.axes.T, view.roll).T)
         things_held = self._hold(viewer.eye, looker, in_hand)
         rgb = self._paint(viewer, point_lights, things_held) if "rgb" in layers else None
         if layers <= {"rgb"}:
