@@ -25,8 +25,8 @@ class Shaping(BaseModel):
         float,
         Field(
             allow_inf_nan=False,
-            description="added at the end of a list of chores, times the share of its chores that are closed correctly: "
-            "done and so claimed, or rightly conceded",
+            description="added at the end of a list of chores, times the share of its chores that are closed "
+            "correctly: done and so claimed, or conceded because it cannot be met",
         ),
     ] = 0.0
     lag_penalty: Annotated[

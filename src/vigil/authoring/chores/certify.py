@@ -48,17 +48,6 @@ FACTORS = (1.8, 2.4)
 MAX_SOLVER_SHARE = 0.625
 """Greatest number of the solver's steps as a share of the budget."""
 STEP_OF_BUDGETS = 5
-LIST_RULES = {
-    "composed": "chores of one home make a list that can be done, in a text order that does not help",
-    "not_shut_away": "an object in a closed container is said to be there",
-    "holds_already": "a chore that is done already holds at the start",
-    "condition_judged": "the branch that applies is that of the start",
-    "refused_at_first": "the obvious act is refused at first",
-    "text_order_does_not_help": "the order of the text does not work, and takes a longer walk",
-    "entangled_as_answered": "chores are of kind `order` exactly if others undo them in the wrong order",
-    "false_claims_fail": "claims that are not true never close a list correctly",
-}
-"""Rule name -> reason, for the rules that only lists have."""
 
 
 class Sketch(Protocol):

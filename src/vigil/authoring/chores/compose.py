@@ -10,6 +10,7 @@ import numpy as np
 from vigil.authoring.chores.pairs import Pair, pairs
 from vigil.authoring.chores.placements import absent, no_room, put, put_away
 from vigil.authoring.chores.proposed import Proposals, ProposedChore
+from vigil.authoring.chores.rules import LONGER
 from vigil.authoring.chores.sentences import OPENINGS
 from vigil.authoring.chores.states import acts, blocked, broken, conditional, locked, make_sure, questions, refused
 from vigil.authoring.drafting.drafts import Rejection
@@ -25,21 +26,21 @@ from vigil.protocol.goals import Chore, Chores
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scoring.chore_answers import ChoreKind
 
-SOURCES: dict[str, tuple[Callable[[HouseContext], Proposals], int]] = {
-    "put": (put, 16),
-    "acts": (acts, 10),
-    "make_sure": (make_sure, 12),
-    "put_away": (put_away, 2),
-    "questions": (questions, 8),
-    "conditional": (conditional, 6),
-    "refused": (refused, 4),
-    "blocked": (blocked, 4),
-    "absent": (absent, 5),
-    "broken": (broken, 4),
-    "locked": (locked, 2),
-    "no_room": (no_room, 2),
-}
-"""Source of single chores -> its function, and the greatest number of its chores in one home."""
+SOURCES: tuple[tuple[Callable[[HouseContext], Proposals], int], ...] = (
+    (put, 16),
+    (acts, 10),
+    (make_sure, 12),
+    (put_away, 2),
+    (questions, 8),
+    (conditional, 6),
+    (refused, 4),
+    (blocked, 4),
+    (absent, 5),
+    (broken, 4),
+    (locked, 2),
+    (no_room, 2),
+)
+"""Sources of single chores, each with the greatest number of its chores in one home."""
 MAX_PAIRS_OF_HOME = 12
 PAIRS = {3: 1, 4: 1, 5: 1, 6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
 """Number of chores -> number of pairs with which a list begins."""
@@ -50,12 +51,17 @@ MAX_USES = 3
 TRIED_CHORES = 60
 """Number of chores that are tried for one list."""
 TRIED_TEXT_ORDERS = 40
-LONGER = 1.25
-"""Least length of the walk in the order of the text, as a multiple of the shortest walk."""
 START_HORIZON_DEG = 15.0
 SINGLE_KINDS: tuple[ChoreKind, ...] = (
-    *("plain", "question", "already", "impossible", "refused", "conditional", "look_alike"),
+    "plain",
+    "question",
+    "already",
+    "impossible",
+    "refused",
+    "conditional",
+    "look_alike",
 )
+"""Kinds of chores that are proposed singly; the others are what pairs become in a list."""
 ROLES = {"place": PLACE, "blocker": BLOCKER, "obstacle": OBSTACLE}
 """Role of a proposed chore -> pattern of the role in an episode, which has the chore's number."""
 ENTANGLED: frozenset[ChoreKind] = frozenset({"plain", "already"})
@@ -95,7 +101,7 @@ class HomePool:
 def pool_of(context: HouseContext) -> HomePool:
     """Return the chores that are proposed in a home."""
     found: dict[ChoreKind, list[ProposedChore]] = {kind: [] for kind in SINGLE_KINDS}
-    for source, most in SOURCES.values():
+    for source, most in SOURCES:
         for chore in islice(source(context), most):
             found[chore.kind].append(chore)
     return HomePool(found, list(islice(pairs(context), MAX_PAIRS_OF_HOME)))

@@ -25,8 +25,10 @@ from vigil.authoring.families.cr.drafts import is_furniture, is_low, obstacles, 
 from vigil.authoring.families.sv.drafts import LABELS as STATE_CHANGES
 from vigil.authoring.language.wording import Act, order_slots
 from vigil.authoring.solving.evidence import notice_evidence
+from vigil.authoring.solving.goal_actions import is_doable
+from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.protocol.goals import STATE_LABELS, Chore, ObjectInState, ReportStatus
-from vigil.protocol.world import ObjectSetup, StateQuery
+from vigil.protocol.world import ObjectSetup, Setup, StateQuery
 from vigil.scene.things import Thing
 
 TRIED_BLOCKERS = 2
@@ -223,8 +225,20 @@ def blocked(context: HouseContext) -> Proposals:
         for obstacle, change in _barriers(context, thing, obstacles(context, thing)):
             plain = act_on(context, thing, "open")
             changes, roles = {**plain.changes, obstacle.id: change}, {"obstacle": obstacle.id}
-            yield replace(plain, kind="refused", form="swing", changes=changes, roles=roles)
-            break
+            if _is_refused(context, plain, Setup(objects=changes)):
+                yield replace(plain, kind="refused", form="swing", changes=changes, roles=roles)
+                break
+
+
+def _is_refused(context: HouseContext, chore: ProposedChore, setup: Setup) -> bool:
+    """Return whether the act of a chore does not work in the house with a setup."""
+    part = chore.chore.parts[0]
+    can_begin = context.can_begin(setup)
+    found = (
+        can_begin and isinstance(part, ObjectInState) and not is_doable(part, MacroActions(context.view, may_tilt=True))
+    )
+    context.begin(Setup())
+    return found
 
 
 def _bulky(context: HouseContext) -> Iterator[Thing]:

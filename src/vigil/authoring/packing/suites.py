@@ -71,7 +71,7 @@ KINDS_IN_WORDS = "; ".join(f"{name}: {', '.join(suite.kinds)}" for name, suite i
 
 
 def suite_of_kind(kind: str) -> SuiteName:
-    """Return the name of the suite to which a kind of tasks belongs. Raises ValueError for a name that is no kind."""
+    """Return the name of the suite to which a kind of tasks belongs. Raises ValueError for another name."""
     for name, suite in SUITES.items():
         if kind in suite.kinds:
             return name

@@ -66,6 +66,17 @@ SUITE_RULES = {
     "place_can_be_seen": "a named place can be seen from above, and nothing asked about is in a closed container",
 }
 """Rule name -> reason, for the closure-stress suite, whose tasks `vigil.authoring.closure.certify` checks."""
+LIST_RULES = {
+    "composed": "chores of one home make a list that can be done, in a text order that does not help",
+    "not_shut_away": "an object in a closed container is said to be there",
+    "holds_already": "a chore that is done already holds at the start",
+    "condition_judged": "the branch that applies is that of the start",
+    "refused_at_first": "the obvious act is refused at first",
+    "text_order_does_not_help": "the order of the text does not work, and takes a longer walk",
+    "entangled_as_answered": "chores are of kind `order` exactly if others undo them in the wrong order",
+    "false_claims_fail": "claims that are not true never close a list correctly",
+}
+"""Rule name -> reason, for lists of chores, which `vigil.authoring.chores.certify` checks; others are those above."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +93,8 @@ class Finding:
 
 def reason_of(rule: str) -> str:
     """Return the reason of a rule."""
-    starting = {**RULES, **WORDING_RULES}
-    return starting[rule].reason if rule in starting else {**OTHER_RULES, **ROBUST_RULES, **SUITE_RULES}[rule]
+    starting, others = {**RULES, **WORDING_RULES}, {**OTHER_RULES, **ROBUST_RULES, **SUITE_RULES, **LIST_RULES}
+    return starting[rule].reason if rule in starting else others[rule]
 
 
 def check_rule_names(spec: FamilySpec) -> None:

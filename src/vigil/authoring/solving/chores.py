@@ -8,6 +8,7 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.solving.chore_order import ChoreModel, Entanglement, entanglement, shortest_order, walk_lengths
 from vigil.authoring.solving.evidence import (
+    FAR_COST,
     can_be_partly_open,
     gap_evidence,
     notice_evidence,
@@ -189,7 +190,7 @@ def _do(episode: Episode, place: int, macro_actions: MacroActions, *, was_held: 
 def _look(episode: Episode, place: int, macro_actions: MacroActions) -> Iterator[Action]:
     """Yield the walks to where it is seen that a chore cannot be met, holds already, or which branch applies."""
     for evidence in evidence_of(episode, place, macro_actions.view):
-        yield from macro_actions.go(viewpoint_showing(macro_actions.view, evidence))
+        yield from macro_actions.go(viewpoint_showing(macro_actions.view, evidence, FAR_COST))
 
 
 def _achieve(part: ObjectInState | ObjectAtReceptacle, macro_actions: MacroActions) -> Iterator[Action]:

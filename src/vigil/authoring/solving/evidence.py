@@ -29,6 +29,8 @@ EVIDENCE_MARGIN_PX = 20
 """Visible pixels beyond the least ones in a view that is looked for."""
 EVIDENCE_DISTANCE_M = (0.5, 4.0)
 """Distances (m) from a thing between which views of its evidence are looked for."""
+FAR_COST = 4.0
+"""Cost (m of walk) of each metre from a thing, in a search for views from close by."""
 CLEAR_STATE_PX, STATE_WITHIN_M = 200, 3.5
 """Least pixels that clearly show a state, and greatest distance (m) from the thing in a view that is looked for."""
 MAX_LOOKS = 80
@@ -82,20 +84,25 @@ def surface_evidence(support: Thing, surface_name: str | None) -> tuple[Evidence
     return ()
 
 
-def viewpoint_showing(view: PrivilegedView, evidence: Sequence[Evidence]) -> Viewpoint:
-    """Return the nearest viewpoint that clearly shows all evidence at once. Raises Unsolvable if there is none."""
+def viewpoint_showing(view: PrivilegedView, evidence: Sequence[Evidence], far_cost: float = 0.0) -> Viewpoint:
+    """Return the nearest viewpoint that clearly shows all evidence at once.
+
+    `far_cost` is the cost of each metre from the thing, as a length of walk (m), where views from close by are
+    preferred. Raises Unsolvable if there is none.
+    """
     thing = view.scene.things[evidence[0].object_id]
     spots = [each.spot for each in evidence if each.object_id == thing.id and each.spot is not None]
     points = np.array(spots) if spots else surface_points(thing)
     most_m = min(EVIDENCE_DISTANCE_M[1], *(each.within_m for each in evidence))
-    found = _viewpoint_where(view, thing, points, most_m, lambda pose: shows_all(view, pose, evidence))
+    query = _query(thing, points, most_m, far_cost)
+    found = _viewpoint_where(view, query, lambda pose: shows_all(view, pose, evidence))
     if found is None:
         raise Unsolvable("No reachable place from which all evidence is seen at once.")
     return found
 
 
 def viewpoint_showing_state(view: PrivilegedView, thing_id: str, query: StateQuery) -> Viewpoint:
-    """Return the nearest viewpoint that clearly shows a thing's state. Raises Unsolvable if there is none."""
+    """Return a near viewpoint that clearly shows a thing's state. Raises Unsolvable if there is none."""
     thing = view.scene.things[thing_id]
 
     def shows(pose: Pose) -> bool:
@@ -103,23 +110,25 @@ def viewpoint_showing_state(view: PrivilegedView, thing_id: str, query: StateQue
             state = view.state_of(thing_id)
         return state.visible and state.state_px(query) >= CLEAR_STATE_PX and is_state_observable(state, query)
 
-    found = _viewpoint_where(view, thing, surface_points(thing), STATE_WITHIN_M, shows)
+    found = _viewpoint_where(view, _query(thing, surface_points(thing), STATE_WITHIN_M, FAR_COST), shows)
     if found is None:
         raise Unsolvable(f"No reachable place from which the state of {thing_id!r} is clearly seen.")
     return found
 
 
-def _viewpoint_where(
-    view: PrivilegedView, thing: Thing, points: np.ndarray, most_m: float, is_good: Callable[[Pose], bool]
-) -> Viewpoint | None:
-    """Return the nearest viewpoint of points (n, 3) at most `most_m` from a thing that is good; None without one."""
+def _query(thing: Thing, points: np.ndarray, most_m: float, far_cost: float) -> ViewpointQuery:
+    """Return the query for views of points (n, 3) from at most `most_m` from a thing."""
     box = body_box(thing)
 
     def near(places: np.ndarray) -> np.ndarray:
         away = box_distances(box, places)
-        return np.where((away >= EVIDENCE_DISTANCE_M[0]) & (away <= most_m), 0.0, np.inf)
+        return np.where((away >= EVIDENCE_DISTANCE_M[0]) & (away <= most_m), far_cost * away, np.inf)
 
-    query = ViewpointQuery(thing.id, points, near, may_tilt=True, least_seen=1, through_glass=True)
+    return ViewpointQuery(thing.id, points, near, may_tilt=True, least_seen=1, through_glass=True)
+
+
+def _viewpoint_where(view: PrivilegedView, query: ViewpointQuery, is_good: Callable[[Pose], bool]) -> Viewpoint | None:
+    """Return the first viewpoint of a query that is good; None without one."""
     tried = islice(viewpoints(view, view.walks(), query), MAX_LOOKS)
     return next((viewpoint for viewpoint in tried if is_good(viewpoint.pose)), None)
 
