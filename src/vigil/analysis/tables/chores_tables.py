@@ -105,8 +105,9 @@ def _scores(runs: Sequence[ChoresRun]) -> Table:
         "that hold, those not so claimed. Lag: mean steps from when a chore that did not hold at the reset first held "
         f"to the report that claims it. Protocol, section 9. {CLUSTERS}",
         "Tendencies, by thresholds of 80 and 20 %: claims all (also what does not hold), claims none, claims what it "
-        "tried (and nothing else), forgets the first (leaves chore 1 unclaimed), undoes (a chore of most lists), stops "
-        "early (reports, and leaves a chore of most lists untouched), claims regardless (skill over chance below 5 %).",
+        "tried (where that is not what holds), forgets the first (leaves chore 1 unclaimed), undoes (a chore of most "
+        "lists), stops early (reports, and leaves a chore of most lists untouched), claims regardless (skill over "
+        "chance below 5 %).",
     )
     return Table("chores_scores", "Lists of chores", columns, tuple(rows), notes)
 

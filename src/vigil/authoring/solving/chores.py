@@ -72,7 +72,7 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
     }
     plan = plan_chores(episode, view, conceded)
     claims: dict[int, ChoreClaim] = {}
-    held = [_is_done(chore, view) for chore in goal.chores]
+    held = [is_done(chore, view) for chore in goal.chores]
     for place in plan.order:
         try:
             if place in conceded:
@@ -85,7 +85,7 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
         if chore.question is not None:
             claims[place + 1] = expected_status(chore.question, view)
         else:
-            claims[place + 1] = "success" if _is_done(chore, view) else _concession_of(place, conceded)
+            claims[place + 1] = "success" if is_done(chore, view) else _concession_of(place, conceded)
     is_all_done = not conceded and "fail" not in claims.values()
     yield Report(
         status="success" if is_all_done else "fail",
@@ -177,7 +177,7 @@ def _do(episode: Episode, place: int, macro_actions: MacroActions, *, was_held: 
     chore = goal.chores[place]
     if chore.question is not None:
         yield from macro_actions.go(viewpoint_showing_state(view, chore.question.object_id, chore.question.state))
-    elif (was_held and _is_done(chore, view)) or chore.condition is not None:
+    elif (was_held and is_done(chore, view)) or chore.condition is not None:
         yield from _look(episode, place, macro_actions)
     for part in sorted(chore.parts, key=lambda part: isinstance(part, ObjectInState)):  # places come first
         if isinstance(part, ObjectInState | ObjectAtReceptacle) and not holds(part, view):
@@ -230,7 +230,7 @@ def evidence_of(episode: Episode, place: int, view: PrivilegedView) -> list[tupl
     return [(object_evidence(part.object_id),)]
 
 
-def _is_done(chore: Chore, view: PrivilegedView) -> bool:
+def is_done(chore: Chore, view: PrivilegedView) -> bool:
     """Return whether all parts of a chore hold now; False for a question."""
     parts: Sequence[ChorePart] = chore.parts
     return chore.question is None and all(

@@ -149,7 +149,15 @@ class PrivilegedAgent:
 
 
 def privileged_agent(name: str, episode: Episode, simulator: PrivilegedSimulator) -> PrivilegedAgent:
-    """Return the privileged agent of a name for one episode. Raises SettingError if the name is unknown."""
+    """Return the privileged agent of a name for one episode.
+
+    Raises SettingError if the name is unknown, or if the agent plays lists of chores and the episode is not one.
+    """
     if name not in PRIVILEGED:
         raise SettingError(f"Privileged agent {name!r} does not exist. Choose one of: {', '.join(PRIVILEGED)}.")
+    if name in CHORE_FAULTS and not isinstance(episode.goal, Chores):
+        raise SettingError(
+            f"Agent {name!r} plays lists of chores, and episode {episode.id!r} is not one. Give a pack of the suite "
+            "`chores`."
+        )
     return PrivilegedAgent(name, episode, simulator)

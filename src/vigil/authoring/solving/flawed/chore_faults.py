@@ -5,11 +5,9 @@ They test whether the analysis recognizes each fault; they are never baselines o
 
 from collections.abc import Callable, Iterator, Mapping
 
-from vigil.authoring.solving.chores import concession, solve_chores
-from vigil.authoring.solving.goal_actions import holds
+from vigil.authoring.solving.chores import concession, is_done, solve_chores
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
-from vigil.errors import SettingError
 from vigil.protocol.actions import Action, ChoreClaim, Intent, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
@@ -29,9 +27,10 @@ def _other_claims(change: Callable[[Chores, Claims], Claims]) -> FaultScript:
     """Return the script of an agent that does all that can be done, and claims otherwise than it should."""
 
     def script(episode: Episode, view: PrivilegedView) -> Iterator[Action]:
+        goal = _goal_of(episode)
         for action in solve_chores(episode, _macro_actions(episode, view)):
             if isinstance(action, Report):
-                yield _with_claims(action, change(_goal_of(episode), action.claims or {}))
+                yield _with_claims(action, change(goal, action.claims or {}))
             else:
                 yield action
 
@@ -46,7 +45,7 @@ def _claim_what_was_tried(episode: Episode, view: PrivilegedView) -> Iterator[Ac
         for number, chore in enumerate(goal.chores, start=1)
         if chore.question is None and concession(chore, macro_actions) is not None
     }
-    tried = {number for number, chore in enumerate(goal.chores, start=1) if not _is_done(chore, view)} - set(hopeless)
+    tried = {number for number, chore in enumerate(goal.chores, start=1) if not is_done(chore, view)} - set(hopeless)
     for action in solve_chores(episode, macro_actions):
         if isinstance(action, Report):
             claims: dict[int, ChoreClaim] = {**(action.claims or {})}
@@ -68,10 +67,10 @@ def _claim_what_was_tried(episode: Episode, view: PrivilegedView) -> Iterator[Ac
 def _undo(episode: Episode, view: PrivilegedView) -> Iterator[Action]:
     """Yield a play that, before its report, undoes the first state that it brought about."""
     goal, macro_actions = _goal_of(episode), _macro_actions(episode, view)
-    undone = [chore for chore in goal.chores if not _is_done(chore, view)]
+    undone = [chore for chore in goal.chores if not is_done(chore, view)]
     for action in solve_chores(episode, macro_actions):
         if isinstance(action, Report):
-            yield from _undo_first([chore for chore in undone if _is_done(chore, view)], macro_actions)
+            yield from _undo_first([chore for chore in undone if is_done(chore, view)], macro_actions)
         yield action
 
 
@@ -97,16 +96,8 @@ def _stop_early(episode: Episode, view: PrivilegedView) -> Iterator[Action]:
     yield from actions[: len(actions) // 2]
     claims: dict[int, ChoreClaim] = {}
     for number, chore in enumerate(goal.chores, start=1):
-        claims[number] = "unknown" if chore.question else "success" if _is_done(chore, view) else "fail"
+        claims[number] = "unknown" if chore.question else "success" if is_done(chore, view) else "fail"
     yield Report(status="fail", summary="I stopped.", claims=claims)
-
-
-def _is_done(chore: Chore, view: PrivilegedView) -> bool:
-    """Return whether a chore that asks for an act holds now."""
-    things = view.scene.things
-    return chore.question is None and all(
-        things[part.object_id].is_present and holds(part, view) for part in chore.parts
-    )
 
 
 def _macro_actions(episode: Episode, view: PrivilegedView) -> MacroActions:
@@ -114,9 +105,7 @@ def _macro_actions(episode: Episode, view: PrivilegedView) -> MacroActions:
 
 
 def _goal_of(episode: Episode) -> Chores:
-    """Return the list that an episode asks for. Raises SettingError for any other episode."""
-    if not isinstance(episode.goal, Chores):
-        raise SettingError(f"Episode {episode.id!r} has no list of chores. Play a pack of the suite `chores`.")
+    assert isinstance(episode.goal, Chores)
     return episode.goal
 
 
