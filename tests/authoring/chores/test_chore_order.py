@@ -1,5 +1,7 @@
 """What chores do to one another, and the shortest order that does them all."""
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
@@ -29,7 +31,7 @@ def put(context: HouseContext, thing: str, receptacle: str, *, inside: bool = Tr
     return chore(ObjectAtReceptacle(object_id=ids[0], receptacle_id=ids[1], inside=inside))
 
 
-def state(context: HouseContext, category: str, name: str, *, value: bool) -> Chore:
+def state(context: HouseContext, category: str, name: Literal["is_open", "is_toggled"], *, value: bool) -> Chore:
     return chore(ObjectInState(object_id=first_of(context, category), state=name, value=value))
 
 

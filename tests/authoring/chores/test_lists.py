@@ -146,7 +146,7 @@ def test_no_wrong_claims_close_a_list(
     outcome = score_list(answers[shortest.id], shortest, record, has_claims=True)
     assert outcome.B
     assert outcome.T == 1.0
-    true = {chore.number: chore.claim for chore in outcome.chores if chore.claim is not None}
+    true: dict[int, ChoreClaim] = {chore.number: chore.claim for chore in outcome.chores if chore.claim is not None}
     assert with_claims(outcome, true).B
     names = {name: with_claims(outcome, claims).B for name, claims in wrong_claims(true)}
     assert len(names) >= 3 * len(true) + 3
