@@ -16,8 +16,8 @@ class DraftKind:
     """One kind of a family's episodes, and the function that drafts episodes of this kind."""
 
     drafts: str | Callable[..., Any]
-    """Function that takes a `HouseContext` and returns drafts. A name "package.module:function" is loaded at first use.
-    """
+    """Function that takes a `HouseContext` and returns drafts. A name "package.module:function" is loaded at first
+    use."""
     arguments: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Further arguments of the function. A value that is a `DraftKind` is replaced by the function of that kind."""
     in_starter: int = 0
