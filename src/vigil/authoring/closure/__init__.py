@@ -1,1 +1,3 @@
-"""The closure-stress suite: its tasks, their certificates and drafts, and the selection and verification of packs."""
+"""The closure-stress suite: its tasks, the certificates that prove their answers, and the functions that propose
+tasks.
+"""
