@@ -1,4 +1,6 @@
-"""Constraint Resolving: act on an object after resolving a constraint, which the instruction states or leaves out."""
+"""Constraint Resolving: first resolve a constraint, then act on an object. The instruction may or may not state the
+constraint.
+"""
 
 from vigil.protocol.family import DraftKind, FamilySpec, StreamGrading
 
