@@ -1,4 +1,6 @@
-"""Contact sheets: pictures of the first frames of episodes with their instructions, for reading them one by one."""
+"""Contact sheets: pictures with the first frames and the instructions of many episodes, for people who check
+episodes.
+"""
 
 import textwrap
 from collections.abc import Callable, Sequence
@@ -18,7 +20,7 @@ WIDTH, HEIGHT = 480, 360
 TEXT_HEIGHT = 74
 """Height (px) of the text below a frame."""
 TEXT_COLUMNS = 62
-"""Greatest number of characters in a line of text."""
+"""Maximum number of characters in a line of text."""
 FONT_SIZE = 15
 GAP = 10
 INK, FAINT, GROUND = "#1c1f24", "#6a7079", "#ffffff"
@@ -26,7 +28,7 @@ QUALITY = 70
 
 
 def pick_sample(episodes: Sequence[Episode], count: int, seed: int = 0) -> list[Episode]:
-    """Return up to `count` episodes drawn by `seed` and spread evenly over families, sorted by family and id."""
+    """Return up to `count` episodes, drawn at random by `seed`, evenly over families, and sorted by family and id."""
     return sorted(queue(episodes, seed)[:count], key=lambda episode: (list(FAMILIES).index(episode.family), episode.id))
 
 
