@@ -86,9 +86,7 @@ def outward_links(folder: Path) -> Iterator[Path]:
 
 
 def refuse_outward_links(folder: Path, error: type[InputError]) -> None:
-    """Raise `error` if a link in a folder leads out of it, because copying or writing through the link would act
-    elsewhere.
-    """
+    """Raise `error` if a link in a folder leads out of it: copying or writing through it would act elsewhere."""
     for link in outward_links(folder):
         raise error(
             f"{str(link)!r} is a link to outside of {str(folder)!r}; it is not followed. Put there what it leads to, "

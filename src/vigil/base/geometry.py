@@ -39,9 +39,7 @@ class Pose(BaseModel):
 
 
 class Box(BaseModel):
-    """An upright box: `center`, full `size` along its local axes, and rotation by `yaw` (deg) about the vertical
-    axis.
-    """
+    """An upright box: `center`, full `size` along its local axes, and rotation by `yaw` (deg) about the vertical."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -69,9 +67,7 @@ class Box(BaseModel):
         ]
 
     def floor_distance(self, point: Vec3) -> float:
-        """Return the floor-plane distance (m) from `point` to the nearest point of the box; 0 if `point` is inside the
-        box.
-        """
+        """Return the floor-plane distance (m) from `point` to the nearest point of the box; 0 if it is inside."""
         dx, dz = point.x - self.center.x, point.z - self.center.z
         local_x, local_z = rotate_floor(dx, dz, -self.yaw)
         return math.hypot(
@@ -85,9 +81,7 @@ class Box(BaseModel):
 
 
 def rotate_floor(x: Any, z: Any, yaw: float) -> tuple[Any, Any]:
-    """Return the floor vector (x, z), turned by `yaw` degrees clockwise seen from above; x and z are numbers or
-    arrays.
-    """
+    """Return the floor vector (x, z), turned by `yaw` degrees clockwise seen from above (numbers or arrays)."""
     sin, cos = math.sin(math.radians(yaw)), math.cos(math.radians(yaw))
     return x * cos + z * sin, z * cos - x * sin
 

@@ -67,9 +67,7 @@ class Lines:
 
 
 class LineReader:
-    """Reader of a file's lines, one at a time. After the last complete line, `partial_line` has the rest of the
-    file.
-    """
+    """Reader of a file's lines, one at a time. After the last complete line, `partial_line` has the file's rest."""
 
     def __init__(self, file: BinaryIO, place: str, *, number: int = 0, start: int = 0) -> None:
         """`file` is positioned after its first `number` lines (`start` bytes). `place` names the file in messages."""
@@ -140,9 +138,7 @@ def dump_line(row: BaseModel, **options: Any) -> bytes:
 
 
 def append_line(path: Path, line: bytes) -> None:
-    """Append a line to a file that several processes may write to. It is on disk when the function returns. Raises
-    RecordError.
-    """
+    """Append a line to a file that several processes may write to; it is on disk on return. Raises RecordError."""
     with AppendFile(path, waits=True) as file:
         file.append(line)
 
@@ -169,9 +165,7 @@ class AppendFile:
     """
 
     def __init__(self, path: Path, *, waits: bool = False, makes_folder: bool = False) -> None:
-        """Open or create the file. If another process is writing to it, wait if `waits` is True; otherwise raise
-        RecordError.
-        """
+        """Open or create the file. If another process writes to it, wait if `waits`, otherwise raise RecordError."""
         self.path = path
         self._file, self.made_folder = _open_locked(path, waits, makes_folder)
         try:

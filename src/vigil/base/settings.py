@@ -33,8 +33,7 @@ class Setting:
     env: str | None = None
     """Environment variable that sets the value if the option is not given."""
     read: Callable[[Any], Any] | None = None
-    """Function that parses the option's text. If the option `repeats`, it gets the list of all texts. Raises
-    SettingError."""
+    """Function that parses the option's text, or a list of texts if the option `repeats`. Raises SettingError."""
     repeats: bool = False
     """Whether the option may be given several times. If so, `read` gets the list of all texts."""
     is_option: bool = True
@@ -43,9 +42,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class DeclaredSetting:
-    """A setting with its name in Python, its type without `Annotated`, and its default (MISSING if it has no
-    default).
-    """
+    """A setting with its name in Python, its type without `Annotated`, and its default (MISSING if there is none)."""
 
     name: str
     kind: Any

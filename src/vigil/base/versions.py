@@ -27,8 +27,7 @@ It is raised if any of them moves by more than `tests/golden/shapes.json` tolera
 way may then change in every recorded episode, so the packaged packs must be frozen again.
 """
 GRAMMAR_VERSION = 2
-"""Version of the reply grammar in `vigil.protocol.replies`. The grammar decides which texts are actions, and which
-actions.
+"""Version of the reply grammar in `vigil.protocol.replies`, which decides which texts are actions, and which actions.
 
 It is raised if any text is parsed differently than before (`tests/golden/replies.json` has examples). New packs are not
 needed then, but replies parsed under different versions of the grammar must not be compared.
@@ -57,9 +56,7 @@ class PackVersions(BaseModel):
         return [f"{name} {numbers[name]} (here {_CURRENT[name]})" for name in numbers if self._differs(name)]
 
     def note(self, what: str) -> str | None:
-        """Return one line that says under which other versions `what` was made; None if they are the versions of this
-        package.
-        """
+        """Return one line that says under which other versions `what` was made; None if they are this package's."""
         found = self.differences()
         if not found:
             return None

@@ -1,3 +1,1 @@
-"""Frozen packs: their files, their names, and the code that freezes them. The packs of the package are in
-`vigil/data`.
-"""
+"""Frozen packs: their files, their names, and the code that freezes them. The package's packs are in `vigil/data`."""

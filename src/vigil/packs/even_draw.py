@@ -1,6 +1,4 @@
-"""Even draw: orders episodes so that the first N, for any N, are spread evenly over families, or over the kinds of a
-suite.
-"""
+"""Even draw: orders episodes so that the first N, for any N, are spread evenly over families or kinds of a suite."""
 
 import hashlib
 from collections import deque
@@ -24,15 +22,12 @@ class SuiteEntry(BaseModel):
 
 
 def draw_evenly(episodes: Iterable[Episode]) -> list[Episode]:
-    """Return the episodes in an order in which the first N, for any N, are spread evenly over families
-    (`balanced_units`).
-    """
+    """Return the episodes in an order in which any first N are spread evenly over families (`balanced_units`)."""
     return [episode for unit in balanced_units(episodes, {}) for episode in unit]
 
 
 def balanced_units(episodes: Iterable[Episode], entries: Mapping[str, SuiteEntry]) -> Iterator[list[Episode]]:
-    """Yield units (single episodes, or two twins together). Each unit is of the family or kind with the fewest episodes
-    so far.
+    """Yield units (single episodes or two twins), each of the family or kind with the fewest episodes so far.
 
     Between families with equally few episodes, the first in the table of families is taken. Within a family, units are
     sorted by the SHA-256 of their ids: a pseudo-random order that is the same on every machine. So the first N + 1

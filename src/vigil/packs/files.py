@@ -37,8 +37,7 @@ class Manifest(BaseModel):
     name: str = Field(pattern=NAME_PATTERN)
     version: str = "1"
     versions: PackVersions = PackVersions()
-    """Versions of the package that made the pack. Only under these versions are the pack's solutions known to be
-    valid."""
+    """Versions of the package that made the pack. Only with these are the pack's solutions known to be valid."""
     description: str = ""
     episodes: int
     houses: int
@@ -56,9 +55,7 @@ class Manifest(BaseModel):
 
     @property
     def version_notes(self) -> tuple[str, ...]:
-        """Notes for readers if the pack was made under other versions than this package's; empty if the versions are
-        equal.
-        """
+        """Notes for readers if the pack was made under other versions than this package's; otherwise empty."""
         note = self.versions.note(f"Pack {self.name!r}")
         return () if note is None else (note,)
 
@@ -74,9 +71,7 @@ class PackFiles:
 
     @classmethod
     def of(cls, folder: Path, sha256: str | None = None) -> "PackFiles":
-        """Return the files of the pack in a folder. Raises PackMismatch, also if `sha256` is given and the pack's hash
-        differs.
-        """
+        """Return the files of the pack in a folder. Raises PackMismatch, also if its hash is not `sha256`."""
         raw = _read(folder, MANIFEST, MAX_MANIFEST_BYTES)
         found = hashlib.sha256(raw).hexdigest()
         if sha256 not in (None, found):

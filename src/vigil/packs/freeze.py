@@ -1,6 +1,4 @@
-"""Freezing: writes episodes, solutions and houses into a pack's folder, atomically; the same input gives the same
-bytes.
-"""
+"""Freezing: writes episodes, solutions and houses into a pack's folder atomically. Equal input gives equal bytes."""
 
 import hashlib
 import json

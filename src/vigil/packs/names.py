@@ -9,9 +9,7 @@ _VERSIONED = re.compile(r"(?P<stem>.+?)_v(?P<version>\d+(?:_\d+)*)")
 
 
 def newest_version(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name with the highest version whose stem is `name` (a name without a version); None if there is
-    none.
-    """
+    """Return the known name with the highest version whose stem (name without version) is `name`, or None."""
     versions = {version_of(each): each for each in known if stem_of(each) == name}
     return versions[max(versions)] if name and versions else None
 

@@ -284,9 +284,7 @@ def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
 
 
 def frozen_table(path: str | Path, name: str, model: type[_Line]) -> list[_Line]:
-    """Return the rows of a JSON-lines file of a pack, after a check of the file's hash. Raises PackMismatch or
-    EpisodeError.
-    """
+    """Return the rows of a JSON-lines file of a pack, after a hash check. Raises PackMismatch or EpisodeError."""
     return PackFiles.of(find_pack(path)).rows(name, model)
 
 
@@ -306,9 +304,7 @@ def count_rooms(folder: Path) -> dict[str, int]:
 
 
 def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:
-    """Return family -> number of its episodes, in the order of the table of families; families without episodes are
-    omitted.
-    """
+    """Return family -> number of its episodes (if any), in the order of the table of families."""
     counts = dict.fromkeys(FAMILIES, 0)
     for episode in episodes:
         counts[episode.family] += 1

@@ -91,8 +91,7 @@ INTENT_ALIASES: dict[str, Intent] = {
     "put_on": "place",
     "release": "drop",
 }
-"""Alias of an intent -> the intent itself, as in the paper's table. Skills, modes, directions and statuses have no
-aliases."""
+"""Alias of an intent -> the intent itself, as in the paper's table. Only intents have aliases."""
 
 STATUSES: dict[Status, str] = {
     "success": "Agent claims the task goal has been achieved",
@@ -158,7 +157,9 @@ class InteractPixel(_Action):
 
 
 class Report(_Action):
-    """Close the episode with a status. `raw_status` is the word that the agent wrote if it is not in `STATUSES`."""
+    """Close the episode with a status. `raw_status` is the word that the agent wrote, if this word is not in
+    `STATUSES`.
+    """
 
     skill_name: Literal["report"] = "report"
     status: Status
@@ -229,11 +230,9 @@ class Reply(_Action):
     usage: Usage | None = None
     seconds: float = 0.0
     provider_rejected: bool = False
-    """Whether the provider refused the request three times because of its content or length. This is a protocol
-    failure."""
+    """Whether the provider refused the request three times for its content or length. This is a protocol failure."""
     agent_ended: str = ""
-    """How an agent's program failed to answer: it ended, hung, or wrote when it was not asked. This is a protocol
-    failure."""
+    """How an agent's program failed to answer: it ended, hung, or wrote unasked. This is a protocol failure."""
     cut: ReplyCut | None = None
     """Size of the whole reply if `text` is only a part of it (`vigil.protocol.replies`); None if `text` is whole."""
 

@@ -1,5 +1,4 @@
-"""The registry of task families: the package's families (one file each in `vigil.authoring.families`) and custom
-families.
+"""The registry of task families: the package's (one file each in `vigil.authoring.families`) and custom families.
 
 The table `FAMILIES` is data: scoring has no code for a particular family. Source: `protocol.md` section 4 and the
 paper's table `family_specs`.
@@ -69,8 +68,7 @@ def register_family(spec: FamilySpec) -> None:
 
 
 def parse_families(names: Iterable[str]) -> tuple[Family, ...]:
-    """Return the families that `names` lists, in the order of `FAMILIES`. One name may list several families, as in
-    "PG,sm".
+    """Return the families that `names` lists, in the order of `FAMILIES`. One name may list several, as in "PG,sm".
 
     Raises SettingError for a name that is not a family.
     """

@@ -16,8 +16,7 @@ class DraftKind:
     """One kind of a family's episodes, and the function that drafts episodes of this kind."""
 
     drafts: str | Callable[..., Any]
-    """Function that takes a `HouseContext` and returns drafts. A name "package.module:function" is loaded at first
-    use."""
+    """Function that takes a `HouseContext` and returns drafts, or its name "package.module:function"."""
     arguments: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Further arguments of the function. A value that is a `DraftKind` is replaced by the function of that kind."""
     in_starter: int = 0
@@ -28,9 +27,7 @@ class DraftKind:
 
 @dataclass(frozen=True, slots=True)
 class StreamGrading:
-    """Rule by which a stream grades a family's episodes as easy, medium or hard: one measured fact, and two bounds for
-    it.
-    """
+    """Rule by which a stream grades a family's episodes as easy, medium or hard: a measured fact and two bounds."""
 
     by: Literal["actions", "distance_m"]
     """The measured fact: number of actions in the recorded solution, or distance (m) from the start to the target."""
@@ -62,8 +59,7 @@ class FamilySpec:
     extra_goal_kinds: tuple[str, ...] = ()
     """Kinds of goals that the family may use although the paper does not have them, e.g. several states at once."""
     suite_goal_kinds: tuple[str, ...] = ()
-    """Kinds of goals that the family may use only in packs of a suite, e.g. closure stress
-    (`packs.pack.protocol_faults`)."""
+    """Kinds of goals that the family may use only in packs of a suite (see `packs.pack.protocol_faults`)."""
     summary: str = ""
     """What the family's tasks ask for, in a few words."""
     position: int = 100

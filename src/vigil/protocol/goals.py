@@ -20,8 +20,7 @@ STRICTLY_OPEN = 0.99
 STRICTLY_CLOSED = 0.01
 TOLERANCE = 1e-6
 NEAR_M = 1.5
-"""Default distance (m) below which `agent_near_target` holds. Progress also counts a target as reached within this
-distance."""
+"""Default threshold (m) of `agent_near_target`; progress counts a target as reached within this distance."""
 MAX_PARTS = 24
 """Maximum number of parts of an `all_of` goal. A home may have up to this number of objects that can be opened."""
 _STATES = {
@@ -71,7 +70,7 @@ class _Goal(BaseModel):
     """Conditions to be met in this order before the goal itself. They count only for progress; only in SM."""
 
     def ids(self) -> set[str]:
-        """Return the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that occur in the goal, its constraint or its chain."""
         constrained = () if self.constraint is None else (self.constraint.object_id,)
         return {self.object_id, *constrained}.union(*(link.ids() for link in self.chain))
 
@@ -124,7 +123,7 @@ class ObjectAtReceptacle(_Goal):
     inside: bool = False
 
     def ids(self) -> set[str]:
-        """Return the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that occur in the goal, its constraint or its chain."""
         return super().ids() | {self.receptacle_id}
 
 
@@ -159,7 +158,7 @@ class AllOf(_Goal):
         return self
 
     def ids(self) -> set[str]:
-        """Return the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that occur in the goal, its constraint or its chain."""
         return super().ids().union(*(part.ids() for part in self.parts))
 
 
@@ -213,8 +212,7 @@ class Moment:
 
 
 def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
-    """Return two lists: for each moment, whether the goal holds with tolerances (for W), and without them (for
-    W_strict).
+    """Return two lists: for each moment, whether the goal holds with tolerances (for W) and without (for W_strict).
 
     The goal's constraint, and whether the agent changed a queried state, are ignored.
     """
@@ -286,7 +284,7 @@ def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
 
 
 def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
-    """Return for each moment whether the queried state has changed since the reset; False for goals without a query."""
+    """Return for each moment whether the queried state has changed since the reset; always False for other goals."""
     if not isinstance(goal, ReportStatus):
         return [False] * len(moments)
     states = [moment.world.objects[goal.object_id] for moment in moments]
@@ -321,9 +319,7 @@ def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
 
 
 def displacement_m(constraint: Constraint, moment: Moment) -> float:
-    """Return the object's distance (m) from its place at the reset. While the object is held, return the required
-    distance.
-    """
+    """Return the object's distance (m) from its place at the reset; while it is held, the required distance."""
     state, first = moment.world.objects[constraint.object_id], moment.initial.objects[constraint.object_id]
     if state.is_held:
         return constraint.distance_m or 0.0

@@ -120,16 +120,12 @@ class Room(_Node):
 
     @property
     def kind(self) -> str:
-        """Room type in ProcTHOR's spelling (a "living room" is a LivingRoom); a type that ProcTHOR does not have is
-        unchanged.
-        """
+        """Room type in ProcTHOR's spelling (a "living room" is a LivingRoom); other types are unchanged."""
         return ROOM_KINDS.get(re.sub(r"[^a-z]", "", self.room_type.lower()), self.room_type)
 
 
 class Wall(_Node):
-    """A wall panel: a vertical quadrilateral that can be seen from one side only. `empty` means an open boundary of two
-    rooms.
-    """
+    """A wall panel: a vertical quad, visible from one side. If `empty`, it is an open boundary of two rooms."""
 
     id: str
     room_id: str = ""
@@ -151,9 +147,7 @@ class Wall(_Node):
 
 
 class Opening(_Node):
-    """A hole in a pair of wall panels, with the door or window that fills the hole. Coordinates are measured along
-    `wall0`.
-    """
+    """A hole in a pair of wall panels, with the door or window in the hole. Coordinates are along `wall0`."""
 
     id: str
     asset_id: str
@@ -195,7 +189,7 @@ class HouseObject(_Node):
 
     @property
     def name_in_house(self) -> str:
-        """Name of the object in the house: Holodeck's houses have a separate `object_name`."""
+        """Name of the object in the house. It is `object_name` in Holodeck's houses, which have this separate key."""
         return self.object_name or self.id
 
 
@@ -249,9 +243,7 @@ class House:
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the canonical JSON (sorted keys, without white space). Raises HouseError if the document is not
-        valid JSON.
-        """
+        """SHA-256 of the canonical JSON (sorted keys, no white space). Raises HouseError if it is not valid JSON."""
         return hashlib.sha256(self._canonical()).hexdigest()
 
     @property
@@ -343,9 +335,7 @@ class House:
 
     @classmethod
     def from_json(cls, name: str, data: bytes, what: str) -> "House":
-        """Return the house whose JSON is in `data`, the bytes of a file; `what` names the file in messages. Raises
-        HouseError.
-        """
+        """Return the house in `data`, the bytes of a JSON file; `what` names it in messages. Raises HouseError."""
         try:
             found = read_json(data)
         except ValueError as error:

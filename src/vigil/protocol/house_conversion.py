@@ -10,8 +10,7 @@ from vigil.base.geometry import Vec3
 from vigil.base.json_files import is_array, is_object
 
 _MATERIALS = ("floorMaterial", "ceilingMaterial", "material")
-"""Keys of materials. In schema 1.0.0 the value is an object with a name; in older schemas the value is only the
-name."""
+"""Keys of materials. In schema 1.0.0 the value is an object with a name; in older schemas it is only the name."""
 _RENAMED = {"polygon": "p0", "holePolygon": "boundingBox"}
 """Key in 1.0.0 -> the older key that it replaced."""
 _CAMEL = frozenset(["proceduralParameters", "floorPolygon", "floorMaterial", "holePolygon", "assetId", "roomType"])

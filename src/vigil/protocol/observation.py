@@ -37,9 +37,7 @@ class Observation:
 
     @property
     def rgb(self) -> np.ndarray:
-        """The current frame: (480, 640, 3) uint8, origin top left. The array is read-only, because its hash is
-        recorded.
-        """
+        """The current frame: (480, 640, 3) uint8, origin top left. It is read-only, because its hash is recorded."""
         if self._rgb is None:
             self._rgb = self._draw().view()
             self._rgb.flags.writeable = False

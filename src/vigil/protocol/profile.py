@@ -15,8 +15,7 @@ PromptVariant = Literal["default", "neutral_report"]
 """Prompt variants of the paper; any other prompt comes from a file and is named after its hash."""
 ImageFormat = Literal["png", "jpeg"]
 SystemRole = Literal["system", "user"]
-"""Role of the message with the system prompt: a separate `system` message, or the beginning of the first `user`
-message."""
+"""Role of the message with the system prompt: a separate message, or the beginning of the first `user` message."""
 
 ProfileName = Literal["pure_rgb_dialogue_history_baseline", "pure_rgb_dialogue_history_action_feedback"]
 BASELINE: ProfileName = "pure_rgb_dialogue_history_baseline"
@@ -27,7 +26,7 @@ PROFILE_NAMES: dict[str, ProfileName] = {
     BASELINE: BASELINE,
     ACTION_FEEDBACK: ACTION_FEEDBACK,
 }
-"""Short or full name -> full name."""
+"""Short or full name of a profile -> its full name."""
 
 HISTORY_TURNS = 20
 HISTORY_REPLY_CHARS = 4000

@@ -61,9 +61,7 @@ def _cut(text: str, closings: list[int]) -> int:
 
 
 def _objects(text: str, starts: tuple[int, ...]) -> Iterator[tuple[int, int]]:
-    """Yield (start, end) for each position in `starts` at which a JSON object begins; `end` is the end of the
-    object.
-    """
+    """Yield (start, end) for each position in `starts` at which a JSON object begins; the object ends at `end`."""
     for start in starts:
         space = len(text) - start - len(text[start:].lstrip())
         end = object_end(text, start + space)

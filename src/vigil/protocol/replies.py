@@ -41,11 +41,9 @@ from vigil.protocol.reasoning import CLOSING_MARKERS, is_unclosed, split_reasoni
 MAX_REPLY_BYTES = 64 * 1024
 """Maximum size of the answer in bytes: everything in the reply except the reasoning, including white space."""
 RECORDED_ANSWER_BYTES = 2 * MAX_REPLY_BYTES
-"""Number of bytes that are stored of a reply whose answer is too long to be valid. They begin where the reasoning
-ends."""
+"""Number of bytes stored of a reply whose answer is too long to be valid. They begin where the reasoning ends."""
 RECORDED_REASONING_BYTES = 1024 * 1024
-"""Number of bytes that are stored of a reply whose reasoning alone is too long. They are the last bytes of the
-reply."""
+"""Number of bytes stored of a reply whose reasoning alone is too long. They are the last bytes of the reply."""
 MAX_LENIENT_TRIES = 64
 _STANDARD = Profile()
 
@@ -90,9 +88,7 @@ class ReadReply:
 
 
 def read_reply(reply: Reply, profile: Profile = _STANDARD) -> ReadReply:
-    """Return the answer of a reply and what it means. The facts that the provider sent with the reply are taken into
-    account.
-    """
+    """Return the answer of a reply and what it means, with regard to the provider's facts about the reply."""
     answer = split_reasoning(reply.text)[0]
     return ReadReply(answer, _meaning(reply, answer, profile))
 

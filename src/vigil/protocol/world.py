@@ -41,9 +41,7 @@ class _Fact(BaseModel):
 
 
 class ObjectState(_Fact):
-    """The hidden state of one object at a moment. Pixels and distances are those from the agent's place at this
-    moment.
-    """
+    """The hidden state of one object at a moment, with pixels and distances from the agent's place at that moment."""
 
     category: str
     position: Vec3
@@ -174,9 +172,7 @@ class Setup(_Fact):
         return self
 
     def _check_parents(self, object_id: str) -> None:
-        """Raise ValueError if the support of a placed object is absent, is held, or itself rests on the placed
-        object.
-        """
+        """Raise ValueError if the support of a placed object is absent, held, or itself rests on the placed object."""
         chain, parent = [object_id], self._parent(object_id)
         while parent is not None:
             if parent in chain:

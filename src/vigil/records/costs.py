@@ -62,9 +62,7 @@ class RunTokens:
         self._effective: dict[Hashable, Tokens] = {}
 
     def add(self, key: Hashable, tokens: Tokens) -> None:
-        """Add the tokens of a row that becomes the effective row for its key. An earlier row with this key is then
-        superseded.
-        """
+        """Add the tokens of a row that becomes the effective row for its key. An earlier row is then superseded."""
         self.total += tokens
         self.superseded += self._effective.get(key, Tokens())
         self._effective[key] = tokens

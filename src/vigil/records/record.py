@@ -120,9 +120,7 @@ class EpisodeRecord(_Record):
 
     @property
     def worlds(self) -> tuple[WorldState, ...]:
-        """Worlds at the reset and after every step. Raises RecordError if the record does not have the world at the
-        reset.
-        """
+        """Worlds at the reset and after every step. Raises RecordError if the world at the reset is missing."""
         if self.initial is None:
             raise RecordError(f"Record of episode {self.episode_id!r} has no initial world: it ended as an error.")
         return (self.initial, *(step.world for step in self.steps))
@@ -155,8 +153,7 @@ class RunSpec(_Record):
     agent_files: dict[str, str] = Field(default_factory=dict)
     """File name -> SHA-256, for the files with the program and code that an `exec:COMMAND` names."""
     keep_program: bool | None = None
-    """Whether an `exec:COMMAND` uses one process and folder for all episodes of a worker; None if this was not
-    recorded."""
+    """Whether an `exec:COMMAND` uses one process and folder for all episodes of a worker; None if not recorded."""
     frame_interval_seconds: float | None = None
     """Period (s) of the frames for `exec:COMMAND`: a frame is sent a whole number of periods after the previous reply.
     If 0 or None, a frame is sent as soon as it is ready."""
@@ -256,8 +253,7 @@ class Resumption(_Record):
     rows_before: int
     """Number of rows in the file when the session began. Earlier sessions wrote these rows."""
     episodes: int | None = None
-    """Number of planned episodes in this session, which may be larger than in earlier sessions; None if not
-    recorded."""
+    """Number of planned episodes in this session, which may be larger than before; None if not recorded."""
     commit: str | None = None
     is_dirty: bool | None = None
     renderer: str = ""
@@ -265,8 +261,7 @@ class Resumption(_Record):
     answered: ProviderFacts | None = None
     """Facts from the provider in this session; None unless a model played."""
     agent_files: dict[str, str] = Field(default_factory=dict)
-    """Hashes of the agent's files in this session, as in `RunSpec`; the files may have changed since the first
-    session."""
+    """Hashes of the agent's files in this session, as in `RunSpec`. They may have changed since the first session."""
 
 
 class RunHeader(_Record):

@@ -42,9 +42,7 @@ class RowFilter:
         self.left_out: list[LeftOutRow] = []
 
     def accept(self, row: FileRow) -> EpisodeRecord | None:
-        """Read a row. Return its record if this becomes the effective record of its key; None if the row is left
-        out.
-        """
+        """Read a row. Return its record if it becomes the effective record of its key; None if it is left out."""
         found = row.found
         if isinstance(found, EpisodeRecord):
             found = self._fault(row.line.number, found) or found
@@ -62,8 +60,7 @@ class RowFilter:
 
 
 def read_records(path: Path) -> list[EpisodeRecord]:
-    """Return all complete rows of an `episodes.jsonl` in file order, whatever runs they belong to. The file is not
-    changed.
+    """Return all complete rows of an `episodes.jsonl`, of any runs, in file order. The file is not changed.
 
     A partial last line is skipped. Raises RecordError on any other unreadable line.
     """

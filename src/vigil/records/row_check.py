@@ -97,9 +97,7 @@ class RowCheck:
 
 
 def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
-    """Return descriptions of how the steps of a record contradict its ending or the budgets. Such a record cannot be
-    scored.
-    """
+    """Return how the steps of a record contradict its ending or the budgets. Such a record cannot be scored."""
     reports = [step.index for step in record.steps if isinstance(step.action, Report)]
     steps, last, over = len(record.steps), episode.max_invalid + 1, _last_invalid(episode, record)
     faults = {
@@ -146,9 +144,7 @@ def _last_invalid(episode: Episode, record: EpisodeRecord) -> int | None:
 
 
 def summarize_left_out(left_out: Sequence[LeftOutRow]) -> list[str]:
-    """Return one line for each reason: the number of rows that are left out for this reason, and the first of these
-    rows.
-    """
+    """Return a line for each reason: how many rows are left out for this reason, and the first of these rows."""
     lines: list[str] = []
     for reason in dict.fromkeys(row.reason for row in left_out):
         rows = [row for row in left_out if row.reason == reason]

@@ -44,9 +44,7 @@ def play_order(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = No
 
 
 def shard_episodes(episodes: Iterable[Episode], shard: Shard | None) -> list[Episode]:
-    """Return the episodes of a shard (all episodes if `shard` is None), sorted by id. Raises SettingError if there are
-    none.
-    """
+    """Return the episodes of a shard (None: all), sorted by id. Raises SettingError if there are none."""
     everything = sorted(episodes, key=lambda episode: episode.id)
     if shard is None:
         return everything

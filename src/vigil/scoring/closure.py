@@ -1,5 +1,4 @@
-"""Closure stress: answers and verdicts of the suite in which a goal is easy to reach, but it is hard to know if it
-holds.
+"""Closure stress: answers and verdicts of the suite in which it is easy to reach a goal and hard to know it holds.
 
 A pack of the suite has a file `closure.jsonl`, which agents never see. It says how each episode is closed correctly,
 and names the pair to which the episode belongs. C (correct closure) is a pure function of this answer and a record; it
@@ -59,13 +58,11 @@ PAIRED: dict[Kind, tuple[str, ...]] = {name: kind.sides for name, kind in CLOSUR
 Reason = Literal["absent", "elsewhere", "locked", "broken", "no_fit"]
 REASONS: tuple[Reason, ...] = get_args(Reason)
 FAIL_REASONS: frozenset[Reason] = frozenset({"locked", "broken", "no_fit"})
-"""Reasons for which the exact status is `fail`. For the other reasons (the named object is not there) it is
-`invalid`."""
+"""Reasons for which the exact status is `fail`. For other reasons (the named object is not there) it is `invalid`."""
 DISTRACTOR = "distractor"
 """Role of an object that looks like the target but is another object."""
 OTHERWISE = "otherwise"
-"""Role of the object that becomes the target of an `if_so` episode if the condition in its instruction does not
-hold."""
+"""Role of the object that becomes the target of an `if_so` episode if the instruction's condition does not hold."""
 _SILENT_REFUSALS: frozenset[RefusalCode] = frozenset(
     {"interlock", "blocked_by_object", "hand_full", "receptacle_closed", "no_room", "out_of_order"}
 )
@@ -225,9 +222,7 @@ def closure_answers(pack: str | Path) -> dict[str, ClosureAnswer]:
 
 
 def check_pairs(answers: Iterable[ClosureAnswer]) -> dict[str, ClosureAnswer]:
-    """Return answers by episode id. Raises EpisodeError unless each pair has exactly one answer for each of its two
-    sides.
-    """
+    """Return answers by episode id. Raises EpisodeError unless each pair has one answer for each of its sides."""
     found: dict[str, ClosureAnswer] = {}
     pairs: dict[str, list[ClosureAnswer]] = {}
     for answer in answers:

@@ -1,6 +1,4 @@
-"""Description of a kind of the closure-stress suite, with all that scoring, authoring and tests need of its
-episodes.
-"""
+"""Description of a kind of the closure-stress suite, with all that scoring, authoring and tests need of it."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -21,8 +19,7 @@ class ClosureKind:
     tasks: str | Callable[..., Any]
     """Function from a `HouseContext` to tasks and rejections."""
     sides: tuple[str, ...] = ()
-    """Names of the two sides of twins; empty if the kind does not have twins. The first side satisfies the families'
-    rules."""
+    """Names of the two sides of twins; empty without twins. The first side satisfies the families' rules."""
     may_hold_at_reset: bool = False
     """Whether the goal, or a part of it, may already hold at the reset."""
     has_branches: bool = False
@@ -45,7 +42,5 @@ class ClosureKind:
     """
 
     def exempt_of(self, form: str, template: str) -> frozenset[str]:
-        """Return the families' rules that an episode may break: those for its form, or for its template if it has no
-        form.
-        """
+        """Return the families' rules that an episode may break: those for its form, or else for its template."""
         return self.exempt.get(form or template, self.exempt.get("", frozenset()))

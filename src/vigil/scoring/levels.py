@@ -125,8 +125,7 @@ def grade_episode(episode: Episode, measures: LevelMeasures) -> EpisodeLevel:
 
 
 def parse_levels(names: Iterable[str]) -> tuple[Level, ...]:
-    """Return the levels that `names` lists, the easiest first. One name may be `all`, or list several, as in
-    "hard,extreme".
+    """Return the levels that `names` lists, the easiest first. A name may be `all`, or list several: "hard,extreme".
 
     Raises SettingError for a name that is not a level.
     """

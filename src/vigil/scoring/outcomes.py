@@ -96,8 +96,7 @@ class Outcome:
     """Number of invalid replies that were cut at the token limit; they are also counted as protocol failures."""
     would_parse_leniently: int
     library_replies: int
-    """Number of replies that a library took from the server's answer. The library may have removed reasoning or joined
-    parts."""
+    """Number of replies that a library took from the server's answer; reasoning may be lost or parts joined."""
     too_far: int
     path_blocked: int
     retry: int

@@ -171,9 +171,7 @@ def count_masks(columns: Columns) -> dict[str, np.ndarray]:
 
 
 def broken_identities(columns: Columns) -> list[str]:
-    """Return descriptions of the identities of protocol.md section 5 that do not hold for a set of episodes; normally
-    empty.
-    """
+    """Return the identities of protocol.md section 5 that do not hold for a set of episodes; normally none."""
     counts, n = count(columns).counts, len(columns["W"])
     w, b, lag = columns["W"], columns["B"], columns["lag"]
     credits = {policy: columns[column].sum() for policy, column in CREDITS.items()}

@@ -1,5 +1,4 @@
-"""Saved runs: reads a run's folder. It finds the rows that count, their verdicts, and the reasons why other rows do
-not.
+"""Saved runs: reads a run's folder, with the rows that count, their verdicts, and why other rows do not count.
 
 `vigil score`, `report`, `verify`, `view` and `export` all read runs through this module, which writes nothing. A run
 that is still being played can be read again to get its new rows.
@@ -57,8 +56,7 @@ class RecordTable:
         self.rows: dict[Key, EffectiveRow] = {}
         """Effective rows by key, in the order of the file."""
         self.partial_line_number: int | None = None
-        """Number of the last line if it is partial (still being written, or cut off by a crash); None if it is
-        whole."""
+        """Number of the last line if it is partial (being written, or cut off by a crash); None if it is whole."""
         self._filter = RowFilter(self.check)
         self._seen = self._lines = 0
         self._lacks_newline = False
@@ -224,9 +222,7 @@ SEARCH_DEPTH = 3
 
 
 def find_runs(folders: Iterable[Path]) -> list[Path]:
-    """Return the run folders among and under `folders`. If a folder does not contain a run, the folder itself is
-    returned.
-    """
+    """Return the run folders among and under `folders`. A folder that contains no run is returned itself."""
     return [found for folder in folders for found in _runs_under(folder, SEARCH_DEPTH) or [folder]]
 
 

@@ -73,9 +73,7 @@ class RunScores:
 
     @property
     def library_replies(self) -> int:
-        """Number of replies whose text is a library's version of the answer, because the server's own text was not
-        available.
-        """
+        """Number of replies of which only a library's version, not the server's own text, was available."""
         return sum(outcome.library_replies for outcome in self.outcomes)
 
     @property
@@ -87,9 +85,7 @@ class RunScores:
 
     @property
     def subtypes(self) -> dict[Subtype, int]:
-        """Subtype -> number of reports of this subtype, the most frequent first. Reports that led to B have no
-        subtype.
-        """
+        """Subtype -> number of reports of this subtype, the most frequent first. Reports with B have no subtype."""
         counts: Counter[Subtype] = Counter(outcome.subtype for outcome in self.outcomes if outcome.subtype)
         return dict(counts.most_common())
 
@@ -132,9 +128,7 @@ def repeats(attempts: Sequence[int]) -> str:
 
 
 def has_many_repeats(attempts: Sequence[int]) -> bool:
-    """Whether more than 1 % of the episodes were started more than once. `attempts` has the number of attempts at
-    each.
-    """
+    """Whether more than 1 % of the episodes were started more than once. `attempts` has the numbers of attempts."""
     return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 
@@ -147,9 +141,7 @@ def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscore
 
 
 def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1) -> RunScores:
-    """Return the scores of a run from its verdicts, sorted by episode and epoch; `episodes` are the planned
-    episodes.
-    """
+    """Return the scores of a run from its verdicts, sorted by episode and epoch; `episodes` are those planned."""
     found = [verdict for _, verdict in sorted(verdicts.items())]
     planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
     return RunScores(
@@ -177,8 +169,7 @@ def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epo
 
 
 def summarise(scores: RunScores) -> dict[str, Any]:
-    """Return `{"overall": rates, "families": {family: rates}}`. If families differ in size, `macro` has the mean over
-    families.
+    """Return `{"overall": rates, "families": {family: rates}}`; if families differ in size, also `macro`, their mean.
 
     A rate over an empty set of episodes is None. Raises RuntimeError if an identity of the protocol does not hold.
     """

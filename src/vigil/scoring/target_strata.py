@@ -11,11 +11,9 @@ SIZE_OF_CATEGORY: dict[str, TargetSize] = {
 }
 """Category -> size class, for the categories that the paper names as examples. Their dimensions do not matter."""
 LARGE_M, SMALL_M = 0.7, 0.22
-"""Longest side (m) for the size classes of other categories. At LARGE_M or more a target is large; up to SMALL_M it is
-small."""
+"""Limits of the longest side (m) for other categories: large from LARGE_M, small up to SMALL_M."""
 DISTANCE_BANDS_M = (3.0, 4.0)
-"""Limits (m) of the bands of the distance from start to target: the near band ends at the first, the middle band at the
-second."""
+"""Limits (m) of the distance from start to target: the near band ends at the first, the middle band at the second."""
 _SIZE_ORDER = {"under": 0, "small": 0, "over": 2, "large": 2}
 
 

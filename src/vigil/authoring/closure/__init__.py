@@ -1,3 +1,1 @@
-"""The closure-stress suite: its tasks, the certificates that prove their answers, and the functions that propose
-tasks.
-"""
+"""The closure-stress suite: its tasks, the certificates that prove their answers, and functions that propose tasks."""

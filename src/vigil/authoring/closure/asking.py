@@ -20,8 +20,7 @@ PLACED_ORDERS = Sentences(
         for half in (SEARCH_ORDERS.public, SEARCH_ORDERS.held_out)
     )
 )
-"""Orders to search for a target, without the sentences that ask where the target is, because the phrase already says
-it."""
+"""Orders to search for a target, without sentences that ask where the target is: the phrase already says it."""
 PUT_ON = (
     "Put {target} on {receptacle}.",
     "Please put {target} on {receptacle}.",
@@ -32,9 +31,7 @@ PUT_ON = (
 
 
 def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour: bool = True) -> Phrase | None:
-    """Return a phrase for a thing that says what it lies on ("the book on the desk"); None if no such phrase is
-    unambiguous.
-    """
+    """Return a phrase that says what a thing lies on ("the book on the desk"); None if none is unambiguous."""
     items = list(context.items.values())
     if item.support is None or {each.id for each in referents(Phrase(item.support), items)} != {item.support_id}:
         return None

@@ -85,8 +85,7 @@ class Certifier:
     def certify(
         self, task: ClosureTask, house: House, recorded: tuple[tuple[Action, ...], ...] = ()
     ) -> tuple[list[SolvedSide], list[Finding]]:
-        """Return the sides of a task with their answers. If a side is faulty, return an empty list and the findings
-        about it.
+        """Return the sides of a task with their answers; if a side is faulty, an empty list and the findings about it.
 
         `recorded` has the actions of each side in a frozen pack. If it is empty, the actions are searched for.
         """
@@ -116,9 +115,7 @@ class Certifier:
         house: House,
         recorded: tuple[Action, ...] | None,
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Return the actions that close the second side correctly, and findings about this side. May raise
-        BrokenRule.
-        """
+        """Return the actions that close the second side correctly, and findings about it. May raise BrokenRule."""
         if CLOSURE_KINDS[task.kind].has_branches:
             return self._solve_side(task, second, house, recorded)
         actions = recorded or self._show_evidence_and_report(second, answer)
@@ -152,9 +149,7 @@ class Certifier:
             yield from FAULTS_BY_KIND[task.kind](self._view, task, episode, actions)
 
     def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
-        """Yield the faults of things that are partly open, unless the gap is visible from close by. Closed and wide
-        open are fine.
-        """
+        """Yield the faults of things neither closed nor wide open whose gap is not visible from close by."""
         for thing in (self._view.scene.things[name] for name in sorted(episode.setup.objects)):
             if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
                 continue
@@ -167,9 +162,7 @@ class Certifier:
                 yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from close by"
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
-        """Return the answers of twins. Raises BrokenRule if the episodes are not twins, or the impossible side can be
-        done.
-        """
+        """Return the answers of twins. Raises BrokenRule if they are not twins, or the impossible side can be done."""
         first = task.episodes[0]
         check_single_difference(task, second)
         for side in () if CLOSURE_KINDS[task.kind].has_branches else task.episodes:
@@ -208,9 +201,7 @@ class Certifier:
         return reason_for_absence(meant, items_of(self._view.scene).values())
 
     def _search_refusal(self, second: Episode) -> str:
-        """Return the result of the exhaustive search in words. Raises BrokenRule if the search finds a way to reach the
-        goal.
-        """
+        """Return the result of the exhaustive search in words. Raises BrokenRule if it finds a way to the goal."""
         macro_actions = MacroActions(self._view, may_tilt=True, is_exhaustive=True)
         goal, target = second.goal, self._view.scene.things[second.goal.object_id]
         if not target.is_present:
@@ -256,16 +247,12 @@ class Certifier:
                 raise Unsolvable(f"Where the walk to {nearest[0].object_id!r} ends, its evidence is not seen.")
 
     def _distance_to(self, evidence: Evidence) -> tuple[float, str]:
-        """Return the floor distance (m) from the agent to the thing that bears the evidence, and the thing's id to
-        break ties.
-        """
+        """Return the floor distance (m) from the agent to the thing with the evidence, and its id to break ties."""
         thing = self._view.scene.things[evidence.object_id]
         return floor_distance(self._view.agent.position, thing.position), thing.id
 
     def _viewpoint_showing(self, evidence: tuple[Evidence, ...]) -> Viewpoint:
-        """Return the nearest viewpoint that clearly shows all evidence at once. Raises Unsolvable if no viewpoint
-        does.
-        """
+        """Return the nearest viewpoint that clearly shows all evidence at once. Raises Unsolvable if there is none."""
         thing = self._view.scene.things[evidence[0].object_id]
         spots = [each.spot for each in evidence if each.object_id == thing.id and each.spot is not None]
         points = np.array(spots) if spots else surface_points(thing)
@@ -297,9 +284,7 @@ class Certifier:
     def _faults_of_second_side(
         self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]
     ) -> BrokenRules:
-        """Yield (rule, message) for the faults of the second side of twins, and of the actions that should close it
-        correctly.
-        """
+        """Yield (rule, message) for the faults of the second side of twins, and of the actions to close it."""
         is_of_many = answer.form in CLOSURE_KINDS[answer.kind].forms_of_many
         if is_of_many and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
             yield "enough_to_look_at", f"only {len(actions)} steps of {second.max_steps} to see all that is asked about"

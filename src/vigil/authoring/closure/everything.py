@@ -58,9 +58,7 @@ def may_be_asked(thing: Thing, act: Act) -> bool:
 
 
 def is_counted(thing: Thing, act: Act) -> bool:
-    """Return whether a thing may be a target of an instruction about "everything that is on" or "every drawer and
-    door".
-    """
+    """Return whether instructions about "everything that is on" or "every drawer and door" may mean a thing."""
     return may_be_asked(thing, act) and _is_meant(thing, act)
 
 
@@ -70,9 +68,7 @@ def _is_meant(thing: Thing, act: Act) -> bool:
 
 
 def on_or_open(things: Iterable[Thing], act: Act) -> list[Thing]:
-    """Return the things on which an act is needed: what is on, except ceiling lights and flames, or open drawers and
-    doors.
-    """
+    """Return the things that need an act: what is on, except ceiling lights and flames, or open drawers and doors."""
     meant = [thing for thing in things if _is_meant(thing, act)]
     return [thing for thing in meant if (thing.is_toggled if act == "turn_off" else thing.openness > 0.0)]
 
@@ -85,9 +81,7 @@ def is_shut_away(context: HouseContext, thing: Thing) -> bool:
 def draft_about_all(
     context: HouseContext, act: Act, things: Sequence[Thing], start: Pose, asked: tuple[Setup, str]
 ) -> Episode:
-    """Return the draft of an episode that asks for an act on all of `things`; `asked` has the setup and the
-    instruction.
-    """
+    """Return the draft of an episode that asks for an act on all of `things`; `asked` is (setup, instruction)."""
     setup, sentence = asked
     parts = tuple(part for thing in things if isinstance(part := goal_for(thing, act), ObjectInState))
     targets = {"target": things[0].id, **{f"target_{n}": each.id for n, each in enumerate(things[1:], start=2)}}

@@ -21,16 +21,13 @@ for no report."""
 
 
 def kind_counts(answers: Sequence[ClosureAnswer]) -> dict[str, int]:
-    """Return the number of episodes for each text "KIND SIDE REASON", sorted by the text; a missing side or reason is
-    omitted.
-    """
+    """Return text "KIND SIDE REASON" (empty parts are omitted) -> number of such episodes, sorted by the text."""
     names = [" ".join(filter(None, (each.kind, each.side, each.reason))) for each in answers]
     return dict(sorted(Counter(names).items()))
 
 
 def guessing(answers: Sequence[ClosureAnswer]) -> dict[str, dict[str, float]]:
-    """Return, for each agent in `BLIND`, its expected C (%) by kind, and its expected share of correct pairs (%) by
-    kind.
+    """Return for each agent in `BLIND` its expected C (%) by kind, and its expected share of correct pairs (%) by kind.
 
     These agents never act, so the goal holds at the end if and only if it holds at the reset.
     """
@@ -53,9 +50,7 @@ def _pair_chances(answers: Sequence[ClosureAnswer], kind: Kind, drawn: tuple[Sta
 
 
 def _chance(answer: ClosureAnswer, drawn: tuple[Status | None, ...]) -> float:
-    """Return the probability that a status, drawn at random from `drawn` and reported at once, closes an episode
-    correctly.
-    """
+    """Return the probability that a random status of `drawn`, reported at once, closes an episode correctly."""
     if answer.is_impossible:
         right: tuple[Status, ...] = answer.accepted
     else:

@@ -39,9 +39,7 @@ def is_partly_open(openness: float) -> bool:
 
 
 def random_partial_openness(thing: Thing, rng: np.random.Generator) -> float:
-    """Return a random openness (in hundredths) of a partly open thing, slightly above the minimum at which its gap is
-    visible.
-    """
+    """Return a random openness (hundredths) of a partly open thing, slightly above the least at which its gap shows."""
     least = _min_partial_openness(thing)
     return round(float(rng.uniform(least, least + SPREAD)), 2)
 
@@ -57,9 +55,7 @@ def gap_m(thing: Thing) -> float:
 
 
 def gap_evidence(thing: Thing, openness: float) -> Evidence:
-    """Return the evidence of whether a thing is partly open: the place, at this openness, of the point that comes out
-    farthest.
-    """
+    """Return the evidence of whether a thing is partly open: the place, at this openness, of its outermost point."""
     moved = _displacements(thing)
     came_out = surface_points(replace(thing, openness=PARTLY_OPEN[0])) @ moved.sum(axis=0)
     came_out[np.linalg.norm(moved, axis=1) < FREE_SHARE * gap_m(thing)] = -np.inf

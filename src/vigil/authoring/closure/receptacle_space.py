@@ -84,9 +84,7 @@ def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterabl
 
 
 def _bearing(stand: Thing, receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Return those level surfaces of a stand, which is in or on a receptacle, that count as places on the
-    receptacle.
-    """
+    """Return those level surfaces of a stand, which is in or on a receptacle, that count as on the receptacle."""
     return [each for each in level_surfaces(stand) if not ends_lying_on(stand, each[0], receptacle)]
 
 
@@ -118,9 +116,7 @@ def _solids_between(scene: Scene, receptacle: Thing, gone: set[str], low: float,
 
 
 def _is_free(flat: shapely.Polygon, solids: Sequence[BaseGeometry], size: np.ndarray, yaw: float) -> bool:
-    """Return whether a rectangle of size (x, z; m) and heading `yaw` (deg) fits into an outline without touching the
-    solids.
-    """
+    """Return whether a rectangle of size (x, z; m) and heading `yaw` (deg) fits into an outline, clear of solids."""
     half = [rotate_floor(x * size[0] / 2, z * size[1] / 2, yaw) for x, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     rectangle = np.array(half)
     middles: BaseGeometry = flat

@@ -41,9 +41,7 @@ class ClosureTask:
 
     @property
     def meant(self) -> frozenset[str]:
-        """Ids of the things that the instruction means. Reading the words of the instruction back must give the same
-        ids.
-        """
+        """Ids of the things that the instruction means. Reading its words back must give the same ids."""
         bindings, unnamed = self.episodes[0].bindings, CLOSURE_KINDS[self.kind].unnamed_roles
         return frozenset(object_id for role, object_id in bindings.items() if role not in unnamed)
 
@@ -57,8 +55,7 @@ Tasks = Iterator[ClosureTask | Rejection]
 
 
 def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
-    """Yield one task of each source in turn until all sources are exhausted. Rejections come before the task that
-    follows them.
+    """Yield one task of each source in turn until all are exhausted. Rejections come before the next task.
 
     The order of the sources is random, so that each source gets its share although only the first tasks are used.
     """

@@ -23,9 +23,7 @@ class BrokenRule(EpisodeError):
 
 
 def check_single_difference(task: ClosureTask, second: Episode) -> None:
-    """Raise BrokenRule unless twins differ in exactly the setup of `task.removed`. With branches, the goals may also
-    differ.
-    """
+    """Raise BrokenRule unless twins differ only in the setup of `task.removed`. With branches, goals may differ."""
     first = task.episodes[0]
     same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
     goal = () if CLOSURE_KINDS[task.kind].has_branches else ("goal",)

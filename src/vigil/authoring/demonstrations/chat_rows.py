@@ -56,9 +56,7 @@ class ChatRow:
 
 
 def row_of(example: Example) -> ChatRow:
-    """Return an example as a row. The correct answer is in `messages`; a false report, if any, is in the column
-    `rejected`.
-    """
+    """Return an example as a row. The correct answer is in `messages`; a false report is in the column `rejected`."""
     frame = f"{example.episode_id}_{example.step:02d}"
     columns = {
         "id": frame if example.fault is None else f"{frame}_{example.fault}",

@@ -93,9 +93,7 @@ def numbers_of(action: Action) -> list[float]:
 
 
 def _number(name: str, value: Any) -> float:
-    """Return an argument as a number: the index of a word, the middle of a pixel as a share of the frame, or a
-    magnitude.
-    """
+    """Return an argument as a number: a word's index, the middle of a pixel as a share of the frame, or a magnitude."""
     if name in WORDS:
         return float(WORDS[name].index(value))
     return (value + 0.5) / _SIZES[name] if name in _SIZES else float(value)

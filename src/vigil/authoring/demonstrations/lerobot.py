@@ -93,9 +93,7 @@ class LeRobotWriter:
             self._writer.close()
 
     def _episode(self, examples: Sequence[Example], statistics: dict[str, Statistics]) -> dict[str, Any]:
-        """Return an episode's row in `meta/episodes`: LeRobot's columns, and in addition the family and the
-        difficulty.
-        """
+        """Return an episode's row in `meta/episodes`: LeRobot's columns, and also the family and the difficulty."""
         place = _place(self._file)
         return {
             "episode_index": len(self._episodes),

@@ -28,16 +28,13 @@ from vigil.scoring.outcomes import score
 from vigil.sim import make_simulator
 
 Fault = Literal["premature_success", "wrong_state", "false_fail"]
-"""What is wrong with a false report: success before the goal holds, the wrong state, or giving up when the goal is
-reached."""
+"""What is wrong with a false report: success before the goal holds, the wrong state, or giving up a reached goal."""
 FAULTS: tuple[Fault, ...] = get_args(Fault)
 
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """One request with the correct answer. If the example is a correction, it also has a false report to be
-    rejected.
-    """
+    """One request with the correct answer. If the example is a correction, it also has a false report to reject."""
 
     episode_id: str
     family: str
@@ -147,9 +144,7 @@ class Demonstrator:
         return any(state.visible_px or state.is_held for state in states)
 
     def _subject_id(self, index: int, record: EpisodeRecord) -> str:
-        """Return the id of an action's subject: the next thing to be clicked that the instruction names, else the
-        target.
-        """
+        """Return the id of an action's subject: the next clicked thing that the instruction names, else the target."""
         for step in record.steps[index:]:
             hit = step.effect.hit if step.effect is not None else None
             if isinstance(step.action, InteractPixel) and hit is not None and hit in self._phrases:
@@ -157,9 +152,7 @@ class Demonstrator:
         return self._now().episode.goal.object_id
 
     def _worded(self, action: Action, index: int, record: EpisodeRecord) -> tuple[Action, str]:
-        """Return the action (if it is a report, with a summary), and the thought that follows from the frame before the
-        action.
-        """
+        """Return the action (a report gets a summary), and the thought that follows from the frame before it."""
         world, goal = record.worlds[index], self._now().episode.goal
         about = self._subject_id(index, record)
         pixels = self._simulator.pixels_of(about)
@@ -187,9 +180,7 @@ class Demonstrator:
         )
 
     def _false_ones(self, shown: Sequence[Example], wanted: Sequence[tuple[Example, Fault, str]]) -> list[Example]:
-        """Return the corrections of `wanted` whose report is false. A claim of success may be true, because the goal
-        may hold early.
-        """
+        """Return the corrections of `wanted` whose report is false. The goal may hold early, so success may be true."""
         found: list[Example] = []
         for example, fault, false in wanted:
             before = [each.answer for each in shown[: example.step - 1]]

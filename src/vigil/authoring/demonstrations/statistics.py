@@ -8,8 +8,7 @@ import numpy as np
 QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 LEVELS = 256
 Statistics = dict[str, Any]
-"""Name of a statistic -> its values: one for each number of a column, or for pixels of shape (3, 1, 1), one per
-channel."""
+"""Name of a statistic -> its values: one for each number of a column, or shape (3, 1, 1) for a frame's channels."""
 
 
 def of_numbers(rows: np.ndarray) -> Statistics:
@@ -31,9 +30,7 @@ def pixel_counts(rgb: np.ndarray) -> np.ndarray:
 
 
 def of_pixels(counts: np.ndarray, frames: int) -> Statistics:
-    """Return the statistics of pixel levels, scaled to 0..1. `counts` (3, 256) has the pixels of all `frames` by
-    level.
-    """
+    """Return the statistics of pixel levels, scaled to 0..1. `counts` (3, 256) has the pixels of `frames` by level."""
     levels = np.arange(LEVELS) / (LEVELS - 1)
     until, total = counts.cumsum(axis=1), counts.sum(axis=1)
     mean = counts @ levels / total
@@ -49,8 +46,6 @@ def of_pixels(counts: np.ndarray, frames: int) -> Statistics:
 
 
 def of_columns(numbers: Mapping[str, np.ndarray], camera: str, counts: np.ndarray) -> dict[str, Statistics]:
-    """Return column -> statistics. `numbers` has the columns of numbers (n, numbers); `counts` is for the column
-    `camera`.
-    """
+    """Return column -> statistics. `numbers` has columns of numbers (n, numbers); `counts` is for column `camera`."""
     frames = len(next(iter(numbers.values())))
     return {camera: of_pixels(counts, frames), **{name: of_numbers(rows) for name, rows in numbers.items()}}

@@ -39,9 +39,7 @@ GAVE_UP = "I could not do what was asked."
 
 @dataclass(frozen=True, slots=True)
 class SubjectInView:
-    """The thing that a thought is about (the next thing to interact with, else the target), and how it appears in the
-    frame.
-    """
+    """The thing that a thought is about (the next to interact with, or the target), and how the frame shows it."""
 
     phrase: Phrase
     """Phrase for the subject in the instruction."""
@@ -55,9 +53,7 @@ class SubjectInView:
 
 
 def phrases_mentioned(instruction: str, scene: Scene, held: str | None) -> dict[str, Phrase]:
-    """Return thing id -> the first phrase in an instruction that means only this thing; `held` is the id in the
-    hand.
-    """
+    """Return thing id -> the first phrase in an instruction that means only this thing; `held` is in the hand."""
     items = items_of(scene)
     phrases = mentions(instruction, [item.name for item in items.values()])
     meant = resolve_mentions(phrases, items.values(), items.get(held or ""))

@@ -52,8 +52,7 @@ def write_demonstrations(
     quality: Quality = "default",
     on_episode: OnEpisode = lambda episodes: None,
 ) -> dict[str, Any]:
-    """Write demonstrations of a stream's first `count` episodes into a missing or empty folder. Return the facts about
-    them.
+    """Write demonstrations of a stream's first `count` episodes into a new or empty folder; return facts about them.
 
     Raises SettingError if the format is unknown, the folder is not empty or the stream has fewer episodes. Raises
     SimulatorError if an episode cannot be played.

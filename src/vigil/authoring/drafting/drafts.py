@@ -75,8 +75,7 @@ class Header(_Line):
     is_seed_secret: bool = False
     """Whether names of houses and episodes must not reveal the seed. The field is written if True."""
     asset_database_sha256: str | None = None
-    """Hash of AI2-THOR's asset database, from which objects get their sizes. The field is written if the database is
-    used."""
+    """Hash of AI2-THOR's asset database, from which objects get their sizes; written if the database is used."""
 
 
 class HouseOrigin(_Line):
@@ -231,24 +230,18 @@ class DraftsFile:
             yield DraftsWriter(file, self.houses, content)
 
     def read(self) -> DraftsContent:
-        """Return the content up to the last finished family. Raises SettingError if the file is missing or a line is
-        invalid.
-        """
+        """Return the content up to the last finished family. Raises SettingError if the file is missing or invalid."""
         return self._proposed(_finished(self._lines()))
 
     def check_assets(self, given: str | None) -> None:
-        """Raise SettingError unless the drafts were made with the asset database whose hash is `given` (None: without
-        one).
-        """
+        """Raise SettingError unless the drafts were made with the asset database of hash `given` (None: with none)."""
         header = self._proposed(self._lines(most=1)).header
         fault = asset_mismatch(f"Drafts file {str(self.path)!r}", header.asset_database_sha256, given)
         if fault is not None:
             raise SettingError(fault)
 
     def house(self, name: str) -> House:
-        """Return the house called `name` that is stored next to the file. Raises HouseError if it is missing or
-        invalid.
-        """
+        """Return the house `name` that is stored next to the file. Raises HouseError if it is missing or invalid."""
         path = self.houses / f"{name}.json"
         if not path.exists():
             raise HouseError(f"House {name!r} of drafts file {str(self.path)!r} is missing: {str(path)!r}.")
@@ -316,9 +309,7 @@ class DraftsWriter:
         return frozenset((each.house, each.family) for each in self.begun.done)
 
     def add(self, house: House | None, lines: Iterable[DraftLine]) -> None:
-        """Append the lines of a house, and store the house unless it is None (it could not be made). Raises
-        RecordError.
-        """
+        """Append a house's lines, and store the house unless it is None (it cannot be made). Raises RecordError."""
         if house is not None:
             house.save(self.houses / f"{house.name}.json")
         self.file.append(*map(_bytes_of, lines))
@@ -337,8 +328,7 @@ def draft_id(episode: Episode, category: str, house: House, secret: int | None =
 
 
 def id_stem(episode: Episode, category: str, house: House) -> str:
-    """Return the beginning of ids: the house's generator, the target's category, and the seed from which the house was
-    generated.
+    """Return the beginning of ids: the house's generator, the target's category, and the house's seed.
 
     If the seed is unknown, the number at the end of the house's name is used instead; without a number, 0.
     """

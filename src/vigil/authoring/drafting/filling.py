@@ -21,9 +21,7 @@ def can_hold(receptacle: Thing, thing: Thing) -> bool:
 
 
 def can_be_put(thing: Thing, receptacle: Thing) -> bool:
-    """Return whether a thing may be a target to be moved to a receptacle. The receptacle can hold it but does not hold
-    it yet.
-    """
+    """Return whether a thing may be a target to put at a receptacle: it can be held there and is not there yet."""
     is_free = thing.is_pickupable and is_target(thing) and thing.parent != receptacle.id
     return is_free and can_hold(receptacle, thing)
 
@@ -45,9 +43,7 @@ def filled(context: HouseContext) -> Iterator[tuple[Thing, Thing, Setup]]:
 
 
 def _place_inside(thing: Thing, container: Thing) -> Placement | None:
-    """Return a placement of a thing in the middle of a level surface inside a container; None if it fits on no
-    surface.
-    """
+    """Return a placement of a thing in the middle of a level surface inside a container; None if it fits on none."""
     size = thing.asset.size
     for surface in container.asset.surfaces:
         frame = surface_frame(container, surface, 0.0)

@@ -72,8 +72,7 @@ class SolvedSide:
 
 
 Proposer = Callable[[HouseContext, Family], Iterator[tuple[str, Iterator[Any]]]]
-"""Function that yields (kind, proposals of this kind). The proposals also include rejections of ideas that did not
-become a proposal."""
+"""Function that yields (kind, its proposals). Ideas that did not become proposals are included as rejections."""
 Checker = Callable[[Any, House], tuple[Sequence[SolvedSide], Sequence[Finding]]]
 """Function that returns the sides of a valid proposal and no findings, or no sides and the findings about it."""
 
@@ -89,8 +88,7 @@ class Grammar:
     make_checker: Callable[[PrivilegedSimulator], Checker]
     """Function that takes a simulator and returns the checker."""
     shares_limits: bool = True
-    """Whether a family's limits in a house are divided among its kinds. If False, the whole limit holds for each
-    kind."""
+    """Whether a family's limits in a house are divided among its kinds. If False, each kind has the whole limit."""
 
 
 def seed_context(context: HouseContext, seed: int, label: str) -> None:
@@ -130,11 +128,9 @@ class GenerationSettings:
     families: tuple[Family, ...]
     seed: int = 0
     per_house: int = PER_HOUSE
-    """Maximum number of valid drafts of each family in each house. It is divided evenly (rounded up) among the family's
-    kinds."""
+    """Maximum number of valid drafts of each family in each house, divided evenly (rounded up) among its kinds."""
     tried: int = TRIED
-    """Maximum number of proposals of each family that are checked in each house, divided among its kinds in the same
-    way."""
+    """Maximum number of proposals of each family that are checked in each house, divided among its kinds, too."""
     backend: str = "mujoco"
     assets: AssetDatabase | None = None
     one_family_per_house: bool = False
@@ -175,9 +171,7 @@ class GenerationSettings:
         )
 
     def limit(self, of_house: int, family: Family) -> int:
-        """Return the limit for each kind of a family in a house; `of_house` is the limit for the whole family in the
-        house.
-        """
+        """Return the limit for each kind of a family in a house; `of_house` is the limit for the whole family."""
         return -(-of_house // len(FAMILIES[family].kinds)) if self.grammar.shares_limits else of_house
 
     def simulator(self) -> PrivilegedSimulator:
@@ -289,9 +283,7 @@ class DraftWorker:
                     break
 
     def _examine(self, context: HouseContext, family: Family, kind: str, proposal: Proposal) -> TaskDraft | Rejection:
-        """Return the draft of a proposal with final ids if it is valid; otherwise a rejection with the first rule that
-        it breaks.
-        """
+        """Return the draft of a valid proposal, with final ids; else a rejection with the first rule that it breaks."""
         house, secret = context.house, self._settings.secret
         sides, findings = self._check(proposal, house)
         if findings:

@@ -43,8 +43,7 @@ SEEN_SHARE = 0.6
 SEEN_SHARE_HARD, DISTANCE_FACTOR = 0.3, 1.5
 """Values used instead if hard starts are preferred: the share of points, and a factor on the maximum distance."""
 SPREADS_DEG = (42.0, 25.0, 12.0)
-"""Maximum angles (deg) between a start's heading and the direction of its target. They are tried one after the
-other."""
+"""Maximum angles (deg) between a start's heading and the direction of its target, tried one after the other."""
 MARGIN_PX = 20
 """Number of visible pixels required in addition to the number that the rules require."""
 STANDING_POSE_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
@@ -106,9 +105,7 @@ class HouseContext:
         return self.compared_starts > 1
 
     def begin(self, setup: Setup) -> None:
-        """Reset the house with a setup, and open the closed doors between rooms. Raises EpisodeError if the setup is
-        impossible.
-        """
+        """Reset the house with a setup, and open the closed doors between rooms. Raises EpisodeError if impossible."""
         complete = self.with_open_doors(setup)
         for home in self._standing_poses[:-1]:
             try:
@@ -119,8 +116,7 @@ class HouseContext:
         self.simulator.reset(self._standing_poses[-1], complete)
 
     def can_begin(self, setup: Setup) -> bool:
-        """Reset the house with a setup and return True. If the setup is impossible, reset the house without it and
-        return False.
+        """Reset the house with a setup and return True. If the setup is impossible, reset without it and return False.
 
         A setup is impossible if a leaf (door, lid or drawer) would go through a wall, or if a placement is invalid.
         """
@@ -132,9 +128,7 @@ class HouseContext:
         return True
 
     def with_open_doors(self, setup: Setup) -> Setup:
-        """Return a setup that also opens the closed doors between rooms, except doors that the setup already
-        changes.
-        """
+        """Return a setup that also opens the closed doors between rooms, except doors that it already changes."""
         doors = [door for door in self.house.document.doors if door.joins_rooms]
         doors = [door for door in doors if door.openable and (door.openness or 0.0) < OPENED_BELOW]
         opened = {door.id: ObjectSetup(openness=1.0) for door in doors}
@@ -150,9 +144,7 @@ class HouseContext:
         return self.view.scene.things[thing_id]
 
     def phrase(self, thing_id: str) -> Phrase | None:
-        """Return the shortest phrase that means only this thing, in the current state; None if there is no such
-        phrase.
-        """
+        """Return the shortest phrase that means only this thing, in the current state; None if there is none."""
         return phrase_finder(self.view.scene)(thing_id)
 
     def say(self, sentences: Sentences, **slots: str) -> str:
@@ -160,9 +152,7 @@ class HouseContext:
         return say(sentences.of(self.forms), self.rng, **slots)
 
     def order(self, sentences: Sentences, act: Act | None, thing: Thing, phrase: Phrase | str | None) -> str:
-        """Return a random sentence, from the half in use, that asks for an act on a thing; `phrase` is the phrase for
-        the thing.
-        """
+        """Return a random sentence in use that asks for an act on a thing; `phrase` is the phrase for the thing."""
         words = {} if act is None else order_slots(act, thing.category, str(phrase), self.rng)
         return self.say(sentences, target=str(phrase), **words | pronoun_slots(thing.category))
 
@@ -208,9 +198,7 @@ class HouseContext:
         yield from self._drawn(walks.plan.cells[np.isfinite(walks.lengths)], is_wanted, tried or self.tried_starts)
 
     def places_in(self, region: BaseGeometry, is_wanted: PositionMask, tried: int) -> Iterator[Vec3]:
-        """Yield at most `tried` wanted places in a region of the free floor, in a random order. They need not be
-        reachable.
-        """
+        """Yield at most `tried` wanted places in a region of the free floor, in a random order, reachable or not."""
         cells = self.view.plan().cells
         yield from self._drawn(cells[shapely.contains_xy(region, cells[:, 0], cells[:, 1])], is_wanted, tried)
 
@@ -221,8 +209,7 @@ class HouseContext:
             yield Vec3(x, 0.0, z)
 
     def facing(self, place: Vec3, thing: Thing, horizon: float, spread_deg: float, aside_deg: float = 0.0) -> Pose:
-        """Return a pose at `place` whose heading is `aside_deg` to the right of the direction to a thing, plus a random
-        angle.
+        """Return a pose at `place` whose heading is `aside_deg` right of a thing's direction, plus a random angle.
 
         The random angle is at most `spread_deg` to either side; `horizon` is the camera's pitch (deg).
         """
@@ -239,9 +226,7 @@ class HouseContext:
             return self.view.state_of(thing_id)
 
     def visible_points(self, place: Vec3, thing: Thing) -> PointCount:
-        """Return a counter of the sampled points of a thing that are visible from a place, in any direction. It counts
-        on demand.
-        """
+        """Return a counter of a thing's points that are visible from a place in any direction; it counts on demand."""
         eye = Pose(position=place, rotation=0.0).eye
         return PointCount(
             surface_points(thing, SIGHT_POINTS),
@@ -279,9 +264,7 @@ class HouseContext:
         return self.hardest(poses(), thing)
 
     def hardest(self, poses: Iterator[Pose], thing: Thing) -> Pose | None:
-        """Return the hardest start, for an episode about a thing, of the first `compared_starts` poses; None without
-        poses.
-        """
+        """Return the hardest of the first `compared_starts` poses for an episode about a thing; None without poses."""
         found = list(islice(poses, self.compared_starts))
         if len(found) < 2:
             return next(iter(found), None)
@@ -328,8 +311,7 @@ class HouseContext:
 
 
 def _standing_poses(simulator: PrivilegedSimulator, house: House) -> list[Pose]:
-    """Return free poses in which the agent can stand while episodes are drafted: the house's start, then places in all
-    rooms.
+    """Return free poses in which to stand while episodes are drafted: the house's start, then places in all rooms.
 
     Raises EpisodeError if there are none.
     """

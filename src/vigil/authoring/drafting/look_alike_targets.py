@@ -1,5 +1,4 @@
-"""Drafts about one of several look-alikes: colour, place or a relation identifies the target. Several families have
-them.
+"""Drafts, for several families, about one of several look-alikes: colour, place or a relation identifies the target.
 
 If the target is in view at the start, another object that its name could also mean is in view, too.
 """
@@ -29,8 +28,7 @@ from vigil.protocol.world import Setup
 from vigil.scene.things import Thing
 
 STARTS = 3
-"""Number of starts from which the target is not visible that are tried, to find one from which a look-alike is
-visible."""
+"""Number of starts without the target in view that are tried, to find one from which a look-alike is visible."""
 GLANCE_POINTS = 16
 """Number of points of a look-alike that are tested for visibility before its pixels are counted."""
 HALF_VIEW_DEG = 53.0
@@ -61,9 +59,7 @@ def drafts_among_look_alikes(context: HouseContext, asking: Callable[[HouseConte
 def start_out_of_view(
     context: HouseContext, thing: Thing, also: PoseTest, *, by_turning: bool | None, horizon: float
 ) -> Pose | None:
-    """Return a start from which a thing is not visible, preferably one for which `also` is true; None if none is
-    found.
-    """
+    """Return a start from which a thing is not visible, preferably one for which `also` is true; None without one."""
     start: Pose | None = None
     for _ in range(STARTS):
         start = start_not_seeing(context, thing, by_turning=by_turning, horizon=horizon) or start

@@ -1,5 +1,4 @@
-"""Proposals by a language model. The model gets the list of a house's things and a family's description, and answers
-with tasks.
+"""Proposals by a language model, which gets the list of a house's things and a family's description.
 
 The model chooses the kind, the objects and the words. The start pose and the setup are found in the same way as for the
 grammar, and the same rules apply. A reply that cannot be parsed, and a task that cannot be set up, become rejections
@@ -32,8 +31,7 @@ TRIED = 6
 MAX_QUOTED_CHARS = 300
 """Maximum number of characters of a reply that a rejection quotes."""
 RULES = ("reply_parses", "draft_fits_schema", "kind_known", "things_known", "can_be_set_up")
-"""Rules that a model's idea may break before it becomes a draft. The rules for drafts are in
-`vigil.authoring.review.validate`."""
+"""Rules that a model's idea may break before it is a draft; for drafts see `vigil.authoring.review.validate`."""
 
 
 class Idea(BaseModel):
@@ -62,9 +60,7 @@ Answer with one JSON object and nothing else, with {count} tasks that differ:
 
 
 def model_proposer(complete: Complete, count: int, author: str) -> Proposer:
-    """Return a proposer that asks a model for `count` tasks of a family in a house; `author` is the name of the
-    model.
-    """
+    """Return a proposer that asks a model for `count` tasks of a family in a house; `author` is the model's name."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
         reply = complete(question(context, family, count))
@@ -105,9 +101,7 @@ def inventory(context: HouseContext) -> list[dict[str, Any]]:
 
 
 def ideas(reply: str, context: HouseContext, family: Family) -> Iterator[Idea | Rejection]:
-    """Yield the ideas in a model's reply. Each invalid idea, or a reply that is wholly invalid, gives a rejection
-    instead.
-    """
+    """Yield the ideas in a model's reply. Each invalid idea, or a wholly invalid reply, gives a rejection instead."""
     try:
         found = json.loads(_without_fence(reply))
         rows = found["drafts"]

@@ -52,9 +52,7 @@ def is_dataset(text: str) -> bool:
 
 
 def named(text: str) -> NamedHouses:
-    """Return the houses to which a text such as `procthor-10k:val:0-99` refers. Raises SettingError if the text is
-    invalid.
-    """
+    """Return the houses to which a text such as `procthor-10k:val:0-99` refers. Raises SettingError if invalid."""
     _, _, rest = text.partition(":")
     name, _, index = rest.partition(":")
     name = name if ":" in text else "train"

@@ -23,8 +23,7 @@ from vigil.scene.things import Thing
 from vigil.scoring.target_strata import size_of
 
 CLEAR_PX, HARD_PX = 400, START_PX
-"""Visible pixels of the object to act on: at a start that is clear to a person, and at a hard start (the rules'
-minimum)."""
+"""Visible pixels of the object to act on, at a start that is clear to a person and at a hard start (rules' minimum)."""
 LEVEL_DEG = 0.0
 NEVER_TARGETS = frozenset(
     {
@@ -32,8 +31,7 @@ NEVER_TARGETS = frozenset(
         *("Blinds", "Curtains", "TowelHolder", "HandTowelHolder"),
     }
 )
-"""Categories that are poor targets: parts of the building, or things that are numerous, plain, or hidden by their
-content."""
+"""Categories that are poor targets: parts of the building, and things that are numerous, plain or hidden by content."""
 UNCLEAR_WHEN_OPEN = frozenset(
     {"Book", "Blinds", "Curtains", "ShowerCurtain", "Kettle", "TVStand", "Desk", "SideTable", "CoffeeTable"}
 )
@@ -186,9 +184,7 @@ def acts_for(thing: Thing) -> list[Act]:
 
 
 def setup_for(thing: Thing, act: Act | None) -> Setup:
-    """Return the setup in which an act on a thing is still needed, e.g. closed for "open"; an empty setup without an
-    act.
-    """
+    """Return the setup in which an act on a thing is still needed, e.g. closed for "open"; empty without an act."""
     changes: dict[Act | None, ObjectSetup] = {
         "open": ObjectSetup(openness=0.0),
         "close": ObjectSetup(openness=1.0),
@@ -200,9 +196,7 @@ def setup_for(thing: Thing, act: Act | None) -> Setup:
 
 
 def with_laptop_open(thing: Thing, change: ObjectSetup) -> ObjectSetup:
-    """Return the change; if the thing is a laptop, also open it, because a closed laptop does not show whether it is
-    on.
-    """
+    """Return the change; for a laptop, also open it, because a closed laptop does not show whether it is on."""
     return change.model_copy(update={"openness": 1.0}) if thing.category == "Laptop" else change
 
 

@@ -30,8 +30,7 @@ MIXED = (
     *("kitchen", "2", "3", "4", "2", "bedroom", "3", "2", "4", "5"),
     *("living-room", "2", "3", "4", "2", "bathroom", "3", "2", "4", "6"),
 )
-"""Specs (kinds of houses) that the word `mixed` stands for: 20 % one room, 30 % two, 20 % three, 20 % four, 10 %
-more."""
+"""Specs (kinds of houses) that `mixed` stands for: 20 % one room, 30 % two, 20 % three, 20 % four, 10 % more."""
 DRAWN_SEEDS = range(100_000, 1_000_000)
 """Seeds from which a public seed draws houses. They are so few that anyone can try all of them."""
 _T = TypeVar("_T")
@@ -205,9 +204,7 @@ def house_at(place: str, report: OnDownload) -> House:
 
 
 def read_all(sources: Iterable[HouseInFile]) -> Iterator[tuple[HouseInFile, House | HouseError]]:
-    """Yield each house, or the error from reading it. A file with many houses is read only once, in the order of its
-    lines.
-    """
+    """Yield each house, or the error from reading it. A file of many is read once, in the order of its lines."""
     for path, group in groupby(sources, key=lambda source: source.path):
         left = {source.line: source for source in group}
         if None in left:
@@ -235,9 +232,7 @@ def _tried(make: Callable[[], House]) -> House | HouseError:
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
-    """Yield the lines of a file, which may be compressed. Raises HouseError if the file cannot be read or exceeds the
-    limits.
-    """
+    """Yield the lines of a file, which may be compressed. Raises HouseError if unreadable or over the limits."""
     what = f"House file {str(path)!r}"
     total = 0
     with open_file(path, what, HouseError) as file:

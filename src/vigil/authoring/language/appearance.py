@@ -40,18 +40,14 @@ def names_by_appearance(thing: Thing) -> tuple[str, ...]:
 
 
 def is_open_shelf(thing: Thing, name: str | None) -> bool:
-    """Return whether the surface called `name` of a thing is an open shelf: objects there are on a shelf, not in the
-    thing.
-    """
+    """Return whether a thing's surface `name` is an open shelf: objects there are on a shelf, not in the thing."""
     surface = surface_named(thing, name)
     is_shelved = any(each.needs_opening or each.name.startswith("shelf") for each in thing.asset.surfaces)
     return surface is not None and surface.is_inside and not surface.needs_opening and is_shelved
 
 
 def has_misleading_name(category: str, room: str | None) -> bool:
-    """Return whether people in a room would not use the category's name, e.g. "countertop" for a worktop in a
-    bathroom.
-    """
+    """Return whether people in a room would not use a category's name, e.g. "countertop" for a bathroom worktop."""
     return category == "CounterTop" and room == "bathroom"
 
 

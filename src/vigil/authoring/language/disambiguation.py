@@ -30,8 +30,7 @@ NEVER_ANCHORS = frozenset(
 ANCHOR_M = 0.2
 """Minimum longest side (m) of an anchor: in "the box next to the desk", the desk is the anchor."""
 MIN_ANCHOR_SHARE = 0.7
-"""Minimum length of an anchor, as a share of the length of the thing that it locates: people do not locate a desk by a
-lamp."""
+"""Minimum length of an anchor, as a share of the length of the located thing: a lamp does not locate a desk."""
 LARGE_M = 0.6
 """Minimum longest side (m) of a landmark, which is an anchor for a whole room."""
 LANDMARK_M = 3.0
@@ -50,9 +49,7 @@ def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[D
 
 
 def confusable(item: DescribedThing, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the other things that a listener may take for a thing if only its name is said, without adjectives or
-    place.
-    """
+    """Return the other things that a listener may take for a thing if only its name is said, without adjectives."""
     return [other for other in referents(Phrase(item.name), items) if other.id != item.id]
 
 
@@ -76,9 +73,7 @@ def disambiguating_phrases(item: DescribedThing, items: Iterable[DescribedThing]
 
 
 def _is_unambiguous(phrase: Phrase, item: DescribedThing, items: list[DescribedThing], names: list[str]) -> bool:
-    """Return whether a phrase means only `item`, and whether the same phrase is recognized when it is read from a
-    text.
-    """
+    """Return whether a phrase means only `item`, and is recognized as the same phrase when read from a text."""
     if referents(phrase, items) != [item]:
         return False
     read = mentions(str(phrase), names)
@@ -90,9 +85,7 @@ def _is_unambiguous(phrase: Phrase, item: DescribedThing, items: list[DescribedT
 
 
 def anchor_of(phrase: Phrase, items: Iterable[DescribedThing]) -> DescribedThing | None:
-    """Return the anchor of a phrase: in "the box next to the desk", the desk. None without an anchor, or if it is not
-    unique.
-    """
+    """Return the anchor of a phrase: in "the box next to the desk", the desk. None if there is none or several."""
     found = [] if phrase.anchor is None else referents(Phrase(phrase.anchor), items)
     return found[0] if len(found) == 1 else None
 

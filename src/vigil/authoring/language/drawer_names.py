@@ -57,8 +57,7 @@ def furniture_of(name: str) -> str | None:
 
 
 def fits(said: str, name: str, furniture_fits: Callable[[str, str], bool]) -> bool:
-    """Return whether `said` and `name` are both drawers, and a listener could understand `said` as the drawer called
-    `name`.
+    """Return whether `said` and `name` are drawers, and a listener could understand `said` as the drawer called `name`.
 
     `furniture_fits` decides the same for two names of furniture. If a TV stand may be called a dresser, "the top drawer
     of the dresser" may be that of the TV stand.
@@ -71,17 +70,13 @@ def fits(said: str, name: str, furniture_fits: Callable[[str, str], bool]) -> bo
 
 
 def _place(chest: Thing, part: Thing) -> tuple[float, float]:
-    """Return a drawer's offset (m) to the right, as seen from the front of the furniture, and the drawer's height
-    (m).
-    """
+    """Return a drawer's offset (m) to the right, seen from the front of the furniture, and the drawer's height (m)."""
     x, _ = rotate_floor(part.position.x - chest.position.x, part.position.z - chest.position.z, -chest.rotation.y)
     return -x, part.position.y
 
 
 def _steps(values: list[float]) -> list[float]:
-    """Return the values in ascending order, but skip each value that is at most `SAME_ROW_M` above the last one
-    returned.
-    """
+    """Return the values in ascending order, without values at most `SAME_ROW_M` above the last one returned."""
     found: list[float] = []
     for value in sorted(values):
         if not found or value > found[-1] + SAME_ROW_M:

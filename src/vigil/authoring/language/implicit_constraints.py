@@ -1,6 +1,4 @@
-"""Instructions that do not state their constraint: the names of these kinds, and the words that would reveal the
-constraint.
-"""
+"""Instructions that do not state their constraint: the names of these kinds, and words that reveal the constraint."""
 
 import re
 from collections.abc import Iterator

@@ -180,9 +180,7 @@ def items_of(scene: Scene) -> dict[str, DescribedThing]:
 
 
 def items_as_seen(scene: Scene) -> dict[str, DescribedThing]:
-    """Return id -> description of every present thing, in the scene's order, as people who see the thing would describe
-    it.
-    """
+    """Return id -> description of every present thing, in the scene's order, as people see the thing."""
     return dict(_items_as_seen_now(scene))
 
 
@@ -255,9 +253,7 @@ def _room_at(x: float, z: float, rooms: RoomOutlines) -> tuple[str | None, str |
 
 
 def _name(scene: Scene, thing: Thing, rooms: RoomOutlines) -> str:
-    """Return a thing's name. The name of a door includes the rooms that it joins, that of a drawer its place in its
-    furniture.
-    """
+    """Return a thing's name. That of a door includes the rooms that it joins, that of a drawer its furniture."""
     if thing.is_drawer:
         return drawer_names.drawer_name(scene, thing)
     name = CATALOG[thing.category].display_name
@@ -291,9 +287,7 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
 
 
 def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the items that a phrase could mean. By a relation, a single item is chosen only if the relation clearly
-    holds for it.
-    """
+    """Return the items that a phrase could mean. A relation singles out an item only if it clearly holds for it."""
     everything = list(items)
     found = [item for item in everything if fits(phrase, item)]
     if phrase.relation is None or phrase.anchor is None:
@@ -339,8 +333,7 @@ def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase 
 
 
 def mentions(text: str, names: Iterable[str]) -> list[Phrase]:
-    """Return the phrases "the <colour> <name> (on|in the <support>) (next to the <anchor>) (in the <room>)" in a text,
-    in order.
+    """Return the phrases "the <colour> <name> (on|in the <support>) (next to the <anchor>) (in the <room>)" in a text.
 
     A name that only says where another thing is, or to what another thing belongs ("the door of the fridge"), is not
     counted as a phrase.

@@ -14,13 +14,11 @@ from vigil.base.geometry import Box, Vec3
 from vigil.scene.outlines import footprint
 
 NEXT_TO_M, LOOSELY_NEXT_TO_M = 0.35, 1.2
-"""Maximum gap (m) between things that are clearly next to each other, and between things that some people would call
-so."""
+"""Maximum gap (m) between things that are clearly next to each other, and between things that some call so."""
 LEVEL_M = 0.25
 """Maximum difference (m) between the heights of the undersides of two things that are next to each other."""
 CLOSEST_M, FARTHER_BY_M, FARTHER_BY = 2.0, 0.8, 2.0
-"""Maximum gap (m) of the closest thing; minimum difference (m) and factor by which the gaps of all other things are
-larger."""
+"""Maximum gap (m) of the closest thing; minimum difference (m) and factor by which all other gaps are larger."""
 COVERED, PARTLY_COVERED = 0.75, 0.1
 """Minimum share of a thing's outline that lies below another thing: if it is clearly under it, and if some people would
 call it so."""

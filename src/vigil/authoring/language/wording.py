@@ -52,8 +52,7 @@ PAIRS = frozenset({"Boots"})
 
 _PUT_IN = r"(?:put|place|drop|leave)\b[^.;]*?\bin\b(?! the (?:{rooms})\b)"
 INTO = re.compile(rf"\b(?:into|(?<!from )inside|{_PUT_IN.format(rooms='|'.join(sorted(ROOM_NAMES.values())))})\b")
-"""Pattern of words that ask to put an object into a receptacle: "in the sink" does, "in the bedroom" (a room) does
-not."""
+"""Pattern of words that ask to put an object into a receptacle: "in the sink", but not "in the bedroom" (a room)."""
 
 
 def asks_inside(instruction: str) -> bool:
@@ -84,9 +83,7 @@ def opening_phrase(category: str, phrase: str) -> OpeningPhrase:
 
 
 def pronoun_slots(category: str, role: str = "") -> dict[str, str]:
-    """Return slot -> word for a thing's pronoun and verbs. The names of the slots begin with `role`, e.g.
-    `obstacle_it`.
-    """
+    """Return slot -> word for a thing's pronoun and verbs. Names of slots begin with `role`, e.g. `obstacle_it`."""
     words = ("them", "they are", "block", "stand") if category in PAIRS else ("it", "it is", "blocks", "stands")
     return {f"{role}{name}": word for name, word in zip(("it", "it_is", "blocks", "stands"), words, strict=True)}
 
@@ -111,9 +108,7 @@ def order_slots(act: Act, category: str, phrase: str, rng: np.random.Generator) 
 
 
 def say(sentences: tuple[str, ...], rng: np.random.Generator, **slots: str) -> str:
-    """Return a random one of several sentences with its slots filled. A slot whose name has a capital begins a
-    sentence.
-    """
+    """Return a random one of the sentences with its slots filled. A slot with a capital begins a sentence."""
     sentence = sentences[int(rng.integers(len(sentences)))]
     capitals = {name.capitalize(): text[:1].upper() + text[1:] for name, text in slots.items()}
     return sentence.format(**slots, **capitals)

@@ -42,9 +42,7 @@ def area_band(facts: DraftFacts) -> str:
 
 
 def count_strata(members: Sequence[StratumMember]) -> dict[str, Any]:
-    """Return the manifest's entry `strata`: the numbers of episodes by stratum, room count, area, category and
-    house.
-    """
+    """Return the manifest's entry `strata`: numbers of episodes by stratum, room count, area, category and house."""
     families: dict[str, dict[str, int]] = {}
     for family in FAMILIES:
         found = [stratum_of(episode, facts) for episode, facts in members if episode.family == family]

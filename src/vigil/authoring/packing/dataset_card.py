@@ -20,8 +20,7 @@ from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LEVELS
 
 TABLES = ("episodes", "solutions", "facts", "levels", "closure")
-"""Tables (`<table>.jsonl`, one row per line) that a pack may have. By default, Hugging Face `datasets` loads the
-first."""
+"""Tables (`<table>.jsonl`, a row per line) that a pack may have. Hugging Face `datasets` loads the first by default."""
 
 
 def write_card(pack: Pack) -> Path:

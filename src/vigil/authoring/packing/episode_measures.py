@@ -32,8 +32,7 @@ from vigil.scoring.levels import EpisodeLevel, LevelMeasures, grade_episode
 from vigil.sim.privileged import PrivilegedSimulator
 
 ROOM_STEP_M = 0.1
-"""Distance (m) between the points of a walk at which the current room is looked up. No walk through a room is
-shorter."""
+"""Distance (m) between the points of a walk at which the current room is looked up. No passage is shorter."""
 OnMeasured = Callable[[int, int], None]
 """Function that is called with the number of episodes measured so far and the number of all episodes."""
 

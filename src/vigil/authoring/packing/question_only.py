@@ -35,9 +35,7 @@ class GuessScore:
 
     @property
     def is_chance(self) -> bool:
-        """Whether the interval contains one half or lies below it. If so, there is no evidence that the words reveal
-        the answer.
-        """
+        """Whether the interval contains one half or lies below it, i.e. the words do not seem to reveal the answer."""
         return self.interval[0] <= 0.5
 
 
@@ -50,9 +48,7 @@ class _Question:
 
 
 def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
-    """Return the score if, for each pair of labels (on/off, open/closed), the label that is more common in the pack is
-    guessed.
-    """
+    """Return the score of guessing, for each pair of labels (on/off, open/closed), the pack's more common label."""
     questions = _questions(episodes, solutions)
     counts = {
         pair: Counter(question.label for question in questions if question.pair == pair) for pair in PAIRS.values()
@@ -61,9 +57,7 @@ def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution
 
 
 def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
-    """Return the score of naive Bayes on the words of the question. For each house, it is trained on all other
-    houses.
-    """
+    """Return the score of naive Bayes on the words of the question, trained for each house on all other houses."""
     questions = _questions(episodes, solutions)
     hits = 0
     for house in sorted({question.house for question in questions}):

@@ -85,9 +85,7 @@ class Recipe(BaseModel):
         return PackRequest(**{name: getattr(self, name) for name in _SHARED})
 
     def notes(self) -> list[str]:
-        """Return texts about installed versions that differ from the recipe's. The pack's bytes may then differ,
-        too.
-        """
+        """Return texts about installed versions that differ from the recipe's, so that the bytes may differ, too."""
         here = made_with()
         changed = [
             f"{name} {was} (here {here.get(name)})" for name, was in self.made_with.items() if here.get(name) != was
@@ -148,9 +146,7 @@ def made_with() -> dict[str, str]:
 
 
 def check_drafts(recipe: Recipe) -> None:
-    """Raise SettingError if the recipe has another version of drafts than this package, which would make other
-    bytes.
-    """
+    """Raise SettingError if the recipe has another version of drafts, with which the bytes would differ."""
     if recipe.drafts != DRAFTS_VERSION:
         raise SettingError(
             f"Recipe {recipe.name!r} has version {recipe.drafts} of drafts and their wording; this package has version "
@@ -185,8 +181,7 @@ def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], Non
 
 
 def _file(dataset: str, given: Sequence[str], is_only_one: bool) -> Path:
-    """Return the file of `given` that has a dataset: the file with the dataset's name, or the only file if there is one
-    dataset.
+    """Return the file of `given` with a dataset: the file of its name or, for a single dataset, the only file.
 
     Raises SettingError if there is no such file.
     """
@@ -214,9 +209,7 @@ def origins_of(sources: Iterable[HouseInFile], on_house: OnHouse = lambda number
 
 
 def check_houses(recipe: Recipe, sources: Iterable[HouseInFile], on_house: OnHouse = lambda number: None) -> None:
-    """Raise PackMismatch if a house is missing or differs from the recipe's house. The message names the first such
-    house.
-    """
+    """Raise PackMismatch if a house is missing or differs from the recipe's. The message names the first such house."""
     wanted = {row.name: row.sha256 for row in recipe.houses}
     for number, (source, house) in enumerate(read_all(sources), start=1):
         place = f"house {number} of the {len(wanted)} of recipe {recipe.name!r}, {source.name!r}"

@@ -38,8 +38,7 @@ class PackRequest:
     levels: tuple[Level, ...] = ()
     """Levels of difficulty over which each family is divided evenly; empty if levels do not matter."""
     is_robust: bool = False
-    """Whether episodes must also satisfy the robustness rules. The check of candidates must then include these
-    rules."""
+    """Whether episodes must also satisfy the robustness rules. The check of candidates must then include them."""
     forms: Forms = "public"
     """Sentence forms of new drafts: one of two halves (such as `public`), or all."""
     drafted_in: int | None = None
@@ -61,8 +60,6 @@ class PackRequest:
 
     @property
     def level_quotas(self) -> dict[Level, int]:
-        """Level -> number of episodes of each family. If the division leaves a remainder, the first levels get one
-        more.
-        """
+        """Level -> number of episodes of each family. If there is a remainder, the first levels get one more."""
         each, left = divmod(self.per_family, max(len(self.levels), 1))
         return {level: each + (place < left) for place, level in enumerate(self.levels)}

@@ -72,8 +72,7 @@ class Candidate:
 
 
 CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
-"""Function that replays candidates and returns id of the first side -> findings. Candidates without findings are
-omitted."""
+"""Function that replays candidates and returns id of the first side -> findings, without candidates that have none."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,4 @@
-"""Sidecar files: files in a frozen pack's folder with results that were measured on the pack. They are not in its
-hash.
-"""
+"""Sidecar files: files in a frozen pack's folder with results measured on the pack. They are not in its hash."""
 
 from typing import TypeVar
 
@@ -24,8 +22,7 @@ Sidecar = TypeVar("Sidecar", bound=SidecarFile)
 
 
 def read_sidecar(pack: Pack, name: str, form: type[Sidecar], advice: str) -> Sidecar | None:
-    """Return the content of a pack's sidecar file; None if the file is missing or was made for another version of the
-    pack.
+    """Return the content of a pack's sidecar file; None if the file is missing or of another version of the pack.
 
     Raises PackMismatch if the file is invalid; the message ends with `advice`.
     """

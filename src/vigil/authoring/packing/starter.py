@@ -47,8 +47,7 @@ HOUSES = (
     *("kitchen", "kitchen", "kitchen", "kitchen", "living-room", "living-room", "living-room"),
     *("bedroom", "bedroom", "bedroom", "bathroom", "bathroom"),
 )
-"""Specs of the houses. The house at index i has the first valid seed of FIRST_SEED + i, plus multiples of the
-stride."""
+"""Specs of the houses. The house at index i has the first valid seed of FIRST_SEED + i, plus multiples of the step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,9 +62,7 @@ class EpisodeQuota:
 
     @property
     def proposals(self) -> list[Proposals]:
-        """Functions that are tried in turn: for a category not used yet, for any category, then for the fallback
-        kind.
-        """
+        """Functions to try in turn: for a category not used yet, for any category, then for the fallback kind."""
         kinds = kinds_of(self.family)
         return [kinds[self.kind], kinds[self.kind], *([kinds[self.fallback]] if self.fallback else [])]
 
@@ -145,9 +142,7 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
 
 
 def count_kinds(episodes: Iterable[Episode]) -> dict[str, int]:
-    """Return the number of episodes for each text "FAMILY TEMPLATE SIZE", where SIZE is the size class of the
-    target.
-    """
+    """Return text "FAMILY TEMPLATE SIZE" (size class of the target) -> number of such episodes."""
     kinds = [" ".join(filter(None, (e.family, e.provenance.template, e.target_size))) for e in episodes]
     return dict(sorted(Counter(kinds).items()))
 
@@ -188,8 +183,6 @@ def _fill(
 
 
 def _in_order(slot: EpisodeQuota, houses: list[House], chosen: Selection) -> list[House]:
-    """Return the houses that may get another episode of the quota's family. Those with the fewest episodes come
-    first.
-    """
+    """Return the houses that may get another episode of the quota's family, those with the fewest first."""
     free = [house for house in houses if chosen.family_uses[slot.family, house.name] < PER_HOUSE_AND_FAMILY]
     return sorted(free, key=lambda house: (chosen.uses[house.name], zlib.crc32(f"{slot.kind} {house.name}".encode())))

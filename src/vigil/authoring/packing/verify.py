@@ -74,9 +74,7 @@ class VerificationSettings:
 
 
 class Verifier:
-    """Verifies tasks on its own simulator, by the rules of the families. Tasks with answers are also verified by the
-    suite's rules.
-    """
+    """Verifies tasks on its own simulator by the families' rules, and tasks with answers by the suite's rules, too."""
 
     def __init__(self, settings: VerificationSettings) -> None:
         simulator = settings.simulator()
@@ -161,9 +159,7 @@ def verify_pack(
 
 
 def pack_tasks(pack: Pack) -> list[VerificationTask]:
-    """Return the verification tasks of a pack, with twins in one task. Raises PackMismatch if the answers were
-    changed.
-    """
+    """Return the verification tasks of a pack, with twins in one task. Raises PackMismatch if answers were changed."""
     answers = closure_answers(pack.folder) if pack.manifest.suite == SUITE else None
     twins: dict[str, list[Episode]] = {}
     for episode in pack.episodes:
@@ -181,9 +177,7 @@ def pack_tasks(pack: Pack) -> list[VerificationTask]:
 
 
 def check_log_of(file: DraftsFile) -> Path:
-    """Return the path of the log with the results of robustness checks on drafts. If the log is deleted, they are
-    checked again.
-    """
+    """Return the path of the log with robustness results of drafts. Without the log, drafts are checked again."""
     return file.path.with_name(f"{file.path.stem}.checks.jsonl")
 
 

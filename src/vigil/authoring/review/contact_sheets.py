@@ -1,6 +1,4 @@
-"""Contact sheets: pictures with the first frames and the instructions of many episodes, for people who check
-episodes.
-"""
+"""Contact sheets: pictures with the first frames and instructions of many episodes, for people who check episodes."""
 
 import textwrap
 from collections.abc import Callable, Sequence

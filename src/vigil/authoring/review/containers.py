@@ -47,8 +47,7 @@ IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "To
 MAX_CLOSED = 4
 """Maximum number of closed containers that may hold the target of a search, so that the step budget is enough."""
 LOOKED_FOR_POINTS, EVERY_CELL = 16, 5
-"""Number of an object's points that are tested for being visible through glass, and step through the places to look
-from.
+"""Number of an object's points that are tested for being visible through glass, and step through the places tried.
 
 What is behind glass is visible from many places, so it is enough to try one place in five.
 """
@@ -61,8 +60,7 @@ def belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:
 
 
 def may_hold(view: PrivilegedView, items: dict[str, DescribedThing], target: Thing, room: str | None) -> list[str]:
-    """Return the ids of the closed containers in the room called `room` (None: everywhere) in which people would look
-    for the target.
+    """Return the ids of closed containers in a room (None: anywhere) in which people would look for the target.
 
     The closed containers in which the target lies are always included.
     """
@@ -86,8 +84,7 @@ def room_mentioned(phrases: Iterable[Phrase]) -> str | None:
 def not_found_by_opening(
     view: PrivilegedView, items: dict[str, DescribedThing], target: Thing, phrases: list[Phrase]
 ) -> Iterator[str]:
-    """Yield messages if the target can be found without opening containers, or if searching for it in containers is not
-    fair.
+    """Yield messages if the target can be found without opening containers, or if the search in containers is unfair.
 
     `phrases` are the phrases of the instruction.
     """
@@ -108,9 +105,7 @@ def not_found_by_opening(
 
 
 def visible_through_glass_from(view: PrivilegedView, target: Thing) -> Vec3 | None:
-    """Return a free place within reach of a thing from which the thing is visible in the current state; None if there
-    is none.
-    """
+    """Return a free place within reach of a thing from which the thing is visible now; None if there is none."""
     points = surface_points(target, LOOKED_FOR_POINTS)
     cells = view.plan().cells[::EVERY_CELL]
     for x, z in cells[box_distances(body_box(target), cells) <= REACH_M]:

@@ -50,9 +50,7 @@ class ControlWorlds:
         return self.after_solution(self.synthetic.row(setup, pose or self.record.worlds[-1].agent))
 
     def nearest(self, is_wanted: Callable[[Thing], bool]) -> Thing | None:
-        """Return the thing nearest to the target, other than the target, for which `is_wanted` is true; None if there
-        is none.
-        """
+        """Return the thing nearest to the target for which `is_wanted` is true; None if there is none."""
         others = [
             thing
             for thing in self.view.scene.things.values()
@@ -83,8 +81,7 @@ class ControlWorlds:
         return None
 
     def _look_alike(self) -> Thing | None:
-        """Return the nearest other thing of the target's category, or else the nearest with a name that people confuse
-        with its name.
+        """Return the nearest other thing of the target's category, else of a name that people confuse with its name.
 
         None if there is no such thing.
         """

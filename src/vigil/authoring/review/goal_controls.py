@@ -122,9 +122,7 @@ def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
 def _applied_to(
     thing: Thing | None, goal: ObjectInState | ObjectHeld, worlds: ControlWorlds
 ) -> list[SyntheticStep] | None:
-    """Return a row in which `thing`, not the target, is as the goal requires of the target; None if this is
-    impossible.
-    """
+    """Return a row in which `thing` instead of the target is as the goal requires; None if this is impossible."""
     return None if thing is None or not _allows(thing, goal) else _attained(thing.id, goal, worlds)
 
 
@@ -151,9 +149,7 @@ def _neighbour(goal: ObjectInState | ObjectHeld, worlds: ControlWorlds) -> Thing
 
 
 def _all_but_one(goal: AllOf, worlds: ControlWorlds) -> ControlRecords:
-    """Yield controls in which all parts of a goal hold except one: its object has another state or is at a wrong
-    place.
-    """
+    """Yield controls in which one part of a goal does not hold: its object has another state or a wrong place."""
     for part in goal.parts:
         setup = _setup_without_part(part, goal, worlds)
         yield "all but one", worlds.undone(setup)
@@ -188,9 +184,7 @@ def _placement_controls(goal: ObjectAtReceptacle, worlds: ControlWorlds) -> Cont
 
 
 def _misplaced(goal: ObjectAtReceptacle, worlds: ControlWorlds, setup: Setup) -> list[tuple[str, list[Setup]]]:
-    """Return (name of a control, its setups). In these setups, the wrong object is used or the object is at a wrong
-    place.
-    """
+    """Return (name of a control, its setups), in which the wrong object is used or an object is at a wrong place."""
     if not worlds.synthetic.set_up(setup):
         return []
     scene, things = worlds.view.scene, worlds.view.scene.things

@@ -19,17 +19,14 @@ MAX_NEIGHBOURS = 2
 
 
 def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement]:
-    """Yield the placements of a thing in the middle of each level surface inside a receptacle; if not `inside`, on
-    it.
-    """
+    """Yield the placements of a thing in the middle of each level surface inside a receptacle, or else on it."""
     for surface, frame in level_surfaces(receptacle):
         if surface.is_inside == inside:
             yield _placement(frame.shift, thing, receptacle)
 
 
 def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Iterator[Placement]:
-    """Yield placements of a thing inside a receptacle, or inside what it contains, that do not count as on the
-    receptacle.
+    """Yield placements of a thing in a receptacle or in what it contains, that do not count as on the receptacle.
 
     There is one placement for each category: in a drawer, in a microwave, in a sink.
     """
@@ -68,9 +65,7 @@ def _takes(other: Thing, thing: Thing) -> bool:
 
 
 def _placements_near(other: Thing, receptacle: Thing, thing: Thing) -> Iterator[tuple[float, Placement]]:
-    """Yield, for each open surface of `other`, the placement of a thing nearest to a receptacle, with its distance
-    (m).
-    """
+    """Yield, for each open surface of `other`, the placement nearest to a receptacle, with its distance (m)."""
     box = body_box(receptacle)
     for surface, frame in open_surfaces(other):
         spots = _grid(surface, frame)

@@ -84,9 +84,7 @@ class Agreement:
 
 
 def episode_sha256(episode: Episode) -> str:
-    """Return the hash that identifies a version of an episode in reviews. The field `reviewed` is not part of the
-    hash.
-    """
+    """Return the hash that identifies a version of an episode in reviews. It leaves out the field `reviewed`."""
     fields = episode.model_dump(mode="json")
     fields["provenance"].pop("reviewed", None)
     return hashlib.sha256(canonical_json(fields)).hexdigest()
@@ -135,9 +133,7 @@ def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
 
 
 def queue(episodes: Iterable[Episode], seed: int = 0) -> list[Episode]:
-    """Return episodes in the order of review: one of each family in turn. Within a family, the order is drawn by
-    `seed`.
-    """
+    """Return episodes in the order of review: one of each family in turn, within a family drawn by `seed`."""
     rng = np.random.default_rng(seed)
     ordered = sorted(episodes, key=lambda episode: episode.id)
     groups = [[episode for episode in ordered if episode.family == family] for family in FAMILIES]

@@ -32,8 +32,7 @@ LATTICE = (32, 24)
 MIN_SHARE = 0.01
 """Minimum share of the first frame that things must fill if the frame does not show two walls."""
 COLUMNS, FARTHEST_M, SAME_WALL_M = 33, 30.0, 0.05
-"""Number of rays that are cast to find walls, their length (m), and the step (m) to which the offset of a wall is
-rounded."""
+"""Number of rays cast to find walls, their length (m), and the step (m) to which the offset of a wall is rounded."""
 
 ROBUST_RULES = {
     "room_at_start": "0.4 m of floor are free ahead or to a side of the start",

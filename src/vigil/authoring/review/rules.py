@@ -151,8 +151,7 @@ def _other_rooms(case: EpisodeStart) -> Faults:
 
 
 def place_blind_to(view: PrivilegedView, thing: Thing, threshold_m: float) -> Vec3 | None:
-    """Return a free place that is near a thing but in another room, and from which it is not visible; None if there is
-    none.
+    """Return a free place near a thing but in another room, from which it is not visible; None if there is none.
 
     An agent that stops there would be near the thing only by chance.
     """
@@ -291,9 +290,7 @@ def _seen_constraint(case: EpisodeStart) -> Faults:
 
 
 def _constraint_binds(case: EpisodeStart) -> Faults:
-    """Yield a message if the interaction that reaches the goal works from some place although the constraint is not
-    resolved.
-    """
+    """Yield a message if the goal's interaction works from some place although the constraint is not resolved."""
     kinds = FAMILIES[case.episode.family].kinds
     if case.episode.provenance.template not in kinds:
         yield f"template {case.episode.provenance.template!r} is not one of {', '.join(kinds)}"
@@ -359,9 +356,7 @@ def binds(rule: Rule, name: str, family: Family) -> bool:
 
 
 def broken_by(case: EpisodeStart) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) for each fault of an episode's start. If `objects_exist` is broken, later rules are not
-    checked.
-    """
+    """Yield (rule, message) for each fault of an episode's start. If `objects_exist` is broken, stop there."""
     for name, rule in RULES.items():
         if not binds(rule, name, case.episode.family):
             continue

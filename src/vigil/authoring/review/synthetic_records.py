@@ -37,9 +37,7 @@ class SyntheticWorlds:
         self.episode = episode
 
     def set_up(self, setup: Setup, pose: Pose | None = None) -> bool:
-        """Reset the simulator to a setup, with the agent at `pose` (None: at the start). Return False if this is
-        impossible.
-        """
+        """Reset the simulator to a setup, with the agent at `pose` (None: at the start). Return False if impossible."""
         try:
             self.simulator.reset(pose or self.episode.start, setup)
         except EpisodeError:  # a leaf would be where the body is, or a placement is invalid

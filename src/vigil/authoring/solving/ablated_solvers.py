@@ -45,8 +45,7 @@ class Ablation:
     has_memory: bool = True
     """Whether the solver remembers things that it saw and places that it visited."""
     takes_look_alikes: bool = False
-    """Whether the solver uses, instead of the target, the first thing in view that the target's name without adjectives
-    may mean."""
+    """Whether the first thing in view that the target's bare name may mean is used instead of the target."""
 
 
 ABLATIONS: dict[str, Ablation] = {
@@ -123,9 +122,7 @@ class _AblatedSolver:
             self._update_known()
 
     def _find_first_look_alike(self, target_id: str) -> Generator[Action, None, str]:
-        """Yield a search until something is in view that the target's name without adjectives may mean. Return its
-        id.
-        """
+        """Yield a search until something is in view that the target's bare name may mean, and return its id."""
         items = items_of(self._view.scene)
         named = referents(Phrase(items[target_id].name), items.values()) if target_id in items else []
         wanted = {target_id, *(item.id for item in named)}

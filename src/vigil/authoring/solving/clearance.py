@@ -20,8 +20,7 @@ CELL_M = 0.05
 MAX_CLEARANCE_M = 0.5
 """Maximum clearance (m) that is computed. Larger clearances count as this value."""
 MIN_CLEARANCE_M = 0.17
-"""Minimum clearance (m) with which an agent tries to pass. It is less than the body's radius, because sight is not
-exact."""
+"""Minimum clearance (m) with which an agent tries to pass: less than the body's radius, because sight is inexact."""
 CLEARANCE_STEPS_M = (MIN_CLEARANCE_M, 0.2, 0.22, 0.25, 0.3, 0.35)
 COST_FACTORS = (40.0, 12.0, 6.0, 2.5, 1.3, 1.0)
 """Cost per metre at each of the clearances `CLEARANCE_STEPS_M`. Between them, the cost is interpolated."""
@@ -58,8 +57,7 @@ class ClearanceGrid:
         return thing.is_present and not thing.is_held and bool(self._shapes_of(thing))
 
     def clearances(self, things: Mapping[str, Thing], shifts_m: Mapping[str, Point2] | None = None) -> np.ndarray:
-        """Return each cell's distance (m) to the nearest wall or thing, at most `MAX_CLEARANCE_M`, as an array of shape
-        `shape`.
+        """Return each cell's distance (m) to the nearest wall or thing, at most `MAX_CLEARANCE_M`, in shape `shape`.
 
         `shifts_m` maps thing ids to offsets (x, z; m) by which the things are assumed to be displaced, rounded to
         cells.
@@ -76,9 +74,7 @@ class ClearanceGrid:
         return found
 
     def cells(self, points: np.ndarray) -> np.ndarray:
-        """Return the indices (n, 2) of the cells nearest to points (n, 2) in x, z. A point outside the grid gets a
-        border cell.
-        """
+        """Return the indices (n, 2) of the cells nearest to points (n, 2) in x, z (border cells for points outside)."""
         return np.clip(np.rint((points - self.origin) / CELL_M).astype(int), 0, np.array(self.shape) - 1)
 
     def place(self, cell: np.ndarray) -> Point2:
@@ -86,9 +82,7 @@ class ClearanceGrid:
         return float(self._x[cell[0]]), float(self._z[cell[1]])
 
     def _around(self, thing: Thing) -> tuple[tuple[int, int], np.ndarray]:
-        """Return the first cell of a window around a thing, and the distances (m) from the window's cells to the
-        thing.
-        """
+        """Return the first cell of a window around a thing, and the distances (m) from its cells to the thing."""
         key = _placement_key(thing)
         if key not in self._things:
             shape = shapely.unary_union(self._shapes_of(thing))

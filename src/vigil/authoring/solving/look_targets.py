@@ -56,18 +56,14 @@ def _spread(part: Part, areas: np.ndarray, count: int, rng: np.random.Generator)
 
 
 def in_frame(pixels: np.ndarray, border_px: float = 0.0) -> np.ndarray:
-    """Return a mask (n,) of the pixels (n, 2 or more columns) that lie in the frame, at least `border_px` from its
-    border.
-    """
+    """Return a mask (n,) of the pixels (n, 2 or more columns) in the frame, at least `border_px` from its border."""
     x, y = pixels[:, 0], pixels[:, 1]
     with np.errstate(invalid="ignore"):
         return (x >= border_px) & (x <= FRAME_WIDTH - border_px) & (y >= border_px) & (y <= FRAME_HEIGHT - border_px)
 
 
 def pitch_to(eye: Vec3, point: np.ndarray) -> float:
-    """Return the pitch (deg, positive is down) at which the camera at `eye` looks at a point (3,) in world
-    coordinates.
-    """
+    """Return the pitch (deg, positive is down) at which a camera at `eye` looks at a point (3,) in the world."""
     return math.degrees(
         math.atan2(eye.y - float(point[1]), math.hypot(float(point[0]) - eye.x, float(point[2]) - eye.z))
     )

@@ -39,8 +39,7 @@ SURFACE_GRID, SURFACE_SHARE, ABOVE_SURFACE_M = 5, 0.4, 0.002
 """Grid of points on a surface: points per side, maximum distance from the middle (share of the side), height (m) above
 it."""
 CAVITY_POINTS, CAVITY_WALL_M = 256, 0.08
-"""Number of points that are sampled on a receptacle, and maximum distance (m) from a surface to the wall of its
-cavity."""
+"""Number of points sampled on a receptacle, and maximum distance (m) from a surface to the wall of its cavity."""
 DROP_PLACES_M = 0.5
 """Approximate distance (m) between the places where the agent tries to drop an object."""
 POSITION_INDEPENDENT_REFUSALS: frozenset[RefusalCode | None] = frozenset(
@@ -64,9 +63,7 @@ class MacroActions:
     """Distances (m) by which the agent tries to go closer than required, in the order in which they are tried."""
 
     def __init__(self, view: PrivilegedView, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
-        """With `is_exhaustive`, more places are searched, without margins. A failure then means that the action is
-        impossible.
-        """
+        """With `is_exhaustive`, search more places, without margins: a failure then means impossibility."""
         self.view = view
         self.may_tilt = may_tilt
         self._margin_m = 0.0 if is_exhaustive else REACH_MARGIN_M
@@ -90,9 +87,7 @@ class MacroActions:
         yield self.click(intent, self.view.click_pixel(thing_id) or pixel)
 
     def find_click(self, intent: Intent, thing_id: str) -> tuple[Viewpoint, tuple[int, int]]:
-        """Return the nearest viewpoint from which a click on a thing works, and the pixel to click. Raises
-        Unsolvable.
-        """
+        """Return the nearest viewpoint from which a click on a thing works, and the pixel. Raises Unsolvable."""
         for slack_m in self.reach_slacks_m:
             found = self._view_to_click(intent, thing_id, REACH_M - self._margin_m - slack_m)
             if found is not None:
@@ -131,9 +126,7 @@ class MacroActions:
         yield self.click("place", pixel)
 
     def placement_targets(self, receptacle_id: str, *, inside: bool) -> "PlacementTargets":
-        """Return the places for an object inside or on a receptacle. Raises Unsolvable if the receptacle has no such
-        surface.
-        """
+        """Return the places for an object inside or on a receptacle. Raises Unsolvable if there is no surface."""
         receptacle = self.view.scene.things[receptacle_id]
         surfaces = _surfaces_for(receptacle, inside=inside)
         return _targets_on(receptacle, surfaces, inside=inside)
@@ -141,9 +134,7 @@ class MacroActions:
     def find_place(
         self, targets: "PlacementTargets", *, is_thorough: bool = False
     ) -> tuple[Viewpoint, tuple[int, int]]:
-        """Return the nearest viewpoint from which the held object can be placed, and the pixel to click. Raises
-        Unsolvable.
-        """
+        """Return the nearest viewpoint from which the held object can be placed, and the pixel. Raises Unsolvable."""
         for part in (targets, *(self._parts_of(targets) if is_thorough else ())):
             found = self._view_to_place(part)
             if found is not None:
@@ -165,16 +156,12 @@ class MacroActions:
         return None
 
     def query_of(self, targets: "PlacementTargets", slack_m: float) -> ViewpointQuery:
-        """Return the query for viewpoints from which an object can be placed; `slack_m` is subtracted from the
-        reach.
-        """
+        """Return the query for viewpoints to place an object from; `slack_m` is subtracted from the reach."""
         places = near_points(targets.points, REACH_M - REACH_MARGIN_M - slack_m)
         return ViewpointQuery(targets.receptacle_id, targets.points, places, self.may_tilt, least_seen=1)
 
     def put_down(self, is_good: Callable[[], bool]) -> Iterator[Action]:
-        """Yield the actions that drop the held object at a nearby place where `is_good` is true afterwards. Raises
-        Unsolvable.
-        """
+        """Yield the actions that drop the held object nearby so that `is_good` is then true. Raises Unsolvable."""
         yield from self.go(self.find_drop(is_good))
         yield InteractPixel(intent="drop")
 
@@ -205,9 +192,7 @@ class MacroActions:
         raise Unsolvable(f"The way to {viewpoint.corners[-1]} is blocked.")
 
     def placing_pixel(self, viewpoint: Viewpoint, targets: "PlacementTargets") -> tuple[int, int] | None:
-        """Return a pixel, seen from a viewpoint, on which a click places the held object at one of `targets`; None if
-        there is none.
-        """
+        """Return a pixel, seen from a viewpoint, whose click places the held object at one of `targets`, or None."""
         view, held = self.view, self.view.held
         if held is None:
             return None
@@ -247,9 +232,7 @@ class PlacementTargets:
 
 
 def near_box(box: Box, most_m: float) -> PositionCost:
-    """Return the cost function of places: inf beyond `most_m` from a box, and higher very near the box or almost out of
-    reach.
-    """
+    """Return the cost function of places: inf beyond `most_m` from a box, higher very near or almost out of reach."""
 
     def cost(places: np.ndarray) -> np.ndarray:
         distances = box_distances(box, places)
@@ -260,9 +243,7 @@ def near_box(box: Box, most_m: float) -> PositionCost:
 
 
 def near_points(points: np.ndarray, most_m: float) -> PositionCost:
-    """Return the cost function of places: finite only where one of the points (n, 3) is within `most_m` in the floor
-    plane.
-    """
+    """Return the cost function of places: finite only where a point (n, 3) is within `most_m` in the floor plane."""
 
     def cost(places: np.ndarray) -> np.ndarray:
         gaps = np.linalg.norm(places[:, None, :] - points[None, :, [0, 2]], axis=2).min(axis=1)
@@ -306,9 +287,7 @@ def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
 
 
 def _cavity_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
-    """Return points (n, 3) on the walls and floors of a receptacle's cavities above its surfaces; the floor of a drum
-    is round.
-    """
+    """Return points (n, 3) on the walls and floors of a receptacle's cavities above its surfaces (also round ones)."""
     points = surface_points(receptacle, CAVITY_POINTS)
     is_in = np.zeros(len(points), dtype=bool)
     for surface, frame in surfaces:
@@ -319,9 +298,7 @@ def _cavity_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) ->
 
 
 def _nearby_viewpoints(view: PrivilegedView) -> Iterator[Viewpoint]:
-    """Yield at most `MAX_TRIED` viewpoints without a thing to look at, about `DROP_PLACES_M` apart, the nearest
-    first.
-    """
+    """Yield at most `MAX_TRIED` viewpoints without a thing to look at, about `DROP_PLACES_M` apart, nearest first."""
     walks = view.walks()
     cells = walks.plan.cells
     if not len(cells):

@@ -16,17 +16,13 @@ DISTANCE_ERROR = 0.15
 
 
 class MotorNoise:
-    """Makes actions (turns in whole degrees, walks in whole steps) with random errors, which are uniform up to a
-    bound.
-    """
+    """Makes actions (turns in whole degrees, walks in whole steps) with random errors, uniform up to a bound."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
 
     def turn(self, from_yaw: float, to_yaw: float) -> Iterator[Navigate]:
-        """Yield a turn to a heading with an error of at most `TURN_ERROR_DEG`; nothing if the turn rounds to 0
-        degrees.
-        """
+        """Yield a turn to a heading with an error of at most `TURN_ERROR_DEG`; nothing if it rounds to 0 degrees."""
         angle = round(turn_between(from_yaw, to_yaw) + self._rng.uniform(-TURN_ERROR_DEG, TURN_ERROR_DEG))
         yield from primitive_actions.turn(0.0, float(angle))
 

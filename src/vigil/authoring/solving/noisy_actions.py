@@ -119,9 +119,7 @@ class NoisyMacroActions(MacroActions):
             )
 
     def put_down(self, is_good: Callable[[], bool]) -> Iterator[Action]:
-        """Yield the actions that drop the held object at a nearby place where `is_good` is true afterwards. Raises
-        Unsolvable.
-        """
+        """Yield the actions that drop the held object nearby so that `is_good` is then true. Raises Unsolvable."""
         drop = InteractPixel(intent="drop")
 
         def can_drop() -> bool:
@@ -138,9 +136,7 @@ class NoisyMacroActions(MacroActions):
     def _try(
         self, find_pixel: Callable[[], tuple[int, int] | None], viewpoint: Callable[[], Viewpoint], intent: Intent
     ) -> Iterator[Action]:
-        """Yield a click on the pixel that `find_pixel` returns. If there is none, or it is near the border, approach
-        first.
-        """
+        """Yield a click on the pixel of `find_pixel`. If there is none, or it is near the border, approach first."""
         cached_pixel = self._cached_per_state(find_pixel)
         pixel = cached_pixel()
         if pixel is None or not _is_clear(pixel):
@@ -165,9 +161,7 @@ class NoisyMacroActions(MacroActions):
         return cached_pixel
 
     def _approach_or_turn(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool]) -> Iterator[Action]:
-        """Yield the approach to a viewpoint. It has at least one action: if nothing else is left, a step closer or a
-        turn.
-        """
+        """Yield the approach to a viewpoint, with at least one action: if need be, a step closer or a turn."""
         for within_m in (ARRIVED_M, EXACTLY_M):
             is_idle = True
             for action in self._approach(viewpoint, has_arrived, within_m):
@@ -217,9 +211,7 @@ class NoisyMacroActions(MacroActions):
         self._refused = None if effect.moved_m else here.rotation
 
     def _heading_aside(self, at: Point2, wanted: float, cost_of: Callable[[Point2], float]) -> float:
-        """Return the heading (deg) for the next step, other than the blocked heading, at which the rest of the route is
-        cheapest.
-        """
+        """Return the heading (deg) for the next step from which the route is cheapest, except the blocked heading."""
         headings = [(wanted + turn) % 360.0 for turn in range(-180, 180, ASIDE_DEG)]
         refused = self._refused or 0.0
 

@@ -65,9 +65,7 @@ class PrivilegedView:
         return self._clearance
 
     def walks(self, *, is_exact: bool = False) -> ShortestPaths:
-        """Return the shortest walks from the agent's position. If `is_exact` is True, they do not keep a margin to
-        obstacles.
-        """
+        """Return the shortest walks from the agent's position; if `is_exact`, without a margin to obstacles."""
         position = self.agent.position
         plan = self.plan()
         return (plan.exact if is_exact else plan).walks_from((position.x, position.z))
@@ -87,9 +85,7 @@ class PrivilegedView:
         return self._simulator.world(object_ids)
 
     def may_be_visible(self, thing_id: str, min_px: int) -> bool:
-        """Return False if fewer than `min_px` pixels of a thing can be visible to the agent. This is faster than
-        `state_of`.
-        """
+        """Return False if fewer than `min_px` pixels of a thing can be visible to the agent; faster than `state_of`."""
         return self._simulator.may_be_visible(thing_id, min_px)
 
     def room_at(self, position: Vec3) -> str | None:
@@ -101,9 +97,7 @@ class PrivilegedView:
         return self._simulator.world([thing_id]).objects[thing_id]
 
     def centre_distances(self, thing: Thing, places: np.ndarray) -> np.ndarray:
-        """Return the distances (n,) in metres from an agent at each of the places (n, 2) in x, z to a thing's
-        position.
-        """
+        """Return the distances (n,) in metres from an agent at places (n, 2) in x, z to a thing's position."""
         x, y, z = thing.position
         rise = y - self.agent.position.y
         return np.sqrt((places[:, 0] - x) ** 2 + (places[:, 1] - z) ** 2 + rise**2)
@@ -113,9 +107,7 @@ class PrivilegedView:
         return self._simulator.object_at(*pixel)
 
     def click_pixel(self, thing_id: str) -> tuple[int, int] | None:
-        """Return the pixel of a thing that is farthest from all pixels of other things; None if the thing is out of
-        view.
-        """
+        """Return the pixel of a thing that is farthest from all other things; None if the thing is out of view."""
         pixels = self._simulator.pixels_of(thing_id)
         if not len(pixels):
             return None

@@ -67,8 +67,7 @@ def solution(episode: Episode, view: PrivilegedView) -> tuple[Action, ...]:
 
 
 def carry_out(steps: Iterable[Action], view: PrivilegedView) -> tuple[Action, ...]:
-    """Carry out each action before the next is taken, and return all actions. At the end, the simulator's state is
-    restored.
+    """Carry out each action before the next is taken; return all actions. At the end, restore the simulator's state.
 
     Raises Unsolvable if `steps` does.
     """

@@ -112,9 +112,7 @@ def _viewpoint_from(
 
 
 def _in_frame(pose: Pose, points: np.ndarray) -> np.ndarray:
-    """Return the pixels (n, 2) of those points (m, 3) that lie in the frame. Those nearest to the middle of all come
-    first.
-    """
+    """Return the pixels (n, 2) of those points (m, 3) that lie in the frame, those nearest to their middle first."""
     found = project(pose, points)
     pixels = found[(found[:, 2] > 0.0) & in_frame(found, BORDER_PX), :2]
     if not len(pixels):

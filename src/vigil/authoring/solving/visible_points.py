@@ -16,9 +16,7 @@ class PointCount:
     """The number of visible points of a thing. Until all points are tested, only a range is known."""
 
     def __init__(self, points: np.ndarray, sees: Callable[[np.ndarray], np.ndarray]) -> None:
-        """Count points (n, 3). `sees` takes some of the points and returns which are visible; it gets each point at
-        most once.
-        """
+        """Count points (n, 3). `sees` returns which of some points are visible; it gets each point at most once."""
         self._portions = [points[first::BATCHES] for first in range(min(BATCHES, len(points)))]
         self._sees = sees
         self._left = len(points)

@@ -13,9 +13,7 @@ _ADDRESS = re.compile(rf"{STREAM}(?P<seed>\d{{1,40}})(?:@(?P<version>[\d.]+))?",
 
 
 def stream_version() -> str:
-    """Return the versions of houses, shapes, rules and drafts, e.g. `6.5.3.5`. The bytes of a stream depend on all of
-    them.
-    """
+    """Return the versions of houses, shapes, rules and drafts, e.g. `6.5.3.5`. A stream's bytes depend on all."""
     return f"{GENERATOR_VERSION}.{SHAPES_VERSION}.{RULES_VERSION}.{DRAFTS_VERSION}"
 
 
@@ -47,7 +45,5 @@ def address_of(seed: int) -> str:
 
 
 def hidden_address_of(seed: int) -> str:
-    """Return a text that stands for the address of a stream with a secret seed. The same stream always has the same
-    text.
-    """
+    """Return a text that stands for the address of a stream with a secret seed; the same for equal streams."""
     return f"{STREAM}{secret_name(seed, 'secret', b'')}@{stream_version()}"

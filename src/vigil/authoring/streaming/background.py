@@ -28,7 +28,5 @@ class HousePool(WorkerGroup):
         )
 
     def ask(self, number: int) -> "Future[StreamHouse]":
-        """Return the future of a house. The future raises SimulatorError if `MAX_DEATHS` processes died while they made
-        it.
-        """
+        """Return the future of a house. It raises SimulatorError if `MAX_DEATHS` processes died making the house."""
         return self.submit(StreamHouseMaker.made, number)

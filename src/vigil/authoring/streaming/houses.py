@@ -32,8 +32,7 @@ from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.house import House, canonical_json
 
 PER_HOUSE, TRIED = 4, 8
-"""Maximum number of valid drafts, and of checked drafts, for each family in each house. Both are divided among its
-kinds."""
+"""Maximum number of valid drafts, and of checked drafts, of each family in a house, divided among its kinds."""
 KINDS_TRIED = 5
 """Maximum number of a family's kinds that are proposed in one house. The house's name determines which kinds."""
 TRIED_STARTS = 24
@@ -134,9 +133,7 @@ class StreamHouseMaker:
         return StreamHouse(number=number, name=house.name, document=house.data, drafts=ordered)
 
     def _with_stream_id(self, draft: Draft, number: int) -> Draft:
-        """Return a draft with an id that names stream, version and house. If the seed is secret, the draft is not
-        changed.
-        """
+        """Return a draft with an id that names stream, version and house; unchanged if the seed is secret."""
         if self._settings.is_seed_secret:
             return draft
         episode = draft.episode

@@ -30,8 +30,7 @@ Where the flag does not exist, a poll still reports this for a socket pair, but 
 """
 
 MakeState = Callable[[], Any]
-"""Function that makes the state of a worker process. If the state has a method `close`, the process calls it at its
-end."""
+"""Function that makes the state of a worker process. If the state has a method `close`, it is called at the end."""
 Message = tuple[Literal["done", "failed", "event", "question"], Any]
 """Message to the main process: the result of a request, its error with the traceback, or an event during the request.
 

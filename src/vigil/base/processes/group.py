@@ -31,9 +31,7 @@ class WorkerGroup:
         return [pid for worker in self._workers if (pid := worker.pid) is not None]
 
     def submit(self, function: Callable[..., _Result], *arguments: Any) -> "Future[_Result]":
-        """Let a process call `function(state, *arguments)`, and return the future of the result, as `Worker.submit`
-        does.
-        """
+        """Let a process call `function(state, *arguments)`; return the future of the result, like `Worker.submit`."""
         return self._workers[0].submit(function, *arguments)
 
     def close(self) -> None:
@@ -74,7 +72,5 @@ def map_in_workers(
 
 
 def given_state(value: _State) -> _State:
-    """Return the value. As a worker's `make_state`, `partial(given_state, value)` gives each process a copy of the
-    value.
-    """
+    """Return the value. Given as a maker of states, `partial(given_state, value)` gives each process a copy."""
     return value

@@ -38,9 +38,7 @@ class WorkerLost(SimulatorError):
 
 
 class NoCapacity(WorkerLost):
-    """The cluster does not have a free CPU for the worker yet. Until the worker starts, other workers must take the
-    requests.
-    """
+    """The cluster does not have a free CPU for the worker yet. Until then, other workers must take the requests."""
 
 
 class WorkerProcess(Protocol):
@@ -248,9 +246,7 @@ class Worker:
         self._end(SHUTDOWN_TIMEOUT_S)
 
     def _answer(self, request: Request) -> Any:
-        """Return the answer to a request. If the process dies, a new one tries again. Raises WorkerLost or the
-        request's error.
-        """
+        """Return a request's answer. If a process dies, another tries. Raises WorkerLost or the request's error."""
         for left in range(self._settings.attempts - 1, -1, -1):
             try:
                 return self._ask(request)
@@ -281,9 +277,7 @@ class Worker:
         raise error
 
     def _receive(self, connection: Connection, request: Request) -> Message:
-        """Return the message that ends a request. Handle the events before this message. Raises WorkerLost, EOFError or
-        OSError.
-        """
+        """Return the message that ends a request, after handling events. Raises WorkerLost, EOFError or OSError."""
         while True:
             timeout_s = self._timeout_s
             if timeout_s is not None and not self._has_answered:

@@ -54,16 +54,12 @@ class Identity:
 
     @property
     def folders(self) -> tuple[str, str]:
-        """The folder names of the developer and of the model. They are derived from the id in the same way as in the
-        database.
-        """
+        """The folder names of the developer and of the model, derived from the id as in the database."""
         return _folder(self.developer), _folder(self.name)
 
 
 def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
-    """Return the identity of a run's model; `developer` overrides the developer in the model's name. Raises
-    SettingError.
-    """
+    """Return the identity of a run's model; `developer` overrides that in the model's name. Raises SettingError."""
     spec = header.spec
     if spec.agent_kind != "model":
         raise SettingError(

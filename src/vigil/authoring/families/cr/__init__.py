@@ -1,6 +1,4 @@
-"""Constraint Resolving: first resolve a constraint, then act on an object. The instruction may or may not state the
-constraint.
-"""
+"""Constraint Resolving: resolve a constraint, then act on an object. The instruction may leave the constraint out."""
 
 from vigil.protocol.family import DraftKind, FamilySpec, StreamGrading
 

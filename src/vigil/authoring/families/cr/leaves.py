@@ -46,8 +46,7 @@ AWAY_M = (1.6, 6.0)
 HEADINGS_DEG = (0.0, 90.0)
 """Headings (deg) that are tried for furniture next to a leaf."""
 LEAF_PX = 8000
-"""Minimum number of visible pixels of the leaf at the start. It is large because a person must see which leaf is
-meant."""
+"""Minimum number of visible pixels of the leaf at the start. It is large so that it is clear which leaf is meant."""
 
 
 def leaf_in_the_way(context: HouseContext) -> Drafts:
@@ -105,9 +104,7 @@ def _tight_spots(
 
 
 class _LeafFloor:
-    """The floor of a house when a leaf is open or closed: where the agent can be, where nothing stands, and the leaf's
-    shape.
-    """
+    """The floor of a house with a leaf open or closed: where the agent can be, where nothing stands, and the leaf."""
 
     def __init__(self, context: HouseContext, leaf: Thing, openness: float) -> None:
         context.begin(Setup(objects={leaf.id: ObjectSetup(openness=openness)}))
@@ -128,9 +125,7 @@ def _is_alone(context: HouseContext, thing: Thing) -> bool:
 
 
 def _places(context: HouseContext, swung: BaseGeometry) -> np.ndarray:
-    """Return poses (n, 3) around an open leaf: x (m), z (m) and heading (deg). They are shuffled, at most
-    `TRIED_PLACES`.
-    """
+    """Return at most `TRIED_PLACES` poses (n, 3) around an open leaf, shuffled: x (m), z (m) and heading (deg)."""
     left, low, right, high = swung.buffer(AROUND_M).bounds
     x, z = np.meshgrid(np.arange(left, right, STEP_M), np.arange(low, high, STEP_M))
     count = len(HEADINGS_DEG)

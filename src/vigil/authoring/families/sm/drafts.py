@@ -1,6 +1,4 @@
-"""Drafts of Sequential Manipulation (SM): adds starts and instructions to plans
-(`vigil.authoring.families.sm.plans`).
-"""
+"""Drafts of Sequential Manipulation (SM): starts and instructions for plans (`vigil.authoring.families.sm.plans`)."""
 
 from collections import defaultdict
 from collections.abc import Callable
@@ -46,9 +44,7 @@ def drafts_of(context: HouseContext, plans: Callable[[HouseContext], Plans]) -> 
 
 
 def _start(context: HouseContext, plan: SequencePlan, named: dict[str, Phrase]) -> Pose | None:
-    """Return a start from which the first object to act on is visible; None if there is none or the phrases do not
-    suit.
-    """
+    """Return a start from which the first object to act on is visible; None without one or if phrases do not suit."""
     if len(named) < len(plan.roles) or is_wordy(named):
         return None
     first = context.thing(plan.facts[0].object_id)
@@ -79,9 +75,7 @@ def _instruction(context: HouseContext, plan: SequencePlan, named: dict[str, Phr
 
 
 def sequence_forms(template: str, forms: Forms, *, inside: bool) -> tuple[str, ...]:
-    """Return the sentence forms of a template. If `inside` is True, return only forms that ask to put the object
-    inside.
-    """
+    """Return the sentence forms of a template; if `inside`, only forms that ask to put the object inside."""
     sentences = SEQUENCES[template].of(forms)
     return tuple(each for each in sentences if not inside or asks_inside(each.format_map(defaultdict(str, _INSIDE))))
 

@@ -1,5 +1,4 @@
-"""Plans of Sequential Manipulation (SM): containers are opened, objects taken out, put elsewhere, and containers
-closed.
+"""Plans of Sequential Manipulation (SM): containers are opened, objects taken out and put elsewhere, containers closed.
 
 A sequence may end in several facts (two objects in one place, or an object inside and the door closed). Its goal is
 then `all_of` these facts.
@@ -28,8 +27,7 @@ from vigil.scene.things import Thing
 TOGETHER_M = 4.0
 """Maximum floor distance (m) from a sequence's first object to its others, so that the step budget is enough."""
 CARRIED_M = 6.0
-"""Maximum floor distance (m) between two containers. It is larger than `TOGETHER_M`, because only one object is
-carried."""
+"""Maximum floor distance (m) between two containers. It is larger than `TOGETHER_M`: only one object is carried."""
 TRIED_RECEPTACLES, TRIED_CONTAINERS = 3, 6
 """Number of receptacles, and number of other containers, that are tried as the place for an object."""
 ROOM_FACTOR = 3.0
@@ -97,9 +95,7 @@ def emptying(context: HouseContext) -> Plans:
 
 
 def putting_in(context: HouseContext) -> Plans:
-    """Yield `put_into` plans: take an object and put it into a container; a container that can be opened is opened
-    first.
-    """
+    """Yield `put_into` plans: take an object and put it into a container, which is first opened if it can be."""
     for container in context.things(_may_hold):
         setup = _closed_setup(container) if container.is_openable else Setup()
         opened = (_opened(container),) if container.is_openable else ()
@@ -156,9 +152,7 @@ def put_and_close(context: HouseContext) -> Plans:
 
 
 def take_and_close(context: HouseContext) -> Plans:
-    """Yield plans in which an object is taken out of a container and put elsewhere, and the container is closed
-    again.
-    """
+    """Yield plans in which an object is taken out of a container and put elsewhere, and the container is closed."""
     for container, target, setup in filled(context):
         taken = {container.id, container.parent, target.id, target.parent}
         for receptacle in _receptacles_for(context, target, taken):
@@ -236,17 +230,13 @@ def _movable(context: HouseContext) -> list[Thing]:
 
 
 def _may_hold(thing: Thing) -> bool:
-    """Return whether people put objects into a thing, and the thing itself (not only a drawer of it) has a surface
-    inside.
-    """
+    """Return whether people put objects into a thing, and the thing itself (not its drawers) has a surface inside."""
     is_container = thing.category in BELONGS_IN or thing.category in PUT_INTO
     return is_container and any(surface.is_inside for surface in thing.asset.surfaces)
 
 
 def _may_go_in(container: Thing, thing: Thing) -> bool:
-    """Return whether people would put a thing into a container. The thing can be moved, and is not in the container
-    yet.
-    """
+    """Return whether people would put a thing into a container. It can be moved and is not in the container yet."""
     suits = thing.category in (*BELONGS_IN.get(container.category, ()), *PUT_INTO.get(container.category, ()))
     return suits and can_be_put(thing, container)
 
@@ -305,8 +295,6 @@ def _closed(thing: Thing) -> ObjectInState:
 
 
 def _at(thing: Thing, receptacle: Thing, *, inside: bool | None = None) -> ObjectAtReceptacle:
-    """Return the fact that a thing is at a receptacle, `inside` it or on it. If `inside` is None, the usual place is
-    meant.
-    """
+    """Return the fact that a thing is at a receptacle: inside it, or on it. None for `inside`: as is usual there."""
     is_inside = receptacle.category in PUT_INTO if inside is None else inside
     return ObjectAtReceptacle(object_id=thing.id, receptacle_id=receptacle.id, inside=is_inside)

@@ -91,8 +91,7 @@ SEQUENCES = {
         ),
     ),
 }
-"""Template -> its sentence forms. `put_into_closed` has the forms for `put_into` if the receptacle is closed at the
-start."""
+"""Template -> its sentence forms. `put_into_closed` is for `put_into` if the receptacle is closed at the start."""
 
 CHAINS = {
     "two_to_one": Sentences(

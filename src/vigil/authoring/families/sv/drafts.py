@@ -25,8 +25,7 @@ from vigil.scene.things import Thing
 
 QueriedState = Literal["is_toggled", "is_open"]
 STATE_PX, HARD_STATE_PX = 350, STATE_START_PX
-"""Minimum visible pixels of the parts that show the state: at a start that is clear to a person, and at a hard
-start."""
+"""Minimum visible pixels of the parts that show the state, at a start that is clear to a person and at a hard start."""
 ABOVE_EYES_M = 0.3
 """Height (m) below the eyes. If the target is higher than this, the camera is level at the start."""
 LABELS: dict[StateLabel, tuple[QueriedState, ObjectSetup]] = {
@@ -126,9 +125,7 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
 
 
 def _shows_state(state: QueriedState, min_px: int) -> VisibilityTest:
-    """Return the test that the parts of an object that show its state have at least `min_px` pixels and a margin in the
-    frame.
-    """
+    """Return the test that the parts that show an object's state have `min_px` pixels and a margin in the frame."""
     needed = min_px + 2 * MARGIN_PX
     return VisibilityTest(
         needed, lambda seen: seen.state_px(state) >= needed and seen.visible and is_state_observable(seen, state)

@@ -42,8 +42,7 @@ MAX_TARGETS = 5
 MIN_TARGETS_BY_STATE = 3
 """Minimum number of targets if the instruction identifies them by their state ("everything that is on")."""
 MIN_CANDIDATES: dict[Act, tuple[int, int]] = {"turn_off": (5, 9), "close": (8, 14)}
-"""Act -> minimum numbers of things that might need the act, in a room and in the home. The agent must look for those
-that do."""
+"""Act -> minimum numbers of things that may need the act, in a room and in the home: the agent must look for them."""
 TRIED_STARTS, FACING_SPREAD_DEG = 40, 40.0
 """Number of places tried for a start, and maximum angle (deg) between the start's heading and the first target."""
 TRIED_CHOICES = 3
@@ -127,9 +126,7 @@ def _by_state(context: HouseContext, act: Act, places: Places) -> Tasks:
 
 
 def _unfinished(context: HouseContext, things: list[Thing], act: Act) -> dict[str, ObjectSetup]:
-    """Return the changes to things after which the act is still needed on each of them. Some may be only partly
-    open.
-    """
+    """Return the changes to things after which each of them still needs the act. Some may be only partly open."""
     changes: dict[str, ObjectSetup] = {}
     for thing in things:
         if act == "close" and can_be_partly_open(thing) and context.rng.random() < PARTLY_OPEN_SHARE:
@@ -176,9 +173,7 @@ def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | No
 
 
 def _hides_half(seen_px: Sequence[int]) -> bool:
-    """Return whether at least half of several things are out of view; `seen_px` has the visible pixels of each
-    thing.
-    """
+    """Return whether at least half of several things are out of view; `seen_px` has each thing's visible pixels."""
     return 2 * sum(px == 0 for px in seen_px) >= len(seen_px)
 
 

@@ -112,9 +112,7 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
 
 
 def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
-    """Return whether a thing is fully out of view at an episode's start, both at its own place and at the place
-    `moved`.
-    """
+    """Return whether a thing is fully out of view at an episode's start, at its own place and at the place `moved`."""
     setups = episode.setup, changed_setup(episode.setup, thing.id, placement=moved)
     found = all(context.can_begin(setup) and is_out_of_view_from(context, episode.start, thing.id) for setup in setups)
     context.begin(Setup())
@@ -168,8 +166,7 @@ def _may_occupy(context: HouseContext, thing: Thing, stand: Thing) -> bool:
 
 
 def _no_room_task(context: HouseContext, stand: Thing, occupant: Thing, taken: Placement, target: Thing) -> Tasks:
-    """Yield twins: on the first side a target fits on a stand; on the second it does not, because an occupant stands
-    there.
+    """Yield twins: on the first side a target fits on a stand; on the second an occupant stands there, and it does not.
 
     Nothing is yielded if this does not hold, the setup is impossible, or no start or words are found.
     """

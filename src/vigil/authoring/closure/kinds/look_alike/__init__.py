@@ -1,6 +1,4 @@
-"""Tasks about one of several things of a category. Colour, place, state, size, or what lies on it distinguishes the
-target.
-"""
+"""Tasks about one of several things of a category, identified by colour, place, state, size or what lies on it."""
 
 from vigil.scoring.closure_kind import ClosureKind
 

@@ -98,9 +98,7 @@ def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
 
 
 def _candidates(context: HouseContext) -> Iterator[tuple[Thing, list[Thing]]]:
-    """Yield, in a random order, possible targets, each with the other things that its name without adjectives also
-    means.
-    """
+    """Yield, in a random order, possible targets, each with the other things that its bare name also means."""
     wanted = [each for each in context.view.scene.things.values() if each.is_present and is_target(each)]
     for thing in context.shuffled(wanted):
         others = _same_name_objects(context, thing.id)
@@ -172,9 +170,7 @@ def _of_bearing(context: HouseContext) -> Tasks:
 
 
 def _supported_candidates(context: HouseContext, target: Thing, others: list[Thing]) -> list[Thing]:
-    """Return, in a random order, things with a unique name that could lie on a target to distinguish it from
-    `others`.
-    """
+    """Return, in a random order, things with a unique name that could lie on a target to identify it."""
     items = list(context.items.values())
     ids = {target.id, *(each.id for each in others)}
     suits = FOOD if target.is_pickupable else ON_FURNITURE
@@ -209,9 +205,7 @@ def _distractor_task(
 def faults(
     view: PrivilegedView, task: ClosureTask, episode: Episode, _: tuple[Action, ...]
 ) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) if there is no look-alike, or if the words do not distinguish the target from the
-    look-alike.
-    """
+    """Yield (rule, message) if there is no look-alike, or the words do not distinguish the target from it."""
     alike, target, things = episode.bindings[DISTRACTOR], episode.goal.object_id, view.scene.things
     if things[alike].category != things[target].category or not things[alike].is_present:
         yield "distinguished", f"{alike!r} does not have the category of {target!r}"

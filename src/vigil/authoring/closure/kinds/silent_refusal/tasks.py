@@ -35,8 +35,7 @@ SHELVES = ("ShelvingUnit", "Fridge", "Cabinet", "TVStand", "SideTable", "Cart", 
 HAND_HEIGHT_M = 1.0
 """Height (m) of the hand. The obvious surface of furniture is the surface nearest to this height."""
 TRIED_SHELVES, TRIED_TARGETS, TRIED_FILLERS, MAX_FILLERS, TRIED_ROWS = 3, 2, 6, 3, 4
-"""Limits of the search: pieces of furniture, targets, things that may fill a shelf, such things on one shelf, and their
-rows."""
+"""Limits of the search: pieces of furniture, targets, things tried as fillers, fillers on a shelf, rows of fillers."""
 MIN_SIDE_M = 0.07
 """Minimum width (m) of a target. A narrower thing almost always fits into a gap."""
 PUT_IN = (
@@ -89,8 +88,7 @@ def _full_shelf_tasks(context: HouseContext) -> Tasks:
 
 
 def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
-    """Return the surface nearest to `HAND_HEIGHT_M`: one inside the furniture, or one on it if fewer than two are
-    inside.
+    """Return the surface nearest to `HAND_HEIGHT_M`, inside the furniture (or on it if fewer than two are inside).
 
     None if there are also fewer than two surfaces on it.
     """
