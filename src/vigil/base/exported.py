@@ -9,8 +9,8 @@ from typing import Any
 def exported_by_modules(package: str, name: str, required: Sequence[str]) -> list[Any]:
     """Import each module of a package, and return the objects that they export as `name`, sorted by `position`.
 
-    Raises AttributeError for a module without this name, and TypeError for an object with an empty `required`
-    attribute.
+    Raises AttributeError for a module without this name, TypeError for an object whose attributes in `required` are
+    empty.
     """
     found: list[Any] = []
     for module in pkgutil.iter_modules(importlib.import_module(package).__path__):

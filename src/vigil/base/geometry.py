@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel, ConfigDict
 
 EYE_HEIGHT_M = 1.576
-"""Height of the standing agent's camera above the floor."""
+"""Height (m) of the standing agent's camera above the floor."""
 
 
 class Vec3(NamedTuple):

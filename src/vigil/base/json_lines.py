@@ -1,9 +1,9 @@
 """JSON-lines files: one JSON value per line, append-only. All such files are read and written by this module.
 
-A line counts if it ends with a newline. A last line without a newline also counts if it is whole JSON, because a killed
-process may have failed to write only the newline. Any other bytes after the last line are a partial line: readers skip
-it, and the writer moves it to a side file. Lines are read one at a time. A line, a file or a number of lines above the
-limits below raises an error.
+A line is complete if it ends with a newline. A last line without a newline is also complete if it is whole JSON,
+because a killed process may have failed to write only the newline. Any other bytes after the last complete line are a
+partial line: readers skip it, and the writer moves it to a side file. Lines are read one at a time. A line, a file or a
+number of lines above the limits below raises an error.
 """
 
 import fcntl
@@ -32,7 +32,7 @@ _Row = TypeVar("_Row", bound=BaseModel)
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One line of a file that counts."""
+    """One complete line of a file."""
 
     number: int
     """Line number, counted from 1."""

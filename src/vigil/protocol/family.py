@@ -74,8 +74,8 @@ class FamilySpec:
     rules: tuple[str, ...] = ()
     """Names of rules for drafts (`vigil.authoring.review`) that apply to this family but not to every family."""
     end_words: str | None = None
-    """Regular expression for the words of an instruction that say when the task is done. None if the requested act
-    itself says this."""
+    """Regular expression for the words of an instruction that say when the task is done; None if the act itself says
+    this."""
     stratum: Literal["template", "target_size", "distance", "label", "turning"] = "template"
     """Fact about episodes over which a pack is balanced: each value of the fact has about equally many episodes."""
     grading: StreamGrading | None = None

@@ -75,8 +75,7 @@ class Counts:
     counts: Mapping[str, int]
     """Counts by name; the names are those of `count_masks`."""
     by_episode: Mapping[str, tuple[int, ...]] | None = None
-    """Name of a count -> its values for each episode; the count `n` is the number of plays. None if every episode was
-    played only once."""
+    """Name of a count -> its value for each episode; `n` is the number of plays. None if each was played only once."""
 
     @property
     def episodes(self) -> int:

@@ -89,7 +89,7 @@ class SftWriter:
         self._lines = (folder / TRAIN_JSONL).open("wb")
 
     def add(self, examples: Sequence[Example]) -> None:
-        """Write the rows of one episode. Rows with the same picture share one file of it."""
+        """Write the rows of one episode. Rows with the same picture share one picture file."""
         for row in map(row_of, examples):
             (self._folder / row.picture_path).write_bytes(row.picture.data)
             line = json.dumps({**row.columns, "images": [row.picture_path]}, ensure_ascii=False)

@@ -51,7 +51,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 PER_HOUSE, TRIED = 3, 20
 HOUSE_RULE = "house_holds_episodes"
-"""Rule that a house breaks if it cannot be loaded, or if no place in it is free to stand."""
+"""Rule that a house breaks if it cannot be loaded, or if it has no free place to stand."""
 
 
 class Proposal(Protocol):

@@ -41,7 +41,7 @@ def start_cost(view: PrivilegedView, thing: Thing, others: Iterable[str], pose: 
     """Return the estimated difficulty index of an episode that is about a thing and starts at a pose.
 
     `others` are the ids of the thing's look-alikes. The walk is the shortest path to a place from which the thing can
-    be reached. If there is no such place, it is the straight line.
+    be reached. If there is no such place, the straight line counts as the walk.
     """
     names = [thing.id, *others]
     with view.at_pose(pose):

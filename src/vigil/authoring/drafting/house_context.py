@@ -34,10 +34,10 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 AUTHOR = "grammar"
 OPENED_BELOW = 0.5
-"""Openness of a door between rooms below which the door is opened at the start."""
+"""Limit of openness: doors between rooms that are less open are opened at the start."""
 TRIED_STARTS = 80
 SIGHT_POINTS = 128
-"""Number of points on a thing's surface that are tested for whether they are visible from a place."""
+"""Number of points on a thing's surface whose visibility from a place is tested."""
 SEEN_SHARE = 0.6
 """Minimum number of a thing's points that must be visible from a start, as a share of the number at the best place."""
 SEEN_SHARE_HARD, DISTANCE_FACTOR = 0.3, 1.5
@@ -64,7 +64,7 @@ class VisibilityTest:
 
 @dataclass(frozen=True, slots=True)
 class TaskSpec:
-    """Those parts of an episode that its proposal chooses."""
+    """The parts of an episode that a proposal chooses."""
 
     start: Pose
     instruction: str
@@ -79,7 +79,7 @@ class HouseContext:
     """One house, loaded in a simulator, with functions that help to draft episodes in it."""
 
     def __init__(self, simulator: PrivilegedSimulator, house: House, rng: np.random.Generator) -> None:
-        """Load the house. Raises HouseError if it is invalid, EpisodeError if no place in it is free to stand."""
+        """Load the house. Raises HouseError if it is invalid, EpisodeError if it has no free place to stand."""
         self.simulator = simulator
         self.house = house
         self.rng = rng
@@ -152,7 +152,7 @@ class HouseContext:
         return say(sentences.of(self.forms), self.rng, **slots)
 
     def order(self, sentences: Sentences, act: Act | None, thing: Thing, phrase: Phrase | str | None) -> str:
-        """Return a random sentence in use that asks for an act on a thing; `phrase` is the phrase for the thing."""
+        """Return a random sentence (of the forms in use) that asks for an act on a thing; `phrase` means the thing."""
         words = {} if act is None else order_slots(act, thing.category, str(phrase), self.rng)
         return self.say(sentences, target=str(phrase), **words | pronoun_slots(thing.category))
 

@@ -84,7 +84,7 @@ def drafts_about(context: HouseContext, ask: Ask, things: Iterable[Thing]) -> Dr
 
 
 def draft_about(context: HouseContext, ask: Ask, thing: Thing, start: Pose, phrase: Phrase | None) -> Episode:
-    """Return the draft of an episode about a thing; `phrase` is the phrase for the thing."""
+    """Return the draft of an episode about a thing; `phrase` means the thing."""
     task = TaskSpec(
         start=start,
         setup=setup_for(thing, ask.act),
@@ -102,8 +102,7 @@ def finder_of_starts_in_view(
 ) -> Callable[[Thing, PoseTest], Pose | None]:
     """Return the function `Ask.find_start` for a family whose target is in view at the start.
 
-    `test_for` takes a thing and returns the test of whether it is seen well enough. None: the test for an object to act
-    on.
+    `test_for` takes a thing and returns the test of whether it is seen well enough; by default, that of `is_in_view`.
     """
 
     def find_start(thing: Thing, also: PoseTest) -> Pose | None:
@@ -125,9 +124,7 @@ def is_seen(min_px: int) -> VisibilityTest:
 
 
 def is_in_view(context: HouseContext) -> VisibilityTest:
-    """Return the test that the object to act on is clearly seen at the start. If hard starts are preferred, the rules'
-    minimum is enough.
-    """
+    """Return the test that the start shows the object to act on clearly (hard starts: as the rules require)."""
     return is_seen(HARD_PX if context.prefers_hard_starts else CLEAR_PX)
 
 
@@ -145,10 +142,9 @@ def can_be_searched_for(context: HouseContext, thing: Thing) -> bool:
 
 
 def start_not_seeing(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
-    """Return a start pose from which a thing is not visible; None if none is found.
+    """Return a start pose from which a thing is not visible; None if none is found. `horizon` is the pitch (deg).
 
     `by_turning` says whether the thing must (True) or must not (False) become visible by turning; None: either.
-    `horizon` is the pitch (deg).
     """
     return context.hardest(_starts_not_seeing(context, thing, by_turning, horizon), thing)
 

@@ -20,8 +20,7 @@ LEVEL_M = 0.25
 CLOSEST_M, FARTHER_BY_M, FARTHER_BY = 2.0, 0.8, 2.0
 """Maximum gap (m) of the closest thing; minimum difference (m) and factor by which all other gaps are larger."""
 COVERED, PARTLY_COVERED = 0.75, 0.1
-"""Minimum share of a thing's outline that lies below another thing: if it is clearly under it, and if some people would
-call it so."""
+"""Minimum share of its outline that a thing has below another: to be clearly under it, and for some to call it so."""
 
 
 @dataclass(frozen=True, slots=True)

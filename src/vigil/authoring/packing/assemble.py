@@ -39,7 +39,7 @@ def assemble(
     previous: DraftsFile | None = None,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> tuple[Pack, dict[str, list[Finding]]]:
-    """Freeze a pack into `out`. Return it, and id -> findings for the candidates that were left out.
+    """Freeze a pack into `out`. Return the pack, and the findings about candidates that were left out, by id.
 
     `previous` is one of `files`; its episodes are selected first. `levels` has the drafts' levels by id. A request for
     levels needs them, and the pack stores the levels of its episodes. Raises TooFewDrafts if there are fewer drafts

@@ -42,7 +42,7 @@ class Baselines(SidecarFile):
     schema_version: Annotated[int, schema_validator(BASELINES_SCHEMA)] = BASELINES_SCHEMA
     vigil: str
     agents: dict[str, dict[str, AgentScore]]
-    """Agent -> family, or `all` -> the agent's rates."""
+    """Agent -> family (or `all`) -> the agent's rates."""
     guesses: dict[str, tuple[int, int]]
     """Method of guessing a queried state without looking -> number of correct guesses, and number of all guesses."""
 
@@ -92,9 +92,7 @@ def _limit(agent: str, family: str) -> float | None:
 
 
 def read_baselines(pack: Pack) -> Baselines | None:
-    """Return the baselines that were measured on exactly this pack; None if there are none. Raises PackMismatch if the
-    file is invalid.
-    """
+    """Return the baselines of exactly this pack; None if there are none. Raises PackMismatch if the file is invalid."""
     return read_sidecar(pack, BASELINES, Baselines, "Measure again.")
 
 

@@ -1,7 +1,7 @@
 """Plays of a pack by readers (people, or models that see its pictures), with results and the causes of failures.
 
-They are stored in the pack's folder in `plays.json`. This file is not part of the pack's hash, because the frozen pack
-is played.
+They are stored in the pack's folder in `plays.json`. This file is not part of the pack's hash, because a pack is played
+after it was frozen.
 """
 
 from collections import Counter, defaultdict

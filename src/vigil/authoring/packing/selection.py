@@ -301,7 +301,7 @@ def select(pool: Sequence[Candidate], request: PackRequest) -> list[Candidate]:
 def _missing(
     group: str, pool: Sequence[Candidate], chosen: Sequence[Candidate], request: PackRequest
 ) -> Iterable[Missing]:
-    """Yield which numbers of a family (by level if the request has levels) or of a kind are too small."""
+    """Yield what is missing of a family (by level if the request has levels) or of a kind."""
     parts = request.level_quotas or {None: request.quotas[group]}
     for level, quota in parts.items():
         found, offered = (sum(level in (None, each.level) for each in some) for some in (chosen, pool))

@@ -70,7 +70,7 @@ class BackendComparison:
     differences: tuple[BackendDifference, ...]
 
     def of_kind(self, kind: str) -> list[BackendDifference]:
-        """Return the differences of a kind."""
+        """Return the differences of this kind."""
         return [each for each in self.differences if each.kind == kind]
 
 

@@ -33,7 +33,7 @@ def pick_sample(episodes: Sequence[Episode], count: int, seed: int = 0) -> list[
 def write_sheets(
     episodes: Sequence[Episode], house_of: Callable[[Episode], House], simulator: Simulator, folder: Path
 ) -> list[Path]:
-    """Write a sheet (WebP) for each family into `folder`, and return their paths."""
+    """Write a sheet (WebP) for each family into `folder`, and return the paths of the sheets."""
     folder.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
     for family in FAMILIES:

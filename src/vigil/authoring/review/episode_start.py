@@ -56,7 +56,7 @@ class EpisodeStart:
         return self.at_reset(self.episode.goal)
 
     def at_reset(self, goal: Goal) -> GoalRow:
-        """Return truth and progress at the reset of any goal about bound objects."""
+        """Return the truth and progress of a goal about bound objects at the reset."""
         now = datetime.fromtimestamp(0, UTC)
         record = EpisodeRecord(
             run_id="",

@@ -49,8 +49,7 @@ STANDARDS_IN_WORDS = (
     "no farther than about one and a half metres from",
 )
 NEAR_MARGIN_M, SURFACE_POINTS = 0.01, (16, 128, 1024)
-"""Values for the search for blind places: tolerance (m) of "near" and of "in another room", and numbers of sampled
-points."""
+"""Values for `place_blind_to`: tolerance (m) of "near" and of "in another room", and numbers of sampled points."""
 INSIDE_TEMPLATE = "pick_inside"
 """Template of searches in which the target is in a closed container that the instruction does not name."""
 LOOK_ALIKE_TEMPLATE = "look_alike"

@@ -57,10 +57,9 @@ class ClearanceGrid:
         return thing.is_present and not thing.is_held and bool(self._shapes_of(thing))
 
     def clearances(self, things: Mapping[str, Thing], shifts_m: Mapping[str, Point2] | None = None) -> np.ndarray:
-        """Return each cell's distance (m) to the nearest wall or thing, at most `MAX_CLEARANCE_M`, in shape `shape`.
+        """Return each cell's distance (m) to the nearest wall or thing, at most `MAX_CLEARANCE_M`; an array of `shape`.
 
-        `shifts_m` maps thing ids to offsets (x, z; m) by which the things are assumed to be displaced, rounded to
-        cells.
+        `shifts_m` maps thing ids to offsets (x, z; m) by which things are assumed to be displaced, rounded to cells.
         """
         found = self._bare.copy()
         for name, thing in things.items():
@@ -121,10 +120,9 @@ class RoutesTo:
         self.costs = costs.reshape(grid.shape)
 
     def waypoint(self, place: Point2, clearances: np.ndarray) -> Point2 | None:
-        """Return the farthest point on the route from a place that the agent can walk to straight at little extra cost;
-        None without a route.
+        """Return the farthest point on the route from `place` that can be reached straight at little extra cost.
 
-        `clearances` are the clearances that the agent assumes.
+        None without a route. `clearances` are the clearances that the agent assumes.
         """
         entry = self._entry(place)
         if entry is None:

@@ -26,18 +26,16 @@ from vigil.scene.things import Thing
 REACH_MARGIN_M = 0.04
 """Distance (m) by which the agent goes closer to a thing than a click on it requires."""
 TOO_CLOSE_M, ALMOST_OUT_OF_REACH_M = 0.35, 0.3
-"""Places have additional cost if they are less than the first distance (m) from a thing, or within the second of the
-end of reach."""
+"""Places cost more if their distance (m) to a thing is below TOO_CLOSE_M, or above the reach minus
+ALMOST_OUT_OF_REACH_M."""
 COMFORTABLE_M, FAR_COST = 0.8, 0.5
-"""Distance (m) from the point where an object is to be put beyond which places have additional cost, and this cost per
-metre."""
+"""Places cost more if they are over COMFORTABLE_M from the point where an object is put: FAR_COST per further metre."""
 MAX_TRIED, MAX_TRIED_EXHAUSTIVE = 40, 400
 ARRIVED_M = 0.03
 REPLANS = 3
 PLACE_PIXELS = 8
 SURFACE_GRID, SURFACE_SHARE, ABOVE_SURFACE_M = 5, 0.4, 0.002
-"""Grid of points on a surface: points per side, maximum distance from the middle (share of the side), height (m) above
-it."""
+"""Grid of points on a surface: points per side, distance from the middle (share of the side), height (m) above it."""
 CAVITY_POINTS, CAVITY_WALL_M = 256, 0.08
 """Number of points sampled on a receptacle, and maximum distance (m) from a surface to the wall of its cavity."""
 DROP_PLACES_M = 0.5

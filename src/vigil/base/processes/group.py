@@ -72,5 +72,5 @@ def map_in_workers(
 
 
 def given_state(value: _State) -> _State:
-    """Return the value. Given as a maker of states, `partial(given_state, value)` gives each process a copy."""
+    """Return the value. As a `make_state`, `partial(given_state, value)` gives each process a copy of the value."""
     return value

@@ -38,7 +38,7 @@ class WorkerLost(SimulatorError):
 
 
 class NoCapacity(WorkerLost):
-    """The cluster does not have a free CPU for the worker yet. Until then, other workers must take the requests."""
+    """The cluster does not have a free CPU for the worker yet; meanwhile, other workers must take the requests."""
 
 
 class WorkerProcess(Protocol):
@@ -125,8 +125,8 @@ class WorkerSettings:
     advice: str = ""
     """Advice to the user, added to the message about a process that has ended."""
     fault: Callable[[str], Exception] | None = None
-    """Function from a traceback to the error to raise when the process raised an unexpected exception. None to raise
-    that exception itself."""
+    """Function that turns the traceback of an unexpected exception in the process into the error to raise; None to
+    raise the exception itself."""
 
 
 @dataclass(frozen=True, slots=True)

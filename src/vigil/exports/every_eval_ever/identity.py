@@ -59,7 +59,7 @@ class Identity:
 
 
 def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
-    """Return the identity of a run's model; `developer` overrides that in the model's name. Raises SettingError."""
+    """Return the identity of a run's model; `developer` overrides its name's developer. Raises SettingError."""
     spec = header.spec
     if spec.agent_kind != "model":
         raise SettingError(

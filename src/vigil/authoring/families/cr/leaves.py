@@ -148,8 +148,7 @@ def _rooms(free: BaseGeometry) -> list[BaseGeometry]:
 
 
 def _start_behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
-    """Return a start pose from which a leaf and a target are visible. The open leaf cuts it off from the target; the
-    closed leaf does not.
+    """Return a start pose that sees a leaf and a target. The leaf cuts it off from the target, but only while open.
 
     None if there is no such pose.
     """

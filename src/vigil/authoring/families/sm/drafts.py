@@ -83,8 +83,7 @@ def sequence_forms(template: str, forms: Forms, *, inside: bool) -> tuple[str, .
 def is_wordy(phrases: dict[str, Phrase]) -> bool:
     """Return whether these phrases (by role) are too much for one sentence.
 
-    This is so if one of them names a support, if the phrase for a moved object names a room, or if two name the same
-    room.
+    This is so if one names a support, if the phrase for a moved object names a room, or if two name the same room.
     """
     rooms = [phrase.room for phrase in phrases.values() if phrase.room is not None]
     is_placed = any(phrase.support is not None for phrase in phrases.values())
