@@ -157,9 +157,7 @@ class InteractPixel(_Action):
 
 
 class Report(_Action):
-    """Close the episode with a status. `raw_status` is the word that the agent wrote, if this word is not in
-    `STATUSES`.
-    """
+    """Close the episode with a status. `raw_status` is the word that the agent wrote, if it is not a known status."""
 
     skill_name: Literal["report"] = "report"
     status: Status

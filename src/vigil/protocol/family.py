@@ -63,8 +63,7 @@ class FamilySpec:
     summary: str = ""
     """What the family's tasks ask for, in a few words."""
     position: int = 100
-    """Position of the family in tables. The paper's families have positions 1 to 8; families with the same position are
-    sorted by code."""
+    """Position of the family in tables: 1 to 8 for the paper's. Families with the same position are sorted by code."""
     kinds: Mapping[str, DraftKind] = field(default_factory=dict[str, DraftKind])
     """Name of a kind of episodes -> how the kind is drafted. Packs and streams draft every kind."""
     briefing: str = ""
@@ -74,8 +73,7 @@ class FamilySpec:
     rules: tuple[str, ...] = ()
     """Names of rules for drafts (`vigil.authoring.review`) that apply to this family but not to every family."""
     end_words: str | None = None
-    """Regular expression for the words of an instruction that say when the task is done; None if the act itself says
-    this."""
+    """Regular expression for words of an instruction that say when the task is done; None if the act itself does."""
     stratum: Literal["template", "target_size", "distance", "label", "turning"] = "template"
     """Fact about episodes over which a pack is balanced: each value of the fact has about equally many episodes."""
     grading: StreamGrading | None = None
@@ -93,7 +91,5 @@ class FamilySpec:
 
     @property
     def start_horizon(self) -> float | None:
-        """Camera pitch (deg) at the start. None if the author may choose the pitch, because the family requires the
-        skill `look`.
-        """
+        """Camera pitch (deg) at the start. None if authors may choose it, as the family requires the skill `look`."""
         return None if "look" in self.skills else DEFAULT_HORIZON_DEG

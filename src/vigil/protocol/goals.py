@@ -89,9 +89,7 @@ class AgentNearTarget(_Goal):
 
 
 class ObjectInState(_Goal):
-    """The target is open, closed, on or off, as required. For the state `is_visible`, it must have been seen at any
-    moment so far.
-    """
+    """The target is open, closed, on or off, as required; for `is_visible`, it has been seen at any moment so far."""
 
     kind: Literal["object_state"] = "object_state"
     state: Literal["is_visible", "is_open", "is_toggled"]

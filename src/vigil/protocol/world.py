@@ -145,8 +145,7 @@ class ObjectSetup(_Fact):
     is_absent: bool = False
     """Whether the object and its children are removed from the scene."""
     is_broken: bool = Field(default=False, exclude_if=lambda is_broken: not is_broken)
-    """Whether the machine is broken: it does not start, and a notice on its front says so. Files do not have the field
-    if it is False."""
+    """Whether the machine is broken: it does not start, as a notice on its front says. Omitted from files if False."""
 
 
 class Setup(_Fact):

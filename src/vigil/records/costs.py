@@ -100,9 +100,7 @@ def parse_prices(text: str) -> Prices:
 
 
 def describe_costs(prices: Prices | None, tokens: RunTokens) -> str:
-    """Return a description of the tokens and cost of a run's replies, and of what is unknown. Without prices, the cost
-    is left out.
-    """
+    """Return a text about the tokens and cost of a run's replies, and what is unknown; without prices, no cost."""
     total = tokens.total
     if not total.reported:
         return "not known: no reply in the records reports its tokens"

@@ -240,8 +240,7 @@ class ProviderFacts(_Record):
     """Request parameters that set the thinking mode; empty if there were none."""
     replies_with_reasoning: int = 0
     check: dict[str, str] = Field(default_factory=dict)
-    """Part of the check before the run (`sight`, `contract`) -> its result: `passed` or `failed: ...`. Empty if the
-    check was skipped."""
+    """Part of the check before the run (`sight`, `contract`) -> `passed` or `failed: ...`; empty if it was skipped."""
     clients: dict[str, str] = Field(default_factory=dict)
     """Name of an installed client library -> its version."""
 

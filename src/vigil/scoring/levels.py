@@ -28,8 +28,7 @@ Level = Literal["easy", "medium", "hard", "extreme"]
 LEVELS: tuple[Level, ...] = get_args(Level)
 
 FREE_PX, MIN_PX = 4000, 10
-"""Sizes of a target (pixels). At FREE_PX or more, the size does not add difficulty. Below MIN_PX, the difficulty does
-not rise further."""
+"""Sizes of a target (pixels): from FREE_PX, it adds no difficulty; below MIN_PX, the difficulty rises no further."""
 
 
 class LevelMeasures(BaseModel):
@@ -54,8 +53,7 @@ class LevelMeasures(BaseModel):
     """Number of closed containers around the target at the reset. If the instruction does not name the target's
     container, all closed containers in which a person would look for the target count."""
     occlusion: float = Field(ge=0, le=1)
-    """Share of the target's surface that other objects hide in the solution's first frame that shows the target; 1 if
-    no frame shows it."""
+    """Share of the target's surface that others hide in the solution's first frame of the target; 1 if it has none."""
     slack: float = Field(ge=0, le=1)
     """Share of the step budget that the solution leaves unused."""
     reference_words: int = Field(ge=0)

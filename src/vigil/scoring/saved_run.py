@@ -79,9 +79,7 @@ class RecordTable:
 
     @property
     def left_out(self) -> tuple[LeftOutRow, ...]:
-        """Rows that are not scored, because they cannot be read, belong to another run, contradict the protocol or
-        repeat other rows.
-        """
+        """Rows that are not scored: unreadable, of another run, contrary to the protocol, or repeating other rows."""
         return tuple(self._filter.left_out)
 
     @property
@@ -183,8 +181,7 @@ def read_run(
     pack: str | Path | None = None,
     episodes_of: Callable[[Path, str], Iterable[Episode]] = frozen_episodes,
 ) -> SavedRun:
-    """Return a run with all its rows so far. `pack` is the folder of its pack; by default, it is the folder that the
-    run's header names.
+    """Return a run with all its rows so far. `pack` is the folder of its pack; by default, that in the run's header.
 
     Raises RecordError or PackMismatch.
     """

@@ -16,8 +16,8 @@ PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
 }
 """Kind -> the function that proposes its tasks in a house."""
 FAMILY: Family = "SI"
-"""Family under which a drafts file records that a house is done. The suite's episodes are of SI, or of CR if a
-constraint must be resolved."""
+"""Family under which drafts files record a finished house. The suite's episodes are of SI, or of CR with a
+constraint."""
 
 
 def closure_proposer(seed: int) -> Proposer:

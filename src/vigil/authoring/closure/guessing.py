@@ -16,8 +16,7 @@ BLIND: dict[str, tuple[Status | None, ...]] = {
     "always_invalid": ("invalid",),
     "coin": ("success", "fail"),
 }
-"""Name of an agent that reports without looking -> the statuses from which it draws its report at random; None stands
-for no report."""
+"""Name of an agent that reports without looking -> the statuses that it draws from at random; None: no report."""
 
 
 def kind_counts(answers: Sequence[ClosureAnswer]) -> dict[str, int]:

@@ -40,8 +40,7 @@ from vigil.scene.things import Thing
 MARGIN_M, MARGIN_PX = 0.02, 20
 """Margins by which starts and solutions must be better than a threshold."""
 START_PX, SMALL_START_PX, STATE_START_PX = 100, 40, 150
-"""Minimum visible pixels at the start: of the object to act on, of a small target of PG, and of the parts that show a
-queried state."""
+"""Minimum visible pixels at the start: of the object to act on, a small PG target, and the parts that show a state."""
 ALMOST_CLOSED, WIDE_OPEN = 0.02, 0.8
 """Maximum openness at which a thing is clearly closed, and minimum openness at which it is clearly open."""
 STANDARDS_IN_WORDS = (
@@ -63,8 +62,7 @@ class Rule:
     """A rule about an episode's start."""
 
     is_for: Callable[[Family], bool] | None
-    """Function that returns whether the rule applies to a family. None if it applies to the families that list it in
-    `FamilySpec.rules`."""
+    """Function that returns whether the rule applies to a family; None if families list it (`FamilySpec.rules`)."""
     reason: str
     faults: Callable[[EpisodeStart], Faults]
     """Function that yields a message for each way in which an episode breaks the rule."""

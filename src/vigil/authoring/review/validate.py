@@ -114,8 +114,8 @@ class Validator:
     """Validates episodes on one simulator."""
 
     def __init__(self, simulator: PrivilegedSimulator, *, is_draft: bool = False) -> None:
-        """Make a validator. With `is_draft`, it also checks the wording and the best blind trials, which may be newer
-        than frozen packs.
+        """If `is_draft`, also check the wording and the best blind trials: rules that may be newer than frozen
+        packs.
         """
         for spec in FAMILIES.values():
             check_rule_names(spec)

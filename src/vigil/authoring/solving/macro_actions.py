@@ -26,7 +26,7 @@ from vigil.scene.things import Thing
 REACH_MARGIN_M = 0.04
 """Distance (m) by which the agent goes closer to a thing than a click on it requires."""
 TOO_CLOSE_M, ALMOST_OUT_OF_REACH_M = 0.35, 0.3
-"""Places cost more if their distance (m) to a thing is below TOO_CLOSE_M, or above the reach minus
+"""Places cost more if they are nearer to a thing than TOO_CLOSE_M, or farther from it than the reach minus
 ALMOST_OUT_OF_REACH_M."""
 COMFORTABLE_M, FAR_COST = 0.8, 0.5
 """Places cost more if they are over COMFORTABLE_M from the point where an object is put: FAR_COST per further metre."""

@@ -30,8 +30,7 @@ ARRIVED_M, EXACTLY_M = 0.2, 0.06
 FACED_DEG, TILTED_DEG = 6.0, 5.0
 """Errors (deg) of heading and of pitch up to which they are not corrected."""
 ASIDE_DEG = 15
-"""Step (deg) between the headings that are tried after a collision. Also the size of the turn that is made if nothing
-else helps."""
+"""Step (deg) between the headings tried after a collision, and size of the turn made if nothing else helps."""
 CLEAR_PX = 8
 """Minimum distance (px) of a clicked pixel from the frame's border, if the agent can turn."""
 SEEN_POINTS = 16

@@ -24,8 +24,7 @@ FACED_DEG = 1.0
 """Difference of headings (deg) below which the agent does not turn."""
 
 PositionCost = Callable[[np.ndarray], np.ndarray]
-"""Function that takes places (n, 2) in x, z and returns their additional costs (n,) in metres; inf for places that must
-not be used."""
+"""Function that takes places (n, 2) in x, z and returns additional costs (n,) in metres; inf for forbidden places."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,9 +121,7 @@ def _in_frame(pose: Pose, points: np.ndarray) -> np.ndarray:
 
 
 def _turned(pose: Pose, seen: np.ndarray, may_tilt: bool) -> Iterator[Pose]:
-    """Yield the pose, turned towards the middle of the seen points (n, 3). If `may_tilt` is True, yield it with the
-    camera tilted, too.
-    """
+    """Yield the pose, turned towards the middle of the seen points (n, 3); if `may_tilt`, also with a tilted camera."""
     middle = np.median(seen, axis=0)
     middle = seen[int(np.argmin(np.linalg.norm(seen - middle, axis=1)))]
     yaw = yaw_towards(pose.position, Vec3(*(float(value) for value in middle)))

@@ -100,9 +100,7 @@ def _picklable(error: Exception) -> Exception:
 
 
 def _end_with_parent(fd: int, is_ending: threading.Event) -> None:
-    """End a busy worker when the other end is closed. The request is stopped cleanly; if this takes too long, the
-    process exits at once.
-    """
+    """End a busy worker when the other end is closed: stop the request cleanly, or exit if this takes too long."""
     other_end = select.poll()
     other_end.register(fd, POLL_END)
     other_end.poll()

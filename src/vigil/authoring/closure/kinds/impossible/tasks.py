@@ -37,8 +37,7 @@ NOTICE_READABLE_M = 2.0
 BELOW_EYES_M = 0.2
 """Minimum height (m) of the eyes above a surface for it to be seen from above."""
 SPOT_SHARES, SPOT_ABOVE_M = (-0.3, 0.3), 0.002
-"""Position of the points on a surface that serve as evidence: offsets from its middle (shares of its size), and height
-(m) above it."""
+"""Points on a surface that serve as evidence: offsets from its middle (shares of its size), height (m) above it."""
 STANDS = ("SideTable", "Stool", "Chair", "Ottoman", "CoffeeTable", "Shelf", "Cart", "TVStand", "Dresser", "Desk")
 """Categories of receptacles that may be full."""
 OCCUPANTS = ("Television", "Desktop", "CoffeeMachine", "Safe", "Microwave")
