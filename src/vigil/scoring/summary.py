@@ -133,7 +133,7 @@ def has_many_repeats(attempts: Sequence[int]) -> bool:
 
 
 def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
-    """Return the verdict on an effective record. Raises RecordError if the record is of another episode."""
+    """Return the verdict on a record; Unscored if it is an error row. Raises RecordError if of another episode."""
     if record.end != "error":
         return score(episode, record)
     boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")

@@ -49,7 +49,7 @@ def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[D
 
 
 def confusable(item: DescribedThing, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the other things that a listener may take for a thing if only its name is said, without adjectives."""
+    """Return the other things that a listener may think are meant if only the name of `item` is said."""
     return [other for other in referents(Phrase(item.name), items) if other.id != item.id]
 
 

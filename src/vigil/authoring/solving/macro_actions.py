@@ -190,7 +190,7 @@ class MacroActions:
         raise Unsolvable(f"The way to {viewpoint.corners[-1]} is blocked.")
 
     def placing_pixel(self, viewpoint: Viewpoint, targets: "PlacementTargets") -> tuple[int, int] | None:
-        """Return a pixel, seen from a viewpoint, whose click places the held object at one of `targets`, or None."""
+        """Return a pixel in the frame at a viewpoint that places the held object at a target if clicked; or None."""
         view, held = self.view, self.view.held
         if held is None:
             return None

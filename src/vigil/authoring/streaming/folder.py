@@ -84,7 +84,7 @@ def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda
 
 
 def cached_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, None]:
-    """Yield the houses of a stream: first those in the file, then new houses, which are first appended to the file.
+    """Yield the houses of a stream: those in the file, then new houses. Each new house is first added to the file.
 
     Raises SettingError if the file is invalid or has houses of another stream.
     """
