@@ -1,6 +1,6 @@
 """Safe reading of files that others may have written: regular files only, within a size limit and inside their folder.
 
-A device or a pipe may never end or may block forever, and a link may lead to a private file.
+Other files are refused: reading a device or a pipe may never end, and a link may lead to a private file.
 """
 
 import hashlib
@@ -44,7 +44,7 @@ def open_file(path: Path, what: str, error: type[InputError]) -> BinaryIO:
 
 
 def read_file(path: Path, what: str, error: type[InputError], max_bytes: int = MAX_JSON_BYTES) -> bytes:
-    """Return the bytes of a file. Raises `error` as `open_file` does, and if it exceeds `max_bytes`."""
+    """Return the bytes of a file. Raises `error` as `open_file` does, and if the file is larger than `max_bytes`."""
     with open_file(path, what, error) as file:
         try:
             data = file.read(max_bytes + 1)
@@ -65,12 +65,12 @@ def file_sha256(path: Path, what: str, error: type[InputError] = SettingError) -
 
 
 def is_inside(path: Path, folder: Path) -> bool:
-    """Whether `path` lies in `folder`, after links in both are resolved."""
+    """Whether `path` lies in `folder` after the links in both paths are resolved."""
     return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
 def resolve_inside(folder: Path, name: str, error: type[InputError]) -> Path:
-    """Return the path of a file in a folder. Raises `error` if it is a link that leads out of the folder."""
+    """Return the path of a file in a folder. Raises `error` if the file is a link that leads out of the folder."""
     path = folder / name
     if not is_inside(path, folder):
         raise error(f"{name} in {str(folder)!r} is a link to outside of its folder; it is not followed.")
@@ -78,7 +78,7 @@ def resolve_inside(folder: Path, name: str, error: type[InputError]) -> Path:
 
 
 def outward_links(folder: Path) -> Iterator[Path]:
-    """Yield the links at or under a folder that lead out of it."""
+    """Yield the links in a folder and its subfolders that lead out of the folder."""
     for parent, folders, names in os.walk(folder):
         for entry in (Path(parent, name) for name in sorted([*folders, *names])):
             if entry.is_symlink() and not is_inside(entry, folder):

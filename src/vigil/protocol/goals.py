@@ -1,7 +1,7 @@
 """Goals: what must be true in the hidden world for an episode to count as completed.
 
-This module has the kinds of goals and constraints, whether each holds at one moment, and their descriptions in words.
-`vigil.scoring.goal_check` applies them to a record. Source: `protocol.md` section 4.1.
+This module defines the kinds of goals and constraints, checks whether each of them holds at one moment, and describes
+them in words. `vigil.scoring.goal_check` applies the checks to a record. Source: `protocol.md` section 4.1.
 """
 
 from collections.abc import Sequence
@@ -20,9 +20,9 @@ STRICTLY_OPEN = 0.99
 STRICTLY_CLOSED = 0.01
 TOLERANCE = 1e-6
 NEAR_M = 1.5
-"""Distance threshold (m) of `agent_near_target`, and distance from a target at which progress counts it as reached."""
+"""Default threshold (m) of `agent_near_target`; progress counts a target as reached within this distance."""
 MAX_PARTS = 24
-"""Maximum number of parts of an `all_of` goal; a home may have as many objects that can be opened."""
+"""Maximum number of parts of an `all_of` goal. A home may have up to this number of objects that can be opened."""
 _STATES = {
     ("is_open", True): "is open",
     ("is_open", False): "is closed",
@@ -39,16 +39,17 @@ _CONSTRAINTS = {
 
 
 class Constraint(BaseModel):
-    """What a constraint-resolving episode requires in addition to its goal."""
+    """The additional condition that an episode of the family CR (constraint resolving) requires."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     kind: Literal["object_open", "object_closed", "object_on", "object_off", "object_moved", "object_released"]
-    """The condition to be met. `object_moved`: picked up, or away from its place at reset by `distance_m` or more in
-    the floor plane. `object_released`: no longer in the hand (the hand was emptied)."""
+    """The condition to be met. `object_moved` is met if the object is in the hand, or at least `distance_m` from its
+    place at the reset, in the floor plane. `object_released` is met if the object is not in the hand."""
     object_id: str
     latched: bool
-    """True for an event (it stays met once met), false for a state (it must hold at closure)."""
+    """Whether the constraint is an event, which stays met after it was met once. If False, it is a state, which must
+    hold when the episode is closed."""
     distance_m: float | None = Field(default=None, gt=0, allow_inf_nan=False)
 
     @model_validator(mode="after")
@@ -64,12 +65,12 @@ class _Goal(BaseModel):
     object_id: str
     """Id of the target."""
     constraint: Constraint | None = None
-    """Constraint that must be resolved too; CR only."""
+    """Constraint that must be resolved in addition to the goal; only in CR."""
     chain: tuple["ChainLink", ...] = ()
-    """Conditions to be met in this order before the goal itself; they count only for progress. SM only."""
+    """Conditions to be met in this order before the goal itself. They count only for progress; only in SM."""
 
     def ids(self) -> set[str]:
-        """Return the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that occur in the goal, its constraint or its chain."""
         constrained = () if self.constraint is None else (self.constraint.object_id,)
         return {self.object_id, *constrained}.union(*(link.ids() for link in self.chain))
 
@@ -88,7 +89,7 @@ class AgentNearTarget(_Goal):
 
 
 class ObjectInState(_Goal):
-    """The target is in the required state: open, closed, on or off, or it has been seen at any moment so far."""
+    """The target is open, closed, on or off, as required; for `is_visible`, it has been seen at any moment so far."""
 
     kind: Literal["object_state"] = "object_state"
     state: Literal["is_visible", "is_open", "is_toggled"]
@@ -108,10 +109,11 @@ class ObjectHeld(_Goal):
 
 
 class ObjectAtReceptacle(_Goal):
-    """The target lies on the receptacle: on its top or an open shelf, not inside or on one of its openable parts.
+    """The target lies on top of the receptacle or on an open shelf. Inside or on a part that opens does not count.
 
-    With `inside`, the target must be in the receptacle, not on its top or rim. For W, the target need only be over an
-    interior surface (`ObjectState.over_inside`). For W_strict, it must rest on a surface of the receptacle itself.
+    If `inside` is True, the target must be in the receptacle, not on its top or rim. For W, it is enough that the
+    target is over an interior surface (`ObjectState.over_inside`). For W_strict, it must rest on a surface of the
+    receptacle itself.
     """
 
     kind: Literal["object_at_receptacle"] = "object_at_receptacle"
@@ -119,12 +121,12 @@ class ObjectAtReceptacle(_Goal):
     inside: bool = False
 
     def ids(self) -> set[str]:
-        """Return the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that occur in the goal, its constraint or its chain."""
         return super().ids() | {self.receptacle_id}
 
 
 class ReportStatus(_Goal):
-    """The target's queried state is observable when the episode is closed. The reported label is judged separately."""
+    """The target's queried state is observable when the episode is closed. The reported label is checked separately."""
 
     kind: Literal["report_status"] = "report_status"
     state: StateQuery
@@ -154,7 +156,7 @@ class AllOf(_Goal):
         return self
 
     def ids(self) -> set[str]:
-        """Return the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that occur in the goal, its constraint or its chain."""
         return super().ids().union(*(part.ids() for part in self.parts))
 
 
@@ -171,7 +173,7 @@ STATE_LABELS: dict[StateQuery, tuple[StateLabel, StateLabel]] = {
     "is_toggled": ("on", "off"),
     "is_open": ("open", "closed"),
 }
-"""State queried -> its labels (if true, if false)."""
+"""Kind of state -> its two labels: the label if the state is true, and the label if it is false."""
 
 
 def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float | None) -> StateLabel:
@@ -198,17 +200,20 @@ def _is_recognizable(state: ObjectState, pixels: int) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """The hidden facts after one step (or at the reset) on which the truth of a goal depends."""
+    """The hidden facts at one moment (after a step or at the reset) that decide whether a goal holds."""
 
     initial: WorldState
     world: WorldState
     closing: WorldState
-    """World shown in the frame that the last reply answered."""
+    """World at the time of the frame that the last reply answered."""
     last_ground: Effect | None
 
 
 def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
-    """Return whether the goal holds at each moment, as (semantic, strict), ignoring its constraint and tampering."""
+    """Return two lists: for each moment, whether the goal holds with tolerances (for W) and without (for W_strict).
+
+    The goal's constraint, and whether the agent changed a queried state, are ignored.
+    """
     pairs = [_holds(goal, moment) for moment in moments]
     semantic, strict = [pair[0] for pair in pairs], [pair[0] and pair[1] for pair in pairs]
     if isinstance(goal, ObjectInState) and goal.state == "is_visible":
@@ -217,7 +222,10 @@ def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[
 
 
 def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
-    """Return (semantic, strict) at one moment; strict counts only together with semantic."""
+    """Return whether the goal holds at one moment, as (with tolerances, without them).
+
+    The caller counts the second value only if the first is also true.
+    """
     state = moment.world.objects[goal.object_id]
     match goal:
         case TargetGrounded():
@@ -241,9 +249,9 @@ def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
 
 
 def grounding_truth(object_id: str, category: str, ground: Effect | None) -> tuple[bool, bool]:
-    """Return whether a click is on an object, as (semantic, strict).
+    """Return whether a click is on an object, as (with tolerance, without).
 
-    Semantic also accepts a click within 3 px of the object, if it is not on another object of the same category.
+    With tolerance, a click within 3 px of the object also counts, unless it hits another object of the same category.
     """
     if ground is None:
         return False, False
@@ -274,7 +282,7 @@ def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
 
 
 def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
-    """Return for each moment whether the queried state has changed since the reset; False for goals without a query."""
+    """Return for each moment whether the queried state has changed since the reset; always False for other goals."""
     if not isinstance(goal, ReportStatus):
         return [False] * len(moments)
     states = [moment.world.objects[goal.object_id] for moment in moments]
@@ -309,7 +317,7 @@ def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
 
 
 def displacement_m(constraint: Constraint, moment: Moment) -> float:
-    """Return the object's distance (m) from its place at reset; the required distance while the object is held."""
+    """Return the object's distance (m) from its place at the reset; while it is held, the required distance."""
     state, first = moment.world.objects[constraint.object_id], moment.initial.objects[constraint.object_id]
     if state.is_held:
         return constraint.distance_m or 0.0
@@ -317,7 +325,7 @@ def displacement_m(constraint: Constraint, moment: Moment) -> float:
 
 
 def latched(values: Sequence[bool]) -> list[bool]:
-    """Return for each position whether any value up to and including it is true."""
+    """Return for each position whether any value up to this position (inclusive) is true."""
     return list(accumulate(values, lambda before, now: before or now))
 
 

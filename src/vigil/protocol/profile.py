@@ -15,7 +15,7 @@ PromptVariant = Literal["default", "neutral_report"]
 """Prompt variants of the paper; any other prompt comes from a file and is named after its hash."""
 ImageFormat = Literal["png", "jpeg"]
 SystemRole = Literal["system", "user"]
-"""Role of the system prompt: a separate message, or the beginning of the first user message."""
+"""Role of the message with the system prompt: a separate message, or the beginning of the first `user` message."""
 
 ProfileName = Literal["pure_rgb_dialogue_history_baseline", "pure_rgb_dialogue_history_action_feedback"]
 BASELINE: ProfileName = "pure_rgb_dialogue_history_baseline"
@@ -26,7 +26,7 @@ PROFILE_NAMES: dict[str, ProfileName] = {
     BASELINE: BASELINE,
     ACTION_FEEDBACK: ACTION_FEEDBACK,
 }
-"""Short or full name -> full name."""
+"""Short or full name of a profile -> its full name."""
 
 HISTORY_TURNS = 20
 HISTORY_REPLY_CHARS = 4000
@@ -34,7 +34,7 @@ JPEG_QUALITY = 90
 
 
 class Profile(BaseModel):
-    """One condition of evaluation; part of a run's identity."""
+    """The condition under which an agent is evaluated. It is part of a run's identity."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -73,7 +73,7 @@ class Profile(BaseModel):
 
 
 class ModelCoordinates(NamedTuple):
-    """The coordinate mode of models whose name matches a pattern, with its source."""
+    """The coordinate mode of the models whose name matches a pattern, and the source of this fact."""
 
     pattern: str
     coordinates: Coordinates
@@ -105,16 +105,16 @@ COORDINATES_BY_MODEL: tuple[ModelCoordinates, ...] = (
     ModelCoordinates(r"claude", "pixel", "https://platform.claude.com/docs/en/build-with-claude/vision-coordinates"),
     ModelCoordinates(r"gpt-\d", "pixel", "https://platform.openai.com/docs/guides/tools-computer-use"),
 )
-"""Published table. The first pattern found in a model's case-folded name decides; if none is found, the mode is
-`pixel`."""
+"""The paper's table of coordinate modes by model. The first pattern that is found in the model's name (in lower case)
+decides. If none is found, the mode is `pixel`."""
 
 
 def coordinates_for(model: str) -> Coordinates:
-    """Return the coordinate mode that `model` was trained with; `pixel` if the table does not have it."""
+    """Return the coordinate mode that `model` was trained with; `pixel` if the table does not list the model."""
     return known_coordinates(model) or "pixel"
 
 
 def known_coordinates(model: str) -> Coordinates | None:
-    """Return the coordinate mode of `model` in the table; None if no pattern matches the model."""
+    """Return the coordinate mode of `model` in `COORDINATES_BY_MODEL`; None if no pattern matches the model."""
     name = model.casefold()
     return next((one.coordinates for one in COORDINATES_BY_MODEL if re.search(one.pattern, name)), None)

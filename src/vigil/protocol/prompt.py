@@ -1,8 +1,8 @@
 """The prompt: the system text that every agent gets, and the text around each frame.
 
-It has four blocks in fixed order, verbatim from the paper; block 2 is rendered from the tables in
-`vigil.protocol.actions`. A custom prompt may use all blocks but the first (`vigil.protocol.prompt_file`). This module
-has no access to hidden state. Source: `protocol.md` sections 2.1, 2.4 and 3.
+The system text has four blocks in fixed order, verbatim from the paper; block 2 is made from the tables in
+`vigil.protocol.actions`. A custom prompt may use all blocks except the first (`vigil.protocol.prompt_file`). This
+module has no access to hidden state. Source: `protocol.md` sections 2.1, 2.4 and 3.
 """
 
 import hashlib
@@ -67,7 +67,7 @@ class Turn(NamedTuple):
 
 
 def policy_text(profile: Profile) -> str:
-    """Return the system prompt with an empty instruction slot."""
+    """Return the system prompt with an empty instruction."""
     blocks = {
         ACTIONS_SLOT: _action_schema(),
         GROUNDING_SLOT: _grounding_rules(profile.coordinates),
@@ -87,17 +87,17 @@ def system_prompt(instruction: str, profile: Profile) -> str:
 
 
 def policy_version(profile: Profile) -> str:
-    """Return the version string of the prompt, which names its template family and its report vocabulary."""
+    """Return the version string of the prompt. It names the prompt's template family and report vocabulary."""
     return f"{POLICY}.v{POLICY_REVISION}/{profile.prompt_variant}/{profile.coordinates}[{','.join(STATUSES)}]"
 
 
 def policy_sha256(profile: Profile) -> str:
-    """Return the SHA-256 of the prompt with an empty instruction slot."""
+    """Return the SHA-256 of the system prompt with an empty instruction."""
     return _sha256(policy_text(profile))
 
 
 def rendered_sha256(instruction: str, profile: Profile) -> str:
-    """Return the SHA-256 of the prompt with the instruction filled in."""
+    """Return the SHA-256 of the system prompt with the instruction."""
     return _sha256(system_prompt(instruction, profile))
 
 
@@ -112,9 +112,9 @@ def frame_stub(role: Literal["current", "past"], feedback: Feedback | None) -> s
 
 
 def past_turn(feedback: Feedback | None, reply_text: str, profile: Profile) -> Turn:
-    """Return a past step for the dialogue history: its frame stub and the answer.
+    """Return a past step for the dialogue history: its frame stub and the agent's answer.
 
-    The answer is without reasoning, and cut if it is too long.
+    The answer is without reasoning. It is cut if it is longer than the history allows.
     """
     answer, _ = split_reasoning(reply_text)
     return Turn(frame_stub("past", feedback), answer[: profile.history_reply_chars])

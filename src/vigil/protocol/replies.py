@@ -1,8 +1,9 @@
-"""Replies: parses an agent's raw text into an action, or the reason why it is not one.
+"""Replies: parses an agent's raw text into an action, or the reason why it is not an action.
 
-The grammar is strict and repairs nothing; the `lenient` policy is a named variant that gives a run another identity.
-Words of a closed vocabulary (skill, mode, direction, intent, status) are stripped and case-folded; only intents have
-aliases. No reply raises an exception, whatever its bytes. Source: `protocol.md` section 2.3.
+The grammar is strict, and invalid replies are not repaired. Under the reply policy `lenient` more texts count as
+actions; the policy is part of the identity of a run. Words of a closed vocabulary (skill, mode, direction, intent,
+status) are stripped and case-folded; only intents have aliases. No reply raises an exception, whatever its bytes.
+Source: `protocol.md` section 2.3.
 """
 
 import hashlib
@@ -38,11 +39,11 @@ from vigil.protocol.profile import Profile
 from vigil.protocol.reasoning import CLOSING_MARKERS, is_unclosed, split_reasoning
 
 MAX_REPLY_BYTES = 64 * 1024
-"""Maximum size of the answer: everything except the reasoning, including white space."""
+"""Maximum size of the answer in bytes: everything in the reply except the reasoning, including white space."""
 RECORDED_ANSWER_BYTES = 2 * MAX_REPLY_BYTES
-"""Number of bytes stored of a reply whose answer is too long to be valid, starting at the end of its reasoning."""
+"""Number of bytes stored of a reply whose answer is too long to be valid. They begin where the reasoning ends."""
 RECORDED_REASONING_BYTES = 1024 * 1024
-"""Number of bytes stored from the end of a reply whose reasoning is too long but whose answer is not."""
+"""Number of bytes stored of a reply whose reasoning alone is too long. They are the last bytes of the reply."""
 MAX_LENIENT_TRIES = 64
 _STANDARD = Profile()
 
@@ -63,7 +64,7 @@ class _Fault(Exception):
 
 @dataclass(frozen=True, slots=True)
 class ReadReply:
-    """A reply taken apart."""
+    """A reply, separated into its parts."""
 
     answer: str
     """Text of the reply without the reasoning before it."""
@@ -77,7 +78,7 @@ class ReadReply:
 
     @property
     def invalid(self) -> InvalidAction | None:
-        """The reason why the reply is not an action; None if it is one."""
+        """The reason why the reply is not an action; None if the reply is an action."""
         return self.parsed if isinstance(self.parsed, InvalidAction) else None
 
     @property
@@ -87,7 +88,7 @@ class ReadReply:
 
 
 def read_reply(reply: Reply, profile: Profile = _STANDARD) -> ReadReply:
-    """Return the answer of a reply and what it means, taking the provider's facts about it into account."""
+    """Return the answer of a reply and what it means, with regard to the provider's facts about the reply."""
     answer = split_reasoning(reply.text)[0]
     return ReadReply(answer, _meaning(reply, answer, profile))
 
@@ -121,7 +122,7 @@ def _describe_empty(reply: Reply) -> str:
 def parse_text(
     text: str | bytes, coordinates: Coordinates = "pixel", policy: ReplyPolicy = "strict"
 ) -> ParsedReply | InvalidAction:
-    """Return the action in a raw reply, or why there is none; never raises."""
+    """Return the action in a raw reply, or the reason why there is no action. Never raises an exception."""
     try:
         whole = text.decode("utf-8") if isinstance(text, bytes) else text
         whole.encode("utf-8")  # the reasoning too: a string may hold lone surrogates, which UTF-8 cannot encode
@@ -160,7 +161,7 @@ def _invalid(fault: _Fault, *, would_parse_leniently: bool = False) -> InvalidAc
 
 
 def _decode(text: str, start: int = 0) -> tuple[Any, int]:
-    """Return the JSON value that begins at `start`, and where it ends. Raises _Fault."""
+    """Return the JSON value that begins at `start`, and the position where the value ends. Raises _Fault."""
     try:
         return decode(text, start)
     except JsonFault as fault:
@@ -194,7 +195,7 @@ def _not_json_reason(text: str) -> str:
 
 
 def _parse_leniently(answer: str, coordinates: Coordinates) -> ParsedReply | InvalidAction | None:
-    """Return the action of the object in a code fence or in prose; None unless there is exactly one object."""
+    """Return the action of the JSON object in a code fence or in prose; None unless there is exactly one object."""
     fences = _FENCE.findall(answer)
     found = _objects_in(fences[0] if len(fences) == 1 else answer)
     if len(found) != 1:
@@ -206,7 +207,10 @@ def _parse_leniently(answer: str, coordinates: Coordinates) -> ParsedReply | Inv
 
 
 def _objects_in(text: str) -> list[dict[str, Any]]:
-    """Return the outermost objects with both required keys; [] if they may be in a list or an unclosed object."""
+    """Return the outermost JSON objects in the text that have both required keys.
+
+    Return [] if the text is a list of objects or has an unclosed object, because it is then unclear what is an answer.
+    """
     found: list[dict[str, Any]] = []
     if _is_list(text):
         return []
@@ -228,7 +232,7 @@ def _objects_in(text: str) -> list[dict[str, Any]]:
 
 
 def _is_list(text: str) -> bool:
-    """Whether the text begins with a JSON list that holds objects."""
+    """Whether the text begins with a JSON list that contains objects."""
     text = text.strip()
     try:
         value, end = _decode(text)
@@ -238,7 +242,7 @@ def _is_list(text: str) -> bool:
 
 
 def _past_brace(text: str, start: int) -> int:
-    """Return the position after the brace that closes the one at `start`; -1 if none does."""
+    """Return the position after the brace that closes the brace at `start`; -1 if no brace closes it."""
     depth = 0
     for brace in _BRACE.finditer(text, start):
         depth += 1 if brace[0] == "{" else -1
@@ -354,8 +358,8 @@ def _ill_typed(argument: Argument, value: Any) -> _Fault:
 
 
 def looks_like_other_coordinates(invalid: InvalidAction) -> bool:
-    """Whether an invalid action has fractions or a pixel outside the frame, so that the agent may use other
-    coordinates.
+    """Whether an invalid action has fractions as coordinates, or a pixel outside the frame. The agent may then use
+    another coordinate mode.
     """
     is_fraction = invalid.reason == "ill_typed" and invalid.detail in ("x: float", "y: float")
     return is_fraction or invalid.reason == "pixel_outside_frame"
@@ -372,9 +376,9 @@ def _quoted(value: Any) -> str:
 def truncate_for_record(reply: Reply, answer: str) -> Reply:
     """Return `reply` as a record stores it: whole, or with `cut` set if it is far longer than any valid answer.
 
-    The whole reply is always what is parsed. The stored part parses to the same result, because the record also has
-    the length of the whole. The beginning of the reasoning can be dropped, because its closing marker suffices to
-    recognize it. `answer` is the text without reasoning.
+    `answer` is the reply's text without reasoning. The agent's action is always parsed from the whole reply. The stored
+    part parses to the same result: the record also has the length of the whole reply, and the reasoning's closing
+    marker is enough to recognize the reasoning.
     """
     raw = reply.raw
     if len(raw) <= RECORDED_ANSWER_BYTES:

@@ -1,4 +1,4 @@
-"""Expected closing reports of the suite's episodes, in words for reviewers; players must not see them."""
+"""Texts for reviewers that say how each episode of the suite must be closed; players must not see them."""
 
 from vigil.authoring.drafting.drafts import DraftsContent
 from vigil.packs.pack import Pack
@@ -18,7 +18,7 @@ def expected_reports_of_drafts(proposed: DraftsContent) -> dict[str, str]:
 
 
 def expected_report(answer: ClosureAnswer) -> str:
-    """Return a text with the kind of an episode, its side, reason and form, and the correct statuses."""
+    """Return a text that states an episode's kind, side, reason and form, and the statuses that close it correctly."""
     facts = ", ".join(filter(None, (answer.kind, answer.side, answer.reason, answer.form)))
     right = " or ".join(answer.accepted)
     text = f"{facts}: the correct report is {right}"

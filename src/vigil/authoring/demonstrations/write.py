@@ -1,4 +1,4 @@
-"""Demonstrations as a folder: rows, a card, and a file with the settings that made them."""
+"""Writing of demonstrations into a folder: the rows, a card, and a file with the settings that made them."""
 
 import json
 import shutil
@@ -25,11 +25,11 @@ from vigil.protocol.prompt import policy_sha256, policy_version
 FACTS = "demonstrations.json"
 
 OnEpisode = Callable[[int], None]
-"""A function that gets the number of episodes written so far."""
+"""Function that is called with the number of episodes written so far."""
 
 
 def check_source(pack: str) -> None:
-    """Raise SettingError unless a pack is a stream whose seed is not secret."""
+    """Raise SettingError unless `pack` is the address of a stream whose seed is not secret."""
     if not is_stream(pack):
         raise SettingError(
             f"No demonstrations are made of pack {pack!r}: agents trained on a pack's episodes cannot be measured on "
@@ -52,10 +52,10 @@ def write_demonstrations(
     quality: Quality = "default",
     on_episode: OnEpisode = lambda episodes: None,
 ) -> dict[str, Any]:
-    """Write demonstrations of a stream's first `count` episodes into a missing or empty folder, and return their facts.
+    """Write demonstrations of a stream's first `count` episodes into a new or empty folder; return facts about them.
 
-    Raises SettingError if the format is unknown, the folder is not empty or the stream ends earlier, SimulatorError if
-    an episode cannot be played.
+    Raises SettingError if the format is unknown, the folder is not empty or the stream has fewer episodes. Raises
+    SimulatorError if an episode cannot be played.
     """
     if form not in FORMATS:
         raise SettingError(f"Format {form!r} does not exist. Choose one of: {', '.join(FORMATS)}.")
@@ -92,7 +92,7 @@ def write_demonstrations(
 
 @contextmanager
 def _whole(out: Path) -> Iterator[Path]:
-    """Yield a folder that becomes `out` at the end, or is removed if an exception is raised."""
+    """Yield a temporary folder. At the end it becomes `out`; if an exception is raised, it is removed."""
     partial = out.absolute().with_name(f".{out.name}.partial")
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)

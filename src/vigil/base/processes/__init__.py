@@ -1,1 +1,1 @@
-"""Worker processes: each makes a state once, then answers requests, which are functions of that state."""
+"""Worker processes. Each makes a state once, and then answers requests; a request calls a function with this state."""

@@ -1,4 +1,4 @@
-"""Files of results and samples, laid out as the database expects: data/vigil/DEVELOPER/MODEL/UUID.json.
+"""Folder of results and samples, with the paths that the database requires: data/vigil/DEVELOPER/MODEL/UUID.json.
 
 Names, ids and dates are derived from the run: exporting a run again writes the same files.
 """
@@ -34,10 +34,10 @@ def write_results(
 ) -> list[Path]:
     """Write the runs in `folders` under `out` and return the paths of the aggregate files.
 
-    `tell` is called with each remark about the runs. Samples of a private pack are not written unless it may be
-    revealed.
+    `tell` is called with each remark about the runs. Samples of a private pack are written only if `disclosure` allows
+    it.
 
-    Nothing is written unless every run can be. Raises SettingError, RecordError or PackMismatch.
+    If one of the runs cannot be written, nothing is written. Raises SettingError, RecordError or PackMismatch.
     """
     runs = [read_run(folder, pack) for folder in folders]
     files: dict[PurePosixPath, bytes] = {}
@@ -96,6 +96,6 @@ def _files(
 
 
 def _uuid_of(header: RunHeader) -> uuid.UUID:
-    """Return a run's UUID, derived from its header rather than from chance."""
+    """Return a run's UUID. It is computed from the run's header, so that it is always the same."""
     facts = f"{header.run_id}\n{header.started.isoformat()}\n{header.spec.model_dump_json()}"
     return uuid.UUID(bytes=hashlib.sha256(facts.encode()).digest()[:16], version=4)

@@ -1,4 +1,4 @@
-"""Tasks about several things: all of one name in a room, or whatever is on or open in a room or the home."""
+"""Tasks about several things: all of one name in a room, or all things in a room or the home that are on or open."""
 
 from vigil.scoring.closure_kind import ClosureKind
 

@@ -1,4 +1,4 @@
-"""Proposals of twins of which one is impossible."""
+"""Functions that propose twins with one impossible side."""
 
 from itertools import islice
 
@@ -33,24 +33,24 @@ from vigil.scoring.closure import Evidence
 
 TRIED_FURNITURE = 4
 NOTICE_READABLE_M = 2.0
-"""Greatest distance (m) from the camera at which a notice can be read."""
+"""Maximum distance (m) from the camera at which a notice can be read."""
 BELOW_EYES_M = 0.2
-"""Least height (m) of the eyes above a surface that can be seen from above."""
+"""Minimum height (m) of the eyes above a surface for it to be seen from above."""
 SPOT_SHARES, SPOT_ABOVE_M = (-0.3, 0.3), 0.002
-"""Offsets from a surface's middle (shares of its size) and height (m) of the points that are evidence."""
+"""Points on a surface that serve as evidence: offsets from its middle (shares of its size), height (m) above it."""
 STANDS = ("SideTable", "Stool", "Chair", "Ottoman", "CoffeeTable", "Shelf", "Cart", "TVStand", "Dresser", "Desk")
 """Categories of receptacles that may be full."""
 OCCUPANTS = ("Television", "Desktop", "CoffeeMachine", "Safe", "Microwave")
-"""Categories that may fill a receptacle and clearly cannot be carried."""
+"""Categories that may fill a receptacle, and that people can see cannot be carried."""
 MIN_OCCUPIED_SHARE = 0.5
-"""Least share of a surface that an occupant takes up, so that a viewer sees that the receptacle is full."""
+"""Minimum share of a surface that an occupant takes up, so that people can see that the receptacle is full."""
 BLOCKERS = ("Ottoman", "ArmChair", "SideTable", "CoffeeTable", "Cart")
-"""Categories that may block a door or drawer and clearly cannot be carried, unlike a chair or a lamp."""
+"""Categories that may block a door or drawer, and that people can see cannot be carried (unlike a chair or a lamp)."""
 TRIED_TARGETS, MAX_OCCUPANTS_TRIED = 6, 3
 
 
 def impossible(context: HouseContext) -> Tasks:
-    """Yield twins of which one is impossible."""
+    """Yield twins with one impossible side."""
     yield from interleave(
         context, _absent_tasks(context), _blocked_tasks(context), _broken_tasks(context), _no_room_tasks(context)
     )
@@ -84,7 +84,7 @@ def _absent_tasks(context: HouseContext) -> Tasks:
 
 
 def _evidence_spots(support: Thing, target: Thing) -> list[Vec3]:
-    """Return points spread over the surface on which a thing lies; empty if it cannot be seen from above."""
+    """Return points spread over the surface on which a thing lies; empty if the surface cannot be seen from above."""
     for surface, frame in level_surfaces(support):
         if surface.name == target.surface:
             shares = [(x * surface.size_x, SPOT_ABOVE_M, z * surface.size_z) for x in SPOT_SHARES for z in SPOT_SHARES]
@@ -111,7 +111,7 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
 
 
 def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
-    """Return whether a thing is fully out of view at an episode's start, both unmoved and moved to a placement."""
+    """Return whether a thing is fully out of view at an episode's start, at its own place and at the place `moved`."""
     setups = episode.setup, changed_setup(episode.setup, thing.id, placement=moved)
     found = all(context.can_begin(setup) and is_out_of_view_from(context, episode.start, thing.id) for setup in setups)
     context.begin(Setup())
@@ -153,7 +153,7 @@ def _no_room_tasks(context: HouseContext) -> Tasks:
 
 
 def _takes_enough_room(stand: Thing, occupant: Thing) -> bool:
-    """Return whether a thing takes up at least `MIN_OCCUPIED_SHARE` of a stand's largest upper surface."""
+    """Return whether a thing would take up at least `MIN_OCCUPIED_SHARE` of a stand's largest upper surface."""
     tops = [surface for surface, _ in level_surfaces(stand) if not surface.is_inside]
     area = max((top.size_x * top.size_z for top in tops), default=0.0)
     return occupant.asset.size.x * occupant.asset.size.z >= MIN_OCCUPIED_SHARE * area
@@ -165,9 +165,9 @@ def _may_occupy(context: HouseContext, thing: Thing, stand: Thing) -> bool:
 
 
 def _no_room_task(context: HouseContext, stand: Thing, occupant: Thing, taken: Placement, target: Thing) -> Tasks:
-    """Yield twins in which a target fits on a stand, or does not fit because an occupant stands there.
+    """Yield twins: on the first side a target fits on a stand; on the second an occupant stands there, and it does not.
 
-    Nothing is yielded if that is not so, the setup is impossible, or no start or words are found.
+    Nothing is yielded if this does not hold, the setup is impossible, or no start or words are found.
     """
     setup = Setup()
     full = changed_setup(setup, occupant.id, placement=taken)
