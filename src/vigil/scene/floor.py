@@ -300,7 +300,7 @@ def has_room_to_move(free: BaseGeometry, pose: Pose) -> bool:
 
 
 def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
-    """Return whether a body at `place` in the free region cannot walk within reach of a box; False outside the region."""
+    """Return whether a body at `place` in the free region cannot walk within reach of a box; False outside it."""
     here = shapely.Point(place)
     parts = [part for part in shapely.get_parts(free) if part.distance(here) < SAME_PLACE_M]
     outline = footprint(box)
