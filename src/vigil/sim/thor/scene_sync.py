@@ -139,7 +139,7 @@ class SceneSync:
         return True
 
     def _carrier(self, entry: Metadata) -> str | None:
-        """Return the id of the smallest thing that, according to THOR, carries or contains an object; None without any."""
+        """Return the id of the smallest thing that THOR says carries or contains an object; None without any."""
         if entry["isPickedUp"]:
             return None
         known = [
