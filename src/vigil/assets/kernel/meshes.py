@@ -1,4 +1,4 @@
-"""Operations on whole meshes: make, join, move, turn, scale and measure. `vigil.assets.kernel.shapes` has primitives."""
+"""Whole meshes: made, joined, moved, turned, scaled and measured. `vigil.assets.kernel.shapes` has primitives."""
 
 import math
 from collections.abc import Iterable, Sequence
