@@ -2,8 +2,8 @@
 
 There are three sources, in this order. (1) The project's own ids, `vigil_<Category>_<n>`: n and the catalogue determine
 the size; `_drawer<k>` after such an id means one of its drawers. (2) An asset database file (AI2-THOR's
-`asset-database.json`, not part of this project). (3) If there is no file, the words of the id and the catalogue's
-typical size; hashes in ids are not words.
+`asset-database.json`, not part of this project). (3) The words of the id, and the catalogue's typical size; hashes in
+ids are not words.
 """
 
 import hashlib

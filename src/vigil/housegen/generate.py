@@ -77,7 +77,7 @@ def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]
 
 
 def _culprit(fault: Fault, pieces: dict[str, PlacedObject]) -> PlacedObject | None:
-    """Return the smallest object that can be removed to end a fault; None if no object may be removed for it."""
+    """Return the smallest object whose removal ends a fault; None if no object may be removed for this."""
     concerned = [pieces[name] for name in (fault.subject, fault.other) if name in pieces]
     if fault.other is not None and fault.other not in pieces and fault.subject not in pieces:
         return None

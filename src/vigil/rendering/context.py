@@ -32,7 +32,7 @@ _LOADERS = {"egl": ("libEGL.so.1", "eglGetProcAddress"), "osmesa": ("libOSMesa.s
 
 @cache
 def context_in(backend: str) -> Any:
-    """Return a moderngl context for OpenGL's, made by `backend` (egl, osmesa, native). Raises GraphicsError."""
+    """Return moderngl's view of the current context, made by `backend` (egl, osmesa, native). Raises GraphicsError."""
     try:
         package.init_context(_Loader(*_LOADERS[backend]) if backend in _LOADERS else None)
     except (RuntimeError, ImportError, OSError) as error:  # moderngl's, when it finds no window

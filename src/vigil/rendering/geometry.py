@@ -43,7 +43,7 @@ class Geometry:
     """Numbers of the boxes of the hand; each box is a cube of 1 m with its middle at the origin."""
 
     def world(self, state: RenderState, geom: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points and the normals of a geom in the world, each (k, 3) float32; `state` has its pose."""
+        """Return the points and the normals of a geom in the world, each (k, 3) float32, posed as in a state."""
         part = self.vertex_slices[geom]
         turn = state.rotations[geom].astype(np.float32)
         return self.vertices[part] @ turn.T + state.positions[geom].astype(np.float32), self.normals[part] @ turn.T

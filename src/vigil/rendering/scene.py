@@ -94,5 +94,5 @@ class RenderScene:
     """Results that the renderer computes from the scene only once."""
 
     def with_furniture(self, is_chosen: np.ndarray) -> np.ndarray:
-        """Return a mask (geoms,) of all geoms of those objects of which `is_chosen` (geoms,) has any geom."""
+        """Return a mask (geoms,) of all geoms that share an object with a geom in the mask `is_chosen` (geoms,)."""
         return np.isin(self.furniture, self.furniture[is_chosen])

@@ -74,7 +74,7 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
 
 
 def _close_until_clear(thing: Thing, partitions: Partitions) -> list[str]:
-    """Close a leaf that reaches through a wall until it no longer does; return a note, or no note if nothing changed.
+    """Close a leaf that reaches through a wall until it no longer does; return a note, in a list, if it was closed.
 
     The leaf gets the largest openness at which it is clear of walls, or 0 if this openness is not above `OPEN_ABOVE`.
     """

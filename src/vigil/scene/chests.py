@@ -1,8 +1,8 @@
 """Furniture whose drawers open separately: each drawer becomes a thing of the scene.
 
 A house names a drawer by a child object: the child's asset is a drawer of its parent's asset (`vigil.assets.drawers`).
-Drawers that the house does not name exist too; they are as open as the house says of the furniture. A drawer's position
-is computed from the furniture's, never read from the document.
+Drawers that the house does not name exist too, with the openness of the furniture. A drawer's position is computed from
+the furniture's, never read from the document.
 """
 
 import numpy as np

@@ -97,7 +97,7 @@ def _metres(size: np.ndarray) -> str:
 def _gap(thing: Thing, scene: Scene) -> Iterator[tuple[str, str]]:
     """Yield a mismatch if a thing hovers above its carrier or sinks into it.
 
-    A thing on a rail, or on a thing without surfaces, is not checked, because its place is exactly the house's.
+    A thing on a rail, or on a thing without surfaces, is not checked, because it stays where the house puts it.
     """
     if thing.is_structure or thing.is_drawer:
         return

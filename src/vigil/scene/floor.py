@@ -121,7 +121,7 @@ class WalkableMap:
         return self.roomy.covers(shapely.LineString([start, end])) if start != end else self.can_stand(start)
 
     def entry(self, point: Point2) -> int | None:
-        """Return the index of the nearest cell in a straight line from `point` that the body can walk; None if none."""
+        """Return the index of the nearest cell to which the body can walk straight from `point`; None without any."""
         if not len(self.cells):
             return None
         apart = np.hypot(self.cells[:, 0] - point[0], self.cells[:, 1] - point[1])
@@ -300,7 +300,7 @@ def has_room_to_move(free: BaseGeometry, pose: Pose) -> bool:
 
 
 def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
-    """Return whether a body at `place` in the free region cannot walk within reach of a box; False outside it."""
+    """Return whether a body at `place` cannot walk within reach of a box; False if `place` is not in `free`."""
     here = shapely.Point(place)
     parts = [part for part in shapely.get_parts(free) if part.distance(here) < SAME_PLACE_M]
     outline = footprint(box)

@@ -44,9 +44,9 @@ def _is_loose(node: HouseObject, entry: AssetEntry) -> bool:
 
 
 def _carrier_of(node: HouseObject, furniture: list[HouseObject], entries: dict[str, AssetEntry]) -> HouseObject | None:
-    """Return the furniture that has an object in or on its box; None if no furniture has.
+    """Return the furniture in or on whose box an object lies; None if there is none.
 
-    If several pieces of furniture have, return the one whose top is nearest to the object's bottom.
+    Of several pieces of furniture, return the one whose top is nearest to the object's bottom.
     """
     bottom = node.position.y - entries[node.id].size.y / 2
     gaps: list[float] = []

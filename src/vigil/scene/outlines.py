@@ -59,12 +59,12 @@ def meets_body(prism: Prism) -> bool:
 
 
 def thing_shapes(thing: Thing) -> list[BaseGeometry]:
-    """Return the shapes on the floor plane of those of the thing's solids that can block a body."""
+    """Return the shapes, on the floor plane, of the thing's solids that can block a body."""
     return [polygon_of(prism) for prism in prisms_of(thing) if meets_body(prism)]
 
 
 def wall_shapes(panel: WallPanel) -> list[BaseGeometry]:
-    """Return the shapes on the floor plane of those parts of a panel, around its holes, that can block a body."""
+    """Return the shapes, on the floor plane, of the parts of a panel that can block a body; holes are left out."""
     return [polygon_of(prism) for prism in wall_prisms(panel) if meets_body(prism)]
 
 

@@ -29,7 +29,7 @@ THROUGH_M = 0.0005
 OPENNESS_SAMPLES = np.linspace(0.0, 1.0, 65)
 """Values of openness at which it is tested how far moving parts can open."""
 BETWEEN_M = 0.005
-"""How much further (m) than at the tested values of openness a part of 4 m length may reach between two of them.
+"""A part of 4 m length may reach this much further (m) between two tested values of openness than at these values.
 
 This holds if only every second value of `OPENNESS_SAMPLES` is tested.
 """

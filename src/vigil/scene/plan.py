@@ -42,9 +42,9 @@ LETTER_WIDTH = 0.56
 LINE_HEIGHT = 1.1
 """Smallest distance between two lines of text, as a multiple of the height of the letters."""
 THING_SHIFTS = (0, LINE_HEIGHT, -LINE_HEIGHT)
-"""Places tried for the label of a thing: how far it is below the thing's middle, in heights of the letters."""
+"""Positions tried for a thing's label: how far below the thing's middle, in heights of the letters."""
 ROOM_SHIFTS = (0, -1.5, 1.5, -3, 3, -5, 5, -7, 7)
-"""Places tried for the name of a room: how far it is below `PlanRoom.name_at`, in heights of the letters."""
+"""Positions tried for a room's name: how far below `PlanRoom.name_at`, in heights of the letters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,10 +114,10 @@ class FloorPlan:
         return corners.min(axis=0) - MARGIN_M, corners.max(axis=0) + MARGIN_M
 
     def labels(self, text_m: float, *, detailed: bool = False) -> list[PlanLabel]:
-        """Return the labels that do not overlap if letters are `text_m` high: first of things from the largest, then of
-        rooms.
+        """Return the labels that fit without overlaps if letters are `text_m` high.
 
-        With `detailed`, small things also have labels, and the label of a room includes its area.
+        Labels of things come first, from the largest thing to the smallest, then the names of rooms. With `detailed`,
+        small things also have labels, and the label of a room includes its area.
         """
         placed: list[PlanLabel] = []
         low, high = self.bounds

@@ -28,7 +28,7 @@ class Spans:
 
     @staticmethod
     def of(eye: np.ndarray, corners: np.ndarray) -> "Spans":
-        """Return the directions from an eye (3,) to the convex hulls of n things; `corners` (k, n, 3) has k of each."""
+        """Return the directions from an eye (3,) to n things; `corners` (k, n, 3) are the corners of their hulls."""
         x, y, z = np.moveaxis(corners - eye, -1, 0)
         angle = np.arctan2(y.mean(axis=0), x.mean(axis=0))
         turns = (np.arctan2(y, x) - angle + np.pi) % FULL - np.pi
@@ -59,7 +59,7 @@ class Sector:
 
     @staticmethod
     def of(eye: Iterable[float], corners: Iterable[Iterable[float]]) -> "Sector":
-        """Return the directions from an eye to the convex hull of some corners; see `Spans.of` for many things."""
+        """Return the directions from an eye to the convex hull of the corners of one thing (see `Spans.of`)."""
         eye_x, eye_y, eye_z = eye
         ways = [(x - eye_x, y - eye_y, z - eye_z) for x, y, z in corners]
         middle = sum(x for x, _, _ in ways), sum(y for _, y, _ in ways)
@@ -79,7 +79,7 @@ class Sector:
         )
 
     def intersection(self, other: "Sector") -> "Sector | None":
-        """Return a sector that contains all directions that are in this sector and in `other`; None without any."""
+        """Return a sector that contains all directions in both this sector and `other`; None if there are none."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         if low > high:
             return None

@@ -13,8 +13,7 @@ from vigil.scene.things import Scene, Thing
 LEVEL_WITHIN = 0.99
 """Things can rest on a surface if the vertical component of the surface's upward axis is at least this."""
 OVER_M = 0.1
-"""Tolerance (m) of `object_at_receptacle` (protocol.md section 4): height above a surface, and growth of its rectangle.
-"""
+"""Tolerance (m) of `object_at_receptacle` (protocol.md section 4), above a surface and around its rectangle."""
 BESIDE_M = 0.1
 """A click at most this far (m) outside a surface's rectangle is on the surface; the rectangle ends a little before the
 visible edge."""
@@ -47,7 +46,7 @@ def offset_from(frame: Motion, point: Vec3) -> Vec3:
 
 
 def is_over(surface: Surface, local: Vec3) -> bool:
-    """Return whether a point in a surface's frame is in the free space above it, or up to `BESIDE_M` next to that."""
+    """Return whether a point in a surface's frame is in the free space above it, or at most `BESIDE_M` to the side."""
     is_beside = abs(local.x) > surface.size_x / 2 + BESIDE_M or abs(local.z) > surface.size_z / 2 + BESIDE_M
     return not is_beside and -TOUCH_M <= local.y <= surface.clearance + TOUCH_M
 
@@ -73,7 +72,7 @@ def containers_of(scene: Scene, thing: Thing) -> list[Thing]:
 
 
 def interior_surfaces_around(scene: Scene, thing: Thing) -> list[tuple[Thing, Surface]]:
-    """Return (owner, surface) for each interior surface that supports the thing, directly or further down its chain."""
+    """Return (owner, surface) for each interior surface in the thing's chain of supports."""
     rests = _supports_of(scene, thing)
     return [(parent, surface) for parent, surface in rests if surface is not None and surface.is_inside]
 
@@ -82,11 +81,11 @@ def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) ->
     """Return the ids of the things that support the thing, but on which it does not count as lying, nearest first.
 
     These are the things that must be opened to reach the thing (whether they are open or shut now), and everything that
-    supports them. If the thing is in a hollow that cannot be picked up, everything that supports the owner of the
-    hollow is added: a thing in a sink does not lie on the counter, but a thing in a bowl does lie on the table.
+    supports them. If the thing is in the hollow of something that cannot be picked up, everything below that is added:
+    a thing in a sink does not lie on the counter. (A bowl can be picked up, so a thing in a bowl lies on the table.)
 
-    If the thing's support is not known, return the sorted ids of those of `others` that the thing is above, but only
-    above surfaces that must be opened.
+    If the thing's support is not known, return the sorted ids of those of `others` that have surfaces below the thing,
+    if all these surfaces must be opened.
     """
     if thing.parent is None:
         over = {other.id: _surfaces_below(thing, other) for other in _receptacles(thing, others)}

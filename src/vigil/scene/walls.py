@@ -197,7 +197,7 @@ def _normal(
 
 
 def _faced(start: tuple[float, float], end: tuple[float, float]) -> tuple[np.ndarray, shapely.Point]:
-    """Return the unit normal (2,) of the side that the order of a wall's ends shows, and a point close to this side."""
+    """Return a wall's unit normal (2,) to the side that the order of its ends defines, and a point on this side."""
     direction, middle = _direction(start, end), (np.array(start) + np.array(end)) / 2
     normal = np.array([direction[1], -direction[0]])
     return normal, shapely.Point(*(middle + PROBE_M * normal))

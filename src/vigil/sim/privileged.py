@@ -62,7 +62,7 @@ class PrivilegedQueries(Protocol):
         """Return whether `world` may find at least `min_px` visible pixels of an object.
 
         The answer is quick and may ignore other things that hide the object. False means that fewer pixels are visible;
-        True does not promise that they are visible.
+        True does not promise that this many are visible.
         """
 
 

@@ -1,4 +1,4 @@
-"""The protocol that every simulator backend implements. It is all that `vigil.env` uses of a simulator.
+"""The protocol that every simulator backend implements. `vigil.env` uses nothing else of a simulator.
 
 `vigil.sim.privileged` adds queries for solvers and authoring.
 """

@@ -96,7 +96,7 @@ class Builder:
         self.prism([(x0, z0), (x1, z0), (x1, z1), (x0, z1)], y0, y1, joint)
 
     def prism(self, polygon: Iterable[Sequence[float]], bottom: float, top: float, joint: str | None = None) -> None:
-        """Add an upright prism with a convex polygon of (x, z) as its base, as an obstacle."""
+        """Add an upright prism over a convex polygon of (x, z), as an obstacle."""
         corners = tuple((float(x), float(z)) for x, z in polygon)
         self._solids.append(Solid(corners, float(bottom), float(top), joint))
 
@@ -121,7 +121,7 @@ class Builder:
         self.prism(np.c_[center[0] + radius * np.cos(angles), center[1] + radius * np.sin(angles)], bottom, top)
 
     def build(self, tags: Iterable[str] = (), *, takes_room: bool = True) -> Asset:
-        """Return the asset, stretched to its size; without solids, its box is its solid if it `takes_room`."""
+        """Return the asset, stretched to its size. If it has no solids but `takes_room`, its box is its solid."""
         merged = {look: merge(parts) for look, parts in self._meshes.items()}
         low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
         fit = _BoxFit(low, high, np.asarray(self._size, np.float64))

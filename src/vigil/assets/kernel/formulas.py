@@ -17,7 +17,7 @@ Known = frozenset[str]
 
 
 def points(*columns: Any) -> np.ndarray:
-    """Return points (n, 3) or (n, 2); each of `columns` is one coordinate of them, as an array or a single number."""
+    """Return points (n, 3) or (n, 2); each of `columns`, an array or a number, is one coordinate of all points."""
     found = np.empty((max(map(np.size, columns)), len(columns)))
     for index, column in enumerate(columns):
         found[:, index] = column
@@ -66,7 +66,7 @@ def text(raw: Any, known: Known) -> str:
 
 
 def compiled(expression: str) -> Callable[[Names], Any]:
-    """Return a function that computes an expression from the values it is given and `GLOBALS`."""
+    """Return a function that computes an expression from given values and those in `GLOBALS`."""
     code = compile(expression, "<row>", "eval")
     return lambda names: eval(code, names)  # nothing but arithmetic is left
 

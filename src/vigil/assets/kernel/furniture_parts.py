@@ -132,7 +132,7 @@ def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
 
 
 def shelf_heights(levels: Sequence[float], low: float, high: float, count: int, gap: float = 0.1) -> list[float]:
-    """Return heights of shelves between `low` and `high`: at the `levels` or, without any, `count` evenly spaced."""
+    """Return heights of shelves between `low` and `high`: the `levels` or, if none fits, `count` evenly spaced ones."""
     heights: list[float] = []
     for level in levels:
         if low + 0.03 < level < high - 0.05 and (not heights or level - heights[-1] >= min(gap, 0.06)):
@@ -332,7 +332,7 @@ def add_drawers(
 
 
 def _rim(bottom: float, top: float) -> float:
-    """Return how much smaller (m) a drawer is on each side than its front, which is from `bottom` to `top` high."""
+    """Return how far (m) a drawer is inside the edges of its front; the front reaches from `bottom` to `top`."""
     return min(0.012, 0.1 * (top - bottom))
 
 

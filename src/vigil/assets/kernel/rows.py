@@ -61,8 +61,8 @@ def _numbers(raw: Any, known: Known, sides: Sequence[str | None]) -> str:
 def _list(raw: Any, known: Known, read: Callable[[Any, Known], str]) -> str:
     """Return the expression of a list: a formula, or entries, some of which may stand for several values.
 
-    An entry that stands for several values is a formula for a list, or a table that gives `of` for each value of its
-    `each`.
+    An entry for several values is a formula of a list, or a table with `of` (the value) and `each` (what it is repeated
+    for).
     """
     if isinstance(raw, str):
         return formula(raw, known)
@@ -188,7 +188,7 @@ def _shape(word: str, entry: Row, known: Known) -> Step:
 
 
 def _step(entry: Any, known: Known) -> Step:
-    """Return the step of one entry (a shape, an addition or a group), repeated and under a condition as it says."""
+    """Return the step of one entry (a shape, an addition or a group), with its repetitions and its condition."""
     if not isinstance(entry, dict):
         raise ValueError(f"{entry!r} is not a table")
     rest = {key: raw for key, raw in entry.items() if key not in _REPEATS}

@@ -125,8 +125,7 @@ def _concrete(rng: np.random.Generator) -> np.ndarray:
 def _tile_grid(
     rng: np.random.Generator, across: int, down: int, joint: float, shift: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each pixel, the shade of its tile (0..1), and whether it is in the tile (1), its joint (0) or
-    between."""
+    """Return, for each pixel, the shade of its tile (0..1), and how far it is in the tile (1) or in the joint (0)."""
     place = np.arange(SIZE) / SIZE
     row = (place * down).astype(int)
     u = place[None, :] * across + shift * (row[:, None] % 2)

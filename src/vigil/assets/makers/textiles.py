@@ -58,7 +58,7 @@ def _plump(size: np.ndarray) -> shapes.Mesh:
 
 
 def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a cleaning cloth that lies there crumpled."""
+    """Return a crumpled cleaning cloth."""
     builder = Builder("Cloth", size)
     width, height, depth = size
     name, tint = colour(rng, "blue", "yellow", "green", "pink", "white", "orange", "red")

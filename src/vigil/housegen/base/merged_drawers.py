@@ -1,4 +1,4 @@
-"""Merged drawers: converts a house to a form in which drawers are not objects and their contents lie in the furniture.
+"""Merged drawers: converts a house to a form without drawers, in which their contents lie directly in the furniture.
 
 AI2-THOR has no assets of drawers, and real houses do not name drawers. So houses are exported and compared in this
 form.

@@ -1,5 +1,4 @@
-"""Collisions of moving leaves: the triangles of a leaf, with its handles and trims, are tested against other things'
-triangles.
+"""Collisions of moving leaves: triangles of leaves, with handles and trims, are tested against those of other things.
 
 Walls are not tested here, because `vigil.scene.partitions` ensures that leaves do not reach into them.
 """
@@ -80,7 +79,10 @@ def _leaf_positions(thing: Thing) -> Iterator[np.ndarray]:
 
 
 def _box_around(thing: Thing, samples: Iterable[float], *, is_whole: bool) -> np.ndarray:
-    """Return the corners (2, 3) of the box that contains a thing, or its moving parts, at all openness `samples`."""
+    """Return the lowest and highest corner (2, 3) of the box around a thing at all `samples` of openness.
+
+    Unless `is_whole`, the box contains only the moving parts.
+    """
     corners = [
         part_motion(thing, joint, openness)(box_corners(low, high))
         for joint, low, high in part_boxes(thing.asset)

@@ -36,7 +36,7 @@ class SolidOverlaps:
         self.tree = STRtree(self.shapes)
 
     def overlaps(self) -> Iterator[tuple[Thing, Thing, float]]:
-        """Yield (thing, other, height (m) of the overlap) for each pair of things that overlap by more than 5 mm."""
+        """Yield (thing, other thing, overlap's height in m) for each pair of things that overlap by more than 5 mm."""
         seen: set[tuple[str, str]] = set()
         first, second = self.tree.query(self.shapes, predicate="intersects")
         for a, b in zip(first.tolist(), second.tolist(), strict=True):

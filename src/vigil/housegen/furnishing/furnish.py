@@ -138,8 +138,8 @@ WALL_PREFERENCES: dict[str, tuple[float, float]] = {
 NOISE = 0.5
 """Size of the random amount that is added to each place's score."""
 FACING, ASIDE_PER_M, TOO_NEAR_PENALTY, AHEAD_PER_M = 3.0, 1.5, 5.0, 0.15
-"""Score of a place opposite a piece of furniture: a gain for facing it, and losses per metre to its side, for being too
-near, and per metre of distance."""
+"""Score of a place opposite a piece of furniture. A place gains the first number if it faces the piece. It loses the
+second for each metre to the side, the third if it is too near, and the fourth for each metre of distance."""
 NEAR_M = 1.2
 """A place opposite a piece of furniture is too near if its distance (m) is below this."""
 FACING_DEG = 1.0
@@ -147,7 +147,7 @@ FACING_DEG = 1.0
 VIEW_ASIDE_M = 0.4
 """Half the width (m) of the strip of floor that is kept free between a sofa and its television."""
 SMALL_M = 0.6
-"""Furniture smaller than this (m) that does not open needs no free floor in front."""
+"""Furniture that does not open and is smaller than this (m) can do without free floor in front."""
 SQUARE_M = 0.02
 """Furniture may be turned by a quarter if its width and depth differ by at most this (m)."""
 
@@ -160,7 +160,7 @@ PREFERS_CORNERS = frozenset(
 )
 """Categories that are preferably placed in a corner."""
 TURNABLE = frozenset({"HousePlant", "RoomDecor", "BasketBall", "GarbageBag", "Stool"})
-"""Categories without a front; if an object's sides are about equal, it may be turned by any number of quarters."""
+"""Categories without a front. Their objects may be turned by any number of quarters if the sides are about equal."""
 
 
 class Furnisher:
@@ -330,7 +330,7 @@ def _along_walls(name: str) -> Callable[[Anchor], float]:
 
 
 def _opposite(piece: PlacedObject) -> Callable[[Anchor], float]:
-    """Return a function that scores places; a place across the room from `piece`, facing it, scores highest."""
+    """Return a function that scores places: those across the room that face `piece` get the highest scores."""
 
     def score(anchor: Anchor) -> float:
         sin, cos = np.sin(np.radians(piece.yaw)), np.cos(np.radians(piece.yaw))

@@ -43,8 +43,7 @@ class GroupMember:
     """Index of the member on which this member stands; None if this member stands on the floor."""
 
     def rects(self) -> list[Rect]:
-        """Return the rectangles that the member covers: one for each straight part of a countertop, else only its
-        box's."""
+        """Return the rectangles that the member covers: its box's, or for a countertop those of its straight parts."""
         if self.model.category != "CounterTop":
             return [self.rect()]
         corners = [np.asarray(solid.polygon) for solid in self.model.asset.solids if solid.joint is None]

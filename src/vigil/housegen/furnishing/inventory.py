@@ -53,7 +53,7 @@ LIMITS = {
 """Category -> greatest number of its objects in one house. The default is LOOSE_LIMIT for objects that can be picked
 up, and 1 for others."""
 LOOSE_LIMIT = 3
-"""Default limit for one house on the objects of a category that can be picked up."""
+"""Greatest number of objects in one house for categories that can be picked up and are not in LIMITS."""
 _DISHES_AND_FOOD = ("Plate", "Bowl", "Cup", "Mug", "Bottle", "Apple", "Tomato", "Potato", "Fork", "Spoon")
 _ODDS_AND_ENDS = ("Book", "Pen", "Pencil", "CD", "Candle", "Vase", "Cloth", "ToiletPaper")
 ROOM_LIMITS = {"Pillow": 3, "Egg": 3} | dict.fromkeys((*_DISHES_AND_FOOD, *_ODDS_AND_ENDS), 2)

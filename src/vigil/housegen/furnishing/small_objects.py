@@ -22,11 +22,11 @@ EDGE = 0.012
 FULL_SHARE = 0.5
 """When this share of a surface is covered, nothing more is added, because agents need free places later."""
 BASIN_SHARE = 0.75
-"""The same share for a counter with a basin, which covers much of the surface itself."""
+"""Value of FULL_SHARE for a counter with a basin, because the basin covers much of the surface itself."""
 MIN_SMALL_OBJECTS, ROUNDS = 6, 3
 """A room with fewer small objects than the first number gets more of them, in at most the second number of rounds."""
 UNTIDINESS_SPREAD, UNTIDINESS_RANGE = 0.3, (0.5, 1.6)
-"""A room's number of small objects is multiplied by a random factor: spread of its logarithm, and its range."""
+"""Spread of the logarithm, and range, of a random factor by which each room's number of small objects is multiplied."""
 TRIES = 2
 """Number of objects that are tried for each object that a surface should get, because not every object fits."""
 REPEAT_SHARE = 0.25
@@ -221,7 +221,7 @@ class SmallObjectPlacer:
             self._put(category, piece, True)
 
     def _fill_top(self, piece: PlacedObject, clutter: float) -> None:
-        """Put objects on a piece of furniture until it has a number of them that is drawn at random."""
+        """Put objects on a piece of furniture until it has as many as were drawn at random."""
         mean = ON_TOP.get(piece.category, 0.0) * clutter
         if piece.category == "CounterTop":
             mean *= piece.model.size.x / COUNTER_M

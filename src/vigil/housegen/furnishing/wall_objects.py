@@ -54,7 +54,7 @@ DRY_ROOM_BLINDS_PROBABILITY = 0.4
 SWITCH_MIDDLE_M, MIRROR_MIDDLE_M, PAPER_MIDDLE_M, BATHROOM_SHELF_MIDDLE_M = 1.2, 1.5, 0.72, 1.35
 """Heights (m) of the middles of switches, mirrors, paper holders and bathroom shelves above the floor."""
 SHELF_MIDDLE_M, PAINTING_MIDDLE_M = (1.25, 1.5), (1.5, 1.65)
-"""Least and greatest heights (m) above the floor of the middle of a shelf, and of a painting."""
+"""Heights (m) above the floor, least and greatest, of the middle of a shelf and of a painting."""
 RAILS = (("TowelHolder", "Towel", 1.35), ("HandTowelHolder", "HandTowel", 1.3))
 """Rows of (category of a rail, category of the towel that hangs over it, height (m) of the rail's middle)."""
 CABINET_BOTTOM_M, SHOWER_HEAD_TOP_M, LAMP_BOTTOM_M = 1.42, 2.15, 1.95

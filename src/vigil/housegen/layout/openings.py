@@ -84,7 +84,7 @@ class PlannedOpening:
         return [leaf.bounds for leaf in moving_prisms_of(thing, 1.0)]
 
     def span_in(self, room: int) -> tuple[WallPiece, float, float] | None:
-        """Return the room's wall piece that has the hole, and the hole's two ends along it; None without a hole."""
+        """Return the piece of the room's wall with the hole, and the hole's ends along it; None if there is no hole."""
         if self.wall.room == room:
             return self.wall, self.left, self.right
         if self.other is not None and self.other.room == room:

@@ -116,7 +116,7 @@ def _rounded(corner: Corner) -> Corner:
 
 
 def facing_piece(piece: WallPiece, pieces: list[WallPiece]) -> WallPiece:
-    """Return the piece of the same stretch of wall as `piece`, seen from the room behind `piece`."""
+    """Return the piece that covers the same part of the wall as `piece`, seen from the room behind it."""
     return next(
         other
         for other in pieces

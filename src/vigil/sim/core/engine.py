@@ -24,7 +24,7 @@ class RayHits:
     """What each of n rays hits first."""
 
     things: np.ndarray
-    """Index (n,) int32 of the thing that was hit, in the scene's order; -1 if structure without an id, or nothing."""
+    """Index (n,) int32 of the thing hit, in the scene's order; -1 for structure without an id, and for no hit."""
     roles: np.ndarray
     """Bits BEARS_OPEN and BEARS_TOGGLE (n,) uint8 of the part that was hit."""
     distances: np.ndarray

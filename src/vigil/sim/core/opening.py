@@ -34,7 +34,7 @@ WALL_TOLERANCE_M = 0.05
 SAMPLE_M = 0.02
 """Greatest distance (m) that a moving part travels between two samples of its motion."""
 MOVED_WITHIN = 0.005
-"""If a thing's openness differs from the wanted openness by less than this, the thing counts as already so."""
+"""A thing has the wanted openness already if its openness differs by less than this."""
 
 
 def opening_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
@@ -129,7 +129,7 @@ def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
 
 
 def _rider(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of a child on a lid or cover that is not a surface, e.g. a pen on a laptop; None without any."""
+    """Return the id of a child on a lid or cover that is not a surface (e.g. a pen on a laptop); else None."""
     if not any(joint.kind == "hinge" for joint in thing.asset.joints):
         return None
     riders = (child.id for child in children(state.scene, thing.id) if not _goes_along_or_lies_inside(thing, child))

@@ -1,8 +1,8 @@
 """Putting things down: at the free spot nearest to a clicked point, or straight down in front of the body.
 
 A spot is the place under the thing's middle. It is at most 0.3 m from the clicked point; if the clicked point is above
-the surface, only the horizontal distance counts. The thing's yaw does not change if the thing fits so; otherwise its
-sides are aligned with the surface's sides. Spots on a fixed grid are tried in order of distance, so the same state
+the surface, only the horizontal distance counts. The thing's yaw changes only if the thing does not fit otherwise; then
+its sides are aligned with the surface's sides. Spots on a fixed grid are tried in order of distance, so the same state
 always gives the same spot.
 """
 
@@ -181,7 +181,7 @@ def _yaw_of(frame: Motion) -> float:
 def _candidate_spots(
     bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
 ) -> list[_CandidateSpots]:
-    """Return, for each yaw to try, the spots near the click where the surface's edges and free height suffice."""
+    """Return, for each yaw to try, the spots near the click that the surface's edges and free height allow."""
     if bulk.height > surface.clearance + TOUCH_M:
         return []
     local = offset_from(frame, clicked)
@@ -350,7 +350,7 @@ def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) 
 
 
 def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[FreeSpot]:
-    """Return a spot at (x, z) on each surface of `thing` on which the held thing and everything on it fit."""
+    """Return a spot at (x, z) on each surface of `thing` where the held thing, with everything on it, fits."""
     found: list[FreeSpot] = []
     if not thing.is_receptacle:
         return found

@@ -130,7 +130,7 @@ def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | No
 
 
 def catalogue(variants: int) -> list[SceneSubject]:
-    """Return subjects of every category: the first variant in all its states, and each further variant in one state."""
+    """Return subjects of every category: the first variant in all its states, the others in one state each."""
     subjects = []
     for name in sorted(CATALOG):
         for variant in range(variants):

@@ -147,7 +147,7 @@ def _on_surface(asset: Asset, host: Thing, surface: Surface, aside: float, forwa
 
 
 def _top(asset: Asset, height: float) -> Surface:
-    """Return the asset's highest surface with free height `height` that is not behind a door; the largest of equals."""
+    """Return the highest surface (the largest of several) with a free height above `height` and not behind a door."""
     free = [surface for surface in asset.surfaces if not surface.needs_opening and surface.clearance > height]
     return max(free, key=lambda surface: (round(surface.center.y, 1), surface.size_x * surface.size_z))
 
@@ -176,7 +176,7 @@ def _front_of(asset: Asset, share: float) -> float:
 
 
 def _yaw(thing: Thing, up_to_deg: float, rng: np.random.Generator) -> float:
-    """Return a random yaw of a thing that faces the viewer: up to `up_to_deg`; a long thing shows its side."""
+    """Return a random yaw up to `up_to_deg` for a thing that faces the viewer, or a larger one for a long thing."""
     size, sign = thing.asset.size, float(rng.choice([-1.0, 1.0]))
     if CATALOG[thing.category].is_pickupable and size.z > LENGTHWISE * size.x:
         return sign * float(rng.uniform(40.0, 75.0))

@@ -1,4 +1,4 @@
-"""A connection to AI2-THOR's engine through AI2-THOR's unmodified client, which notices when the engine ends.
+"""A connection to AI2-THOR's engine through AI2-THOR's unmodified client; it notices when the engine ends.
 
 AI2-THOR's client alone waits forever if an engine ends before it connects. If an engine ends in the middle of an
 answer, the client uses a whole CPU core until its time-out. With this connection, both cases raise SimulatorError

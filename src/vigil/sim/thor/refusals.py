@@ -12,7 +12,7 @@ from vigil.protocol.house import EXTERIOR
 from vigil.protocol.world import RefusalCode
 
 UNKNOWN: RefusalCode = "blocked_by_object"
-"""Refusal that a message means if it fits no row."""
+"""Refusal that is used for a message that fits no row."""
 AGENT = "agent"
 """Name that stands for the agent as the cause of a blocked motion."""
 

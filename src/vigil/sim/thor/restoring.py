@@ -180,8 +180,8 @@ def _depth(setup: Setup, object_id: str) -> int:
 def _put(session: EngineSession, thing: Thing, placement: Placement, house_name: str) -> None:
     """Put an object at the place that a setup names.
 
-    If the placement names a parent, the object is put on the surface of the parent that is nearest in height, unless
-    this surface is too far away.
+    If the placement names a parent, the object is put on the parent's surface that is nearest in height, unless this
+    surface is too far away.
     """
     scene_sync = session.scene_sync
     if thing.is_structure:

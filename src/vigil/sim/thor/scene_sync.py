@@ -139,7 +139,7 @@ class SceneSync:
         return True
 
     def _carrier(self, entry: Metadata) -> str | None:
-        """Return the id of the smallest thing that THOR says carries or contains an object; None without any."""
+        """Return the id of the smallest thing that, as THOR says, carries or contains an object; None if none does."""
         if entry["isPickedUp"]:
             return None
         known = [

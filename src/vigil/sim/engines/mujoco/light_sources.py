@@ -60,7 +60,7 @@ def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> boo
 
 
 def _is_behind_walls(model: CompiledModel, boxes: list[np.ndarray], looker: Pose) -> bool:
-    """Return whether walls hide boxes (corners (8, 3) each) from the looker. This is faster than rays."""
+    """Return whether walls hide boxes (corners (8, 3) each) from `looker`. This is faster than casting rays."""
     corners, eye = np.concatenate(boxes)[:, [0, 2, 1]], looker.eye
     portals = model.render_scene.portals
     extent = portals.extent(corners.min(axis=0).tolist(), corners.max(axis=0).tolist())

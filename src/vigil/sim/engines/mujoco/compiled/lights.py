@@ -26,7 +26,7 @@ PALER = 0.2
 DIM_SHARE = 0.4
 """Share of its light that a room's lamp gives while the room's switches are off."""
 USUAL_HEIGHT_M, GAIN_PER_M2 = 2.6, 0.02
-"""In rooms higher than this (m), lamps are stronger: by this gain for each square metre of height squared above it."""
+"""A lamp is stronger in a room higher than the first number h0 (m): by the second number times (h * h - h0 * h0)."""
 DROP_M = 0.06
 """How far (m) a lamp is below the ceiling."""
 KERNEL_EDGE_M = 0.3

@@ -1,4 +1,4 @@
-"""A cache of compiled models: to load an equal scene again, only a copy is made.
+"""A cache of compiled models, so that loading an equal scene again only makes a copy.
 
 Scenes are compared by their whole contents, not by a name. Each caller gets a copy, so that changes in one live scene
 do not affect another.
