@@ -72,7 +72,7 @@ class AssetDatabase:
     ) -> None:
         """Create a database; `known` has the category and the bounding box of each asset id.
 
-        `path` and `sha256` describe the file from which they come, if there is one.
+        `path` and `sha256` describe the file that holds these, if there is one.
         """
         self._known = dict(known or {})
         self.path = path

@@ -38,8 +38,8 @@ _GLYPHS = {
 _COLUMNS, _ROWS = 6, 7
 """Width of a letter (with the gap after it) and height of a letter, in dots."""
 _BORDER_M, _RAISED_M, _LINE_SHARE, _TEXT_SHARE = 0.008, 0.0006, 0.36, 0.88
-"""Width (m) of the sheet's frame, height (m) of ink above the paper, height of a line as a share of the sheet's height,
-and width of the text as a share of the sheet's width."""
+"""Width (m) of the sheet's frame, height (m) of ink above the paper, height of a line as a share of the sheet's height;
+width of the text as a share of the sheet's width."""
 _LINES_AT = (0.21, -0.21)
 """How far the middle of each line is above the sheet's middle, as a share of the sheet's height."""
 _HEIGHTS = 9

@@ -31,7 +31,7 @@ OVERSIZE = 1.6
 AT_WALL_M = 0.35
 """An object whose back is at most this far (m) from a wall stands at the wall and stays there."""
 SLIDES = tuple(sign * step / 20 for step in range(16) for sign in (1, -1))
-"""Distances (m) along the wall, in the order tried, by which an object is moved to bring all of it into the room."""
+"""Distances (m) along the wall that an object is moved, in this order, to bring all of it into the room."""
 ON_TOP_M = 0.03
 """A child lies on its carrier's top if their heights differ by at most this (m)."""
 GAP_M = 0.01

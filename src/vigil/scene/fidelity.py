@@ -1,8 +1,7 @@
 """Fidelity: whether the things of a scene have the shapes, places and states that their house asks for.
 
-Each rule has a name. The rules require that no thing is drawn as a plain box (a stand-in), that shapes fill their
-boxes, that nothing hovers above its carrier or sinks into it, and that parts show whether a thing is open or switched
-on.
+Each rule has a name. No thing may be drawn as a plain box (a stand-in), shapes must fill their boxes, and nothing may
+hover above its carrier or sink into it. Parts must show whether a thing is open or switched on.
 """
 
 from collections.abc import Iterator

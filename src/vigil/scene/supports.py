@@ -84,8 +84,8 @@ def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) ->
     supports them. If the thing is in the hollow of something that cannot be picked up, everything below that is added:
     a thing in a sink does not lie on the counter. (A bowl can be picked up, so a thing in a bowl lies on the table.)
 
-    If the thing's support is not known, return the sorted ids of those of `others` that have surfaces below the thing,
-    if all these surfaces must be opened.
+    If the thing's support is not known, return sorted ids of `others`: those whose surfaces below the thing all need
+    opening.
     """
     if thing.parent is None:
         over = {other.id: _surfaces_below(thing, other) for other in _receptacles(thing, others)}

@@ -30,7 +30,7 @@ Step = Callable[[Builder, Names], None]
 """Function that adds to an asset what one entry of a row describes."""
 ARRANGED = {"lengthwise": lengthwise, "along_longest": along_longest}
 ALONG = {"x": "_x", "y": "_y", "z": "_z"}
-"""Axis -> name of the length of which numbers are shares: the box's length, or 1 m if the row's `unit` is true."""
+"""Axis -> name of a length; numbers are shares of this length (the box's, or 1 m if the row's `unit` is true)."""
 SIDES = ("_x", "_y", "_z")
 ACROSS = {"x": ("_z", "_y"), "y": ("_x", "_z"), "z": ("_x", "_y")}
 """Axis -> names of the box's sides along the other two axes, for shapes that are flat across the axis."""

@@ -152,7 +152,7 @@ SQUARE_M = 0.02
 """Furniture may be turned by a quarter if its width and depth differ by at most this (m)."""
 
 FULLNESS_RANGE = (0.35, 1.25)
-"""Range of a random factor for a room, by which each probability in `EXTRAS` is multiplied; some rooms get little."""
+"""Range of a random factor for each room; each probability in `EXTRAS` is multiplied by the factor."""
 
 PREFERS_CORNERS = frozenset(
     {"FloorLamp", "HousePlant", "GarbageCan", "RoomDecor", "ShelvingUnit", "Safe", "LaundryHamper", "VacuumCleaner"}

@@ -26,7 +26,7 @@ BASIN_SHARE = 0.75
 MIN_SMALL_OBJECTS, ROUNDS = 6, 3
 """A room with fewer small objects than the first number gets more of them, in at most the second number of rounds."""
 UNTIDINESS_SPREAD, UNTIDINESS_RANGE = 0.3, (0.5, 1.6)
-"""Spread of the logarithm, and range, of a random factor by which each room's number of small objects is multiplied."""
+"""A room's number of small objects is multiplied by a random factor: spread of its logarithm, and its range."""
 TRIES = 2
 """Number of objects that are tried for each object that a surface should get, because not every object fits."""
 REPEAT_SHARE = 0.25

@@ -1,7 +1,7 @@
 """The light that reaches points of a scene: from the room around them, through the windows, and from the lamps.
 
 Each ray from a point brings the light of what it meets. A wall gives less light the nearer it is, so corners are dark.
-Through a window, a ray meets the sky. A lamp is a small disc, of which a point sees all, a part or nothing.
+Through a window, a ray meets the sky. A lamp is a small disc; all, a part or nothing of it is visible from a point.
 """
 
 from collections.abc import Iterator

@@ -236,7 +236,7 @@ def run_in_parallel(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
 def _smoothed(
     light: np.ndarray, samples: Samples, is_known: np.ndarray, edges: np.ndarray, owners: np.ndarray
 ) -> np.ndarray:
-    """Return the light (n, k) averaged along `edges` (m, 2), each of which is on one surface.
+    """Return the light (n, k) averaged along `edges` (m, 2); each edge is on one surface.
 
     Where `is_known` (n,) is False, the light is that of samples nearby, or else the mean over the same owner.
     """

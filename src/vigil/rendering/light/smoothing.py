@@ -1,7 +1,7 @@
 """Smoothing: averages the light on the vertices of a surface along the surface's edges.
 
-Only few rays are cast from each vertex, and the light within a face comes from its corners. Without smoothing, one
-corner from which a lamp is partly hidden would darken half of a door.
+Only few rays are cast from each vertex, and the light within a face comes from its corners. Without smoothing, half of
+a door would be dark if a lamp is partly hidden from one of its corners.
 """
 
 import numpy as np
@@ -45,7 +45,7 @@ def move_inward(samples: Samples, edges: np.ndarray) -> Samples:
 
 
 def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Return the light (n, k) at `points` (n, 3), averaged along `edges` (m, 2), each of which is on one surface.
+    """Return the light (n, k) at `points` (n, 3) averaged along `edges` (m, 2); each edge is on one surface.
 
     Where `is_known` (n,) is False, the light is that of corners nearby where it is known; nan if there are none.
     """

@@ -48,7 +48,7 @@ class _Loaded:
 
 @dataclass(frozen=True, slots=True)
 class _WorldSnapshot:
-    """The state of the world at a moment, from which it can be restored."""
+    """The state of the world at one moment; the world can be restored to it."""
 
     agent: Pose
     held: str | None

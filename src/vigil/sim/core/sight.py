@@ -60,7 +60,7 @@ AGENT_LENS = Lens()
 
 @dataclass(frozen=True, slots=True)
 class PixelWindow:
-    """A rectangle of pixels, left <= x < right and top <= y < bottom, of which every `stride`-th row and column is
+    """A rectangle of pixels, left <= x < right and top <= y < bottom; in it, every `stride`-th row and column is
     sampled."""
 
     left: int

@@ -1,9 +1,8 @@
 """FakeEngine: an engine without a 3-D library. It casts rays at boxes in numpy and draws flat-coloured frames.
 
 Every connected piece of a mesh is replaced by its bounding box, which moves with the piece's joint. If a box has a
-support surface inside (a bowl, an open fridge), rays pass through its near side and meet its far side, so that the
-things inside are visible. The engine is fast enough for tests, and exact enough to try solvers, budgets and goals
-without a renderer.
+support surface inside (a bowl, an open fridge), rays meet only its far side, so that the things inside are visible. The
+engine is fast enough for tests, and exact enough to try solvers, budgets and goals without a renderer.
 """
 
 import math

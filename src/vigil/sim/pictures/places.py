@@ -28,8 +28,8 @@ COMPANIONS = {"Sink": "Faucet", "ShowerHead": "Bathtub", "Blinds": "Window", "Cu
 """Category -> category of another thing that is shown with it, although neither carries the other."""
 FREE_STANDING = frozenset({"Rug", "CoffeeTable", "DiningTable", "Chair", "Stool", "Ottoman", "Footstool", "DogBed"})
 LENGTHWISE = 1.2
-"""A thing that can be carried shows its side to the viewer if it is at least this many times as deep as wide, because
-its end would not show what it is."""
+"""A thing that can be carried shows its side to the viewer if it is at least this many times as deep as wide. Its end
+would not show what it is."""
 FREE_STANDING_Z_M, CEILING_Z_M, WALL_GAP_M, EDGE_M = 1.2, 1.3, 0.015, 0.05
 FREE_YAW_DEG, LYING_YAW_DEG = 25.0, 30.0
 USUAL_MIDDLE_M = 1.4
