@@ -1,1 +1,93 @@
-"""Assets: shapes of household things, made on demand, the catalogue of categories, and AI2-THOR's asset database."""
+"""Assets: shapes of household things in any size, made on demand.
+
+`make` looks up the maker of a category (the function that makes its assets) in `MAKERS`. Some makers are rows of data
+(`makers/rows/*.toml`, read by `vigil.assets.kernel.rows`). Shapes that need code have a function in a module of
+`vigil.assets.makers`; each of these modules exports a table `MAKERS`. `register` adds a category from outside the
+package.
+"""
+
+import zlib
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG, CEILING, FLOOR, WALL, Category
+from vigil.assets.kernel.arrange import Maker
+from vigil.assets.kernel.asset import Asset
+from vigil.assets.kernel.rows import makers_in
+from vigil.assets.makers import (
+    appliances,
+    beds,
+    containers,
+    decor,
+    fixtures,
+    food,
+    openings,
+    personal,
+    placeholder,
+    seating,
+    storage,
+    tables,
+    textiles,
+)
+from vigil.base.geometry import Vec3
+from vigil.errors import SettingError, did_you_mean
+
+ROWS = Path(__file__).parent / "makers" / "rows"
+"""Folder of the TOML files with the makers that are rows of data."""
+_MODULES = (
+    appliances, beds, containers, decor, fixtures, food, openings, personal, seating, storage, tables, textiles,
+)  # fmt: skip
+
+MAKERS: dict[str, Maker] = {
+    **{name: maker for module in _MODULES for name, maker in module.MAKERS.items()},
+    **{name: maker for path in sorted(ROWS.glob("*.toml")) for name, maker in makers_in(path).items()},
+}
+
+_SMALLEST_M = 0.002
+
+
+_LEVEL_TOLERANCE_M = 0.025
+"""A surface is at a requested level if their heights differ by at most this (m)."""
+
+
+def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()) -> Asset:
+    """Return an asset of a category that fills `size`; a category without a maker becomes a labelled box.
+
+    `levels` are heights (m) above the bottom at which things rest on or in the asset. They change the shape only if the
+    usual shape lacks a surface at one of these heights. Equal arguments give equal bytes and, while cached, the same
+    object.
+    """
+    standard = _make_cached(category, size, variant, ())
+    tops = [surface.center.y + standard.size.y / 2 for surface in standard.surfaces]
+    if all(any(abs(level - top) < _LEVEL_TOLERANCE_M for top in tops) for level in levels):
+        return standard
+    return _make_cached(category, size, variant, tuple(sorted(levels)))
+
+
+def register(category: Category, maker: Maker) -> None:
+    """Add a category and its maker to the catalogue, in this process only.
+
+    The category's assets have ids of the form `vigil_NAME_NUMBER`, which houses can name. Houses that are generated
+    afterwards may contain such assets, in the category's rooms and on its supports. Raises SettingError when the name
+    is taken or a support is unknown.
+    """
+    if CATALOG.get(category.name, category) != category or MAKERS.get(category.name, maker) is not maker:
+        raise SettingError(f"Asset category {category.name!r} exists already. Choose another name.")
+    known = {*CATALOG, FLOOR, WALL, CEILING}
+    for name in category.rests_on:
+        if name not in known:
+            raise SettingError(
+                f"Asset category {category.name!r} rests on {name!r}, which does not exist.{did_you_mean(name, known)}"
+            )
+    CATALOG[category.name], MAKERS[category.name] = category, maker
+    _make_cached.cache_clear()
+
+
+@lru_cache(maxsize=4096)
+def _make_cached(category: str, size: Vec3, variant: int, levels: tuple[float, ...]) -> Asset:
+    room = Vec3(*(max(float(length), _SMALLEST_M) for length in size))
+    maker = MAKERS.get(category)
+    stream = np.random.default_rng([zlib.crc32(category.encode()), variant])
+    return placeholder.labelled_box(category, room, stream) if maker is None else maker(room, stream, levels)

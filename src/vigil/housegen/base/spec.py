@@ -21,7 +21,7 @@ AREA_M2: dict[str, tuple[float, float, float]] = {
 """Smallest, median and largest area (m2) of a room, by its kind."""
 
 SINGLE_ROOM_SCALE: dict[str, float] = {"Kitchen": 1.75, "LivingRoom": 1.3, "Bedroom": 1.5, "Bathroom": 1.25}
-"""Factor by which a room is larger if it is the whole house (as in ProcTHOR)."""
+"""Factor on the area of a room that is the only room of its house (as in ProcTHOR)."""
 
 
 class HouseSpec(BaseModel):
@@ -31,13 +31,13 @@ class HouseSpec(BaseModel):
 
     name: str
     choices: tuple[tuple[RoomKind, ...], ...] = Field(min_length=1)
-    """Alternative lists of the kinds of rooms."""
+    """Lists of kinds of rooms; a house has the rooms of one list."""
     area_m2: float | None = Field(default=None, gt=0.0)
-    """Total floor area (m2); with None, each room's area is drawn at random by its kind."""
+    """Total floor area (m2). If None, the area of each room is drawn at random for its kind."""
     ceiling_m: tuple[float, float] = (2.5, 3.0)
     """Least and greatest height (m) of the ceiling."""
     clutter: float = Field(default=1.0, ge=0.0, le=2.0)
-    """Factor on the number of small objects."""
+    """Factor by which the number of small objects is multiplied."""
 
     @field_validator("choices", mode="before")
     @classmethod
@@ -104,7 +104,7 @@ SPECS: dict[str, HouseSpec] = {name: HouseSpec(name=name, choices=choices) for n
 
 
 def spec_for(name: str) -> HouseSpec:
-    """Return the spec of that name; "4" means "4-room". Raises SettingError."""
+    """Return the spec called `name`; "4" means "4-room". Raises SettingError."""
     wanted = f"{name}-room" if name.isdigit() else name
     if wanted not in SPECS:
         raise SettingError(

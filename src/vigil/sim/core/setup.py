@@ -1,4 +1,4 @@
-"""Setups: what an episode changes in a house before it starts (openness, switches, positions, absences, the hand)."""
+"""Setups: what an episode changes in a house before it starts (openness, switches, positions, absences, hand)."""
 
 import difflib
 
@@ -51,7 +51,7 @@ def blocked_start_error(start: Pose, house_name: str) -> EpisodeError:
 
 
 def thing_named(object_id: str, scene: Scene, house_name: str) -> Thing:
-    """Return the thing with an id. Raises EpisodeError when the house does not have it."""
+    """Return the thing with this id. Raises EpisodeError if the house does not have it."""
     thing = scene.things.get(object_id)
     if thing is None:
         raise EpisodeError(unknown_object_message(object_id, scene, house_name))
@@ -66,13 +66,13 @@ def unknown_object_message(object_id: str, scene: Scene, house_name: str) -> str
 
 
 def check_can_be_held(thing: Thing) -> None:
-    """Raise EpisodeError when a setup cannot put a thing into the hand."""
+    """Raise EpisodeError if a setup must not put this thing into the hand."""
     if not thing.is_pickupable or not thing.is_present:
         raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
 
 
 def things_named(setup: Setup, scene: Scene, house_name: str) -> list[tuple[Thing, ObjectSetup]]:
-    """Return the things that a setup changes, each with its change. Raises EpisodeError on an unknown id."""
+    """Return (thing, change) for each thing that a setup changes. Raises EpisodeError on an unknown id."""
     for object_id in [*setup.objects, *([setup.held] if setup.held else [])]:
         if object_id not in scene.things:
             raise EpisodeError(f"Setup: {unknown_object_message(object_id, scene, house_name)}")
@@ -107,7 +107,7 @@ def _break(state: SceneState, thing: Thing) -> None:
 
 
 def _check_walls(state: SceneState, changed: list[Thing]) -> None:
-    """Raise EpisodeError when an open leaf of a changed thing reaches into the next room."""
+    """Raise EpisodeError if an open leaf of one of the changed things reaches into the next room."""
     if any(thing.is_structure for thing in changed):  # a shut door is one more partition
         changed = list(state.scene.things.values())
     for thing in changed:
@@ -122,7 +122,7 @@ def _check_walls(state: SceneState, changed: list[Thing]) -> None:
 
 
 def _check_carriers(state: SceneState, changed: list[Thing]) -> None:
-    """Raise EpisodeError when an open leaf of a thing reaches through the body of the container that it lies in."""
+    """Raise EpisodeError if an open leaf of a thing reaches through the body of the container that holds the thing."""
     touched = {each.id: each for thing in changed for each in [thing, *contents(state.scene, thing.id)]}
     for thing in touched.values():
         carrier = pierced_carrier(state, thing) if thing.is_present and not thing.is_held else None
