@@ -58,7 +58,7 @@ def encode_frame(rgb: np.ndarray, image_format: ImageFormat = "png") -> EncodedF
 
 
 def decode_frame(data: bytes) -> np.ndarray:
-    """Return the pixels (h, w, 3) uint8 of a file that `encode_frame` made. Raises RecordError for any other."""
+    """Return the pixels (h, w, 3) uint8 of a file that `encode_frame` made. Raises RecordError for any other file."""
     try:
         image = Image.open(io.BytesIO(data), formats=("PNG", "JPEG"))
         if image.width * image.height > MAX_FRAME_PIXELS:

@@ -1,7 +1,8 @@
 """Sources of episodes for training: a pack or a stream.
 
-The environment of Gymnasium draws episodes. That of verifiers reads rows; a process that has only a row may play the
-episode of the row. It loads the same pack, or for a stream makes the house again, once for about thirty episodes.
+The Gymnasium environment draws episodes. The verifiers environment reads rows, which name episodes and may be played in
+another process. That process loads the same pack or, for a stream, makes the house of the row again; a house serves
+about thirty episodes.
 """
 
 import asyncio
@@ -62,7 +63,7 @@ class PackSource:
         self.name = f"{pack.name}@{pack.sha256}"
         """Name and hash of the pack."""
         self.public_name = pack.name
-        """Name that reveals no secret seed."""
+        """Name for messages; it does not reveal a secret seed."""
         self.is_private = is_private(pack.manifest.meta)
         self.folder: Path | None = pack.folder
         """Folder of the pack that simulators load."""
@@ -99,8 +100,8 @@ class PackSource:
 class StreamSource:
     """Episodes of a stream, in order.
 
-    In `draw`, a seed selects the first house; without a seed the stream starts at its first. A finite stream starts
-    again after its last house.
+    In `draw`, a seed selects the first house; without a seed the stream starts at its first house. A finite stream
+    starts again after its last house.
     """
 
     folder = None
@@ -116,11 +117,11 @@ class StreamSource:
         self._items: Iterator[StreamItem] | None = None
         self._houses: LRUCache[int, Future[StreamHouse]] = LRUCache(HOUSE_CACHE_SIZE)
         self._pool: HousePool | None = None
-        """Processes that make the houses of rows again."""
+        """Processes that make the house of a row again; None until a row needs it."""
         self.name = address_of(self._seed)
         """Address and version of the stream."""
         self.public_name = f"{STREAM}..."
-        """Name that reveals no secret seed."""
+        """Name for messages; it does not reveal a secret seed."""
         self.is_private = is_secret(self._seed)
         self.is_endless = self._last is None and limit is None
 
@@ -152,7 +153,7 @@ class StreamSource:
         return islice(self._rows(), self._limit)
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Return the assignment of an episode; unless its house is cached, it is first made in the background.
+        """Return the assignment of an episode. If its house is not cached, the house is first made in the background.
 
         Raises SettingError or SimulatorError.
         """
@@ -223,7 +224,7 @@ def source_of(options: EpisodeOptions, workers: int, limit: int | None = None) -
 
 @lru_cache(maxsize=PACK_CACHE_SIZE)
 def _cached_pack(folder: Path, sha256: str) -> Pack:
-    """Return a pack, shared by the environments of a process while the pack's manifest is unchanged."""
+    """Return the pack in `folder`. The environments of a process share it while the pack's manifest is unchanged."""
     del sha256  # part of the cache key: distinguishes a pack from an earlier one in the same folder
     return Pack.load(folder)
 

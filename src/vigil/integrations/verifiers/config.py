@@ -1,4 +1,4 @@
-"""Options of the environment: fields of verifiers' configs, `--env.taskset.*` on its command line."""
+"""Options of the environment. They are fields of verifiers' configs, and `--env.taskset.*` on its command line."""
 
 from pathlib import Path
 
