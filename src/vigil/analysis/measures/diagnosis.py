@@ -1,6 +1,6 @@
 """Diagnosis: why episodes of a run were not verified successes, with advice for each cause.
 
-The counts are of verdicts and of reasons of invalid replies; the advice says where to look, not what the agent meant.
+Verdicts and the reasons of invalid replies are counted. The advice says where to look, not what the agent meant.
 """
 
 import json
@@ -79,13 +79,13 @@ class FailureCauses:
     episodes: int
     replies: int
     endings: Mapping[str, int]
-    """Number of episodes without verified success by subtype of the report, else by label."""
+    """Number of episodes without verified success, by the subtype of the report or, without a subtype, by label."""
     reasons: Mapping[str, int]
     """Number of invalid replies by reason."""
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Sentences on what prevented verified successes, replies first; empty if nothing did."""
+        """Sentences on what prevented verified successes, those about replies first; empty if nothing did."""
         return (*_reply_sentences(self), *_ending_sentences(self))
 
 
