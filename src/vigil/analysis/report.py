@@ -80,8 +80,7 @@ class AnalysisReport:
 
     @property
     def causes(self) -> dict[str, tuple[str, ...]]:
-        """Run -> sentences on why verified successes are missing, with advice; runs without such causes are left
-        out."""
+        """Run -> sentences on why verified successes are missing, with advice; runs without causes are left out."""
         found = {entry.name: causes_of_rows(entry.run.rows) for entry in sorted_by_b(self.study.entries)}
         found |= {f"{run.name} (closure stress)": causes_of_closure(run.outcomes) for run in self.closure}
         return {name: sentences for name, causes in found.items() if (sentences := causes.sentences)}

@@ -39,12 +39,12 @@ def _before_a_verb(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """Take the options before a verb, and import what the environment names."""
+    """Handle the options before a verb, and import the modules that the environment names."""
     import_modules_from_environment()
 
 
 def main() -> None:
-    """Run the command line. Exits with 0, 1 (it failed), 2 (bad input) or 130 (interrupted)."""
+    """Run the command line. Exits with 0, 1 (the command failed), 2 (bad input) or 130 (interrupted)."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(line_buffering=True)  # so that a file of both outputs has them in their order
     try:

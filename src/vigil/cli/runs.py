@@ -1,4 +1,4 @@
-"""`vigil run`, `vigil verify` and `vigil merge`."""
+"""`vigil run`, `vigil verify` and `vigil merge`: play runs, verify them, and join their shards."""
 
 import sys
 from dataclasses import replace
@@ -105,7 +105,7 @@ def _play(plan: RunPlan) -> None:
 
 
 def _with_warnings(show: OnProgress) -> OnProgress:
-    """Return `show`, extended to print warnings on standard error."""
+    """Return a function that calls `show` and also prints warnings on standard error."""
 
     def tell(where: RunProgress) -> None:
         show(where)
@@ -125,7 +125,7 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
 
 
 def _with_agent(settings: RunSettings) -> RunSettings:
-    """Return the settings with the factory of an agent with hidden sight. Raises SettingError on an unknown agent."""
+    """Return the settings with the factory of a privileged agent. Raises SettingError on an unknown agent."""
     name = settings.agent
     if name in PRIVILEGED:
         return replace(settings, agent_factory=privileged_agent)

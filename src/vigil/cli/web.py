@@ -51,7 +51,7 @@ Token = Annotated[
 RUNS = Path("runs")
 TERMINATED = 143
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-"""Variables without which a Linux machine has at most a browser in the terminal."""
+"""Environment variables; if none of them is set on Linux, a browser could at most open in the terminal."""
 
 
 def view(
@@ -140,7 +140,7 @@ def _of_pack(pack: str | Path, assets: Path | None) -> ReviewSet:
 
 
 def listen(address: Address) -> socket.socket:
-    """Return a socket that listens at the address. Raises SettingError when it is invalid, in use or lacks a token."""
+    """Return a socket that listens at the address. Raises SettingError when it is invalid, in use, or needs a token."""
     address.check()
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)

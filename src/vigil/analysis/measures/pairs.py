@@ -44,8 +44,7 @@ KEY = ["episode_id", "epoch"]
 
 @dataclass(frozen=True)
 class Pair:
-    """Two runs that differ in one thing. `base` is the run without feedback, with the default prompt, or not
-    thinking."""
+    """Two runs that differ in one thing; `base` is the run without feedback, with the default prompt or no thinking."""
 
     kind: PairKind
     base: Run
@@ -82,8 +81,7 @@ class Repeats:
     tables: tuple[pd.DataFrame, ...]
 
     def compared_with_first(self) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-        """Yield, for each later repeat, its name, the rows of the first repeat and its own rows of the same
-        episodes."""
+        """Yield, for each later repeat, its name, the first repeat's rows and its own rows of the same episodes."""
         for name, table in list(zip(self.names, self.tables, strict=True))[1:]:
             first, other = shared_rows(self.tables[0].assign(epoch=1), table.assign(epoch=1))
             yield name, first.reset_index(), other.reset_index()
