@@ -30,7 +30,7 @@ class Resumable(Protocol):
     """An agent that can continue an episode in a new process, after the process that began the episode was lost."""
 
     def resume(self, instruction: str) -> None:
-        """Continue an episode that was begun in another process. It is called instead of `start`."""
+        """Continue an episode that was begun in another process. VIGIL calls this instead of `start`."""
 
 
 @runtime_checkable

@@ -105,7 +105,7 @@ class ExecAgent:
         self._pacer.begin()
 
     def resume(self, instruction: str) -> None:
-        """Continue an episode after VIGIL's process was lost. Its program was lost too, after it had seen a frame."""
+        """Continue an episode after VIGIL's process and the program were lost. The program had already seen a frame."""
         self._end()
         self._prepare(instruction, has_seen_frame=True)
         self._pacer.begin()

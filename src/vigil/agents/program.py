@@ -38,7 +38,7 @@ MAX_LINE_BYTES = 1024 * 1024
 _CHUNK = 1 << 16
 _POLL_SECONDS = 0.002
 _OWN_PREFIXES = ("VIGIL_", "INSPECT_")
-"""Prefixes of environment variables that the program does not get: those of VIGIL, and of its library Inspect."""
+"""Prefixes of environment variables that the program does not get: those of VIGIL and of the library Inspect."""
 _FOLDER_VARIABLES = ("PWD", "HOME", "TMPDIR", "TMP", "TEMP")
 """Environment variables that are set to the program's folder."""
 _OTHER_FOLDER_VARIABLES = (
@@ -70,7 +70,7 @@ class ProgramFault(Exception):
 
 
 class Program:
-    """One running program. Methods other than `close` raise ProgramFault if it ends, hangs or writes unasked."""
+    """One running program. Methods except `close` raise ProgramFault if it ends, hangs or writes without request."""
 
     def __init__(self, arguments: Sequence[str], folder: Path, timeout_s: float, redact: Redact) -> None:
         """Start the program with `folder` as its working directory. Raises OSError when it cannot be started.
@@ -126,7 +126,7 @@ class Program:
         return self.unread() < self._sent if self._has_begun_to_read is None else self._has_begun_to_read
 
     def send(self, data: bytes, deadline: float) -> None:
-        """Write `data` to the program's input until the deadline (monotonic clock)."""
+        """Write `data` to the program's input. Raises ProgramFault if that takes until `deadline` (monotonic clock)."""
         left = memoryview(data)
         fd = _fileno(self._process.stdin)
         self._sent = 0
@@ -176,10 +176,9 @@ class Program:
             raise self.fault(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
 
     def ended(self, if_running: str = "ended without an answer") -> ProgramFault:
-        """Return the fault of a program that has closed a pipe: that it ended, with its exit code, or else
-        `if_running`.
+        """Return the fault of a program that has closed a pipe.
 
-        Waits a short time for the end of the program; `if_running` is the message for a program that is still running.
+        If the program ends within a short wait, the fault has its exit code. Otherwise the message is `if_running`.
         """
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=EXIT_TIMEOUT_S)
@@ -280,8 +279,7 @@ def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
 
 
 def program_environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
-    """Return the environment variables of a program in `folder`: the user's, except those of VIGIL and of other
-    folders.
+    """Return the user's environment variables for a program in `folder`, without those of VIGIL or of other folders.
 
     Python still finds packages that the user has installed in the home folder.
     """

@@ -181,7 +181,7 @@ def _correlation_json(found: Correlation) -> dict[str, object]:
 
 
 def _number(value: float) -> float | None:
-    """Return a number for JSON, which is None for NaN."""
+    """Return a number as JSON allows it: None for NaN."""
     return value if np.isfinite(value) else None
 
 

@@ -196,7 +196,7 @@ class Verbs(TyperGroup):
 
 
 def _listed(name: str, verb: Verb | Group) -> TyperCommand | TyperGroup:
-    """Return a verb's entry in the list of commands, which is not loaded yet; a group is returned complete."""
+    """Return a stub for the list of commands, without loading the verb; a group is returned complete."""
     if isinstance(verb, Group):
         return Verbs(name=name, help=verb.help, verbs=verb.verbs, no_args_is_help=True)
     return TyperCommand(name, help=verb.help, hidden=verb.is_hidden)

@@ -25,7 +25,7 @@ def chat_message(message: Message) -> dict[str, Any]:
 
 
 def chat_sender(client: AsyncOpenAI, model: str) -> Send:
-    """Return a function that sends messages to `model` in one request; turn off the retries of `client`.
+    """Return a function that sends messages to `model` in one request. The retries of `client` must be turned off.
 
     The returned function raises AttemptFailed when the request fails.
     """

@@ -1,8 +1,8 @@
 """Sources of episodes for training: a pack or a stream.
 
-The Gymnasium environment draws episodes. The verifiers environment reads rows, which name episodes and may be played in
-another process. That process loads the same pack or, for a stream, makes the house of the row again; a house serves
-about thirty episodes.
+The Gymnasium environment draws episodes. The verifiers environment reads rows; each row names an episode, which may be
+played in another process. That process loads the same pack or, for a stream, makes the house of the row again; a house
+serves about thirty episodes.
 """
 
 import asyncio
@@ -33,9 +33,9 @@ from vigil.runner.workers.messages import Assignment
 
 PACK_CACHE_SIZE = 2
 HOUSE_CACHE_SIZE = 64
-"""Number of houses of a stream that are cached for episodes not played yet."""
+"""Greatest number of a stream's houses that are cached, for episodes that are still to be played."""
 MAX_FIRST_HOUSES = 2**31
-"""A seed selects the first house of an endless stream from this number of houses."""
+"""Number of houses among which a seed selects the first house of an endless stream."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class PackSource:
         return lambda: SampledEpisode(episode, self._pack.house_of(episode))
 
     def by_id(self, episode_id: str) -> SampledEpisode:
-        """Return any episode of the pack. Raises SettingError."""
+        """Return the episode with this id, even if it was not selected. Raises SettingError."""
         episode = self._pack.episode(episode_id)
         return SampledEpisode(episode, self._pack.house_of(episode))
 
@@ -145,7 +145,7 @@ class StreamSource:
         )
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Return the greatest length and the characters that the protocol allows."""
+        """Return the greatest length of an instruction, and all characters in it, that the protocol allows."""
         return MAX_INSTRUCTION_CHARS, _charset(())
 
     def rows(self) -> Iterator[TaskRow]:

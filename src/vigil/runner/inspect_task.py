@@ -239,7 +239,7 @@ def vigil_score() -> Scorer:
 
 
 def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
-    """Return `make` with a signature of TASK_SETTINGS: Inspect reads the names of its arguments there."""
+    """Return `make` with the signature in which Inspect looks for arguments: one argument for each of TASK_SETTINGS."""
     parameters = [inspect.Parameter(name, _KEYWORD_ONLY, default=one.default) for name, one in TASK_SETTINGS.items()]
     make.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess] - Inspect reads it
     return make

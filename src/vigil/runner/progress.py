@@ -38,7 +38,7 @@ class RunProgress:
     latest: Outcome | None
     """Outcome of the episode that has just ended; None for an error, and before the first episode has ended."""
     retry_reason: str | None = None
-    """Latest failure that is being retried, since an episode last ended; None without a failure."""
+    """Latest failure that led to a retry since an episode last ended; None without such a failure."""
     warning: str | None = None
     """Warning for the user, or None.
 

@@ -27,7 +27,7 @@ MAX_RESTORES = 2
 
 @dataclass(frozen=True, slots=True)
 class RetryPolicy:
-    """Number of retries, and the waits between them: each is twice the last, with jitter, or longer if asked for."""
+    """Number of retries, and the waits in between: each is twice the last, with jitter, or as the provider asks."""
 
     retries: int = 8
     first_wait_s: float = 1.0

@@ -49,7 +49,7 @@ class RunResult:
     episodes: tuple[Episode, ...]
     """Episodes that the run plans to play; for a shard, only the shard's part of them."""
     records: tuple[EpisodeRecord, ...]
-    """Effective rows, including errors."""
+    """Effective rows (for each play, the row that counts), including errors."""
     resumed: int
     """Number of rows from earlier sessions."""
     tokens: RunTokens

@@ -130,7 +130,7 @@ class RunFolder:
         return self.path / INSPECT_FOLDER
 
     def records(self) -> list[EpisodeRecord]:
-        """Return the effective rows, sorted by episode and epoch."""
+        """Return the effective rows (for each play, the row that counts), sorted by episode and epoch."""
         return [self._log.rows[key] for key in sorted(self._log.rows)]
 
     def is_done(self, episode_id: str, epoch: int) -> bool:

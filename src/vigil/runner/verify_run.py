@@ -1,6 +1,6 @@
 """Verifying a whole run: workers simulate every recorded episode again from its recorded replies.
 
-If the run's simulator is not installed, only the records are checked: each reply must parse to its recorded action.
+With `records_only`, no simulator is needed: each reply must parse to its recorded action, and nothing else is checked.
 """
 
 import asyncio

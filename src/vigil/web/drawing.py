@@ -17,7 +17,7 @@ from vigil.runner.workers.messages import EpisodeMoment, WalkResult
 from vigil.runner.workers.pool import simulator_settings, usable_cpus
 
 DRAW_TIMEOUT_S = 90.0
-"""Time limit (s) of drawing one picture, and of a request's wait until earlier pictures are drawn."""
+"""Time limit (s) for drawing one picture, and for the wait of a request until earlier pictures are drawn."""
 PICTURE_CACHE_SIZE = 400
 _Result = TypeVar("_Result")
 

@@ -80,7 +80,7 @@ class LibraryRun:
     table: RecordTable | None = None
     fault: str = ""
     assets: Path | None = None
-    """Asset database with which the run was played; None without one, or if the given one differs."""
+    """Asset database of the run; None if the run did not use one, or if the given database is another."""
     prices: Prices | None = None
     """Prices from which the run's costs are computed."""
     state: RunState = "ended"

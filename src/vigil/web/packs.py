@@ -38,7 +38,7 @@ _STRATA = {
     "not_found_by_turning": "searches that turning does not end",
     "categories": "category of the target",
 }
-"""Key of a count in a manifest, other than of families -> its name on the page."""
+"""Key of a count in a manifest (other than the count of families) -> its name on the page."""
 
 
 def add_pack_pages(

@@ -102,8 +102,8 @@ class ReviewSession:
         seed: int = 0,
         render_settings: RenderSettings | None = None,
     ) -> None:
-        """Open the review file. Raises RecordError if it cannot be read, SettingError if the reviewer's name is
-        invalid."""
+        """Open the review file. Raises RecordError if it is unreadable, SettingError if `reviewer` is not a valid
+        name."""
         self.review_set = review_set
         self.path = path
         self.reviewer = reviewer

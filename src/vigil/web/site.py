@@ -99,7 +99,7 @@ def png(data: bytes) -> Response:
 
 
 def make_site(address: Address) -> FastAPI:
-    """Return an application that refuses requests from others, and has no pages yet. Raises SettingError."""
+    """Return an application without pages that refuses requests from other users and sites. Raises SettingError."""
     address.check()
     site = FastAPI(title="VIGIL", docs_url=None, redoc_url=None, openapi_url=None)
     site.mount("/static", StaticFiles(directory=STATIC), name="static")
@@ -163,7 +163,7 @@ def _refusal(request: Request, address: Address) -> Response | None:
 
 
 def _is_asked_by_another_site(request: Request) -> bool:
-    """Return whether, by the browser, a page of another site made the request (other than by a link to follow)."""
+    """Return whether the browser says that a page of another site made the request; a followed link does not count."""
     is_link = request.method == "GET" and request.headers.get("sec-fetch-mode") == "navigate"
     return request.headers.get("sec-fetch-site") in ("cross-site", "same-site") and not is_link
 

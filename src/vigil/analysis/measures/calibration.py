@@ -21,7 +21,7 @@ from vigil.scoring.rates import Interval
 
 Success = Literal["W", "B"]
 MIN_DISCRIMINATION = 0.0
-"""An episode with a lower discrimination should be inspected by a reader."""
+"""A reader should inspect each episode whose discrimination is below this value."""
 
 
 @dataclass(frozen=True, slots=True)

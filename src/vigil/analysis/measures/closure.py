@@ -32,7 +32,7 @@ from vigil.scoring.rates import Interval, Rate, effective_sample_size
 from vigil.scoring.saved_run import EffectiveRow, RecordTable, pack_folder, read_run
 
 MIN_PAIRS = 5
-"""Smallest number of pairs from which intervals are resampled."""
+"""Smallest number of pairs for which intervals are computed, by resampling the pairs."""
 CLAIMS = ("concession", "none", "success")
 """What an ending may claim about the goal, from the lowest to the highest claim."""
 _SMOOTHING = 0.5

@@ -15,7 +15,7 @@ from vigil.base.glossary import TERMS
 from vigil.scoring.closure import ClosureOutcome
 
 MIN_REASON_SHARE = 0.05
-"""Smallest share of the replies at which a reason gets its own advice; rarer reasons are counted together."""
+"""A reason gets its own advice if it makes this share of the replies invalid; rarer reasons are counted together."""
 FORM_ONLY_SHARE = 0.95
 """A run with at least this share of invalid replies measures little but the form of replies."""
 _FORM_ADVICE = (
@@ -69,7 +69,7 @@ ENDING_ADVICE: Mapping[str, str] = {
     "no_report": "The agent never reported: see in `vigil view` what it did instead.",
     "other": "Such a report cannot close the episode: `vigil prompt` shows the statuses.",
 }
-"""Ending of an episode -> advice where to look."""
+"""Ending of an episode -> advice on where to look."""
 
 
 @dataclass(frozen=True, slots=True)

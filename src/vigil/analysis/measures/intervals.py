@@ -74,7 +74,7 @@ def clustered_interval(values: np.ndarray, houses: np.ndarray) -> Interval | Non
 def clustered_mean_intervals(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
     """Return the interval of the mean of each column of `values`, (n, columns), from one resampling of houses.
 
-    None as in `clustered_interval`.
+    Return None in the same cases as `clustered_interval`.
     """
     return clustered_ratio_intervals(values, np.ones(len(values)), houses)
 
@@ -84,7 +84,7 @@ def clustered_ratio_intervals(
 ) -> list[Interval | None] | None:
     """Return the interval of each column's sum divided by the sum of `sizes` (above 0), from resampled houses.
 
-    None as in `clustered_interval`.
+    Return None in the same cases as `clustered_interval`.
     """
     names, index = np.unique(houses.astype(str), return_inverse=True)
     if len(names) < MIN_CLUSTERS:
@@ -183,9 +183,9 @@ def holm(p_values: list[float]) -> list[float]:
 
 
 def smallest_difference(n: float, rate: float = 0.5) -> float | None:
-    """Return the smallest difference between two independent rates near `rate` that n trials each can detect.
+    """Return the smallest difference between two rates near `rate` that can be detected with n trials of each.
 
-    At the 5 % level with 80 % power; None without trials.
+    The rates are independent. At the 5 % level with 80 % power; None without trials.
     """
     if not n:
         return None
@@ -193,7 +193,7 @@ def smallest_difference(n: float, rate: float = 0.5) -> float | None:
 
 
 def smallest_paired_difference(n: int, discordant: float) -> float | None:
-    """Return the smallest difference between two runs that n shared episodes can detect.
+    """Return the smallest difference between two runs that can be detected with n shared episodes.
 
     `discordant` is the share of episodes on which the runs differ. At the 5 % level with 80 % power (Connor's formula
     for McNemar's test); None if no difference can be detected.

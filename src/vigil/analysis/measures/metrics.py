@@ -66,7 +66,7 @@ def macro(families: Mapping[str, RunMetrics], name: str) -> float | None:
 
 
 def macro_interval(families: Mapping[str, RunMetrics], name: str) -> Interval | None:
-    """Return the interval of `macro`, combined from the intervals of the families' rates as independent rates.
+    """Return the interval of `macro`, combined from the families' intervals as if their rates were independent.
 
     Source: Zou and Donner, "Construction of confidence limits about effect measures", 2008 (MOVER).
     """
@@ -98,9 +98,9 @@ def clustered_intervals(rows: pd.DataFrame) -> dict[str, Interval | None]:
 
 
 def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | None]:
-    """Return the share of each kind among the actions after the goal first held, in episodes with W=1.
+    """Return {kind: (pooled share, mean share)} of the actions after the goal first held, in episodes with W=1.
 
-    The two numbers are the share over all these actions, and the mean of the episodes' shares.
+    The pooled share is over all these actions together; the mean share is the mean of the episodes' shares.
     """
     counts, _ = _after_goal(rows)
     if not len(counts):
@@ -111,7 +111,7 @@ def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | Non
 
 
 def after_goal_intervals(rows: pd.DataFrame) -> dict[str, tuple[Interval | None, Interval | None]]:
-    """Return the intervals of both numbers of `after_goal_shares`, from resampled houses."""
+    """Return the intervals of both shares in `after_goal_shares`, from resampled houses."""
     counts, houses = _after_goal(rows)
     sizes = counts.sum(axis=1)
     pooled = clustered_ratio_intervals(counts, sizes, houses) or [None] * len(ACTION_KINDS)

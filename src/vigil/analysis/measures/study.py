@@ -24,8 +24,8 @@ from vigil.protocol.profile import BASELINE
 from vigil.scoring.rates import Interval
 
 COMPARE_ALL_UP_TO = 6
-"""Maximum number of runs that are all tested against each other. Of more runs, only neighbours in B and runs with
-similar W are.
+"""Up to this number of runs, all are tested against each other; of more runs, only neighbours in B and runs with
+similar W.
 """
 
 

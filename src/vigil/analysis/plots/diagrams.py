@@ -29,7 +29,7 @@ _MAX_WIDTH = 21.2
 
 
 def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Family, Episode]) -> Figure:
-    """Draw the package's families, each with the first frame of an example episode; blank without an example."""
+    """Draw the families, each with the first frame of an example episode; a family without example stays blank."""
     with styled():
         tiers: dict[Tier, list[Family]] = {
             tier: [code for code, spec in FAMILIES.items() if spec.tier == tier and code in PACKAGED_FAMILIES]

@@ -40,7 +40,7 @@ _BY_FORM = {
 
 
 def closure_tables(runs: Sequence[ClosureRun]) -> dict[str, Table]:
-    """Return the tables of the suite's runs by name; empty without runs."""
+    """Return {name: table} for runs of the closure-stress suite; empty without runs."""
     if not runs:
         return {}
     return {

@@ -142,7 +142,7 @@ def feedback_events(study: Study) -> Table:
 
 
 def transition_matrix(study: Study) -> Table:
-    """Return how many episodes changed from each label to each other, for every pair of runs and every repeat."""
+    """Return how many episodes changed from each label to each other label, for every pair of runs and every repeat."""
     columns = (
         *texts(model="Label before"),
         *counts(n="n", **{label: f"{label} after" for label in LABELS}),

@@ -71,7 +71,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Start an episode: the next one of a stream, a random one of a pack, or that of `options={"episode_id": ...}`.
+        """Start an episode: the next of a stream, a random one of a pack, or the one in `options={"episode_id": ...}`.
 
         Raises SettingError if an option or id is unknown, SimulatorError if the simulator failed.
         """
@@ -134,9 +134,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return Dict(spaces)
 
     def _to_space(self, observation: Observation) -> dict[str, Any]:
-        """Return an observation as an element of the observation space; both booleans are 0 when there is no
-        feedback.
-        """
+        """Return an observation as an element of the observation space; without feedback, its two booleans are 0."""
         seen: dict[str, Any] = {"instruction": self._now.episode.instruction}
         if self._options.frames:
             seen["frame"] = self._frame(observation)

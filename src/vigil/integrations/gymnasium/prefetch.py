@@ -25,7 +25,7 @@ class Prefetcher:
     def next_episode(self, rng: np.random.Generator, *, is_seeded: bool) -> SampledEpisode:
         """Return the next episode, and start preparing the one after it.
 
-        `is_seeded` says whether `rng` was just seeded. Raises any error that the thread met with this episode.
+        `is_seeded` says whether `rng` was just seeded. Raises any error that occurred while this episode was prepared.
         """
         pending, self._next = self._next or self._start_next(rng, is_seeded=is_seeded), None
         found = pending.result()

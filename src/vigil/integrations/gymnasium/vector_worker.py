@@ -29,10 +29,10 @@ class EnvShard(Worker):
     """Worker with some of the environments of a vector."""
 
     def __init__(self, process: "ContextProcess", part: slice, make_state: MakeState) -> None:
-        """Start the thread that serves `process`. The process has started earlier, because a fork after threads is
-        unsafe.
+        """Start the thread that sends requests to `process`.
 
-        If the process ends, it is not replaced, because the state of its environments is lost: all requests then fail.
+        The process runs already, because forking is unsafe once threads run. If it ends, it is not replaced, because
+        the state of its environments is lost: all requests then fail.
         """
         self.part = part
         """Positions of this process's environments in the vector."""
@@ -43,7 +43,7 @@ class EnvShard(Worker):
 def start_shards(
     context: Any, env_fns: Sequence[MakeEnv], bounds: Sequence[int], memory: Any, autoreset_mode: AutoresetMode
 ) -> list[EnvShard]:
-    """Start the processes in a context of multiprocessing; process i has the environments from bounds[i] on."""
+    """Start the processes with multiprocessing's `context`; process i has the environments bounds[i]:bounds[i + 1]."""
     parts = [slice(first, last) for first, last in pairwise(bounds)]
     makers = [
         partial(Environments, list(map(CloudpickleWrapper, env_fns[part])), part.start, memory, autoreset_mode)

@@ -187,7 +187,7 @@ def _add_content(answer: ModelAnswer, content: Any) -> None:
 
 
 def _reasoning_field(message: dict[str, Any]) -> str:
-    """Return the reasoning in a message's separate field. Several servers send it twice, in two fields; one counts."""
+    """Return the reasoning in a separate field of a message. If a server sends it twice, in two fields, one is used."""
     fields = (message.get("reasoning_content"), message.get("reasoning"))
     text = next((one for one in fields if isinstance(one, str) and one), None)
     if text is not None:

@@ -94,7 +94,8 @@ def parse_answer(wire: Wire, body: bytes) -> ModelAnswer:
 def check_ending(finish_reason: str | None, text: str, tool_call: str | None) -> None:
     """Raise AttemptFailed when an answer was ended by something other than the model.
 
-    The finish reason shows it. If that is unknown, an answer without text and without a tool call counts as ended.
+    The finish reason says so. If it is unknown, an answer that has neither text nor a tool call counts as ended by
+    something else.
     """
     ending = stop_cause(finish_reason)
     if ending == "filtered":

@@ -54,7 +54,7 @@ def size_hint(messages: Sequence[Message]) -> str:
 def find_shrunk_request(record: EpisodeRecord) -> tuple[int, int] | None:
     """Return the input tokens of two consecutive requests if the later one took fewer tokens; None if there are none.
 
-    A dialogue only grows until the history is full, so a server with fewer tokens has cut it without an error.
+    A dialogue only grows until the history is full, so the server has then cut it without an error.
     """
     usages = [step.reply.usage for step in record.steps[: HISTORY_TURNS + 1]]
     inputs = [usage.input_tokens for usage in usages if usage is not None]

@@ -1,6 +1,7 @@
 """Pointing calibration: frames with a marked spot, and the coordinate convention that fits a model's answers.
 
-The question is the prompt of a run in pixels. A model may still answer in a grid of 0 to 1000, if it was trained to.
+The question asks for pixels, as the prompt of a run does. A model that was trained to answer in a grid of 0 to 1000 may
+still do so.
 """
 
 import re

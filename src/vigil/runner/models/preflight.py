@@ -1,4 +1,4 @@
-"""The check before a run: images reach the model, and its answer to an example observation is an action.
+"""The check before a run: do images reach the model, and is its answer to an example observation an action?
 
 Some servers drop images without an error, some send reasoning in forms that are not part of the protocol, and some cut
 the answer: a run against such a server would measure the server. The example is drawn here; it is not from a pack.

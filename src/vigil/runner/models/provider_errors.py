@@ -1,4 +1,4 @@
-"""The messages in error answers, found in the various JSON forms of providers, and hints on what to do about some.
+"""The messages in error answers, found in the JSON forms of the providers, and hints on what to do about some of them.
 
 The message may be a string under `error`, in `error.message`, in a list around either of these, in `detail`, in
 `message` next to `error: true`, in a provider's special status, or in JSON within a string.

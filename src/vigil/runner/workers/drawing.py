@@ -28,7 +28,7 @@ class MomentRenderer:
         return encode_frame(self._go_to(moment).frame()).data
 
     def walk(self, moment: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
-        """Return the result of `action` (None for no action) at a moment. After an action, the simulator is reset."""
+        """Return the result of `action` (or of no action) at a moment. The next request then begins with a reset."""
         simulator = self._go_to(moment)
         effect = Effect()
         if action is not None:
@@ -37,7 +37,7 @@ class MomentRenderer:
         return WalkResult(simulator.world(()).agent, effect, encode_frame(simulator.frame()).data)
 
     def name_at(self, moment: EpisodeMoment, x: int, y: int) -> str | None:
-        """Return the id of the object under a pixel at a moment; None for structure and sky."""
+        """Return the id of the object at a pixel of the view at a moment; None for structure and sky."""
         return self._go_to(moment).object_at(x, y)
 
     def close(self) -> None:

@@ -23,7 +23,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
 
 FIRST_FRAME = "first frame"
-"""Event that a worker sends before its agent sees the first frame; it then waits until the attempt is on disk."""
+"""Event that a worker sends before its agent sees the first frame; the worker waits until the attempt is on disk."""
 PrivilegedFactory = Callable[[str, Episode, PrivilegedSimulator], Agent]
 """Function that makes a privileged agent for one episode from (name, episode, simulator). It must be picklable."""
 SimulatorFactory = Callable[[AssetDatabase, Quality], Simulator]

@@ -200,10 +200,10 @@ class LiveEpisode:
         self._restores = 0
 
     async def begin(self) -> EncodedObservation | EpisodeRecord:
-        """Return the first observation. After the loss of a worker, carry out the earlier replies again and return the
-        next.
+        """Start the episode in a worker, and return the first observation.
 
-        Return the record when the reset failed or a reply ended the episode. Raises SimulatorError.
+        If an earlier worker was lost, carry out the replies so far again, and return the observation after them. Return
+        the record when the reset failed or a reply ended the episode. Raises SimulatorError.
         """
         while True:
             try:
@@ -231,7 +231,7 @@ class LiveEpisode:
             return None
 
     def close(self) -> None:
-        """Let the worker forget the episode."""
+        """Remove the episode from its worker."""
         worker, self._worker = self._worker, None
         if worker is not None:
             worker.submit(EpisodeWorker.drop, self._session)

@@ -77,9 +77,9 @@ class EpisodeWorker:
                 agent.close()
 
     def facts(self, drawn: Assignment | None) -> SimulatorFacts:
-        """Return the backend's facts. If `drawn` is an episode, draw its first frame before.
+        """Return the backend's facts.
 
-        The frame shows, before anything is played, whether the machine can draw.
+        If `drawn` is given, its first frame is drawn before, which shows whether the machine can draw.
         """
         slot = self._take_slot() if drawn is None else self._slot_for(drawn)
         self._idle.append(slot)
@@ -91,7 +91,8 @@ class EpisodeWorker:
     def play(self, assignment: Assignment, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
         """Return the record of one episode, played by the agent in the worker.
 
-        `earlier` are the replies that the agent gave in a worker that was lost, and continues from; None to begin.
+        `earlier` are the replies that the agent gave in a lost worker; the agent continues after them. None to begin
+        the episode.
         """
         slot = self._slot_for(assignment)
         try:
@@ -109,7 +110,7 @@ class EpisodeWorker:
 
     @contextmanager
     def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Generator[Agent, None, None]:
-        """Yield the agent that plays an episode. A program then ends, unless one program plays all episodes."""
+        """Yield the agent that plays an episode; afterwards end its program, unless one program plays all episodes."""
         plan = self._plan
         if plan.agent_factory is not None:
             if not isinstance(simulator, PrivilegedSimulator):
@@ -147,7 +148,7 @@ class EpisodeWorker:
         return self._record(slot)
 
     def drop(self, session: int) -> None:
-        """Forget a live episode."""
+        """Remove a live episode."""
         slot = self._live.pop(session, None)
         if slot is not None:
             self._release(slot)
@@ -183,7 +184,7 @@ class EpisodeWorker:
         return slot.env.record(run_id=self._plan.run_id, epoch=assignment.epoch, attempt=assignment.attempt)
 
     def _release(self, slot: EnvSlot) -> None:
-        """Keep a simulator for the next episode; close it if it failed, or if another one waits already."""
+        """Keep a simulator for the next episode, or close it if it failed or if another simulator is kept already."""
         slot.observation = None
         if self._idle or slot.env.end in (None, "error"):
             slot.simulator.close()
@@ -204,7 +205,7 @@ class EpisodeWorker:
         return self._pack.house_of(episode)
 
     def _take_slot(self) -> EnvSlot:
-        """Return the simulator that waits for an episode, or a new one; building one takes time and memory."""
+        """Return the simulator that was kept, or else a new one, which takes time and memory to build."""
         if self._idle:
             return self._idle.pop()
         plan = self._plan

@@ -1,5 +1,4 @@
-"""Documented actions of AI2-THOR that the engine does not have, with reasons. They get the answer for unknown
-actions."""
+"""AI2-THOR's documented actions that the engine does not have, with reasons. They are answered as unknown actions."""
 
 _NO_PHYSICS = "the engine has no physics: objects are put where they rest"
 _NO_SUCH_STATE = "objects do not have this state"
