@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:  # `vigil --help` needs the errors, and not the time that pydantic takes to load
+if TYPE_CHECKING:  # `vigil --help` needs the errors, but need not wait until pydantic is loaded
     from pydantic import ValidationError
 
 MAX_FAULT_CHARS = 300

@@ -121,7 +121,7 @@ def show(
     out: Annotated[Path, typer.Option(help="PNG file to which the picture is written.")],
     assets: AssetFile = None,
 ) -> None:
-    """On the plan, north (+z) is up. Doors are drawn as they swing, small objects as dots, and the start as a ring.
+    """On the plan, north (+z) is up. Doors show how far they are open; dots are small objects, and a ring is the start.
 
     Example: vigil houses show house.json --out plan.png
     """

@@ -98,7 +98,7 @@ def propose(
             endpoint = Endpoint(model_access(model, proposing.base_url, {}, proposing.api_key_env))
             proposer = model_proposer(stack.enter_context(open_completion(endpoint)), proposing.per_house, model)
             asked = replace(FAMILY_GRAMMAR, author=model, make_proposer=lambda seed: proposer)
-            settings, workers = replace(settings, grammar=asked), 1  # a proposer that asks a model stays here
+            settings, workers = replace(settings, grammar=asked), 1  # a model is asked from this process
         generate_drafts(file, sources, settings, workers=workers, on_progress=progress_callback(show))
     print_drafts(file)
 

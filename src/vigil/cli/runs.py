@@ -45,7 +45,7 @@ def run(
     vigil run --pack starter --agent solver --log-dir runs/solver
     vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
     """
-    del imports  # done when it was read
+    del imports  # the modules were imported when the option was read
     plan = plan_run(_with_agent(settings))
     print_notes(plan.pack.manifest.version_notes)
     if plan.endpoint is not None:

@@ -98,7 +98,7 @@ def _scored_run(path: Path, pack: str | Path | None) -> _ScoredRun:
     found = _ScoredRun(path, run_label(run.header), run.header.spec, run.table.scores(), run.notes)
     if manifest_of(run.pack_folder).suite != SUITE:
         return found
-    # It takes most of a second to load, and no other run needs it.
+    # This module takes most of a second to load, and only runs of the suite need it.
     from vigil.analysis.measures.closure import read_closure_runs  # noqa: PLC0415
 
     return replace(found, closure=read_closure_runs([path], pack)[0])

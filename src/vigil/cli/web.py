@@ -167,8 +167,8 @@ def serve(site: FastAPI, address: Address, listener: socket.socket, open_browser
     print(f"Serving {url} (Ctrl-C ends)", flush=True)
     if open_browser:
         threading.Timer(1.0, open_page, [url]).start()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))  # so that what is open is closed then too
-    gc.freeze()  # what is loaded by now stays; reading long runs need not look through it for garbage
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))  # so that open files and processes are closed, too
+    gc.freeze()  # the collector then ignores all objects loaded so far, while long runs are read
     config = uvicorn.Config(site, log_level="warning", server_header=False, ws="none")
     uvicorn.Server(config).run([listener])
 

@@ -210,7 +210,7 @@ class RunFolder:
             others = (file for file in files if file.name not in (HEADER_FILE, EPISODES_FILE))
             is_empty = not self._log.count and not any(file.stat().st_size for file in others)
             if self._log.made_folder and is_empty:
-                # While it is locked; it is renamed first, so that no process opens a partly removed folder.
+                # Remove the folder while it is locked. Rename it first, so that no process opens it partly removed.
                 gone = self.path.with_name(f"{self.path.name}.empty-{os.getpid()}")
                 self.path.rename(gone)
                 shutil.rmtree(gone)

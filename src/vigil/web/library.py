@@ -236,7 +236,7 @@ class Library:
             if pack.sha256 == spec.pack_sha256:
                 return pack
         try:
-            # The manifest has to lie inside the pack; its hash says whether it is the run's pack.
+            # The manifest must be inside the pack's folder; its hash says whether it is the run's pack.
             folder = pack_folder(header, may_read=lambda pack: is_inside(pack / MANIFEST, pack))
             return self._open_pack(folder, spec.pack_sha256)
         except PackMismatch:

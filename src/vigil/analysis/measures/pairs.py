@@ -295,7 +295,7 @@ def _condition(run: Run) -> tuple[bool, bool, bool, str]:
 
 def _settings(run: Run) -> Iterator[tuple[str, Any]]:
     spec = run.header.spec
-    # The policy's name says the variant once more; the variant has a place of its own among the settings.
+    # The name of the policy contains the variant. The variant is also a setting, so a difference would count twice.
     policy = spec.prompt_policy.replace(f"/{spec.profile.prompt_variant}/", "/")
     spec = spec.model_copy(update={"prompt_policy": policy})
     free = _IGNORED_SETTINGS | ({"seed"} if spec.agent_kind in _SEED_IGNORED_FOR else set())

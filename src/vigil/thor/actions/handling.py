@@ -63,7 +63,7 @@ def _set_open(world: World, openness: float, **asked: Any) -> None:
 
 
 def _open(world: World, openness: float = 1.0, moveMagnitude: float | None = None, **asked: Any) -> None:
-    if moveMagnitude is not None:  # old programs call `openness` so, and 0 means fully open
+    if moveMagnitude is not None:  # the old name of `openness`; there, 0 means fully open
         openness = moveMagnitude or 1.0
     if not 0.0 <= openness <= 1.0:
         raise invalid_operation("openness must be in [0:1]")

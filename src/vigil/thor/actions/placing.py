@@ -56,9 +56,9 @@ def _set_poses(world: World, objectPoses: list[Any], placeStationary: bool = Tru
     others = [thing.id for thing in world.things() if _is_loose(thing) and thing.id not in wanted]
     world.apply_changes({name: ObjectSetup(is_absent=True) for name in others})
     placed = [world.editor.scene().things[name] for name in wanted]
-    placed.sort(key=lambda thing: (thing.is_pickupable, not thing.is_receptacle))  # what may carry others comes first
+    placed.sort(key=lambda thing: (thing.is_pickupable, not thing.is_receptacle))  # carriers come first
     for name in (thing.id for thing in placed):
-        world.editor.restore_object(name)  # it may have been removed together with what carried it
+        world.editor.restore_object(name)  # it may have been removed together with the object that carried it
         _place(world, name, *wanted[name])
 
 
