@@ -3,7 +3,7 @@
 VigilError
 ├── InputError               bad input from the user: stop at once, say what, where and what to do
 │   ├── HouseError           a house that is malformed, too large or refers to missing objects
-│   ├── EpisodeError         an episode that its house or the protocol contradicts
+│   ├── EpisodeError         an episode that contradicts its house or the protocol
 │   ├── PackMismatch         a pack whose files or hashes differ from its manifest
 │   ├── RecordError          a run folder or record that cannot be read or continued
 │   └── SettingError         a command-line or run setting that makes no sense

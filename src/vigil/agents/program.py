@@ -49,8 +49,7 @@ _OTHER_FOLDER_VARIABLES = (
     "XDG_STATE_HOME",
     "XDG_RUNTIME_DIR",
 )
-"""Environment variables that name other folders of the user. They are removed, so that the program uses its own
-folder."""
+"""Environment variables that name other folders of the user; removed, so that the program uses its own folder."""
 _SEARCH_PATH_VARIABLES = ("PATH", "PYTHONPATH")
 """Environment variables that are lists of folders; relative folders in them are made absolute."""
 
@@ -75,8 +74,7 @@ class Program:
     def __init__(self, arguments: Sequence[str], folder: Path, timeout_s: float, redact: Redact) -> None:
         """Start the program with `folder` as its working directory. Raises OSError when it cannot be started.
 
-        `timeout_s` is only quoted in error messages; each call has its own deadline. `redact` removes secrets from
-        logs.
+        `timeout_s` is only quoted in messages; each call has its own deadline. `redact` removes secrets from logs.
         """
         self._duration = f"for {timeout_s:g} s"
         self._sent = 0
@@ -176,10 +174,7 @@ class Program:
             raise self.fault(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
 
     def ended(self, if_running: str = "ended without an answer") -> ProgramFault:
-        """Return the fault of a program that has closed a pipe.
-
-        If the program ends within a short wait, the fault has its exit code. Otherwise the message is `if_running`.
-        """
+        """Return the fault of a program that has closed a pipe: its exit code or, if it still runs, `if_running`."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=EXIT_TIMEOUT_S)
         return self.fault(if_running if self.is_running else "ended without an answer")
@@ -195,7 +190,7 @@ class Program:
         )
 
     def _copy_stderr(self, fd: int, redact: Redact) -> None:
-        """Copy the program's standard error to that of this process, line by line and without secrets."""
+        """Copy the program's standard error to this process's standard error, line by line and without secrets."""
         pending = b""
         while chunk := _read(fd):
             *lines, pending = (pending + chunk).split(b"\n")

@@ -46,9 +46,7 @@ _INTENT_WORDS: dict[Intent, str] = {
     "open_access": r"\bopen",
     "activate": r"\bon\b|\bstart|\blight\b",
 }
-"""Intent -> pattern of the words that ask for this intent in an instruction. Intents are tried in this order; if no
-word is found, the intent is `pick`.
-"""
+"""Intent -> pattern of words that ask for it. The first pattern that is found counts; if none is, it is `pick`."""
 
 Script = Callable[[np.random.Generator, str], Iterator[str]]
 """Function that yields an agent's replies; its arguments are a random generator and the instruction."""

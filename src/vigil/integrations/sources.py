@@ -1,8 +1,7 @@
 """Sources of episodes for training: a pack or a stream.
 
-The Gymnasium environment draws episodes. The verifiers environment reads rows; each row names an episode, which may be
-played in another process. That process loads the same pack or, for a stream, makes the house of the row again; a house
-serves about thirty episodes.
+The Gymnasium environment draws episodes. The verifiers environment reads rows; the episode that a row names may be
+played in another process. That process loads the same pack or, for a stream, makes the house of the row again.
 """
 
 import asyncio
@@ -80,7 +79,7 @@ class PackSource:
         return SampledEpisode(episode, self._pack.house_of(episode))
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Return the greatest length of an instruction, and all characters that may occur in one."""
+        """Return the greatest length of an instruction, and all characters that may occur in an instruction."""
         instructions = [episode.instruction for episode in self._pack.episodes]
         return max(map(len, instructions)), _charset(instructions)
 

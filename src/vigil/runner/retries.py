@@ -6,8 +6,7 @@
   agent has not replied yet in the episode, the episode then ends as `error`. Otherwise the rejection counts as a
   protocol failure of the agent.
 - An episode that ends as `error`, but not because of a model, is played `ATTEMPTS` times in all (`vigil.runner.run`).
-- An episode whose worker is lost continues in another worker, up to `MAX_RESTORES` times
-  (`vigil.runner.workers.pool`).
+- An episode whose worker is lost continues in another worker `MAX_RESTORES` times (`vigil.runner.workers.pool`).
 
 If the same command is given again, it plays the episodes that ended as `error` again.
 """

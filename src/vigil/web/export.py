@@ -72,8 +72,8 @@ def episode_film(
 ) -> bytes:
     """Return an episode as a film.
 
-    Raises SettingError if nothing can be shown, if PyAV is missing for MP4, or if the pack is private and `reveals` is
-    false.
+    Raises SettingError if nothing can be shown, if PyAV is missing for MP4, or for a private pack unless `reveals` is
+    true.
     """
     _check_private(run, reveals=reveals)
     episode, record, pack = episode_of(run, key)

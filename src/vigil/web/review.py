@@ -102,8 +102,7 @@ class ReviewSession:
         seed: int = 0,
         render_settings: RenderSettings | None = None,
     ) -> None:
-        """Open the review file. Raises RecordError if it is unreadable, SettingError if `reviewer` is not a valid
-        name."""
+        """Open the review file. Raises RecordError if it is unreadable, SettingError on an invalid name."""
         self.review_set = review_set
         self.path = path
         self.reviewer = reviewer

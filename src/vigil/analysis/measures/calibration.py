@@ -51,7 +51,7 @@ class DifficultyCalibration:
     overall: Correlation
     """Correlation of the index with the fitted difficulty."""
     within_families: Correlation
-    """The same correlation after subtracting each family's mean from both."""
+    """Correlation of the index with the fitted difficulty, after each family's mean is subtracted from both."""
 
     @property
     def suspects(self) -> list[str]:

@@ -124,10 +124,7 @@ def score_rows(
 
 
 def closure_rates(pack: Path, table: RecordTable, known: ClosureScores) -> dict[str, dict[str, Any]] | None:
-    """Return C and related rates by kind; None if the pack is not of the suite.
-
-    `known` is a cache of verdicts, as in `score_rows`.
-    """
+    """Return C and related rates by kind; None if the pack is not of the suite. `known` is a cache of verdicts."""
     if manifest_of(pack).suite != SUITE:
         return None
     return rates_by_kind(score_rows(table, closure_answers(pack), known))

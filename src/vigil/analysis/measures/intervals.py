@@ -72,20 +72,14 @@ def clustered_interval(values: np.ndarray, houses: np.ndarray) -> Interval | Non
 
 
 def clustered_mean_intervals(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
-    """Return the interval of the mean of each column of `values`, (n, columns), from one resampling of houses.
-
-    Return None in the same cases as `clustered_interval`.
-    """
+    """Return the interval of the mean of each column of `values`, (n, columns); None as in `clustered_interval`."""
     return clustered_ratio_intervals(values, np.ones(len(values)), houses)
 
 
 def clustered_ratio_intervals(
     values: np.ndarray, sizes: np.ndarray, houses: np.ndarray
 ) -> list[Interval | None] | None:
-    """Return the interval of each column's sum divided by the sum of `sizes` (above 0), from resampled houses.
-
-    Return None in the same cases as `clustered_interval`.
-    """
+    """Return the intervals of column sums divided by the sum of `sizes` (> 0); None as in `clustered_interval`."""
     names, index = np.unique(houses.astype(str), return_inverse=True)
     if len(names) < MIN_CLUSTERS:
         return None
@@ -165,10 +159,7 @@ def paired_difference(first: np.ndarray, second: np.ndarray, houses: np.ndarray)
 
 
 def paired_test(first: np.ndarray, second: np.ndarray, *, episodes: np.ndarray, houses: np.ndarray) -> PairedTest:
-    """Return the difference of two boolean columns over the same plays, with McNemar's test and an interval.
-
-    The interval comes from resampled houses.
-    """
+    """Return the difference of two boolean columns over the same plays, with its interval and McNemar's test."""
     return PairedTest(*paired_difference(first, second, houses), mcnemar(first, second, episodes))
 
 

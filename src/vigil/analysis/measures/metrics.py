@@ -120,10 +120,7 @@ def after_goal_intervals(rows: pd.DataFrame) -> dict[str, tuple[Interval | None,
 
 
 def _after_goal(rows: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """Return counts of actions after the goal first held, (episodes, kinds), and the houses of the episodes.
-
-    Only episodes with W=1 and at least one such action have a row.
-    """
+    """Return (episodes, kinds) counts of actions after the goal first held, for W=1 episodes, and their houses."""
     held = select_rows(rows, values(rows, "W", bool))
     counts = np.stack([values(held, f"actions_after_goal.{kind}") for kind in ACTION_KINDS], axis=1)
     has_any = counts.sum(axis=1) > 0

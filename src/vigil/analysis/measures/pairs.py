@@ -191,10 +191,7 @@ def shared_rows(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame
 
 
 def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
-    """Return the difference (other - base) of W, B or a label over the shared episodes, and its interval.
-
-    The interval comes from resampled houses. None without shared episodes.
-    """
+    """Return `difference` (other - base) over the episodes that both runs have scored; None if there are none."""
     base, other = shared_rows(pair_of.base.rows, pair_of.other.rows)
     return difference(base, other, name) if len(base) else None
 

@@ -1,5 +1,4 @@
-"""Paper: the published rows. They were measured on another pack and simulator: use them as a reference, never pool
-them.
+"""Paper: the published rows, from another pack and simulator. They are a reference; never pool them with your runs.
 
 `paper.json` holds them as printed. The paper uses NR in two meanings: with IL included (its table `extended_panel`;
 here `NoRep`) and without IL (its table `open_repeat_robustness` and its text; here `NR`).

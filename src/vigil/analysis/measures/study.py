@@ -24,9 +24,7 @@ from vigil.protocol.profile import BASELINE
 from vigil.scoring.rates import Interval
 
 COMPARE_ALL_UP_TO = 6
-"""Up to this number of runs, all are tested against each other; of more runs, only neighbours in B and runs with
-similar W.
-"""
+"""Greatest number of runs that are all compared; of more, only neighbours in B and runs with similar W are."""
 
 
 @dataclass(frozen=True)

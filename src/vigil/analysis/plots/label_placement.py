@@ -21,8 +21,7 @@ _LEADER_FROM = 14
 def place_labels(
     figure: Figure, axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[float, float]] = ()
 ) -> None:
-    """Write each label next to its point, larger labels first; a line leads to the point if the label is not close to
-    it.
+    """Write each label next to its point, larger labels first, with a line to the point if the label is not close.
 
     `avoid` are further points (data coordinates) that labels must not cover.
     """

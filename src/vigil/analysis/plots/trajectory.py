@@ -1,7 +1,6 @@
 """Trajectories: several agents on one episode side by side, frame by frame, as a picture or as an animation.
 
-The caller gives the frames, which were saved by the run or drawn again from its actions. Everything else comes from the
-records.
+The caller gives the frames (saved by the run, or drawn again from its actions). The rest comes from the records.
 """
 
 import io

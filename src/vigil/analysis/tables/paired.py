@@ -47,10 +47,7 @@ DISAGREEMENT_NOTE = (
 
 
 def shift(pair: Pair, name: str) -> RateCell:
-    """Return the difference of a rate, other run minus base run, in percentage points with its interval.
-
-    None without shared episodes.
-    """
+    """Return the change (pp) of a rate from the base run to the other, with interval; None without shared episodes."""
     found = mean_difference(pair, name)
     return None if found is None else points(*found)
 

@@ -39,10 +39,7 @@ def tallies(**headings: Measured) -> tuple[Column, ...]:
 
 
 def run_means(**headings: Measured) -> tuple[Column, ...]:
-    """Return columns with means over a run's episodes, with one decimal and intervals; `headings` are {key: heading}.
-
-    The intervals come from resampled houses.
-    """
+    """Return columns of means over a run's episodes, with one decimal and intervals; `headings` are {key: heading}."""
     return intervals(**_with_values(headings, RunEntry.mean))
 
 

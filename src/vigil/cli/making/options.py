@@ -281,7 +281,7 @@ class Drawing:
 
 @dataclass(frozen=True, kw_only=True)
 class Building:
-    """Drafts from which a pack is built, and what its manifest says about it."""
+    """Drafts from which a pack is built, and what the pack's manifest says."""
 
     drafts: Annotated[
         tuple[Path, ...],

@@ -107,7 +107,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
     def set_attr(self, name: str, values: Any) -> None:
         """Set an attribute of each environment.
 
-        A list or tuple has one value for each environment; any other value is set in all.
+        A list or tuple has one value for each environment; any other value is set in all environments.
         """
         each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
         if len(each) != self.num_envs:

@@ -14,8 +14,7 @@ from vigil.runner.models.redaction import Secrets, redacted_errors
 
 @contextmanager
 def open_completion(endpoint: Endpoint) -> Generator[Callable[[str], str], None, None]:
-    """Yield a function that returns the model's answer to a text. If the provider rejects the text, the answer is
-    empty.
+    """Yield a function that returns the model's answer to a text, or an empty text if the provider rejects it.
 
     The function raises ModelAPIError when the provider fails after all retries. Raises SettingError when the model
     cannot be used.

@@ -123,10 +123,7 @@ def _put(world: World, **asked: Any) -> None:
 
 
 def _points_on(world: World, receptacle: Thing) -> list[Vec3]:
-    """Return points on the receptacle's surfaces, the nearest to the agent first.
-
-    If it has no surfaces, return its position.
-    """
+    """Return points on the receptacle's surfaces, nearest to the agent first; without surfaces, its position."""
     points = []
     for surface, frame in level_surfaces(receptacle):
         local = np.column_stack(

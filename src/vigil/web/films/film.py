@@ -65,10 +65,7 @@ class FilmFrame:
 def film_frames_of(
     timeline: dict[str, Any], frames: Sequence[bytes | None], plan: FilmPlan | None = None
 ) -> list[FilmFrame]:
-    """Return slides for the steps of a timeline that have a frame, then one with the verdict.
-
-    Raises SettingError if no step has a frame.
-    """
+    """Return a slide for each step that has a frame, then one with the verdict. Raises SettingError without frames."""
     shots = [
         _shot(timeline, step, frame, plan)
         for frame, step in zip(frames, timeline["steps"], strict=True)
