@@ -28,7 +28,8 @@ class MomentRenderer:
         return encode_frame(self._go_to(moment).frame()).data
 
     def walk(self, moment: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
-        """Return the result of `action` (or of no action) at a moment. The next request then begins with a reset."""
+        """Return the result of `action` (None: no action) at a moment. After an action, the next request resets
+        first."""
         simulator = self._go_to(moment)
         effect = Effect()
         if action is not None:
