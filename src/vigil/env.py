@@ -42,9 +42,9 @@ class Env:
         profile: Profile,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
     ) -> None:
-        """`house_of` is a function that returns an episode's house.
+        """Play on `simulator`, in the houses that `house_of` returns for episodes; `clock` gives the times in records.
 
-        A house that is already loaded is not loaded again.
+        If two episodes in a row have the same house, the simulator loads the house only once.
         """
         self.profile = profile
         self._simulator = simulator

@@ -14,7 +14,7 @@ from vigil.protocol.prompt import Turn, frame_stub, past_turn, recent_turns, sys
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """One message of a chat; only the last one has an image."""
+    """One message of a chat. Only the last message of a chat has an image."""
 
     role: Literal["system", "user", "assistant"]
     text: str
@@ -41,5 +41,5 @@ class Conversation:
         return [replace(first, text=f"{self._system}\n\n{first.text}"), *messages[1:]]
 
     def add(self, feedback: Feedback | None, reply: str) -> None:
-        """Add a finished turn to the history: the JSON that came with its frame, and the raw reply."""
+        """Add a finished turn to the history: the JSON text that was sent with the turn's frame, and the raw reply."""
         self._turns.append(past_turn(feedback, reply, self._profile))

@@ -122,7 +122,7 @@ def show(
     out: Annotated[Path, typer.Option(help="PNG file to which the picture is written.")],
     assets: AssetFile = None,
 ) -> None:
-    """On the plan, north (+z) is up. Doors are drawn as they swing, small objects as dots, and the start as a ring.
+    """On the plan, north (+z) is up. Doors show how far they are open; dots are small objects, and a ring is the start.
 
     Example: vigil houses show house.json --out plan.png
     """
@@ -182,7 +182,7 @@ def _own_loaded(house: House) -> None:
 
 
 def _unloaded(house: House) -> None:
-    """Replacement for loading when only the document is checked."""
+    """Do nothing: used in place of loading when only the house's document is checked."""
 
 
 def _whole_numbers(text: str, between: str, option: str, form: str, count: int | None) -> list[int]:
@@ -238,7 +238,7 @@ def export(
 
 
 def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
-    """Yield each house, or the error that it raises, with its name."""
+    """Yield (name, house) for each place; an error takes the place of a house that cannot be read."""
     for place in places:
         if not is_dataset(place) and not place.endswith((".jsonl", ".gz")):
             try:
@@ -256,7 +256,7 @@ def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
 
 
 def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Mismatch]:
-    """Return the house's faults. Raises HouseError when it cannot be loaded whole and without a warning."""
+    """Return the house's faults. Raises HouseError when loading leaves out an object or gives a warning."""
     faults, flaws = check_house(house, database), []
     shapeless = next((fault for fault in faults if fault.rule in UNLOADABLE_RULES), None)
     if shapeless is not None:

@@ -100,7 +100,7 @@ def levels(
 ) -> None:
     """Example: vigil pack levels vigil_mini --out mini.levels.jsonl
 
-    `vigil report` finds a file `levels.jsonl` in a pack's folder by itself; any other file needs its option --levels.
+    `vigil report` finds the file `levels.jsonl` in a pack's folder by itself. Give it any other file with --levels.
     """
     loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
     print_notes(loaded.manifest.version_notes)
@@ -115,7 +115,7 @@ def levels(
 
 
 def _print_levels(pack: Pack, found: list[EpisodeLevel]) -> None:
-    """Print the number of episodes of each family and level, and the means of the index's terms."""
+    """Print the number of episodes by family and level, and the means of the terms of the index of difficulty."""
     family_of = {episode.id: episode.family for episode in pack.episodes}
     counts = Counter((family_of[each.episode_id], each.level) for each in found)
     table = Table("family", *LEVELS, "index", *COSTS)
@@ -181,7 +181,7 @@ def _correlation_json(found: Correlation) -> dict[str, object]:
 
 
 def _number(value: float) -> float | None:
-    """Return a number for JSON: None for NaN."""
+    """Return a number as JSON allows it: None for NaN."""
     return value if np.isfinite(value) else None
 
 

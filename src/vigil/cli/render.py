@@ -1,4 +1,4 @@
-"""`vigil render`: pictures of a house, of an episode's start, of an asset, of all assets."""
+"""`vigil render`: pictures of a house, of the start of an episode, of one object, or of all categories of objects."""
 
 from contextlib import closing
 from pathlib import Path

@@ -36,7 +36,7 @@ from vigil.scoring.saved_run import find_runs, load_run_pack, pack_folder
 STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")
 WITH_FRAMES = ("protocol", "pipeline", "trajectory")
 _Frames = tuple[Path | None, bool]
-"""Asset database for drawing frames, and whether frames of a private pack may be drawn."""
+"""Asset database for drawing frames, and whether frames of private packs may be drawn."""
 
 
 def report(
@@ -133,7 +133,7 @@ def _formats(names: list[str]) -> tuple[Format, ...]:
 def _further(
     found: Study, pack: str | Path | None, episodes: list[str], diagram: bool, frames: _Frames
 ) -> dict[str, tuple[Figure, str]]:
-    """Return the figures that need frames, with their captions."""
+    """Return the figures that need frames: name -> figure and caption."""
     drawn: dict[str, tuple[Figure, str]] = {}
     for number, episode_id in enumerate(episodes, start=1):
         having = [run for run in found.runs if episode_id in set(run.rows["episode_id"])]

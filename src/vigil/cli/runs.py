@@ -1,4 +1,4 @@
-"""`vigil run`, `vigil verify` and `vigil merge`."""
+"""`vigil run`, `vigil verify` and `vigil merge`: play runs, verify them, and join their shards."""
 
 import sys
 from dataclasses import replace
@@ -44,7 +44,7 @@ def run(
     vigil run --pack starter --agent solver --log-dir runs/solver
     vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
     """
-    del imports  # done when it was read
+    del imports  # the modules were imported when the option was read
     plan = plan_run(_with_agent(settings))
     print_notes(plan.pack.manifest.version_notes)
     if plan.endpoint is not None:
@@ -104,7 +104,7 @@ def _play(plan: RunPlan) -> None:
 
 
 def _with_warnings(show: OnProgress) -> OnProgress:
-    """Return `show`, extended to print warnings on standard error."""
+    """Return a function that calls `show` and also prints warnings on standard error."""
 
     def tell(where: RunProgress) -> None:
         show(where)
@@ -124,7 +124,7 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
 
 
 def _with_agent(settings: RunSettings) -> RunSettings:
-    """Return the settings with the factory of an agent with hidden sight. Raises SettingError on an unknown agent."""
+    """Return the settings with the factory of a privileged agent. Raises SettingError on an unknown agent."""
     name = settings.agent
     if name is None or is_known(name):
         return settings

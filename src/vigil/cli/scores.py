@@ -30,7 +30,7 @@ LENIENT_HINT = (
 )
 CLOSURE = "C: the report is true of the world at the end. All tables of the suite: `vigil report`."
 CLOSURE_RATES = ("C", "correct_pairs")
-"""Rates that are shown with their intervals."""
+"""Rates of the closure-stress suite that are shown with intervals."""
 INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."
 MAX_REASONS = 5
 MAX_REASON_CHARS = 300
@@ -66,13 +66,13 @@ class _ScoredRun:
     spec: RunSpec
     scores: RunScores
     notes: tuple[str, ...]
-    """Notes that a reader must know before any number."""
+    """Notes that a reader must see before any number."""
     closure: "ClosureRun | None" = None
-    """Run's results on the closure-stress suite; None for other packs."""
+    """The run's results on the closure-stress suite; None for other packs."""
 
 
 def print_run(path: Path, pack: str | Path | None = None) -> None:
-    """Print the table of a run that has just been played or joined: by kind for the suite, else by family."""
+    """Print the table of a run that was just played or joined: by kind for the closure-stress suite, else by family."""
     run = _scored_run(path, pack)
     if run.closure is None:
         print_families(run.name, run.scores)
@@ -98,14 +98,14 @@ def _scored_run(path: Path, pack: str | Path | None) -> _ScoredRun:
     found = _ScoredRun(path, run_label(run.header), run.header.spec, run.table.scores(), run.notes)
     if manifest_of(run.pack_folder).suite != SUITE:
         return found
-    # It takes most of a second to load, and no other run needs it.
+    # This module takes most of a second to load, and only runs of the suite need it.
     from vigil.analysis.measures.closure import read_closure_runs  # noqa: PLC0415
 
     return replace(found, closure=read_closure_runs([path], pack)[0])
 
 
 def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
-    """Return the runs with unique names: runs of one agent get their folders, and a note on how they differ."""
+    """Return the runs with unique names. Runs of one agent get their folder's name, and a note says how they differ."""
     found: list[_ScoredRun] = []
     for run in runs:
         namesakes = [each for each in runs if each.name == run.name]
@@ -125,7 +125,7 @@ def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
 
 
 def run_label(header: RunHeader) -> str:
-    """Return the name of a run in tables; it tells hidden sight, memory and a custom prompt."""
+    """Return the name of a run in tables, with marks if its agent is privileged, has memory or a custom prompt."""
     own_prompt = f" [{header.spec.profile.prompt_variant}]" if header.spec.profile.has_custom_prompt else ""
     return header.spec.agent + own_prompt + header.spec.name_suffix
 
@@ -204,7 +204,7 @@ def _pair(rates: dict | None, is_full: bool) -> str:
 
 
 def _print_closure_tables(runs: Sequence["ClosureRun"]) -> None:
-    """Print one run's table with a row per kind; for several runs, a row per run."""
+    """Print the tables of the closure-stress suite: for one run a row per kind; for several runs a row per run."""
     if len(runs) == 1:
         print_fitting(lambda is_full: _kinds(runs[0], is_full))
     else:
@@ -265,6 +265,6 @@ def _warn(name: str, scores: RunScores) -> None:
 
 
 def _last_line(message: str) -> str:
-    """Return the gist of a message (perhaps a traceback) in one line."""
+    """Return the essential line of a message, which may be a traceback."""
     lines = message.strip().splitlines()
     return lines[-1][:MAX_REASON_CHARS] if lines else "(no message)"

@@ -18,10 +18,10 @@ from vigil.runner.plan import RunPlan
 
 @dataclass(frozen=True, slots=True)
 class CostEstimate:
-    """Bounds on the calls and tokens of a run, as (least, most); an agent that reports early is far below the most."""
+    """Bounds (least, most) on the calls and tokens of a run; an agent that reports early stays far below the most."""
 
     episodes: int
-    """Number of episodes, times epochs."""
+    """Number of plays: episodes times epochs."""
     calls: tuple[int, int]
     """Number of calls: at least one for each play of an episode, and at most its budget of steps."""
     input_tokens: tuple[int, int]
@@ -54,7 +54,7 @@ def estimate(plan: RunPlan) -> CostEstimate:
 
 
 def _output_tokens(spec: RunSpec) -> tuple[int, int]:
-    """Return the least and the most tokens of one reply, including reasoning."""
+    """Return (least, most) tokens of one reply, including reasoning."""
     least, most = REPLY_TOKENS
     if may_think(spec.thinking, spec.sampling.get("reasoning_effort"), spec.agent):
         least, most = least + REASONING_TOKENS[0], most + REASONING_TOKENS[1]
@@ -65,7 +65,7 @@ def _output_tokens(spec: RunSpec) -> tuple[int, int]:
 def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[int, int]) -> int:
     """Return the tokens sent in the first `calls` calls of an episode.
 
-    `sizes` are the tokens of an answer and of a frame. Reasoning is not included, because it is not sent again.
+    `sizes` are the tokens of an answer and of a frame. Reasoning is not included, because later calls do not repeat it.
     """
     conversation = Conversation(profile, episode.instruction)
     reply = "x" * int(sizes[0] * CHARS_PER_TOKEN)

@@ -1,8 +1,8 @@
 """Runs of models as Inspect evaluations, for `vigil run` and for `inspect eval`.
 
 Inspect brings the providers, the limit on connections, and a log for its viewer. The messages (a fixed history
-contract), the retries (`vigil.runner.models.ask`), the Env and the records are this project's. In `vigil run` the
-records in `episodes.jsonl` decide, not Inspect's log.
+contract), the retries (`vigil.runner.models.ask`), the Env and the records are VIGIL's own. The results of `vigil run`
+are the records in `episodes.jsonl`, not Inspect's log.
 """
 
 import asyncio
@@ -55,7 +55,7 @@ from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.scoring.outcomes import score
 
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
-"""Prefix of registered names.
+"""Prefix of the names that are registered with Inspect.
 
 Inspect adds the package's name by itself, except in an editable install whose distribution is named differently.
 """
@@ -67,10 +67,10 @@ _SHARED_SETTINGS = {
 TASK_SETTINGS = {
     one.option.replace("-", "_"): one for one in declared_settings(RunSettings) if one.name in _SHARED_SETTINGS
 }
-"""Settings of a run that Inspect does not have, by the names of their options."""
+"""Settings of a run that Inspect does not have: name of the option -> setting."""
 _KEYWORD_ONLY = inspect.Parameter.KEYWORD_ONLY
 PLACEHOLDER_MODEL = "mockllm/model"
-"""Model in settings that are made before Inspect's model is known."""
+"""Model in settings that are made before the name of Inspect's model is known."""
 PlayOne = Callable[[Assignment], Awaitable[EpisodeRecord]]
 """Function that plays one episode with a model. Raises VigilError to stop the run."""
 
@@ -85,7 +85,7 @@ def evaluate(
 ) -> None:
     """Play all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt after an interruption.
 
-    Without samples (for a private pack) Inspect's log has only rates, and numbers instead of ids.
+    With `keep_samples=False` (for a private pack), Inspect's log has only rates, and numbers instead of episode ids.
     """
     stop: list[VigilError] = []
     closer = _ConnectionCloser(client.model, play_one, len(assignments))
@@ -172,7 +172,7 @@ def _task(
     is_numbered: bool = False,
     **more: Any,
 ) -> Task:
-    """Return Inspect's task; with `is_numbered` its samples have numbers, because ids must not be revealed."""
+    """Return Inspect's task. With `is_numbered`, its samples have numbers instead of ids, which stay secret."""
     by_id: dict[str, Assignment] = {}
     for number, assignment in enumerate(assignments, start=1):
         name = assignment.episode.id if assignment.epoch == 1 else f"{assignment.episode.id}@{assignment.epoch}"
@@ -222,7 +222,7 @@ def _agent(by_id: Mapping[str, Assignment], play_one: PlayOne, stop: list[VigilE
 
 @scorer(name=f"{_PREFIX}vigil_score", metrics={"*": [grouped(mean(), "family")]})
 def vigil_score() -> Scorer:
-    """Score a sample from its record alone, so that `inspect score` can do so again."""
+    """Score a sample from the record that it contains, so that `inspect score` can score it again."""
 
     async def score_sample(state: TaskState, target: Target) -> Score | None:
         if "record" not in state.metadata:
@@ -239,7 +239,7 @@ def vigil_score() -> Scorer:
 
 
 def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
-    """Return `make` with the signature that Inspect reads: TASK_SETTINGS, by the names of their options."""
+    """Return `make` with the signature in which Inspect looks for arguments: one argument for each of TASK_SETTINGS."""
     parameters = [inspect.Parameter(name, _KEYWORD_ONLY, default=one.default) for name, one in TASK_SETTINGS.items()]
     make.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess] - Inspect reads it
     return make
@@ -250,8 +250,9 @@ def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
 def vigil(**given: Any) -> Task:
     """A pack as an Inspect task: `inspect eval vigil/vigil --model provider/model -T pack=starter`.
 
-    Inspect's log decides here, with its own epochs, retries and resuming; `vigil run` keeps `episodes.jsonl` instead.
-    A key goes to its provider's own hosts alone; `api_key_env` names the variable with the key for any other address.
+    The results are in Inspect's log, and epochs, retries and resuming are Inspect's; only `vigil run` writes
+    `episodes.jsonl`. A provider's usual key is sent only to the provider's own hosts. For any other address,
+    `api_key_env` names the variable with the key.
     """
     try:
         settings = RunSettings(model=PLACEHOLDER_MODEL, **task_settings(given))
@@ -272,7 +273,7 @@ def vigil(**given: Any) -> Task:
 
 
 def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a run's settings, by field name, from the arguments of the task. Raises SettingError."""
+    """Return {field name: value}, a run's settings, from the arguments of the task. Raises SettingError."""
     found: dict[str, Any] = {}
     for name, text in given.items():
         if name not in TASK_SETTINGS:
@@ -289,12 +290,12 @@ def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
 class _InspectSession:
     """Player inside an evaluation that `inspect eval` has started; simulators are made when first needed.
 
-    A model is checked before its first episode, as in `vigil run`. Clients that are made here are closed, while the
-    event loop still runs, whenever no episode is being played.
+    A model is checked before its first episode, as in `vigil run`. Whenever no episode is being played, the clients
+    that were made here are closed, because the event loop may end soon.
     """
 
     def __init__(self, plan: RunPlan, coordinates: Coordinates | None, api_key_env: str | None) -> None:
-        """`coordinates` of all models are None to use the published table's entry for each.
+        """With `coordinates` None, each model has the coordinate system of its entry in the published table.
 
         `api_key_env` names the variable with the key for an address that is not the provider's.
         """
@@ -343,7 +344,7 @@ class _InspectSession:
         return self._models[name]
 
     async def _close_models(self) -> None:
-        """Close the clients made here; Inspect may still use its own."""
+        """Close the clients that were made here. Inspect's own clients stay open, because it may still use them."""
         made = [self._models.pop(name) for name in sorted(self._made)]
         self._made.clear()
         for model in made:

@@ -1,4 +1,4 @@
-"""Queue of the assignments that remain, in which a worker does not play both twins of a pair in a row."""
+"""Queue of the assignments that remain. It avoids that a worker plays both twins of a pair one after the other."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping
@@ -7,15 +7,15 @@ from vigil.runner.workers.messages import Assignment
 
 
 class PlayQueue:
-    """Queue of assignments in order, except that it skips what a worker should not play next."""
+    """Queue of assignments in order, except that it skips assignments that a worker should not play next."""
 
     def __init__(self, assignments: Iterable[Assignment], pairs: Mapping[str, str]) -> None:
-        """`pairs` maps each episode that has a twin to its pair."""
+        """`pairs` maps the id of each episode that has a twin to the name of the pair."""
         self._waiting = deque(assignments)
         self._pairs = pairs
 
     def take(self, last: Assignment | None) -> Assignment | None:
-        """Return the next assignment for a worker that has played `last`; None when nothing is left.
+        """Return the next assignment for a worker that has just played `last`; None when nothing is left.
 
         The twin of `last`, and the same episode in another epoch, come later unless nothing else is left.
         """

@@ -1,4 +1,4 @@
-"""Settings of a run, as a user gives them. `vigil.runner.plan` works out what follows from them."""
+"""Settings of a run, as a user gives them. `vigil.runner.plan` computes everything that follows from them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -59,7 +59,7 @@ class RunSettings:
             repeats=True,
         ),
     ] = None
-    """A scripted agent, `exec:COMMAND`, or a privileged one that `agent_factory` makes."""
+    """Name of a scripted agent, `exec:COMMAND`, or name of a privileged agent that `agent_factory` makes."""
     agent_factory: PrivilegedFactory | None = None
     model: Annotated[
         str | None,
@@ -72,9 +72,9 @@ class RunSettings:
     ] = None
     base_url: BaseUrl = None
     api_key_env: ApiKeyEnv = None
-    """Environment variable with the key; None for the provider's variable, whose key is sent only to its hosts."""
+    """Environment variable with the key; None for the provider's usual variable, whose key goes only to its hosts."""
     log_dir: LogDir = None
-    """Folder of the run; None for one under `runs/` that depends only on the settings."""
+    """Folder of the run; None for a folder under `runs/` whose name depends only on the settings."""
     limit: Annotated[
         int | None,
         Setting(
@@ -111,7 +111,7 @@ class RunSettings:
     prompt_variant: PromptVariantOption = "default"
     prompt_template: PromptFileOption = None
     coordinates: CoordinatesOption = None
-    """Coordinate system of the model's clicks; None for the published table's entry for the model."""
+    """Coordinate system of the model's clicks; None for the system that the published table has for the model."""
     reply_policy: Annotated[
         ReplyPolicy,
         Setting(
@@ -176,7 +176,7 @@ class RunSettings:
     ] = False
     backend: Backend = "mujoco"
     simulator_factory: SimulatorFactory | None = None
-    """Factory of a custom simulator; `backend` is then only its name in the header. Must be picklable."""
+    """Function that makes a custom simulator; `backend` is then only its name in the header. It must be picklable."""
     asset_database: AssetFile = None
     reply_seconds: Annotated[
         int, Setting("Time limit of each reply of a model or program.", minimum=1, metavar="SECONDS")
@@ -213,7 +213,7 @@ class RunSettings:
         ),
     ] = False
     reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP, is_option=False)] = False
-    """Whether Inspect's log may hold the episodes of a private pack; only `inspect eval` takes it."""
+    """Whether Inspect's log may contain the episodes of a private pack; only `inspect eval` has this setting."""
     retries: Annotated[int, Setting("Retries of a failed request.", minimum=0, is_option=False)] = 8
     first_wait_s: float = 1.0
     """Wait before the first retry of a request, in seconds."""

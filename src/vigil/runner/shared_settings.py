@@ -1,4 +1,4 @@
-"""Settings that several verbs and dataclasses share, each declared once."""
+"""Settings that several commands and dataclasses share; each is declared once, here."""
 
 from pathlib import Path
 from typing import Annotated

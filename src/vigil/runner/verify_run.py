@@ -1,6 +1,6 @@
 """Verifying a whole run: workers simulate every recorded episode again from its recorded replies.
 
-Without the run's simulator only the records are checked: each reply must parse to its recorded action.
+With `records_only`, no simulator is needed: each reply must parse to its recorded action, and nothing else is checked.
 """
 
 import asyncio
@@ -52,9 +52,9 @@ class VerifySettings:
     pack: PackLocation = None
     asset_database: AssetFile = None
     backend: str | None = None
-    """Simulator; None for that of the run."""
+    """Simulator; None for the simulator of the run."""
     exact: bool | None = None
-    """Whether numbers must be bit-identical; None means only on the type of machine that made the run."""
+    """Whether numbers must be bit-identical; with None, only if this machine is of the type that made the run."""
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
@@ -76,18 +76,18 @@ class Verification:
     is_exact: bool
     """Whether numbers had to be bit-identical."""
     is_records_only: bool
-    """Whether only the records were checked, without a simulator and thus without hidden states."""
+    """Whether only the records were checked, without a simulator, so that hidden states were not compared."""
     differences: tuple[FactDifference, ...]
     frames: int = 0
     """Number of frames compared; 0 when not requested, or when no frame was viewed during the run."""
     notes: tuple[str, ...] = ()
-    """Notes on rows that do not belong to the run, and why."""
+    """Notes that say which rows do not belong to the run, and why."""
     left_out: int = 0
-    """Number of rows that do not belong to the run; they are not scored, and a file with any is not verified."""
+    """Number of rows that do not belong to the run. They are not scored; a run that has any counts as not verified."""
 
     @property
     def is_verified(self) -> bool:
-        """Whether everything was reproduced as recorded, and the file does not have other rows."""
+        """Whether everything was reproduced as recorded, and every row of the file belongs to the run."""
         return self.checked > 0 and not self.differences and not self.left_out
 
 
@@ -99,7 +99,8 @@ def verify_run(
 ) -> Verification:
     """Return how the records of a run compare with a new simulation of their replies.
 
-    `on_progress` is called with (done, total). Raises RecordError, PackMismatch, SettingError or SimulatorError.
+    `on_progress` is called with the number of done records and of all records. Raises RecordError, PackMismatch,
+    SettingError or SimulatorError.
     """
     settings = settings or VerifySettings()
     saved = read_run(path, settings.pack)
@@ -132,7 +133,7 @@ def verify_run(
 
 
 def check_replies(record: EpisodeRecord, profile: Profile) -> Iterator[FactDifference]:
-    """Yield the recorded facts about a reply's meaning that do not follow from the reply."""
+    """Yield the recorded facts about the meaning of a reply that do not follow from the reply's text."""
     for step in record.steps:
         read = read_reply(step.reply, profile)
         for fact in ("action", "invalid", "ignored_keys"):
@@ -169,7 +170,7 @@ class _Verifier:
     async def all(
         self, records: Sequence[EpisodeRecord], on_progress: Callable[[int, int], None]
     ) -> list[FactDifference]:
-        """Return the differences of all records, in their order."""
+        """Return the differences of all records, in the order of the records."""
         found: dict[int, list[FactDifference]] = {}
         by_house = sorted(enumerate(records), key=lambda pair: self.pack.episode(pair[1].episode_id).house.name)
         waiting = iter(by_house)

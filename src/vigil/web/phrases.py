@@ -46,7 +46,7 @@ ENDS = {
 
 
 def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
-    """Return a reply's action, or its fault, in one line."""
+    """Return a reply's action in one line of words; for an invalid reply, what is wrong with it."""
     if invalid is not None:
         return f"not an action: {invalid.kind.replace('_', ' ')}, {invalid.reason.replace('_', ' ')}"
     match action:
@@ -73,7 +73,7 @@ def click_of(action: Action | None) -> list[int] | None:
 
 
 def effect_words(effect: Effect | None) -> str:
-    """Return in words what the simulator did with an action, which is hidden from the agent."""
+    """Return in words what the simulator did with an action. This is hidden from the agent."""
     if effect is None:
         return ""
     parts: list[str] = []

@@ -24,7 +24,7 @@ from vigil.protocol.profile import BASELINE
 from vigil.scoring.rates import Interval
 
 COMPARE_ALL_UP_TO = 6
-"""With more runs than this, only neighbours in B and runs with comparable W are tested against each other."""
+"""Greatest number of runs that are all compared; of more, only neighbours in B and runs with similar W are."""
 
 
 @dataclass(frozen=True)
@@ -37,16 +37,16 @@ class RunEntry:
     """The measures of each family that has episodes."""
 
     def part(self, rows: pd.DataFrame, measures: RunMetrics) -> "RunEntry":
-        """Return the entry of a part of the run's episodes."""
+        """Return an entry for a part of the run's episodes: their rows and measures."""
         return RunEntry(replace(self.run, rows=rows), measures, {})
 
     def mean(self, column: str) -> tuple[float, float | None, float | None] | None:
-        """Return the mean of a column's known values and the ends of its interval by houses; None without values."""
+        """Return the mean of a column's known values and its interval from resampled houses; None without values."""
         return mean_with_interval(self.run.rows, column)
 
     @cached_property
     def clustered(self) -> dict[str, Interval | None]:
-        """The intervals of W, B and Delta by houses; None where there are too few houses."""
+        """The intervals of W, B and Delta from resampled houses; None where there are too few houses."""
         return clustered_intervals(self.run.rows)
 
     @property
@@ -67,12 +67,12 @@ class RunEntry:
 
     @property
     def is_excluded(self) -> bool:
-        """Whether its row goes to the extended panel."""
+        """Whether the run's row belongs in the extended panel."""
         return is_excluded(self.overall)
 
     @property
     def panel(self) -> str:
-        """The panel of the run's row: `main`, `excluded` by the rule, or `aside` under other conditions."""
+        """The panel of the run's row: `main`, `excluded` by the exclusion rule, or `aside` under other conditions."""
         return "aside" if not self.is_base else "excluded" if self.is_excluded else "main"
 
 
@@ -85,9 +85,9 @@ class Study:
     pairing: Pairing
     comparisons: tuple[RunComparison, ...]
     published: Paper | None
-    """The published rows; None if the reader asked for own rows only."""
+    """The published rows; None if the user does not want them in the report."""
     warnings: tuple[str, ...]
-    """The warnings at the top of a report."""
+    """The warnings that are shown at the top of a report."""
 
     @property
     def runs(self) -> list[Run]:
@@ -99,7 +99,7 @@ class Study:
         return sorted_by_b(entry for entry in self.entries if entry.is_base)
 
     def entry(self, run: Run) -> RunEntry:
-        """Return the entry of a run, by its name."""
+        """Return the entry that has the name of the run."""
         return next(entry for entry in self.entries if entry.name == run.name)
 
     def excluded(self) -> list[RunEntry]:
@@ -112,7 +112,7 @@ class Study:
 
 
 def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
-    """Return the runs measured, paired and compared."""
+    """Measure the runs, find their pairs and compare them; return all as a Study."""
     entries = tuple(RunEntry(run, measure(run.rows), by_family(run.rows)) for run in runs)
     pairing = find_pairs(runs)
     faults = [fault for run in runs for fault in run.faults]
@@ -132,12 +132,12 @@ def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
 
 
 def sorted_by_b(entries: Iterable[RunEntry]) -> list[RunEntry]:
-    """Return entries, best benchmark success first; ties by name."""
+    """Return entries sorted by B, the best first; entries with equal B are sorted by name."""
     return sorted(entries, key=lambda entry: (-(entry.overall.share("B") or 0.0), entry.name))
 
 
 def sorted_by_group(entries: Iterable[RunEntry]) -> list[RunEntry]:
-    """Return entries in the order of the panels' groups, best B first in each."""
+    """Return entries in the order of the panels' groups, within a group by B, the best first."""
     order = {group: index for index, group in enumerate(GROUPS)}
     return sorted(sorted_by_b(entries), key=lambda entry: order[entry.run.model.group])
 
@@ -159,7 +159,7 @@ def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
 
 
 def _duplicate_runs(runs: Sequence[Run]) -> list[str]:
-    """Return the runs that were given twice; they would look like a perfect repeat."""
+    """Return sentences about runs that were given twice, because these would look like a perfect repeat."""
     return [
         f"{first.name} and {second.name} are copies of one run, not repeats of it. Give one of them only."
         for first, second in combinations(runs, 2)
@@ -168,7 +168,7 @@ def _duplicate_runs(runs: Sequence[Run]) -> list[str]:
 
 
 def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
-    """Yield the models whose answers contradict the serving mode in their names or settings."""
+    """Yield sentences about models whose answers contradict the serving mode in their names or settings."""
     for run in runs:
         said, (reasoned, replies) = declared_thinking(run.header.spec), run.header.replies_with_reasoning
         if said is False and reasoned:
@@ -186,7 +186,7 @@ def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
 
 
 def _mixed_settings(runs: Sequence[Run]) -> list[str]:
-    """Return the differences between runs that a reader would assume to have equal settings."""
+    """Return sentences about differences in settings that a reader would assume to be equal for all runs."""
     found = []
     checks = {
         "packs": lambda run: f"{run.header.spec.pack} {run.header.spec.pack_sha256[:12]}",

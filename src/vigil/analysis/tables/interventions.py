@@ -49,14 +49,14 @@ from vigil.analysis.tables.table import (
 
 REPEATED = ("W", "B", "Delta", "FR", "NR", "NoRep")
 STABLE_PP = 1.0
-"""Limit (percentage points) below which the paper calls half-ranges and shifts stable."""
+"""Half-ranges and shifts below this limit (percentage points) are called stable in the paper."""
 _EVENTS = ("too_far", "path_blocked", "retry")
 _SIDES = {"base": "base", "fb": "+FB"}
-"""Runs of a pair as in the keys of columns -> as in headings."""
+"""Name of a run of a pair in the keys of columns -> its name in headings."""
 
 
 def proprio_minimal(study: Study) -> Table:
-    """Return the table of base runs against action feedback: events per episode and differences."""
+    """Return the table that compares runs without and with action feedback: events per episode and differences."""
     events = tuple(
         Column(
             f"{event} {side}",
@@ -119,7 +119,7 @@ def open_repeat_robustness(study: Study) -> Table:
 
 
 def repeat_rates(study: Study) -> Table:
-    """Return every rate over all repeats together, with its interval."""
+    """Return every rate, with its interval, over all repeats taken together."""
     columns = (
         MODEL,
         *texts(rate="Rate"),
@@ -147,7 +147,7 @@ def repeat_rates(study: Study) -> Table:
 
 
 def stability(study: Study) -> Table:
-    """Return the number of small shifts between prompts and small half-ranges between repeats, and the largest ones."""
+    """Return how many shifts between prompts and half-ranges between repeats are small, and the largest ones."""
     columns = (
         *texts(change="Between", rate="Rate"),
         *counts(n="Configurations", steady=f"Under {STABLE_PP:.0f} pp"),
@@ -175,7 +175,7 @@ def stability(study: Study) -> Table:
 
 
 def spread(values: Sequence[float | None]) -> tuple[float, float] | None:
-    """Return mean and half-range."""
+    """Return (mean, half-range) of the values; the half-range is half of the highest minus the lowest value."""
     known = [value for value in values if value is not None]
     return (float(np.mean(known)), (max(known) - min(known)) / 2) if known else None
 

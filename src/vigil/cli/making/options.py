@@ -22,11 +22,11 @@ from vigil.scoring.closure import KINDS, Kind
 from vigil.scoring.levels import LEVELS, Level, parse_levels
 
 SMALL_HOUSES = ("2", "kitchen", "2", "bedroom", "2", "living-room")
-"""Meaning of `--rooms mixed` in the suite, whose houses make reaching easy."""
+"""Specs of houses for `--rooms mixed` in a suite. The houses are small, so that goals are easy to reach."""
 HOUSES_PER_EPISODE, MIN_HOUSES = 1.12, 12
-"""Default number of houses for each episode of a family, and the minimum."""
+"""Default number of houses per episode of a family, and the least number of houses."""
 BUDGET = 10
-"""Default number of houses that may be used, as a multiple of those that are used first."""
+"""Default of the greatest number of houses: this many times the number of houses used first."""
 HousePlaces = Annotated[
     tuple[str, ...],
     Setting(
@@ -69,7 +69,7 @@ class Common:
         return chosen_seed(self.seed, self.seed_file)
 
     def check_suite(self, **given: object) -> None:
-        """Raise SettingError, naming the option, when an option is given that a suite does not have."""
+        """Raise SettingError if an option is given that a suite does not have; the message names the option."""
         for name, value in {"family": self.families, **given}.items():
             if self.suite and value:
                 option = name.replace("_", "-")
@@ -80,7 +80,7 @@ class Common:
 
 @dataclass(frozen=True, kw_only=True)
 class Content(Common):
-    """What a pack holds."""
+    """What a pack contains."""
 
     name: Annotated[str, Setting("Name that the new pack gets.")]
     per_family: Annotated[int, Setting("Number of episodes of each family that the pack gets.", minimum=1)] = PER_FAMILY
@@ -127,12 +127,12 @@ class Content(Common):
 
     @property
     def verification(self) -> VerificationSettings:
-        """Settings of the check of candidates. Raises SettingError if the asset database is invalid."""
+        """Settings for verifying candidates. Raises SettingError if the asset database is invalid."""
         database = AssetDatabase.from_file(self.assets)
         return VerificationSettings(self.backend, database, worker_count(self.workers), self.robust)
 
     def request(self, **more: Any) -> PackRequest:
-        """Return the request for the pack; `more` are further fields. Raises SettingError."""
+        """Return the request for the pack; `more` are further fields of the request. Raises SettingError."""
         return PackRequest(
             self.name,
             self.per_family,
@@ -150,7 +150,8 @@ class Content(Common):
     def tasks(self) -> dict[Kind, int]:
         """Return the number of tasks by kind, in the table's order; empty without a suite. Raises SettingError.
 
-        `KIND` asks for the number of each kind, `KIND:TASKS` for that number; without names, all kinds.
+        An option `KIND` asks for `per_family` tasks of this kind, `KIND:TASKS` for that many. Without options, all
+        kinds are made.
         """
         if self.suite is None and self.kinds:
             raise SettingError("--kind is for a suite's pack: give --suite closure too, or --family instead.")
@@ -195,7 +196,7 @@ class Drafting:
     ] = None
 
     def forms(self, default: Forms) -> Forms:
-        """Return the half of the sentence forms that was asked for."""
+        """Return which half of the sentence forms was asked for, or all."""
         return "held_out" if self.form_names == "held-out" else self.form_names or default
 
     def specs(self, suite: str | None) -> list[str]:
@@ -207,7 +208,7 @@ class Drafting:
 
 @dataclass(frozen=True, kw_only=True)
 class Proposing:
-    """Who proposes, where, and how much."""
+    """Who proposes drafts, in which houses, and how many."""
 
     houses: HousePlaces = ()
     seeds: Annotated[
@@ -261,13 +262,13 @@ class Drawing:
     )
 
     def first(self, per_family: int) -> int | None:
-        """Return the number of houses in which drafts are made first; None for all of --houses."""
+        """Return the number of houses in which drafts are made first; None if all of --houses are used at once."""
         if self.count is not None or self.houses:
             return self.count
         return max(MIN_HOUSES, round(HOUSES_PER_EPISODE * per_family))
 
     def most(self, per_family: int) -> int | None:
-        """Return the number of houses that may be used; None for all of --houses. Raises SettingError."""
+        """Return the number of houses that may be used; None if all of --houses may be. Raises SettingError."""
         first = self.first(per_family)
         if first is None:
             if self.max_houses is not None:
@@ -280,7 +281,7 @@ class Drawing:
 
 @dataclass(frozen=True, kw_only=True)
 class Building:
-    """Drafts from which a pack is built, and what its manifest says about it."""
+    """Drafts from which a pack is built, and what the pack's manifest says."""
 
     drafts: Annotated[
         tuple[Path, ...],

@@ -1,4 +1,4 @@
-"""`vigil demos`: what the solver saw and answered in episodes of a stream, as training data."""
+"""`vigil demos`: writes what the solver saw and answered in episodes of a stream, as training data."""
 
 from pathlib import Path
 from typing import Annotated

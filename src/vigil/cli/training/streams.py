@@ -1,4 +1,4 @@
-"""`vigil pack stream`: episodes without end, as the folder of a pack."""
+"""`vigil pack stream`: writes episodes of an endless stream, as the folder of a pack."""
 
 from pathlib import Path
 from typing import Annotated
@@ -82,7 +82,7 @@ def stream(
 
 
 def house_range(given: str) -> tuple[int, int | None]:
-    """Return the first house and the one after the last, of FIRST:END or FIRST:. Raises SettingError."""
+    """Return the first house and the one after the last, from FIRST:END or FIRST: (no end). Raises SettingError."""
     first, colon, last = given.partition(":")
     if not (colon and first.isdecimal() and (last.isdecimal() or not last)):
         raise SettingError(f"Houses {given!r}: expected FIRST:END or FIRST:, e.g. 0:100.")

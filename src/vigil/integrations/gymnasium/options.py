@@ -29,7 +29,7 @@ class Options(Shaping, EpisodeOptions):
     def of(cls, given: dict[str, Any]) -> "Options":
         """Return the options with these names and values.
 
-        Raises SettingError; for an unknown name it suggests a similar one.
+        Raises SettingError; its message suggests a similar name if a name is unknown.
         """
         check_names(given, cls.model_fields, OWNER)
         try:

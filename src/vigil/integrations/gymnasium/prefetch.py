@@ -1,4 +1,4 @@
-"""Prefetching: the next episode is drawn, and its house built, while the current one is played.
+"""Prefetching: the next episode is chosen, and its house built, while the current episode is played.
 
 A vector steps its environments together, so an environment that builds a house would make all others wait. The choice
 of episodes depends only on the seed, not on how far the thread is.
@@ -14,7 +14,7 @@ from vigil.protocol.house import House
 
 
 class Prefetcher:
-    """A thread that draws the next episode from a source while the current episode is played."""
+    """A thread that takes the next episode from a source while the current episode is played."""
 
     def __init__(self, source: EpisodeSource, prepare: Callable[[House], None]) -> None:
         """`prepare` is called with each house, in another thread, so that the house later loads faster."""
@@ -25,7 +25,7 @@ class Prefetcher:
     def next_episode(self, rng: np.random.Generator, *, is_seeded: bool) -> SampledEpisode:
         """Return the next episode, and start preparing the one after it.
 
-        `is_seeded` says whether `rng` was just seeded. Raises any error of drawing or preparing.
+        `is_seeded` says whether `rng` was just seeded. Raises any error that occurred while this episode was prepared.
         """
         pending, self._next = self._next or self._start_next(rng, is_seeded=is_seeded), None
         found = pending.result()

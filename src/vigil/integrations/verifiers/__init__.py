@@ -4,7 +4,7 @@
 
     env = load_environment(pack="starter", family="PG", limit=2)
 
-`vf-eval vigil-verifiers` runs the same; docs/verifiers.md explains both. Needs the extra `verifiers`.
+`vf-eval vigil-verifiers` runs the same environment (docs/verifiers.md). Needs the extra `verifiers`.
 """
 
 try:

@@ -1,4 +1,4 @@
-"""Options of the environment: fields of verifiers' configs, `--env.taskset.*` on its command line."""
+"""Options of the environment. They are fields of verifiers' configs, and `--env.taskset.*` on its command line."""
 
 from pathlib import Path
 
@@ -52,5 +52,4 @@ class VigilEnvConfig(vf.EnvConfig):
     """Configuration of the environment and of its only agent, the model."""
 
     agent: vf.AgentConfig = vf.AgentConfig(runtime=vf.SubprocessConfig())
-    """Configuration of the agent. Nothing runs in the agent's sandbox, because simulators are processes of the
-    environment."""
+    """Configuration of the agent. Nothing runs in its sandbox; the simulators are processes of the environment."""

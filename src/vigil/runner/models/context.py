@@ -1,4 +1,4 @@
-"""Estimates of a request's tokens: text by characters, images by the formulas of the large providers."""
+"""Estimates of a request's tokens: from the characters of texts, and from the large providers' formulas for images."""
 
 import re
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ CONTEXT_OVERFLOW = re.compile(
     r"range of input length|max(imum)? (message|prompt|input) (tokens|length)|when context the overflows",
     re.IGNORECASE,
 )
-"""Words that servers use only for a request that is longer than the context."""
+"""Words in errors that servers send only if a request is longer than the context."""
 CONTEXT_ERROR = re.compile(
     rf"{CONTEXT_OVERFLOW.pattern}|tokens?\b.{{0,40}}(exceed|maximum|limit)|exceed.{{0,60}}(tokens?|length)\b|"
     r"longer than|too (long|many tokens)",
@@ -31,7 +31,7 @@ CONTEXT_ERROR = re.compile(
 
 
 def max_tokens_of(messages: Sequence[Message]) -> int:
-    """Return the most tokens that a request takes, estimated."""
+    """Return an upper estimate of a request's tokens."""
     text = sum(len(message.text) for message in messages) / CHARS_PER_TOKEN
     return round(text) + PICTURE_TOKENS[1] * sum(message.picture is not None for message in messages)
 
@@ -52,9 +52,9 @@ def size_hint(messages: Sequence[Message]) -> str:
 
 
 def find_shrunk_request(record: EpisodeRecord) -> tuple[int, int] | None:
-    """Return the input tokens of two consecutive requests of which the later took fewer; None if there are none.
+    """Return the input tokens of two consecutive requests if the later one took fewer tokens; None if there are none.
 
-    A dialogue only grows until the history is full, so such a server has cut it without an error.
+    A dialogue only grows until the history is full, so the server has then cut it without an error.
     """
     usages = [step.reply.usage for step in record.steps[: HISTORY_TURNS + 1]]
     inputs = [usage.input_tokens for usage in usages if usage is not None]

@@ -1,4 +1,4 @@
-"""Which model answered: names, addresses and finish reasons from a provider's answers, not from the settings."""
+"""Which model answered: names, addresses and finish reasons as the provider's answers say them, not the settings."""
 
 from collections import Counter
 from collections.abc import Callable, Collection
@@ -11,27 +11,27 @@ from vigil.protocol.reasoning import Thinking
 from vigil.records.record import ProviderFacts
 
 CLIENTS = ("inspect_ai", "openai", "anthropic", "google-genai", "mistralai", "azure-ai-inference", "httpx2")
-"""Distributions of clients whose versions are recorded."""
+"""Python packages of clients whose versions are recorded."""
 
 
 @dataclass(slots=True)
 class ModelIdentityLog:
-    """Log of the answers of one session, including those to the check before the run."""
+    """Log of the answers in one session of a run, including the answers to the check before the run."""
 
     earlier_names: Collection[str] = ()
-    """Names under which the model answered in earlier sessions; any other is refused. Empty accepts every name."""
+    """Names under which the model answered in earlier sessions; any other name is refused. Empty accepts all names."""
     asked: Thinking = "default"
-    """Thinking as it was requested."""
+    """Thinking setting that was requested."""
     effort: str | None = None
-    """Reasoning effort as it was requested."""
+    """Reasoning effort that was requested."""
     set_by: str = ""
-    """Description of how thinking was set."""
+    """Text that says by which fields thinking was set."""
     on_new_identity: Callable[[], None] = lambda: None
     """Function that is called when a name or an address is new."""
     redact: Callable[[str], str] = lambda text: text
-    """Function that removes secrets from a text; a server may send back what it was sent."""
+    """Function that removes secrets from a text, because a server may send back a key that it was sent."""
     check: dict[str, str] = field(default_factory=dict[str, str])
-    """Results of the check before the run, by its parts."""
+    """Results of the check before the run: part of the check -> result."""
     models: Counter[str] = field(default_factory=Counter[str])
     finish_reasons: Counter[str] = field(default_factory=Counter[str])
     addresses: set[str] = field(default_factory=set[str])

@@ -1,7 +1,7 @@
-"""The check before a run: images reach the model, and its answer to an example observation is an action.
+"""The check before a run: do images reach the model, and is its answer to an example observation an action?
 
 Some servers drop images without an error, some send reasoning in forms that are not part of the protocol, and some cut
-the answer: a run against such a server would measure the server. The example is drawn here and is not in a pack.
+the answer: a run against such a server would measure the server. The example is drawn here; it is not from a pack.
 """
 
 import hashlib
@@ -73,9 +73,9 @@ def draw_example() -> np.ndarray:
 async def check_model(
     ask: Ask, model: str, profile: Profile, address: str = "", *, force: bool = False
 ) -> dict[str, str]:
-    """Carry out the check and return its results, by part. Raises ModelAPIError when the model fails it.
+    """Carry out the check and return {part: result}. Raises ModelAPIError when the model fails the check.
 
-    `address` is where the model is served, if that is known. With `force` a failed example is only noted.
+    `address` is where the model is served, if that is known. With `force`, failing the example is only noted.
     """
     await check_sight(ask, model, profile.image_format, address)
     return {"sight": PASSED, "contract": await check_contract(ask, model, profile, force=force)}
@@ -105,7 +105,7 @@ async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: 
 async def check_contract(ask: Ask, model: str, profile: Profile, *, force: bool = False) -> str:
     """Return `PASSED` if the first or second answer to an example observation is an action.
 
-    Else raise ModelAPIError, or with `force` return how the second answer failed.
+    Otherwise raise ModelAPIError, or with `force` return how the second answer failed.
     """
     reply, invalid = await _try_example(ask, model, profile)
     if invalid is not None:

@@ -32,14 +32,14 @@ def play(
     """Play `episode` to its end in `env`, which then has the record.
 
     The agent sees only observations and the instruction. Failures of its program end the episode as `error`. `earlier`
-    are the replies from a process that was lost: they are carried out first, and the agent continues from there. Raises
-    InputError.
+    are the replies that the agent gave in a process that was lost: they are carried out first, and the agent continues
+    from there. Raises InputError.
     """
     observation = env.reset(episode)
     try:
         for reply in earlier or ():
             if observation is not None:
-                _ = observation.rgb  # the record says which frames were looked at
+                _ = observation.rgb  # so that the record says again that this frame was looked at
                 observation = env.step(reply)
         if observation is not None:
             if earlier is not None and isinstance(agent, Resumable):

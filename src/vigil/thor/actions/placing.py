@@ -56,9 +56,9 @@ def _set_poses(world: World, objectPoses: list[Any], placeStationary: bool = Tru
     others = [thing.id for thing in world.things() if _is_loose(thing) and thing.id not in wanted]
     world.apply_changes({name: ObjectSetup(is_absent=True) for name in others})
     placed = [world.editor.scene().things[name] for name in wanted]
-    placed.sort(key=lambda thing: (thing.is_pickupable, not thing.is_receptacle))  # what may carry others comes first
+    placed.sort(key=lambda thing: (thing.is_pickupable, not thing.is_receptacle))  # carriers come first
     for name in (thing.id for thing in placed):
-        world.editor.restore_object(name)  # it may have been removed together with what carried it
+        world.editor.restore_object(name)  # it may have been removed together with the object that carried it
         _place(world, name, *wanted[name])
 
 
@@ -100,8 +100,9 @@ def _place(world: World, name: str, place: Vec3, turned: Vec3) -> None:
 
 
 def _support(world: World, name: str, point: Vec3) -> str | None:
-    """Return the id of the thing whose surface or top is right below a point; None if the floor or nothing is right
-    below it.
+    """Return the id of the thing on which an object `name` rests if its bottom is at `point`; None if on the floor.
+
+    A thing supports the object by a surface, or, if it is not a receptacle, by its top.
     """
     above = {name, *(thing.id for thing in contents(world.editor.scene(), name))}
     found: list[tuple[float, str]] = []
@@ -117,7 +118,7 @@ def _support(world: World, name: str, point: Vec3) -> str | None:
 
 
 def _tops(world: World, above: set[str], point: Vec3) -> list[tuple[float, str]]:
-    """Return (gap in metres, id) of things that are not receptacles with the point right above, e.g. a book."""
+    """Return (gap in metres, id) of things, other than receptacles, whose top is right below a point, e.g. a book."""
     others = [thing for thing in world.things() if not (thing.id in above or thing.is_held or thing.is_receptacle)]
     boxes = [(bounding_box(thing), thing.id) for thing in others if not thing.is_structure]
     gaps = [(abs(point.y - box.top), name) for box, name in boxes if box.floor_distance(point) == 0.0]

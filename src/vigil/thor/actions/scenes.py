@@ -1,4 +1,4 @@
-"""Actions on the whole scene: start, houses, settings, cameras, and actions that only let time pass."""
+"""Actions on the whole scene: start, houses, settings, cameras, and actions in which only time passes."""
 
 import itertools
 from typing import Any
@@ -49,7 +49,7 @@ def _create_house(world: World, house: dict[str, Any]) -> None:
 
 
 def _start(house: House, editor: SceneEditor) -> Pose:
-    """Return the house's start, or the first free place when it is missing or blocked. Raises ActionFailed."""
+    """Return the house's start pose; if it is missing or blocked, the first free place. Raises ActionFailed."""
     own = house.start
     if own is not None and editor.can_stand(own.position):
         return own
