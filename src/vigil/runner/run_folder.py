@@ -308,8 +308,8 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
     others = header.spec.versions.differences()
     if others:
         raise RecordError(
-            f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows of both could not be "
-            "compared. Continue it with the version of vigil that began it, or give another --log-dir for a new run."
+            f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows that were "
+            "played under different versions cannot be compared. Continue it with the version of vigil that began it, or give another --log-dir for a new run."
         )
     header = _with_more_episodes(header, spec)
     differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))
