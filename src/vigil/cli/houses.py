@@ -141,7 +141,10 @@ def sweep_houses(
         typer.Option(help="Seeds from which houses are generated, as FIRST:END, e.g. 0:1000; END itself is not used."),
     ] = "0:20",
     rooms: Annotated[
-        str, typer.Option(help="Numbers of rooms, separated by commas; every seed gives a house of each.")
+        str,
+        typer.Option(
+            help="Numbers of rooms, separated by commas. For each seed, one house of each of these sizes is generated."
+        ),
     ] = "1,2,3,4,6,10",
     load: Annotated[
         bool, typer.Option(help="Whether to also build each house's scene and compile it in MuJoCo.")
@@ -200,8 +203,10 @@ def export(
     material_database: Annotated[
         Path | None,
         typer.Option(
-            help="AI2-THOR's material-database.json, from which materials are chosen; the materials do not "
-            "change if unset."
+            help=(
+                "AI2-THOR's material-database.json, from which materials are chosen. If unset, the materials do "
+                "not change."
+            )
         ),
     ] = None,
     thor: Annotated[

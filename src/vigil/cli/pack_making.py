@@ -58,7 +58,13 @@ SECRET_RECIPE = (
 
 def propose(
     out: Annotated[
-        Path, typer.Option(help="File to which the valid drafts are written (JSONL); the same command continues it.")
+        Path,
+        typer.Option(
+            help=(
+                "File to which the valid drafts are written (JSONL). If the command was interrupted, give it again to "
+                "continue the file."
+            )
+        ),
     ],
     common: Common,
     proposing: Proposing,

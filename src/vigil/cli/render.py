@@ -32,7 +32,10 @@ def render(
     house: Annotated[
         str | None,
         typer.Option(
-            help=f"House to draw: a file, or {DATASET}:SPLIT:INDEX for a house of ProcTHOR-10K; --pose says from where."
+            help=(
+                f"House to draw: a file, or {DATASET}:SPLIT:INDEX for a house of ProcTHOR-10K; --pose sets the "
+                "position of the camera."
+            )
         ),
     ] = None,
     pose: Annotated[

@@ -22,7 +22,7 @@ FORMATS = (SITE, PARQUET, HF, EVERY_EVAL_EVER)
 
 def export(
     runs: Annotated[
-        list[Path], typer.Argument(help="Folder of the run to export; every format except site takes several runs.")
+        list[Path], typer.Argument(help="Folders of the runs to export; the format site takes only one run.")
     ],
     out: Annotated[
         Path,
@@ -41,7 +41,9 @@ def export(
     ] = SITE,
     episode: Annotated[
         str | None,
-        typer.Option(help="Id of the only episode to export, as a page or a film.", show_default="all episodes"),
+        typer.Option(
+            help="Id of one episode: only this episode is exported, as a page or a film.", show_default="all episodes"
+        ),
     ] = None,
     epoch: Epoch = 1,
     pack: Annotated[
