@@ -309,7 +309,8 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
     if others:
         raise RecordError(
             f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows that were "
-            "played under different versions cannot be compared. Continue it with the version of vigil that began it, or give another --log-dir for a new run."
+            "played under different versions cannot be compared. Continue it with the version of vigil that began "
+            "it, or give another --log-dir for a new run."
         )
     header = _with_more_episodes(header, spec)
     differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))
