@@ -272,7 +272,7 @@ def test_a_torn_line_that_cannot_be_put_aside_stays_where_it_is(path: Path, monk
     path.write_bytes(whole)
     with monkeypatch.context() as patch:
         patch.setattr(Path, "write_bytes", fail)
-        with pytest.raises(RecordError, match=r"partial last line.*cannot be moved: No space left.*command again"):
+        with pytest.raises(RecordError, match=r"partial last line.*cannot be moved to another file: No space left.*command again"):
             RecordLog(path)
     assert path.read_bytes() == whole
     log = RecordLog(path)

@@ -229,7 +229,7 @@ def test_the_epochs_of_an_episode_change_their_labels_together(write: Write):
 
 def test_a_pair_must_differ_in_what_it_is_about(write: Write):
     first, second = runs_of(write, {}, {})
-    with pytest.raises(RecordError, match="they do not differ in it"):
+    with pytest.raises(RecordError, match="are the same"):
         make_pair(first, second, "feedback")
 
 

@@ -162,7 +162,7 @@ class _AblatedSolver:
             self._opened.add(name)
             yield from self._open(name)
             yield from self._look_around()
-        raise Unsolvable("What is asked about is nowhere to be seen.")
+        raise Unsolvable("The agent searched everywhere and did not find what the task is about.")
 
     def _open(self, name: str) -> Iterator[Action]:
         """Yield the opening of a thing; nothing if no place allows it."""
