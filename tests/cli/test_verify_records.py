@@ -77,7 +77,8 @@ def test_a_run_of_unity_says_what_is_missing_and_what_can_be_done(
     monkeypatch.setattr(start, "examine", _Nothing)
     said = vigil("verify", run)
     assert said.code == 2
-    assert "AI2-THOR's own engine lacks here: a display. --records-only checks what needs no simulator" in said.err
+    assert "AI2-THOR's own engine cannot run here, because this is missing: a display. " in said.err
+    assert "--records-only checks what needs no simulator" in said.err
 
 
 class _Nothing:

@@ -222,7 +222,7 @@ def export(
     Example: vigil houses export --thor --asset-database asset-database.json house.json thor_house.json
     """
     if not thor:
-        raise SettingError("houses export needs a format: give --thor, the only one.")
+        raise SettingError("`vigil houses export` needs a format: give --thor, which is the only format.")
     if not out.parent.is_dir():
         raise SettingError(f"House file {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     house, assets = house_at(file, print_note), AssetDatabase.load(asset_database)

@@ -184,7 +184,8 @@ def _check_seed(content: Content, drawing: Drawing) -> None:
         raise SettingError(SECRET_RECIPE)
     if content.chosen_seed is None and not drawing.houses:
         raise SettingError(
-            "Give either --seed or --seed-file, which generate houses, or --houses with files or a dataset of them."
+            "Give one of these options: --seed or --seed-file to generate houses, or --houses with files or a "
+            "dataset of houses."
         )
 
 

@@ -146,7 +146,7 @@ def _further(
         best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
         drawn[f"pipeline_{number}"] = (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}.")
     if diagram and not found.runs:
-        raise SettingError("The diagram shows the eight families: give a run of theirs too.")
+        raise SettingError("The diagram shows the eight families: also give a run on a pack of these families.")
     if diagram:
         place = str(pack_folder(found.runs[0].header, pack))
         drawn["protocol"] = (_protocol(place, frames), "The eight families in two tiers, each with a first frame.")

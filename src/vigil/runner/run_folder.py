@@ -161,8 +161,9 @@ class RunFolder:
         recorded = self.header.simulator_version
         if recorded and recorded != facts.simulator:
             raise RecordError(
-                f"Run {str(self.path)!r} was begun with simulator {recorded!r}, but this is {facts.simulator!r}. "
-                "Continue it with the same version, or start a new run in another folder."
+                f"Run {str(self.path)!r} was begun with simulator {recorded!r}, but the simulator is now "
+                f"{facts.simulator!r}. Continue the run with the same version, or start a new run in another "
+                "folder."
             )
         self._update(simulator_version=facts.simulator, ended=None, **self._session(facts.renderer))
 

@@ -76,7 +76,9 @@ def export(
     if reasoning and format_ != HF:
         raise SettingError(f"--reasoning is for --format {HF} alone. Leave it out.")
     if disclosure.answer_key and format_ not in (HF, EVERY_EVAL_EVER):
-        raise SettingError(f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the others include it anyway.")
+        raise SettingError(
+            f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the other formats always include the answer key."
+        )
     if format_ == SITE:
         if len(runs) > 1:
             raise SettingError(f"A site shows one run, and {len(runs)} were given. Give one, or another --format.")

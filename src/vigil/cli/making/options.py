@@ -276,10 +276,13 @@ class Drawing:
         first = self.first(per_family)
         if first is None:
             if self.max_houses is not None:
-                raise SettingError("--max-houses goes with --count: without --count, all of --houses are used.")
+                raise SettingError("--max-houses needs --count: without --count, all of --houses are used.")
             return None
         if self.max_houses is not None and self.max_houses < first:
-            raise SettingError(f"--max-houses is {self.max_houses}, but {first} houses are drawn first (--count).")
+            raise SettingError(
+                f"--max-houses is {self.max_houses}, but the pack begins with {first} houses (--count). Raise "
+                "--max-houses, or lower --count."
+            )
         return self.max_houses or BUDGET * first
 
 
