@@ -64,8 +64,8 @@ def test_a_run_of_another_engine_is_not_played_again(vigil: Vigil, run: Path, mo
     of_thor(run, "thor/5.0.0 unity-f0825767 masks")
     said = vigil("verify", run)
     assert said.code == 2
-    assert "the run says 'thor/5.0.0 unity-f0825767 masks'" in said.err
-    assert "'thor/5.0.0 vigil-fake masks'. --records-only checks what needs no simulator" in said.err
+    assert "the run was played: this is 'thor/5.0.0 unity-f0825767 masks'" in said.err
+    assert "chooses 'thor/5.0.0 vigil-fake masks' here. --records-only checks what needs no simulator" in said.err
     assert vigil("verify", run, "--records-only").code == 0
 
 

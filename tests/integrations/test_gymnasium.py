@@ -516,7 +516,7 @@ def test_a_stream_is_read_in_its_order_and_leaves_no_process() -> None:
     assert pids
     again = env.reset(options={"episode_id": present(inner(env)._drawn).episode.id})
     assert again[0]["instruction"] == told[-1]
-    with pytest.raises(SettingError, match="read in order"):
+    with pytest.raises(SettingError, match="come in order"):
         env.reset(options={"episode_id": info["outcome"]["episode_id"]})
     env.close()
     assert not any(map(psutil.pid_exists, pids))
