@@ -110,7 +110,7 @@ def save_run(folder: str | Path, pack: Pack, records: Iterable[EpisodeRecord], e
     """
     path, found = Path(folder), list(records)
     if (path / EPISODES_FILE).exists():
-        raise RecordError(f"Folder {str(path)!r} holds a run already. Choose another one.")
+        raise RecordError(f"Folder {str(path)!r} already holds a run. Choose another folder.")
     spec = run_spec(
         pack,
         env.profile,

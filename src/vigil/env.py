@@ -220,7 +220,7 @@ class Env:
         def draw() -> np.ndarray:
             if self._episode is not episode or self._end is not None or len(self._steps) != moment:
                 raise RuntimeError(
-                    "Observation.rgb: the world has changed since this observation. Read it before the next `step`."
+                    "Observation.rgb: the world has changed since this observation. Read `rgb` before the next `step`."
                 )
             return self._simulator.frame()
 

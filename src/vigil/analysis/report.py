@@ -103,7 +103,7 @@ def make_report(
     suite = closure_tables(closure)
     taken = [name for name in own if name in TABLES or name in suite]
     if taken:
-        raise SettingError(f"Every report has a table {taken[0]!r} already. Choose another name for your own.")
+        raise SettingError(f"Every report already has a table {taken[0]!r}. Choose another name for your table.")
     is_wanted = bool(study.runs or not closure)
     drawings = FIGURES if kinds and is_wanted else {}
     drawn = {name: (figure, CAPTIONS[name]) for name, draw in drawings.items() if (figure := draw(study))}

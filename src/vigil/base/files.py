@@ -73,7 +73,7 @@ def resolve_inside(folder: Path, name: str, error: type[InputError]) -> Path:
     """Return the path of a file in a folder. Raises `error` if the file is a link that leads out of the folder."""
     path = folder / name
     if not is_inside(path, folder):
-        raise error(f"{name} in {str(folder)!r} is a link to outside of its folder; it is not followed.")
+        raise error(f"{name} in {str(folder)!r} is a link that leads out of the folder, so it is not followed.")
     return path
 
 
@@ -89,6 +89,6 @@ def refuse_outward_links(folder: Path, error: type[InputError]) -> None:
     """Raise `error` if a link in a folder leads out of it: copying or writing through it would act elsewhere."""
     for link in outward_links(folder):
         raise error(
-            f"{str(link)!r} is a link to outside of {str(folder)!r}; it is not followed. Put there what it leads to, "
-            "or remove it."
+            f"{str(link)!r} is a link that leads out of {str(folder)!r}, so it is not followed. Replace the link "
+            "by the file that it leads to, or remove it."
         )

@@ -102,7 +102,9 @@ class LineReader:
         }
         for fault, is_so in limits.items():
             if is_so:
-                raise RecordError(f"{self._place}: {fault}, the limit for a file of JSON lines. Is it one?")
+                raise RecordError(
+                    f"{self._place}: {fault}, the limit for a file of JSON lines. Is it a file of JSON lines?"
+                )
 
 
 def _read_all(file: BinaryIO, place: str) -> Lines:
@@ -193,8 +195,8 @@ class AppendFile:
                 self._write(b"\n")
         except OSError as error:
             raise RecordError(
-                f"The partial last line of {str(self.path)!r} cannot be moved: {error.strerror}. It is still there; "
-                "fix this and give the same command again."
+                f"The partial last line of {str(self.path)!r} cannot be moved to another file: {error.strerror}. "
+                "The line is still in the file; fix the cause and give the same command again."
             ) from None
         self._is_repaired, self.lines = True, Lines((), b"")
 
@@ -287,8 +289,9 @@ def _open_locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO,
         except OSError as error:
             file.close()
             raise RecordError(
-                f"{str(path)!r} cannot be locked: {error.strerror}. This file system has no locks, which keep two "
-                "processes from writing to one file. Choose a folder on another one, such as a local disk."
+                f"{str(path)!r} cannot be locked: {error.strerror}. This file system does not support locks, which "
+                "keep two processes from writing to one file. Choose a folder on another file system, such as a "
+                "local disk."
             ) from None
         if _is_same_file(path, file):
             file.seek(0)

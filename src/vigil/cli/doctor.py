@@ -36,7 +36,9 @@ PACKAGES = ("vigil-bench", "mujoco", "shapely", "numpy", "pydantic", "inspect-ai
 def doctor(
     out: Annotated[
         Path | None,
-        typer.Option(help="PNG file to which the frame drawn by the check is written; not written if unset."),
+        typer.Option(
+            help="PNG file to which the check writes the frame that it draws. If unset, the frame is not saved."
+        ),
     ] = None,
     backend: Annotated[
         Literal["mujoco", "thor"],

@@ -142,7 +142,10 @@ def sweep_houses(
         typer.Option(help="Seeds from which houses are generated, as FIRST:END, e.g. 0:1000; END itself is not used."),
     ] = "0:20",
     rooms: Annotated[
-        str, typer.Option(help="Numbers of rooms, separated by commas; every seed gives a house of each.")
+        str,
+        typer.Option(
+            help="Numbers of rooms, separated by commas. For each seed, one house of each of these sizes is generated."
+        ),
     ] = "1,2,3,4,6,10",
     load: Annotated[
         bool, typer.Option(help="Whether to also build each house's scene and compile it in MuJoCo.")
@@ -201,8 +204,10 @@ def export(
     material_database: Annotated[
         Path | None,
         typer.Option(
-            help="AI2-THOR's material-database.json, from which materials are chosen; the materials do not "
-            "change if unset."
+            help=(
+                "AI2-THOR's material-database.json, from which materials are chosen. If unset, the materials do "
+                "not change."
+            )
         ),
     ] = None,
     thor: Annotated[
@@ -218,7 +223,7 @@ def export(
     Example: vigil houses export --thor --asset-database asset-database.json house.json thor_house.json
     """
     if not thor:
-        raise SettingError("houses export needs a format: give --thor, the only one.")
+        raise SettingError("`vigil houses export` needs a format: give --thor, which is the only format.")
     if not out.parent.is_dir():
         raise SettingError(f"House file {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     house, assets = house_at(file, print_note), AssetDatabase.load(asset_database)

@@ -40,7 +40,7 @@ from vigil.runner.shared_settings import (
 OneEpisode = Annotated[
     str | None,
     Setting(
-        "Id of the episode whose instruction is filled into the prompt; a placeholder stands there if unset.",
+        "Id of the episode whose instruction the prompt shows. If unset, the prompt shows a placeholder instead.",
         metavar="ID",
     ),
 ]
@@ -83,7 +83,7 @@ def models(
 
 
 def calibrate(
-    model: Annotated[str, Setting("Model that is asked, as provider/model.", metavar="MODEL")],
+    model: Annotated[str, Setting("Model whose coordinates are to be found out, as provider/model.", metavar="MODEL")],
     base_url: BaseUrl = None,
     api_key_env: ApiKeyEnv = None,
     thinking: ThinkingOption = "default",

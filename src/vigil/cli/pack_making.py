@@ -58,7 +58,13 @@ SECRET_RECIPE = (
 
 def propose(
     out: Annotated[
-        Path, typer.Option(help="File to which the valid drafts are written (JSONL); the same command continues it.")
+        Path,
+        typer.Option(
+            help=(
+                "File to which the valid drafts are written (JSONL). If the command was interrupted, give it again to "
+                "continue the file."
+            )
+        ),
     ],
     common: Common,
     proposing: Proposing,
@@ -179,7 +185,8 @@ def _check_seed(content: Content, drawing: Drawing) -> None:
         raise SettingError(SECRET_RECIPE)
     if content.chosen_seed is None and not drawing.houses:
         raise SettingError(
-            "Give either --seed or --seed-file, which generate houses, or --houses with files or a dataset of them."
+            "Give one of these options: --seed or --seed-file to generate houses, or --houses with files or a "
+            "dataset of houses."
         )
 
 

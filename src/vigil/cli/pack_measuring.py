@@ -47,7 +47,13 @@ from vigil.sim import make_simulator
 def baselines(
     pack: PackArgument,
     log_dir: Annotated[
-        Path, typer.Option(help="Folder in which the runs of the agents are recorded; the same command continues them.")
+        Path,
+        typer.Option(
+            help=(
+                "Folder in which the runs of the agents are recorded. If the command was interrupted, give it again "
+                "to continue these runs."
+            )
+        ),
     ],
     card: Annotated[
         bool, typer.Option("--card", help="Also write the results into the pack's folder and onto its card.")
@@ -93,7 +99,9 @@ def levels(
     pack: PackArgument,
     out: Annotated[
         Path | None,
-        typer.Option(help="File to which the levels are written, one line per episode; only printed if unset."),
+        typer.Option(
+            help="File to which the levels are written, one line per episode. If unset, they are only printed."
+        ),
     ] = None,
     workers: Workers = None,
     assets: AssetFile = None,

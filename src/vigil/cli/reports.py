@@ -146,7 +146,7 @@ def _further(
         best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
         drawn[f"pipeline_{number}"] = (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}.")
     if diagram and not found.runs:
-        raise SettingError("The diagram shows the eight families: give a run of theirs too.")
+        raise SettingError("The diagram shows the eight families: also give a run on a pack of these families.")
     if diagram:
         place = str(pack_folder(found.runs[0].header, pack))
         drawn["protocol"] = (_protocol(place, frames), "The eight families in two tiers, each with a first frame.")
@@ -161,7 +161,8 @@ def _warn(found: Study) -> None:
 def figure(
     name: Annotated[str, typer.Argument(help=f"Figure to draw: {', '.join((*FIGURES, *WITH_FRAMES))}.")],
     runs: Annotated[
-        list[Path] | None, typer.Argument(help="Folders of the runs to draw; the figure trajectory has a row for each.")
+        list[Path] | None,
+        typer.Argument(help="Folders of the runs to draw; the figure trajectory shows each run in a row of frames."),
     ] = None,
     out: Annotated[
         Path,
@@ -172,7 +173,7 @@ def figure(
     ] = None,
     epoch: Epoch = 1,
     columns: Annotated[
-        int, typer.Option(min=2, max=40, help="Maximum number of frames in a row, for the figure trajectory.")
+        int, typer.Option(min=2, max=40, help="Maximum number of frames that the figure trajectory shows for each run.")
     ] = 6,
     pack: PackLocation = None,
     with_paper: WithPaper = True,
@@ -182,8 +183,10 @@ def figure(
         bool,
         typer.Option(
             "--runs",
-            help="Optional word before the folders of the runs, which makes the command easier to read. "
-            "It changes nothing.",
+            help=(
+                "Optional word that may be written before the folders of the runs, to make the command easier to "
+                "read. It has no effect."
+            ),
         ),
     ] = False,
 ) -> None:

@@ -36,7 +36,10 @@ Shards = Annotated[
 def run(
     settings: RunSettings,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Do not play; print how many calls and tokens the run would need at most.")
+        bool,
+        typer.Option(
+            "--dry-run", help="Do not play; print the least and the most calls and tokens that the run could need."
+        ),
     ] = False,
     imports: Imports = None,
 ) -> None:

@@ -43,8 +43,10 @@ Token = Annotated[
     str,
     typer.Option(
         envvar="VIGIL_TOKEN",
-        help="Secret that visitors must give before they see the pages, 8 characters or more; nothing is "
-        "asked if unset.",
+        help=(
+            "Secret, of 8 characters or more, that visitors must give before they see the pages. If unset, "
+            "visitors do not need a secret."
+        ),
         show_default=False,
     ),
 ]
@@ -109,7 +111,7 @@ def review(
     drafts: Annotated[
         Path | None, typer.Option(help="File with drafts to review instead of a pack, written by `vigil pack propose`.")
     ] = None,
-    file: Annotated[Path, typer.Option(help="File to which the verdicts are added, a line each.")] = Path(
+    file: Annotated[Path, typer.Option(help="File to which the verdicts are added, one line each.")] = Path(
         "reviews.jsonl"
     ),
     seed: Annotated[int, typer.Option(help="Random seed of the order in which episodes are shown.")] = 0,

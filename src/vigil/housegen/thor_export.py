@@ -111,7 +111,7 @@ def load_materials(path: Path) -> dict[str, list[str]]:
         isinstance(names, list) and all(isinstance(name, str) for name in names) for names in data.values()
     )
     if not is_table or not any(data.values()):
-        raise SettingError(f"Material database {str(path)!r} does not have names by kind. {wanted}")
+        raise SettingError(f"Material database {str(path)!r} does not map kinds of materials to names. {wanted}")
     return data
 
 

@@ -139,8 +139,9 @@ class StreamSource:
     def by_id(self, episode_id: str) -> SampledEpisode:
         """Raise SettingError: the episodes of a stream cannot be looked up by id."""
         raise SettingError(
-            f"A stream is read in order, and {episode_id!r} is not the episode that was read last. `vigil pack stream` "
-            "writes episodes to a folder, from which they can be selected."
+            f"Episode {episode_id!r} cannot be played: the episodes of a stream come in order, and only the last "
+            "one can be played again by its id. `vigil pack stream` writes episodes to a folder, from which any "
+            "episode can be selected."
         )
 
     def longest_instruction(self) -> tuple[int, str]:
@@ -193,7 +194,8 @@ class StreamSource:
             item = next(self._items, None)
         if item is None:
             raise SettingError(
-                f"Stream {self._seed}: the houses {self._first} to {self._last} do not have an episode that fits."
+                f"Stream {self._seed}: the houses {self._first} to {self._last} do not have an episode that passes "
+                "the filters."
             )
         return SampledEpisode(item.episode, item.house)
 

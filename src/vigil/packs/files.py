@@ -76,8 +76,8 @@ class PackFiles:
         found = hashlib.sha256(raw).hexdigest()
         if sha256 not in (None, found):
             raise PackMismatch(
-                f"Pack {str(folder)!r} has SHA-256 {found[:12]}..., expected {str(sha256)[:12]}.... Give the pack that "
-                "the run was played on; another one's episodes cannot be compared."
+                f"Pack {str(folder)!r} has SHA-256 {found[:12]}..., expected {str(sha256)[:12]}.... Give the pack "
+                "that the run was played on; results on another pack cannot be compared."
             )
         return cls(folder, _manifest(folder, raw), found)
 
@@ -134,7 +134,7 @@ def _manifest(folder: Path, raw: bytes) -> Manifest:
         if not re.fullmatch(FILE_PATTERN, name):
             raise PackMismatch(
                 f"Pack {str(folder)!r}: {MANIFEST} lists {name[:100]!r}, which may be outside the pack, or not a "
-                "file. Names of files have letters, digits, '_', '.', '-', in folders by '/', e.g. "
+                "file. A file's name consists of letters, digits, '_', '.' and '-', with '/' after a folder, e.g. "
                 "houses/kitchen_1.json."
             )
     return manifest

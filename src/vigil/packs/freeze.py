@@ -76,7 +76,7 @@ def _check_input(episodes: list[Episode], houses: Mapping[str, House], suite: st
         if faults:
             raise EpisodeError(f"Episode {episode.id!r}: {'; '.join(faults)}.")
         if name not in houses:
-            raise EpisodeError(f"Episode {episode.id!r}: house {name!r} was not given to be frozen with it.")
+            raise EpisodeError(f"Episode {episode.id!r}: its house {name!r} is not among the houses that were given.")
         check_house(episode, houses[name])
 
 

@@ -183,13 +183,14 @@ class Pack:
         hashes = {episode.house.name: episode.house.sha256 for episode in self.episodes}
         if len(hashes) != self.manifest.houses:
             raise PackMismatch(
-                f"Pack {str(self.folder)!r}: the manifest promises {self.manifest.houses} houses, the episodes are in "
-                f"{len(hashes)}. Freeze it again."
+                f"Pack {str(self.folder)!r}: the manifest says {self.manifest.houses} houses, but the episodes are "
+                f"in {len(hashes)}. Freeze the pack again."
             )
         if len(self.episodes) != self.manifest.episodes or counts != self.manifest.families:
             raise PackMismatch(
-                f"Pack {str(self.folder)!r}: the manifest promises {self.manifest.episodes} episodes "
-                f"({self.manifest.families}), {EPISODES} holds {len(self.episodes)} ({counts}). Freeze it again."
+                f"Pack {str(self.folder)!r}: the manifest says {self.manifest.episodes} episodes "
+                f"({self.manifest.families}), but {EPISODES} holds {len(self.episodes)} ({counts}). Freeze the "
+                "pack again."
             )
         for episode in sorted(self.episodes, key=lambda episode: episode.house.name):
             if f"{HOUSES}/{episode.house.name}.json" not in self.manifest.files:
@@ -233,8 +234,8 @@ def find_pack(path: str | Path) -> Path:
         return folder
     if name.startswith(STREAM):
         raise PackMismatch(
-            f"{name!r} is a stream, not a pack. `vigil pack stream --seed SEED --count 200 --out FOLDER` writes its "
-            "first episodes as one; then give the folder."
+            f"{name!r} is a stream, not a pack. `vigil pack stream --seed SEED --count 200 --out FOLDER` writes "
+            "the stream's first episodes as a pack; then give FOLDER."
         )
     names = packaged_names()
     if name in names:
@@ -315,8 +316,9 @@ def check_house(episode: Episode, house: House) -> None:
     """Raise PackMismatch or EpisodeError if an episode and its house do not match."""
     if house.sha256 != episode.house.sha256:
         raise PackMismatch(
-            f"Episode {episode.id!r}: house {house.name!r} has SHA-256 {house.sha256[:12]}..., the episode was made "
-            f"for {episode.house.sha256[:12]}.... Restore the house that it was made for, or author the episode again."
+            f"Episode {episode.id!r}: house {house.name!r} has SHA-256 {house.sha256[:12]}..., but the episode was "
+            f"made for {episode.house.sha256[:12]}.... Restore the house for which the episode was made, or make "
+            "the episode again."
         )
     parents = {change.placement.parent for change in episode.setup.objects.values() if change.placement}
     named = {

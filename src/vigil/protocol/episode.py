@@ -69,9 +69,9 @@ class Episode(_Model):
         if self.goal.kind not in kinds:
             raise ValueError(f"family {self.family} asks for a goal of kind {' or '.join(kinds)}, not {self.goal.kind}")
         if (self.family == "CR") != (self.goal.constraint is not None):
-            raise ValueError("a goal has a constraint in family CR, and only there")
+            raise ValueError("a goal must have a constraint in family CR, and must not have one in any other family")
         if (self.family == "SM") != bool(self.goal.chain):
-            raise ValueError("a goal has a chain in family SM, and only there")
+            raise ValueError("a goal must have a chain in family SM, and must not have one in any other family")
         return self
 
     @model_validator(mode="after")

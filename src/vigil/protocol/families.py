@@ -22,8 +22,8 @@ _REQUIRED = ("summary", "kinds", "briefing", "level_bounds", "sample_goal")
 def _check_family(name: str) -> str:
     if name not in FAMILIES:
         raise ValueError(
-            f"there is no family {name!r}; the families are {', '.join(FAMILIES)}. A custom family is known where its "
-            "module is imported: `vigil run --import MODULE`, VIGIL_IMPORT=MODULE for any command"
+            f"there is no family {name!r}; the families are {', '.join(FAMILIES)}. To use a custom family, import "
+            "its module: `vigil run --import MODULE`, or for any command VIGIL_IMPORT=MODULE"
         )
     return name
 
@@ -47,7 +47,7 @@ def register_family(spec: FamilySpec) -> None:
     """
     if not re.fullmatch(r"[A-Z]{2}", spec.code):
         raise SettingError(
-            f"Family {spec.code!r}: a family is named by two capital letters, as {', '.join(FAMILIES)} are."
+            f"Family {spec.code!r}: the code of a family must be two capital letters, like {', '.join(FAMILIES)}."
         )
     taken = FAMILIES.get(spec.code, spec)
     if taken != spec:

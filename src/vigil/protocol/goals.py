@@ -55,7 +55,7 @@ class Constraint(BaseModel):
     @model_validator(mode="after")
     def _distance_fits_kind(self) -> "Constraint":
         if (self.kind == "object_moved") != (self.distance_m is not None):
-            raise ValueError("`distance_m` belongs to `object_moved`, and `object_moved` needs it")
+            raise ValueError("`distance_m` must be given for `object_moved`, and for nothing else")
         return self
 
 
@@ -98,7 +98,7 @@ class ObjectInState(_Goal):
     @model_validator(mode="after")
     def _visible_is_true(self) -> "ObjectInState":
         if self.state == "is_visible" and not self.value:
-            raise ValueError("a goal can ask that something is seen, not that it is not")
+            raise ValueError("a goal can ask that an object is seen, but not that an object is not seen")
         return self
 
 
@@ -148,11 +148,15 @@ class AllOf(_Goal):
     def _parts_are_distinct(self) -> "AllOf":
         ids = [part.object_id for part in self.parts]
         if len(set(ids)) < len(ids) or ids[0] != self.object_id:
-            raise ValueError("each part of `all_of` must be about another object, and the first part about `object_id`")
+            raise ValueError(
+                "each part of `all_of` must be about a different object, and the first part about `object_id`"
+            )
         if any(isinstance(part, ObjectInState) and part.state == "is_visible" for part in self.parts):
-            raise ValueError("the parts of `all_of` are places or states of things: open or closed, on or off")
+            raise ValueError(
+                "each part of `all_of` must be the place or the state of an object: open or closed, on or off"
+            )
         if any(part.constraint is not None or part.chain for part in self.parts):
-            raise ValueError("the parts of `all_of` have neither a constraint nor a chain of their own")
+            raise ValueError("a part of `all_of` must not have a constraint or a chain")
         return self
 
     def ids(self) -> set[str]:

@@ -232,8 +232,8 @@ class House:
         older = find_outdated_part(data)
         if older is not None:
             raise HouseError(
-                f"House {name!r} is of an older schema than {SCHEMA}: {older}. Bring it to {SCHEMA}, as ProcTHOR's own "
-                "`scripts/upgrade_house.py` does."
+                f"House {name!r} is of an older schema than {SCHEMA}: {older}. Convert the house to {SCHEMA} with "
+                "ProcTHOR's `scripts/upgrade_house.py`."
             )
         try:
             self.document = HouseDocument.model_validate(data)
@@ -386,8 +386,8 @@ def _check_references(name: str, document: HouseDocument) -> None:
         node, depth = stack.pop()
         if depth > MAX_NESTING:
             raise HouseError(
-                f"House {name!r}: object {node.id!r} lies {depth} deep in other things, more than the limit of "
-                f"{MAX_NESTING}. Is an object its own child?"
+                f"House {name!r}: object {node.id!r} is inside or on {depth} objects, one in the other, more than "
+                f"the limit of {MAX_NESTING}. Is an object its own child?"
             )
         if node.id in seen:
             raise HouseError(f"House {name!r}: two objects have the id {node.id!r}; ids must be unique.")

@@ -58,7 +58,7 @@ class Profile(BaseModel):
             return self
         check_template(self.prompt_template)
         if self.prompt_variant != variant_of(self.prompt_template):
-            raise ValueError(f"prompt_variant {self.prompt_variant!r} is not that of prompt_template")
+            raise ValueError(f"prompt_variant {self.prompt_variant!r} does not belong to prompt_template")
         return self
 
     @property

@@ -60,8 +60,8 @@ def check_template(template: str) -> None:
         known = (INSTRUCTION_SLOT, *BLOCK_SLOTS)
         if slot[0] not in known:
             raise ValueError(
-                f"{_place(template, slot)}: {slot[0]} is not a placeholder.{did_you_mean(slot[0], known)} There are "
-                f"{', '.join(known)}; write other words in brackets in lower case."
+                f"{_place(template, slot)}: {slot[0]} is not a placeholder.{did_you_mean(slot[0], known)} The "
+                f"placeholders are {', '.join(known)}; write other words in angle brackets in lower case."
             )
         if slot[0] in seen:
             raise ValueError(f"{_place(template, slot)}: {slot[0]} occurs twice. Remove one of them.")

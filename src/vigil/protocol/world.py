@@ -159,14 +159,16 @@ class Setup(_Fact):
     def _is_consistent(self) -> "Setup":
         held = self.objects.get(self.held) if self.held is not None else None
         if held is not None and (held.is_absent or held.placement is not None):
-            raise ValueError(f"{self.held!r} is to be in the hand, and also absent or placed elsewhere; say one")
+            raise ValueError(
+                f"{self.held!r} cannot be in the hand and also absent or placed elsewhere; choose one of these"
+            )
         for object_id, change in self.objects.items():
             if change.is_broken and (change.is_toggled or change.is_absent):
-                raise ValueError(f"{object_id!r} is to be broken, and also to run or to be absent; say one")
+                raise ValueError(f"{object_id!r} cannot be broken and also running or absent; choose one of these")
             if change.placement is None:
                 continue
             if change.is_absent:
-                raise ValueError(f"{object_id!r} is to be placed and to be absent; say one")
+                raise ValueError(f"{object_id!r} cannot be both placed and absent; choose one of these")
             self._check_parents(object_id)
         return self
 
@@ -177,9 +179,9 @@ class Setup(_Fact):
             if parent in chain:
                 raise ValueError(f"{' on '.join(map(repr, [*chain, parent]))}: a thing cannot be placed on itself")
             if parent == self.held:
-                raise ValueError(f"{chain[-1]!r} is to be placed on {parent!r}, which is to be in the hand")
+                raise ValueError(f"{chain[-1]!r} cannot be placed on {parent!r}, because {parent!r} is in the hand")
             if parent in self.objects and self.objects[parent].is_absent:
-                raise ValueError(f"{chain[-1]!r} is to be placed on {parent!r}, which is to be absent")
+                raise ValueError(f"{chain[-1]!r} cannot be placed on {parent!r}, because {parent!r} is absent")
             chain.append(parent)
             parent = self._parent(parent)
 

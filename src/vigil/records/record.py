@@ -101,7 +101,9 @@ class EpisodeRecord(_Record):
     @model_validator(mode="after")
     def _is_consistent(self) -> "EpisodeRecord":
         if (self.end == "error") != (self.error is not None):
-            raise ValueError("`error` belongs to an end by error, and such an end needs it")
+            raise ValueError(
+                "a record must have `error` if its episode ended as an error, and must not have it otherwise"
+            )
         if self.initial is None and self.end != "error":
             raise ValueError("only an error can end an episode before its reset")
         if [step.index for step in self.steps] != list(range(1, len(self.steps) + 1)):

@@ -50,8 +50,8 @@ def shard_episodes(episodes: Iterable[Episode], shard: Shard | None) -> list[Epi
         return everything
     if shard.of > len(everything):
         raise SettingError(
-            f"Shard {shard} of {len(everything)} episodes: some shards would have none. Give {len(everything)} shards "
-            "or fewer."
+            f"Shard {shard} of {len(everything)} episodes: some shards would not have any episode. Give "
+            f"{len(everything)} shards or fewer."
         )
     part: list[Episode] = []
     dealt = 0

@@ -22,8 +22,8 @@ def single_value(option: str) -> Callable[[Sequence[str]], str]:
             return texts[0]
         given = ", ".join(map(public_name, texts))
         raise SettingError(
-            f"{option} is given {len(texts)} times ({given}), but a run has one. Run each with a separate --log-dir, "
-            "then compare them: vigil score RUN RUN."
+            f"{option} is given {len(texts)} times ({given}), but a run takes only one. Run each with a separate "
+            "--log-dir, then compare them: vigil score RUN RUN."
         )
 
     return read

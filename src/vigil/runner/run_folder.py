@@ -161,8 +161,9 @@ class RunFolder:
         recorded = self.header.simulator_version
         if recorded and recorded != facts.simulator:
             raise RecordError(
-                f"Run {str(self.path)!r} was begun with simulator {recorded!r}, but this is {facts.simulator!r}. "
-                "Continue it with the same version, or start a new run in another folder."
+                f"Run {str(self.path)!r} was begun with simulator {recorded!r}, but the simulator is now "
+                f"{facts.simulator!r}. Continue the run with the same version, or start a new run in another "
+                "folder."
             )
         self._update(simulator_version=facts.simulator, ended=None, **self._session(facts.renderer))
 
@@ -308,8 +309,9 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
     others = header.spec.versions.differences()
     if others:
         raise RecordError(
-            f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows of both could not be "
-            "compared. Continue it with the version of vigil that began it, or give another --log-dir for a new run."
+            f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows that were "
+            "played under different versions cannot be compared. Continue it with the version of vigil that began "
+            "it, or give another --log-dir for a new run."
         )
     header = _with_more_episodes(header, spec)
     differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))

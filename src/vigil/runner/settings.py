@@ -123,8 +123,8 @@ class RunSettings:
     shard: Annotated[
         Shard | None,
         Setting(
-            "Split the episodes into N parts and play only part I, e.g. 2/8. Several machines can so "
-            "share a run; `vigil merge` joins the parts.",
+            "Split the episodes into N parts and play only part I, e.g. 2/8, so that several machines can share a "
+            "run; `vigil merge` joins the parts.",
             metavar="I/N",
             read=parse_shard,
         ),
@@ -185,8 +185,9 @@ class RunSettings:
     frame_interval_seconds: Annotated[
         float,
         Setting(
-            "Period at which a program can get frames: a frame is sent a whole number of periods after "
-            "the reply, so that its time reveals nothing. 0 sends each frame as soon as it is ready.",
+            "Length of an interval: a program gets the next frame a whole number of intervals after its reply, so "
+            "that the waiting time does not reveal what the reply did. With 0, each frame is sent as soon as it "
+            "is ready.",
             minimum=0,
             maximum=60,
             metavar="SECONDS",
@@ -203,18 +204,23 @@ class RunSettings:
         int, Setting("Random seed of the order in which episodes are played, and of the scripted agents.")
     ] = 0
     preflight: Annotated[
-        bool, Setting("Skip the check before the run that the model sees pictures and answers in the required form.")
+        bool,
+        Setting(
+            "Skip the check that is made before the run: that the model sees pictures and answers in the required form."
+        ),
     ] = True
     force: Annotated[
         bool,
         Setting(
-            "Play the run although a check failed: the model did not answer the example observation with "
-            "an action, or another model or program answers than when the run began."
+            "Play the run although a check failed: the model did not answer the example observation with an "
+            "action, or the model or program has changed since the run began."
         ),
     ] = False
     reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP, is_option=False)] = False
-    """Whether Inspect's log may contain the episodes of a private pack; only `inspect eval` has this setting."""
-    retries: Annotated[int, Setting("Retries of a failed request.", minimum=0, is_option=False)] = 8
+    """Whether Inspect's log may hold the episodes of a private pack; only `inspect eval` takes it."""
+    retries: Annotated[
+        int, Setting("Number of times that a failed request is sent again.", minimum=0, is_option=False)
+    ] = 8
     first_wait_s: float = 1.0
     """Wait before the first retry of a request, in seconds."""
     longest_wait_s: float = 60.0

@@ -35,7 +35,8 @@ class VerifySettings:
     frames: Annotated[
         bool,
         Setting(
-            "Also compare the saved frames with frames drawn again; these are equal only if the renderer is the same."
+            "Also draw the frames again and compare them with the saved frames. They can be equal only if the "
+            "renderer is the same."
         ),
     ] = False
     records_only: Annotated[

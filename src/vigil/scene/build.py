@@ -68,7 +68,10 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
         _add(scene, node, [], assets, partitions)
     for opening in openings:
         if opening.id in scene.things:
-            raise HouseError(f"House {house.name!r}: opening {opening.id!r} has another's id; ids must be unique.")
+            raise HouseError(
+                f"House {house.name!r}: a door or window and an object have the same id {opening.id!r}; ids must "
+                "be unique."
+            )
         scene.things[opening.id] = opening
     return scene
 
@@ -94,8 +97,9 @@ def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDa
     """
     if node.id in scene.things:
         raise HouseError(
-            f"Object {node.id!r} has the id of a drawer that {scene.things[node.id].parent!r} has. "
-            "Name the drawer by an asset id that begins with that of its furniture, or give the object another id."
+            f"Object {node.id!r} has the same id as a drawer of {scene.things[node.id].parent!r}. If the object is "
+            "this drawer, give it an asset id that begins with the furniture's asset id; otherwise give the "
+            "object another id."
         )
     entry = assets.look_up(node.asset_id, node.name_in_house)
     if entry.note is not None:

@@ -28,7 +28,9 @@ def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
         if chest_asset_id != node.asset_id:
             continue
         if name in found:
-            raise HouseError(f"{found[name].id!r} and {child.id!r} are both {name!r} of {node.id!r}. Name it once.")
+            raise HouseError(
+                f"{found[name].id!r} and {child.id!r} both name {name!r} of {node.id!r}. Name each drawer only once."
+            )
         found[name] = child
     return found
 
@@ -45,7 +47,7 @@ def drawers_in(node: HouseObject, chest: Thing, full_asset: Asset) -> dict[str, 
         if name not in names:
             has = f"has {', '.join(names)}" if names else "has no drawers"
             raise HouseError(
-                f"{child.id!r} is {name!r} of {node.id!r}, which {has}. Name a drawer that the furniture has, or none."
+                f"{child.id!r} names {name!r} of {node.id!r}, which {has}. Name only drawers that the furniture has."
             )
     return {name: _drawer(named.get(name), chest, full_asset, name, node.openness or 0.0) for name in names}
 

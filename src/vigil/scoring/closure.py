@@ -133,13 +133,15 @@ class ClosureAnswer(_Fact):
     def _is_whole(self) -> "ClosureAnswer":
         sides = PAIRED.get(self.kind, ())
         if (self.pair is not None) != bool(sides) or (self.side is not None) != bool(sides):
-            raise ValueError(f"an episode of kind {self.kind} is {'one of a pair' if sides else 'on its own'}")
+            raise ValueError(f"an episode of kind {self.kind} {'must belong' if sides else 'cannot belong'} to a pair")
         if self.side is not None and self.side not in sides:
-            raise ValueError(f"a side of kind {self.kind} is {' or '.join(sides)}, not {self.side}")
+            raise ValueError(f"the side of an episode of kind {self.kind} is {' or '.join(sides)}, not {self.side}")
         if self.is_impossible != (self.reason is not None) or self.is_impossible != (self.accepted != ("success",)):
-            raise ValueError("an impossible side, and no other, has a reason and accepts a concession")
+            raise ValueError(
+                "an impossible side must have a reason and accept a concession; any other episode must not"
+            )
         if "impossible" in sides and not (self.evidence and self.certificate):
-            raise ValueError("a twin names its evidence and its certificate")
+            raise ValueError("a twin must name its evidence and its certificate")
         return self
 
     @property
@@ -244,7 +246,7 @@ def score_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord
     Raises EpisodeError if `answer` is for another episode.
     """
     if answer.episode_id != episode.id:
-        raise EpisodeError(f"The answer of episode {answer.episode_id!r} is not that of {episode.id!r}.")
+        raise EpisodeError(f"Episode {episode.id!r} cannot be scored with the answer of episode {answer.episode_id!r}.")
     outcome, kind = score(episode, record), CLOSURE_KINDS[answer.kind]
     held = _held_at_reset(episode.goal, record) if kind.may_hold_at_reset else []
     conceded = outcome.reported in answer.accepted and outcome.raw_status is None and not outcome.W

@@ -148,8 +148,8 @@ def score(episode: Episode, record: EpisodeRecord) -> Outcome:
     faults = contradictions(episode, record)
     if faults:
         raise RecordError(
-            f"Record of episode {episode.id!r} contradicts the protocol: {'; '.join(faults)}. It has been altered, "
-            "or is of another version of the episode; run the episode again."
+            f"Record of episode {episode.id!r} contradicts the protocol: {'; '.join(faults)}. The record was "
+            "altered, or belongs to another version of the episode; run the episode again."
         )
     goal = check(episode.goal, record)
     report = next((step.action for step in record.steps[-1:] if isinstance(step.action, Report)), None)

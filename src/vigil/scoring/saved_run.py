@@ -252,8 +252,8 @@ def pack_folder(
         faults.append(
             PackMismatch(
                 f"Run {header.run_id!r} was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}..., "
-                f"{str(place)!r} has {found[:12]}.... Give the pack that it was played on; another one's episodes "
-                "cannot be compared."
+                f"{str(place)!r} has {found[:12]}.... Give the pack that the run was played on; results on another "
+                "pack cannot be compared."
             )
         )
     raise faults[0]

@@ -161,7 +161,7 @@ class Library:
         for root in self._roots:
             if not root.is_dir():
                 fault = "is not a folder" if root.exists() else "does not exist"
-                raise RecordError(f"{str(root)!r} {fault}. Give the folder of a run, or of several.")
+                raise RecordError(f"{str(root)!r} {fault}. Give the folder of a run, or a folder that contains runs.")
         self.packs: dict[str, LibraryPack] = {}
         for pack in packs:
             self._open_pack(find_pack(pack))

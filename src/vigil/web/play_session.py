@@ -85,7 +85,7 @@ class _Entry(BaseModel):
     @model_validator(mode="after")
     def _is_one(self) -> "_Entry":
         if len(self.model_fields_set) != 1:
-            raise ValueError("a line has one of `order`, `begin` and `reply`")
+            raise ValueError("a line must have exactly one of `order`, `begin` and `reply`")
         return self
 
 
@@ -109,7 +109,9 @@ class Journal:
         of, advice = f"Journal of a play session {str(path)!r}", "Choose another --log-dir."
         entries = [parse_line(line, _Entry, of, advice) for line in self._file.lines.complete]
         if entries and entries[0].order != self.order:
-            raise RecordError(f"{str(path)!r} was started with another order. Give the same pack, limit and seed.")
+            raise RecordError(
+                f"{str(path)!r} was begun with another order of episodes. Give the same pack, limit and seed."
+            )
         for entry in entries[1:]:
             if entry.reply is not None:
                 self.replies.append(entry.reply)

@@ -52,7 +52,8 @@ class Address:
         """Raise SettingError if the address needs a token and does not have one."""
         if self.host not in LOOPBACK and len(self.token) < 8:
             raise SettingError(
-                f"--host {self.host!r} is not loopback: others could look on. Give --token with 8 characters or more."
+                f"--host {self.host!r} is not loopback, so other machines could see the pages. Give --token with 8 "
+                "characters or more."
             )
 
 

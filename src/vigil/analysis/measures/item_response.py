@@ -56,7 +56,10 @@ class Fit:
 def fit(plays: SuccessTable) -> Fit:
     """Return the most likely difficulties and abilities. Raises SettingError without plays."""
     if not plays.plays.sum():
-        raise SettingError("There is no scored episode to fit difficulties to. Give runs that have some.")
+        raise SettingError(
+            "These runs do not have any scored episode, so difficulties cannot be fitted. Give runs with scored "
+            "episodes."
+        )
     agents, episodes = plays.plays.shape
     precision = np.concatenate([np.full(agents, ABILITY_SD**-2), np.full(episodes, DIFFICULTY_SD**-2)])
     found = np.zeros(agents + episodes)

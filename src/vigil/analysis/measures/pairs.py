@@ -121,11 +121,13 @@ def make_pair(first: Run, second: Run, kind: PairKind) -> Pair:
     ]
     if unwanted:
         raise RecordError(
-            f"{first.name!r} and {second.name!r} cannot be paired for {kind}: {'; '.join(unwanted)}. Run one of them "
-            "again with the other's settings."
+            f"{first.name!r} and {second.name!r} cannot be paired for {kind}, because they also differ in other "
+            f"settings: {'; '.join(unwanted)}. Run one of them again with the other's settings."
         )
     if kind != "repeat" and _pair_kind(first, second) != kind:
-        raise RecordError(f"{first.name!r} and {second.name!r} cannot be paired for {kind}: they do not differ in it.")
+        raise RecordError(
+            f"{first.name!r} and {second.name!r} cannot be paired for {kind}: their settings for {kind} are the same."
+        )
     base, other = sorted((first, second), key=_condition)
     return Pair(kind, base, other)
 
@@ -168,10 +170,15 @@ def setting_differences(first: Run, second: Run) -> dict[str, str]:
 def compare_runs(first: Run, second: Run) -> RunComparison:
     """Return the paired tests over the episodes that both runs have scored. Raises RecordError if there are none."""
     if first.header.spec.pack_sha256 != second.header.spec.pack_sha256:
-        raise RecordError(f"{first.name!r} and {second.name!r} were played on different packs; nothing is paired.")
+        raise RecordError(
+            f"{first.name!r} and {second.name!r} were played on different packs, so their episodes cannot be "
+            "compared. Give runs of one pack."
+        )
     ours, theirs = shared_rows(first.rows, second.rows)
     if not len(ours):
-        raise RecordError(f"{first.name!r} and {second.name!r} have no scored episode in common.")
+        raise RecordError(
+            f"{first.name!r} and {second.name!r} have no scored episode in common, so they cannot be compared."
+        )
     ours = ours.reset_index()
     episodes, houses = ours["episode_id"].to_numpy(dtype=str), houses_of(ours)
     w, b = (

@@ -69,7 +69,10 @@ def make_trajectory(
 ) -> AgentTrajectory:
     """Score a record, and return it with its frames. Raises RecordError unless there is one frame per step."""
     if len(frames) != len(record.steps):
-        raise RecordError(f"{name!r}: {len(frames)} frames for {len(record.steps)} steps of episode {episode.id!r}.")
+        raise RecordError(
+            f"{name!r} has {len(frames)} frames for the {len(record.steps)} steps of episode {episode.id!r}; each "
+            "step needs one frame."
+        )
     truth = tuple(row.semantic for row in check(episode.goal, record).rows)
     return AgentTrajectory(name, record, score(episode, record), truth, frames)
 

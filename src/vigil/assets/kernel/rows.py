@@ -277,7 +277,7 @@ def _option(keys: list[str], option: Any, known: Known) -> str:
     if len(keys) == 1:
         return text(option, known) if isinstance(option, str) else repr(option)
     if not isinstance(option, list) or len(option) != len(keys):
-        raise ValueError(f"{option!r} does not give {', '.join(keys)}")
+        raise ValueError(f"option {option!r} does not give one value for each of {', '.join(keys)}")
     return f"({', '.join(_option(keys[:1], one, known) for one in option)})"
 
 
@@ -295,7 +295,10 @@ def _value(keys: list[str], raw: Any, known: Known, shared: Row) -> Draw:
         return _table(table, known)
     kinds = [kind for kind in table if kind in DRAWS]
     if len(kinds) != 1 or set(table) - {"when", "without", *DRAWS}:
-        raise ValueError(f"it is drawn by one of {', '.join(DRAWS)}, or looked up 'by' another value")
+        raise ValueError(
+            f"the value needs exactly one of {', '.join(DRAWS)} (a random draw), or 'by' (a table of values by "
+            "another value)"
+        )
     return _drawn(keys, kinds[0], table, known, shared)
 
 
@@ -324,7 +327,7 @@ def _table(table: Row, known: Known) -> Draw:
     """Return the function that looks a value up in a table: the entry for the value of `by`, else the entry "other"."""
     by = table["by"]
     if by not in known:
-        raise ValueError(f"{by!r} has no value here.{did_you_mean(by, known)}")
+        raise ValueError(f"the table is read by the value {by!r}, which does not exist here.{did_you_mean(by, known)}")
     found = compiled(_dict({key: _option([key], option, known) for key, option in table.items() if key != "by"}))
 
     def looked_up(_: np.random.Generator, names: Names) -> Any:

@@ -192,11 +192,16 @@ class Certifier:
         self._begin(second)
         if task.removed != first.goal.object_id:
             if removed.is_pickupable or not removed.is_present:
-                raise BrokenRule("cannot_be_moved", f"{task.removed!r} can be picked up, or is absent")
+                raise BrokenRule(
+                    "cannot_be_moved",
+                    f"{task.removed!r}, which makes the task impossible, can be picked up, or is absent",
+                )
             return "no_fit" if isinstance(first.goal, ObjectAtReceptacle) else "locked"
         if removed.is_present:
             if not removed.is_broken:
-                raise BrokenRule("twin_impossible", f"{task.removed!r} is present and not broken")
+                raise BrokenRule(
+                    "twin_impossible", f"{task.removed!r} is present and not broken, so the task is not impossible"
+                )
             return "broken"
         return reason_for_absence(meant, items_of(self._view.scene).values())
 
@@ -209,11 +214,11 @@ class Certifier:
         if isinstance(goal, ObjectAtReceptacle):
             if fits_on(self._view.scene, target.id, goal.receptacle_id):
                 raise BrokenRule(
-                    "twin_impossible", f"{target.id!r} also has room on {goal.receptacle_id!r} on this side"
+                    "twin_impossible", f"{target.id!r} fits on {goal.receptacle_id!r}, so the task is not impossible"
                 )
             return f"{target.id!r} has no room on {goal.receptacle_id!r}, wherever it is put and however it is turned."
         if is_doable(second.goal, macro_actions):
-            raise BrokenRule("twin_impossible", "the goal can also be reached on this side")
+            raise BrokenRule("twin_impossible", "the goal can be reached, so the task is not impossible")
         if target.is_broken:
             return f"{target.id!r} is out of order."
         return f"No reachable place from which it works on {target.id!r}."
@@ -244,7 +249,10 @@ class Certifier:
                 yield action
                 left = [evidence for evidence in left if not self._shows_all(self._view.agent, evidence)]
             if nearest in left:
-                raise Unsolvable(f"Where the walk to {nearest[0].object_id!r} ends, its evidence is not seen.")
+                raise Unsolvable(
+                    f"At the end of the walk to {nearest[0].object_id!r}, the agent does not see all evidence "
+                    "about this object."
+                )
 
     def _distance_to(self, evidence: Evidence) -> tuple[float, str]:
         """Return the floor distance (m) from the agent to the thing with the evidence, and its id to break ties."""
@@ -268,7 +276,7 @@ class Certifier:
                 break
             if self._shows_all(viewpoint.pose, evidence):
                 return viewpoint
-        raise Unsolvable("No reachable place from which all evidence is seen at once.")
+        raise Unsolvable("There is no reachable place from which the agent sees all evidence at once.")
 
     def _shows_all(self, pose: Pose, evidence: tuple[Evidence, ...]) -> bool:
         """Return whether all evidence can be clearly seen from a pose."""

@@ -34,7 +34,11 @@ def check_single_difference(task: ClosureTask, second: Episode) -> None:
         if first.setup.objects.get(object_id) != second.setup.objects.get(object_id)
     }
     if apart or ids != {task.removed} or first.setup.held != second.setup.held:
-        raise BrokenRule("twins_differ_in_one", f"they differ in {', '.join([*apart, *sorted(ids)])}")
+        raise BrokenRule(
+            "twins_differ_in_one",
+            f"the twins may differ only in the setup of {task.removed!r}, but differ in "
+            f"{', '.join([*apart, *sorted(ids)])}",
+        )
 
 
 def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, is_searched: bool) -> None:
@@ -65,6 +69,8 @@ def reason_for_absence(phrases: Sequence[Phrase], items: Iterable[DescribedThing
     everything = list(items)
     for phrase in phrases:
         for other in referents(phrase, everything)[:1]:
-            raise BrokenRule("distinguished", f"{str(phrase)!r} still fits {other.id!r}")
+            raise BrokenRule(
+                "distinguished", f"the object meant by {str(phrase)!r} is absent, but the phrase also fits {other.id!r}"
+            )
     left = [(phrase.name, each.name) for phrase in phrases for each in referents(phrase.without_place, everything)]
     return "elsewhere" if any(name == found for name, found in left) else "absent"

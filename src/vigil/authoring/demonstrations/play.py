@@ -89,7 +89,9 @@ class Demonstrator:
         actions = item.draft.actions
         record = self._record([self._answer(action, "") for action in actions])
         if not score(item.episode, record).B:
-            raise SimulatorError(f"Episode {item.episode.id!r}: its solution, played again, does not solve it.")
+            raise SimulatorError(
+                f"Episode {item.episode.id!r}: the recorded solution, played again, does not solve the episode."
+            )
         shown = self._demonstrations(actions, record)
         return [*shown, *self._corrections(shown, record)] if with_corrections else shown
 
@@ -103,7 +105,7 @@ class Demonstrator:
         for answer in answers:
             self._env.step(Reply(text=answer))
         if self._env.end is None:
-            raise SimulatorError(f"Episode {self._now().episode.id!r}: its solution does not end it.")
+            raise SimulatorError(f"Episode {self._now().episode.id!r}: the recorded solution does not end the episode.")
         return self._env.record()
 
     def _demonstrations(self, actions: Sequence[Action], record: EpisodeRecord) -> list[Example]:

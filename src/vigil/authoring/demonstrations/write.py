@@ -32,8 +32,8 @@ def check_source(pack: str) -> None:
     """Raise SettingError unless `pack` is the address of a stream whose seed is not secret."""
     if not is_stream(pack):
         raise SettingError(
-            f"No demonstrations are made of pack {pack!r}: agents trained on a pack's episodes cannot be measured on "
-            "them. Give a stream, whose houses are not in packaged packs: --pack stream:7."
+            f"Demonstrations cannot be made from pack {pack!r}, because agents trained on a pack's episodes cannot "
+            "be measured on them. Give a stream, whose houses are not in packaged packs: --pack stream:7."
         )
     if is_secret(seed_in(pack)):
         raise SettingError(
@@ -60,7 +60,7 @@ def write_demonstrations(
     if form not in FORMATS:
         raise SettingError(f"Format {form!r} does not exist. Choose one of: {', '.join(FORMATS)}.")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise SettingError(f"{str(out)!r} is not an empty folder. Write into a new one.")
+        raise SettingError(f"{str(out)!r} is not an empty folder. Give a new folder.")
     chosen = FORMATS[form]
     rows, episodes, privileged = Counter[str](), Counter[str](), 0
     with _whole(out) as folder, closing(stream.items()) as items, closing(Demonstrator(profile, quality)) as player:
@@ -73,7 +73,9 @@ def write_demonstrations(
                 episodes[item.episode.family] += 1
                 on_episode(episodes.total())
         if episodes.total() < count:
-            raise SettingError(f"The stream holds {episodes.total()} wanted episodes, not {count}. Ask for fewer.")
+            raise SettingError(
+                f"The stream has only {episodes.total()} of the {count} requested episodes. Ask for fewer."
+            )
         facts = {
             **header_of(stream).model_dump(mode="json"),
             "format": form,

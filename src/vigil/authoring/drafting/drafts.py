@@ -267,8 +267,8 @@ class DraftsFile:
         found = self._proposed(finished)
         if found.header != header:
             raise SettingError(
-                f"Drafts file {str(self.path)!r} was begun with other settings ({_differences(found.header, header)}). "
-                "Use the same ones, or another file."
+                f"Drafts file {str(self.path)!r} was begun with other settings "
+                f"({_differences(found.header, header)}). Use the same settings, or another file."
             )
         file.truncate(finished[-1].end)
         return found
@@ -279,7 +279,10 @@ class DraftsFile:
             for line in lines
         ]
         if not rows or not isinstance(rows[0], Header):
-            raise SettingError(f"Drafts file {str(self.path)!r} does not begin with a header. Propose again.")
+            raise SettingError(
+                f"Drafts file {str(self.path)!r} does not begin with a header. Make the file again with `vigil "
+                "pack propose`."
+            )
         return DraftsContent(
             rows[0],
             tuple(row for row in rows if isinstance(row, Draft | ClosureDraft)),

@@ -323,5 +323,7 @@ def _standing_poses(simulator: PrivilegedSimulator, house: House) -> list[Pose]:
             homes.append(Pose(position=Vec3(x, 0.0, z), rotation=0.0))
     free = [home for home in homes if simulator.can_stand(home.position)]
     if not free:
-        raise EpisodeError(f"House {house.name!r}: no free place to stand was found; it cannot hold an episode.")
+        raise EpisodeError(
+            f"House {house.name!r} does not have a free place where the agent can stand, so it cannot hold an episode."
+        )
     return free

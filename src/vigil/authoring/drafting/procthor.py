@@ -67,7 +67,10 @@ def named(text: str) -> NamedHouses:
         raise SettingError(f"{text!r}: {index!r} is not an index. Houses are named by {FORM}.")
     low, high = int(found[1]), int(found[2] or found[1])
     if low > high or high > last:
-        raise SettingError(f"{text!r}: split {name!r} has houses 0 to {last}, and a range begins with the smaller.")
+        raise SettingError(
+            f"{text!r}: split {name!r} has houses 0 to {last}, and the first number of a range must not be larger "
+            "than the second."
+        )
     return NamedHouses(name, range(low, high + 1))
 
 
@@ -80,8 +83,8 @@ def split_file(split: str, report: Callable[[str], None], revision: str = REVISI
     """
     if revision != REVISION:
         raise SettingError(
-            f"Revision {revision!r} of {DATASET} is not read: `prior` runs code of the revision that it fetches, and "
-            f"this package accepts only {REVISION}. Give the houses as a file."
+            f"Revision {revision!r} of {DATASET} is not accepted: `prior` executes code of the revision that it "
+            f"downloads, so this package accepts only {REVISION}. Give the houses as a file."
         )
     if split not in SPLITS:
         hint = did_you_mean(split, SPLITS)

@@ -130,7 +130,8 @@ def houses_from_seeds(seeds: str, specs: Iterable[str], secret: int | None = Non
         raise SettingError(f"Seeds {seeds!r}: expected FIRST:END with FIRST < END, e.g. 100:160.")
     if last - first > MAX_LINES:
         raise SettingError(
-            f"Seeds {seeds!r}: more than {MAX_LINES:,} houses. Propose in several parts, each with its own file."
+            f"Seeds {seeds!r} are for more than {MAX_LINES:,} houses. Use several commands, each with a part of "
+            "the seeds and another output file."
         )
     return _houses_by_turns(range(first, last), specs, secret)
 
@@ -252,7 +253,10 @@ def lines_of(path: Path) -> Iterator[bytes]:
                 f"it is over {MAX_LINES_BYTES // MIB // 1024} GiB": total > MAX_LINES_BYTES,
             }
             for fault in (fault for fault, is_so in limits.items() if is_so):
-                raise HouseError(f"{what}: {fault}, the limit for a file with one house per line. Is it such a file?")
+                raise HouseError(
+                    f"{what}: {fault}, the limit for a file with one house per line. Does the file have one house "
+                    "per line?"
+                )
             yield line
 
 

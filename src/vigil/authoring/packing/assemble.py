@@ -98,8 +98,9 @@ def _check_levels(pool: Sequence[Candidate], request: PackRequest) -> None:
     without = [candidate.episode.id for candidate in own if candidate.level is None]
     if request.levels and without:
         raise EpisodeError(
-            f"Pack {request.name!r} asks for levels of difficulty, but {len(without)} of its {len(own)} drafts "
-            f"do not have one (e.g. {without[0]!r}): measure them all first, as `vigil pack build --level` does."
+            f"Pack {request.name!r} asks for levels of difficulty, but {len(without)} of its {len(own)} drafts do "
+            f"not have a level (e.g. {without[0]!r}). Measure all drafts first, as `vigil pack build --level` "
+            "does."
         )
 
 

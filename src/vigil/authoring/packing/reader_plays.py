@@ -55,7 +55,7 @@ class ReaderPlay(BaseModel):
     @model_validator(mode="after")
     def _failures_have_causes(self) -> "ReaderPlay":
         if self.is_right == (self.cause is not None):
-            raise ValueError("a failure has a cause, and only a failure has one")
+            raise ValueError("a play that failed needs a cause, and a play that succeeded must not have one")
         return self
 
 

@@ -149,9 +149,9 @@ def check_drafts(recipe: Recipe) -> None:
     """Raise SettingError if the recipe has another version of drafts, with which the bytes would differ."""
     if recipe.drafts != DRAFTS_VERSION:
         raise SettingError(
-            f"Recipe {recipe.name!r} has version {recipe.drafts} of drafts and their wording; this package has version "
-            f"{DRAFTS_VERSION}, which gives other episodes. Install the package that wrote the recipe, or make a new "
-            "pack of the same houses with vigil pack make."
+            f"Recipe {recipe.name!r} was made with version {recipe.drafts} of the drafts and their wording; this "
+            f"package has version {DRAFTS_VERSION}, which makes other episodes. Install the package that wrote the "
+            "recipe, or make a new pack of the same houses with vigil pack make."
         )
 
 
@@ -189,7 +189,7 @@ def _file(dataset: str, given: Sequence[str], is_only_one: bool) -> Path:
     if not same and is_only_one and len(given) == 1:
         same = list(given)
     if not same or not Path(same[0]).is_file():
-        raise SettingError(f"The recipe needs houses of {dataset!r}: give that file with --houses.")
+        raise SettingError(f"The recipe needs the houses in file {dataset!r}: give this file with --houses.")
     return Path(same[0])
 
 
@@ -214,10 +214,11 @@ def check_houses(recipe: Recipe, sources: Iterable[HouseInFile], on_house: OnHou
     for number, (source, house) in enumerate(read_all(sources), start=1):
         place = f"house {number} of the {len(wanted)} of recipe {recipe.name!r}, {source.name!r}"
         if isinstance(house, HouseError):
-            raise PackMismatch(f"The first that is missing is {place}: {house}")
+            raise PackMismatch(f"The first house that is missing is {place}: {house}")
         if house.sha256 != wanted[source.name]:
             raise PackMismatch(
-                f"The first that differs is {place}: SHA-256 {house.sha256}, the recipe's {wanted[source.name]}. "
-                "It is another version of the dataset; take the one that the recipe names."
+                f"The first house that differs is {place}: it has SHA-256 {house.sha256}, but the recipe says "
+                f"{wanted[source.name]}. The file is another version of the dataset; use the version that the "
+                "recipe names."
             )
         on_house(number)

@@ -291,8 +291,9 @@ def select(pool: Sequence[Candidate], request: PackRequest) -> list[Candidate]:
         missing += _missing(group, own, mine, request)
     if missing:
         raise TooFewDrafts(
-            f"Pack {request.name!r} asks for more than the drafts hold within its limits; they hold only "
-            f"{', '.join(map(str, missing))}. Propose in more houses (more seeds, a larger --count), or ask for fewer.",
+            f"Pack {request.name!r} asks for more episodes than can be chosen from the drafts within the pack's "
+            f"limits. The drafts have only {', '.join(map(str, missing))}. Propose in more houses (more seeds, a "
+            "larger --count), or ask for fewer episodes.",
             missing,
         )
     return chosen

@@ -49,11 +49,11 @@ class Review(BaseModel):
     @model_validator(mode="after")
     def _carries_what_it_says(self) -> "Review":
         if (self.reviewer_kind == "model") != self.reviewer.startswith("model: "):
-            raise ValueError("the name of a model begins with `model: `, that of a person does not")
+            raise ValueError("the name of a model begins with `model: `, the name of a person does not")
         if (self.verdict == "edit") != (self.instruction is not None):
-            raise ValueError("`instruction` belongs to `edit`, and `edit` needs it")
+            raise ValueError("`instruction` must be given for the verdict `edit`, and for no other verdict")
         if (self.verdict == "target_size") != (self.target_size is not None):
-            raise ValueError("`target_size` belongs to the verdict `target_size`, which needs it")
+            raise ValueError("`target_size` must be given for the verdict `target_size`, and for no other verdict")
         if self.verdict == "note" and not self.text.strip():
             raise ValueError("a note needs a text")
         return self

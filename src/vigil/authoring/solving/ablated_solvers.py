@@ -163,7 +163,7 @@ class _AblatedSolver:
             self._opened.add(name)
             yield from self._open(name)
             yield from self._look_around()
-        raise Unsolvable("What is asked about is nowhere to be seen.")
+        raise Unsolvable("The agent searched everywhere and did not find what the task is about.")
 
     def _open(self, name: str) -> Iterator[Action]:
         """Yield the actions that open a thing; nothing if it cannot be opened from any place."""

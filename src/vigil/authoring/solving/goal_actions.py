@@ -230,7 +230,7 @@ def _approach(goal: AgentNearTarget, macro_actions: MacroActions) -> Steps:
         if viewpoint is not None:
             yield from macro_actions.go(viewpoint)
             return
-    raise Unsolvable(f"No reachable place near enough to {thing.id!r}.")
+    raise Unsolvable(f"There is no reachable place near enough to {thing.id!r}.")
 
 
 def _near_target_cost(view: PrivilegedView, goal: AgentNearTarget, margin_m: float) -> PositionCost:
@@ -271,4 +271,4 @@ def _search(goal: ObjectInState, macro_actions: MacroActions) -> Steps:
                 yield from macro_actions.go(viewpoint, is_seen)
                 if is_seen():
                     return
-    raise Unsolvable(f"No reachable place from which {thing.id!r} is clearly seen.")
+    raise Unsolvable(f"There is no reachable place from which {thing.id!r} is clearly seen.")

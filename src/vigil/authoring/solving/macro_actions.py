@@ -90,7 +90,7 @@ class MacroActions:
             found = self._view_to_click(intent, thing_id, REACH_M - self._margin_m - slack_m)
             if found is not None:
                 return found
-        raise Unsolvable(f"No reachable place from which {intent!r} works on {thing_id!r}.")
+        raise Unsolvable(f"There is no reachable place from which {intent!r} works on {thing_id!r}.")
 
     def _view_to_click(self, intent: Intent, thing_id: str, reach_m: float) -> tuple[Viewpoint, tuple[int, int]] | None:
         thing = self.view.scene.things[thing_id]
@@ -107,7 +107,7 @@ class MacroActions:
             if pixel is not None and refusal is None:
                 return viewpoint, pixel
             if refusal in POSITION_INDEPENDENT_REFUSALS:
-                raise Unsolvable(f"{intent!r} on {thing_id!r} is refused wherever one stands: {refusal}.")
+                raise Unsolvable(f"{intent!r} on {thing_id!r} is refused from every reachable place: {refusal}.")
         return None
 
     def place(self, receptacle_id: str, *, inside: bool, is_thorough: bool = False) -> Iterator[Action]:
@@ -137,7 +137,9 @@ class MacroActions:
             found = self._view_to_place(part)
             if found is not None:
                 return found
-        raise Unsolvable(f"No reachable place from which {self.view.held!r} can be put on {targets.receptacle_id!r}.")
+        raise Unsolvable(
+            f"There is no reachable place from which {self.view.held!r} can be put on {targets.receptacle_id!r}."
+        )
 
     def _parts_of(self, targets: "PlacementTargets") -> "list[PlacementTargets]":
         receptacle = self.view.scene.things[targets.receptacle_id]
@@ -174,7 +176,7 @@ class MacroActions:
                     is_free = view.try_interaction(InteractPixel(intent="drop"), lambda _: is_good()) is None
                 if is_free:
                     return Viewpoint(pose, viewpoint.corners, viewpoint.pixels, viewpoint.seen)
-        raise Unsolvable(f"No place near by to put down {view.held!r}.")
+        raise Unsolvable(f"There is no free place nearby to put down {view.held!r}.")
 
     def _walk(self, viewpoint: Viewpoint) -> Iterator[Action]:
         if not viewpoint.corners:

@@ -194,7 +194,7 @@ class NoisyMacroActions(MacroActions):
         at = here.position.x, here.position.z
         corner = routes.waypoint(at, clearances)
         if corner is None:
-            raise Unsolvable("What is known of the floor leaves no way.")
+            raise Unsolvable("The solver does not know of a free way over the parts of the floor that it has seen.")
         wanted = yaw_towards(here.position, Vec3(corner[0], here.position.y, corner[1]))
         length = math.dist(at, corner)
         if self._refused is not None:

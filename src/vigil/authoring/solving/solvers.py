@@ -62,7 +62,9 @@ def solution(episode: Episode, view: PrivilegedView) -> tuple[Action, ...]:
     """
     actions = carry_out(islice(solve(episode, view), episode.max_steps + 1), view)
     if len(actions) > episode.max_steps:
-        raise Unsolvable(f"Episode {episode.id!r}: more than the {episode.max_steps} steps of its budget.")
+        raise Unsolvable(
+            f"Episode {episode.id!r}: its solution takes more than the {episode.max_steps} steps of its budget."
+        )
     return actions
 
 

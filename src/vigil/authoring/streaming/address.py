@@ -33,8 +33,9 @@ def seed_in(address: str) -> int:
     asked, here = match["version"], stream_version()
     if asked is not None and asked != here:
         raise SettingError(
-            f"Stream {address!r} asks for version {asked}; this package makes version {here} (of houses, shapes, rules "
-            "and drafts), whose episodes differ. Install the package that made it, or leave out the version."
+            f"Stream {address!r} asks for version {asked}, but this package makes version {here} (of houses, "
+            f"shapes, rules and drafts), which has other episodes. Install the package that makes version {asked}, "
+            "or leave out the version."
         )
     return int(match["seed"])
 

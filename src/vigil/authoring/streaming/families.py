@@ -26,7 +26,7 @@ def families_of_stream(asked: tuple[Family, ...], workers: int) -> tuple[Family,
     if custom and workers and ENVIRONMENT_VARIABLE not in os.environ:
         raise SettingError(
             f"Family {', '.join(custom)} is registered only in this process; background processes do not know it. "
-            f"Have every process import what registers it ({ENVIRONMENT_VARIABLE}=MODULE), make the houses in this "
-            "one (workers 0), or ask for the package's families."
+            f"Let every process import the module that registers it ({ENVIRONMENT_VARIABLE}=MODULE), make the "
+            "houses in this process (workers 0), or ask only for the package's families."
         )
     return chosen

@@ -78,8 +78,8 @@ def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda
                 facts = {SEED_SHA256: seed_sha256(out.name, asked.seed)} if asked.is_seed_secret else {}
                 return _freeze(out, items, header, facts, is_grown=is_grown)
     raise SettingError(
-        f"{header.stream} holds {len(items)} wanted episodes in houses {stream.first} to {stream.last}, not {count}. "
-        "Ask for fewer, or for more houses."
+        f"{header.stream} has only {len(items)} of the {count} requested episodes in houses {stream.first} to "
+        f"{stream.last}. Ask for fewer episodes, or for more houses."
     )
 
 

@@ -53,8 +53,8 @@ class Common:
     seed: Annotated[
         int | None,
         Setting(
-            "Random seed of houses, drafts and choices. Keep it secret for a private pack: it lets others make the "
-            "same pack.",
+            "Random seed of houses, drafts and choices. For a private pack, keep the seed secret: anyone who has "
+            "it can make the same pack.",
             minimum=0,
         ),
     ] = None
@@ -183,13 +183,18 @@ class Drafting:
         ),
     ] = "mixed"
     hardest_of: Annotated[
-        int, Setting("Number of start positions that are tried for each draft; the hardest of them is used.", minimum=1)
+        int,
+        Setting(
+            "Number of start positions that are tried for each draft; the start that makes the episode hardest is "
+            "used.",
+            minimum=1,
+        ),
     ] = 1
     form_names: Annotated[
         Literal["public", "held-out", "all"] | None,
         Setting(
-            "Sentence forms in which instructions are written: public (those of published packs), held-out (those that "
-            "published packs do not use), or all.",
+            "Sentence forms in which instructions are written: public (the forms that published packs use), "
+            "held-out (forms that published packs never use), or all.",
             name="forms",
             unset="all for `vigil pack make` with a secret seed, otherwise public",
         ),
@@ -252,7 +257,7 @@ class Drawing:
     max_houses: Annotated[
         int | None,
         Setting(
-            "Maximum number of houses that may be used. More houses are drawn while episodes are missing.",
+            "Maximum number of houses to use. While the pack lacks episodes, more houses are added, up to this number.",
             minimum=1,
             unset=f"{BUDGET} times those drawn first",
         ),
@@ -272,10 +277,13 @@ class Drawing:
         first = self.first(per_family)
         if first is None:
             if self.max_houses is not None:
-                raise SettingError("--max-houses goes with --count: without --count, all of --houses are used.")
+                raise SettingError("--max-houses needs --count: without --count, all of --houses are used.")
             return None
         if self.max_houses is not None and self.max_houses < first:
-            raise SettingError(f"--max-houses is {self.max_houses}, but {first} houses are drawn first (--count).")
+            raise SettingError(
+                f"--max-houses is {self.max_houses}, but the pack begins with {first} houses (--count). Raise "
+                "--max-houses, or lower --count."
+            )
         return self.max_houses or BUDGET * first
 
 
@@ -290,10 +298,13 @@ class Building:
         ),
     ] = ()
     earlier_drafts: Annotated[
-        Path | None, Setting("Drafts of an earlier version of the pack; they are chosen before those of --drafts.")
+        Path | None,
+        Setting(
+            "File with drafts of an earlier version of the pack; these drafts are chosen before those of --drafts."
+        ),
     ] = None
     version: Annotated[str, Setting("Version of the pack that its manifest states.")] = "1"
     aliases: Annotated[
-        tuple[str, ...], Setting("Further name by which the pack can be called; may be repeated.", name="alias")
+        tuple[str, ...], Setting("Additional name of the pack (an alias); may be repeated.", name="alias")
     ] = ()
     description: Annotated[str, Setting("One sentence that describes the pack, for its manifest and its card.")] = ""

@@ -30,8 +30,10 @@ Houses = Annotated[
     str,
     typer.Option(
         metavar="FIRST:END",
-        help="Which houses of the stream to use, by number: from FIRST up to the one before END, or all "
-        "from FIRST on if END is left out.",
+        help=(
+            "Numbers of the stream's houses to use, as FIRST:END (END itself is not used), or FIRST: for all "
+            "houses from FIRST on."
+        ),
     ),
 ]
 

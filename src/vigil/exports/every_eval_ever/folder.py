@@ -60,13 +60,14 @@ def _check(run: SavedRun, scores: RunScores, publisher: Publisher) -> None:
         return
     if run.header.spec.shard is not None:
         raise SettingError(
-            f"Run {name!r} is shard {run.header.spec.shard} of a run. Join the shards by `vigil merge`, or give "
-            "--force; the file then says so."
+            f"Run {name!r} is shard {run.header.spec.shard} of a run. Join the shards with `vigil merge`, or give "
+            "--force; the results then say that the run is only a shard."
         )
     if not scores.is_complete:
         raise SettingError(
             f"Run {name!r} is incomplete: {scored} of {sum(scores.planned.values())} episodes are scored. Finish "
-            "it by the command that began it, or give --force; the file then says so."
+            "the run with the command that began it, or give --force; the results then say that the run is "
+            "incomplete."
         )
 
 

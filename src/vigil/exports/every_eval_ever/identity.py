@@ -64,7 +64,7 @@ def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
     if spec.agent_kind != "model":
         raise SettingError(
             f"Run {header.run_id!r} was played by {NO_MODELS[spec.agent_kind]} ({spec.agent}), but Every Eval Ever "
-            "has only results of models. Leave it out; --format parquet and hf take it."
+            "has only results of models. Leave this run out, or export it with --format parquet or hf."
         )
     served_name = parse_model_name(spec.agent)
     maker, _, rest = served_name.name.rpartition("/")
@@ -75,8 +75,8 @@ def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
     found = Identity(developer or "", rest, served_name)
     if "/" in found.developer or not all(map(_is_component, found.folders)):
         raise SettingError(
-            f"Run {header.run_id!r}: Every Eval Ever files results by developer and model, and {spec.agent!r} does not "
-            "say both. Say who made the model, e.g. --developer Qwen."
+            f"Run {header.run_id!r}: Every Eval Ever sorts results by developer and model, and {spec.agent!r} does "
+            "not name both. Name the developer of the model, e.g. --developer Qwen."
         )
     return found
 

@@ -58,7 +58,8 @@ class HouseSpec(BaseModel):
         low, high = self.ceiling_m
         if not 2.3 <= low <= high <= 5.0:
             raise SettingError(
-                f"House spec {self.name!r}: ceiling_m {self.ceiling_m} is not within 2.3 .. 5.0 m, lowest first."
+                f"House spec {self.name!r}: ceiling_m is {self.ceiling_m}; give two heights from 2.3 to 5.0 m, the "
+                "lower one first."
             )
         return self
 
@@ -73,8 +74,8 @@ def _check_rooms(spec: HouseSpec, rooms: tuple[RoomKind, ...]) -> None:
     if not least <= spec.area_m2 <= most:
         counts = ", ".join(f"{number} {kind}" for kind, number in Counter(rooms).items())
         raise SettingError(
-            f"House spec {spec.name!r}: {spec.area_m2:g} m2 for {counts}; "
-            f"{least:g} to {most:g} m2 would fit. Change area_m2 or the rooms."
+            f"House spec {spec.name!r}: {counts} do not fit in {spec.area_m2:g} m2; they need {least:g} to "
+            f"{most:g} m2. Change area_m2 or the rooms."
         )
 
 

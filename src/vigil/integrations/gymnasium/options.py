@@ -17,10 +17,10 @@ class Options(Shaping, EpisodeOptions):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     workers: int = Field(
-        1, ge=0, description="number of processes that make a stream's episodes ahead; with 0, `reset` makes them"
+        1, ge=0, description="number of background processes that make a stream's episodes; with 0, `reset` makes them"
     )
     actions: Literal["text", "structured"] = Field(
-        "text", description="`text`: an action is a reply's text; `structured`: a dict of numbers"
+        "text", description="form of an action: `text` (a reply's text) or `structured` (a dict of numbers)"
     )
     frames: bool = Field(True, description="whether an observation has the frame; if not, only `render()` draws frames")
     evaluator: bool = Field(False, description="whether `info` has the outcome when an episode ends")

@@ -149,7 +149,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
     def _call_all(self, method: Callable[..., Any], arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
         """Call a method in every process, wait for all answers and return them. Raises the first error among them."""
         if self.closed:
-            raise ClosedEnvironmentError(f"{method.__name__}() of a vector of environments that has been closed.")
+            raise ClosedEnvironmentError(f"{method.__name__}(): the vector of environments has been closed.")
         answers = [shard.submit(method, *each) for shard, each in zip(self._shards, arguments, strict=True)]
         wait(answers)
         return [answer.result() for answer in answers]

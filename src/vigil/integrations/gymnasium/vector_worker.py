@@ -70,7 +70,10 @@ class Environments(SyncVectorEnv):
         """Raise SettingError if the spaces of these environments differ from those of the vector."""
         for ours, wanted in ((self.single_observation_space, observations), (self.single_action_space, actions)):
             if ours != wanted:
-                raise SettingError(f"Environment {self._first} has the space {ours}, the first one {wanted}.")
+                raise SettingError(
+                    f"Environment {self._first} has the space {ours}, but environment 0 has {wanted}. All "
+                    "environments of a vector need the same spaces."
+                )
 
     def reset_some(self, seeds: list[int | None], options: dict[str, Any] | None, mask: np.ndarray | None) -> Infos:
         """Reset all environments, or those in the mask, and return their infos."""

@@ -11,8 +11,8 @@ try:
     import verifiers.v1  # noqa: F401  # pyright: ignore[reportMissingImports]
 except ModuleNotFoundError:
     raise ModuleNotFoundError(
-        "verifiers is not installed, or older than 0.4. Use a separate environment, because it needs an older openai "
-        "than VIGIL's other parts are tested with: pip install 'vigil-bench[verifiers]'",
+        "verifiers is not installed, or older than 0.4. Install it in a separate environment, because it needs an "
+        "older version of openai than the rest of VIGIL: pip install 'vigil-bench[verifiers]'",
         name="verifiers",
     ) from None
 

@@ -28,10 +28,14 @@ class VigilTasksetConfig(vf.TasksetConfig, EpisodeOptions):
     limit: int | None = Field(
         None, ge=1, description="number of episodes: drawn evenly from a pack's families, or the first of a stream"
     )
-    stream_workers: int = Field(1, ge=0, description="number of processes that make a stream's episodes ahead")
-    prompt_variant: PromptVariant = Field("default", description="`default`, or `neutral_report`")
+    stream_workers: int = Field(1, ge=0, description="number of background processes that make a stream's episodes")
+    prompt_variant: PromptVariant = Field(
+        "default", description="wording of the system prompt: `default` or `neutral_report`"
+    )
     image_format: ImageFormat = Field("png", description="how frames are sent: `png` or `jpeg`")
-    system_role: SystemRole = Field("system", description="`system`, or `user` for models without that role")
+    system_role: SystemRole = Field(
+        "system", description="role of the system prompt: `system`, or `user` for models without that role"
+    )
     reveal_private_pack: bool = Field(False, description=REVEAL_HELP.removesuffix(".").lower())
     workers: int | None = Field(None, ge=1, description="number of simulator processes; one for each CPU if unset")
 

@@ -71,8 +71,8 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
         source, condition = self.taskset.source, self.taskset.config.condition
         if data.source != source.name:
             raise PackMismatch(
-                f"Episode {data.id!r} is of {data.source!r}, but this machine plays {source.name!r}. Use the same pack "
-                "on both, or for a stream the same version of VIGIL."
+                f"Episode {data.id!r} is from {data.source!r}, but this machine plays {source.name!r}. Use the "
+                "same pack on both machines, or for a stream the same version of VIGIL."
             )
         if self._pool is None:
             raise SettingError("The simulators are not running: play inside `async with env.serving():`.")

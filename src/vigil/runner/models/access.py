@@ -139,7 +139,7 @@ def model_access(
         )
     if not found.name:
         raise SettingError(
-            f"Model {model!r} has only a provider. Write e.g. openai/NAME; `vigil models` lists providers."
+            f"Model {model!r} names only a provider. Write e.g. openai/NAME; `vigil models` lists providers."
         )
     key, arguments = _key_in(api_key_env), tuple(sorted(model_args.items()))
     if address is None and provider.is_openai_style and not model.startswith("openai/"):

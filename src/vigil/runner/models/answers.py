@@ -120,7 +120,9 @@ def _parse_json(text: str) -> Any:
 
 def _dicts(found: Any) -> list[dict[str, Any]]:
     if not is_array(found) or not all(isinstance(one, dict) for one in found):
-        raise NoAnswer(f"HTTP 200 with an answer of another form: {str(found)[:200]}")
+        raise NoAnswer(
+            f"HTTP 200 with an answer that is neither a JSON object nor a list of JSON objects: {str(found)[:200]}"
+        )
     return found
 
 

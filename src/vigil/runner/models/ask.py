@@ -101,7 +101,10 @@ def check_ending(finish_reason: str | None, text: str, tool_call: str | None) ->
     if ending == "filtered":
         raise AttemptFailed(f"{finish_reason}: {text[:200]}", is_rejection=True)
     if ending == "failed":
-        raise AttemptFailed(f"HTTP 200 with an answer that ended in {finish_reason!r}: {text[:200]!r}", can_retry=True)
+        raise AttemptFailed(
+            f"HTTP 200 with an answer that ended with the finish reason {finish_reason!r}: {text[:200]!r}",
+            can_retry=True,
+        )
     if ending is None and tool_call is None and not split_reasoning(text)[0].strip():
         word = "without a finish reason" if finish_reason is None else f"with the finish reason {finish_reason!r}"
         raise AttemptFailed(f"HTTP 200 with an answer that has no text, {word}", can_retry=True)

@@ -44,8 +44,9 @@ class ModelIdentityLog:
         if model and self.earlier_names and model not in self.earlier_names:
             names = " or ".join(map(repr, sorted(self.earlier_names)))
             raise RecordError(
-                f"The provider answers as {model!r} now, but the rows of this run were answered as {names}. Another "
-                "model makes another run: give a new --log-dir, or continue anyway with --force."
+                f"The provider answers as {model!r} now, but the earlier rows of this run were answered by "
+                f"{names}. Answers of different models do not belong in one run: give a new --log-dir, or continue "
+                "anyway with --force."
             )
         is_new = (model != "" and model not in self.models) or (address != "" and address not in self.addresses)
         self.replies += 1

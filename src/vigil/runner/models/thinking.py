@@ -24,8 +24,8 @@ def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: ModelN
     switch = model.provider.thinking
     if switch is None:
         raise SettingError(
-            f"--thinking {thinking}: how to set this for {model.provider.title} is unknown. Give the setting in its "
-            "documentation with --reasoning-effort, --model-arg or --extra-body."
+            f"--thinking {thinking}: how to set this for {model.provider.title} is unknown. Find the setting in "
+            "the provider's documentation, and give it with --reasoning-effort, --model-arg or --extra-body."
         )
     wanted = dict(switch.on if thinking == "on" else switch.off)
     if effort is not None:

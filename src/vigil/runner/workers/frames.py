@@ -70,7 +70,9 @@ class FrameStore:
             return None
         rgb = decode_frame(data)
         if frame_sha256(rgb) != sha256:
-            raise RecordError(f"{str(self.path(str(sha256)))!r} has other pixels than its name says. Remove it.")
+            raise RecordError(
+                f"{str(self.path(str(sha256)))!r} is not the frame whose hash is its name. Remove the file."
+            )
         return data, rgb
 
 

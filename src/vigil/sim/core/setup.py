@@ -82,11 +82,15 @@ def things_named(setup: Setup, scene: Scene, house_name: str) -> list[tuple[Thin
 def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
     if change.openness is not None and change.openness != thing.openness:
         if not thing.asset.can_open:
-            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) has no part that opens; drop its `openness`.")
+            raise EpisodeError(
+                f"Setup: {thing.id!r} ({thing.category}) has no part that opens; leave out its `openness`."
+            )
         set_openness(state, thing, change.openness)
     if change.is_toggled is not None and change.is_toggled != thing.is_toggled:
         if not thing.is_toggleable:
-            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`.")
+            raise EpisodeError(
+                f"Setup: {thing.id!r} ({thing.category}) cannot be switched; leave out its `is_toggled`."
+            )
         thing.is_toggled = change.is_toggled
         state.mark_changed(thing)
     if change.is_broken:
@@ -96,7 +100,8 @@ def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
 def _break(state: SceneState, thing: Thing) -> None:
     if not thing.is_toggleable or not notice_parts(thing.asset):
         raise EpisodeError(
-            f"Setup: {thing.id!r} ({thing.category}) is not a machine with a front for a notice; drop its `is_broken`."
+            f"Setup: {thing.id!r} ({thing.category}) is not a machine with a front for a notice; leave out its "
+            "`is_broken`."
         )
     if thing.is_toggled:
         raise EpisodeError(
@@ -128,8 +133,8 @@ def _check_carriers(state: SceneState, changed: list[Thing]) -> None:
         carrier = pierced_carrier(state, thing) if thing.is_present and not thing.is_held else None
         if carrier is not None:
             raise EpisodeError(
-                f"Setup: at openness {thing.openness:g}, {thing.id!r} ({thing.category}) sticks out through "
-                f"{carrier!r}, which it lies in. Lower its `openness`, or place it elsewhere."
+                f"Setup: at openness {thing.openness:g}, {thing.id!r} ({thing.category}) sticks out of "
+                f"{carrier!r}, in which it lies. Lower its `openness`, or place it elsewhere."
             )
 
 
@@ -146,7 +151,8 @@ def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str)
             raise EpisodeError(f"Setup: parent of {thing.id!r}: {missing}")
         if parent is thing or thing in ancestors(state.scene, parent):
             raise EpisodeError(
-                f"Setup: {thing.id!r} cannot rest on {parent.id!r}, which rests on it. Place it on something else."
+                f"Setup: {thing.id!r} cannot rest on {parent.id!r}, because {parent.id!r} rests on {thing.id!r}. "
+                "Place it on something else."
             )
     thing.parent, thing.surface, thing.parent_joint = placement.parent, None, None
     state.move(thing, placement.position, placement.rotation)

@@ -93,7 +93,9 @@ def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) 
         view = CameraPlacement(agent, near, _bounds(project(agent, corners)))
         if distance_m is not None or view.span_px <= SPAN_PX or near >= FARTHEST_M:
             return view
-    raise ValueError(f"{thing.category} of size {thing.asset.size} is seen whole from nowhere in the room.")
+    raise ValueError(
+        f"There is no place in the room from which a whole {thing.category} of size {thing.asset.size} is in view."
+    )
 
 
 def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:

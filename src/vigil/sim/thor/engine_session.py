@@ -75,7 +75,9 @@ class EngineSession:
             self._masks_need_frame = True
             self._look(with_frame=True)
         if self._segmented_frame is None:
-            raise SimulatorError("AI2-THOR's engine sent no instance segmentation. Is it another build?")
+            raise SimulatorError(
+                "AI2-THOR's engine did not send an instance segmentation. Is it another build than this client expects?"
+            )
         return self._segmented_frame
 
     def frame(self) -> np.ndarray:

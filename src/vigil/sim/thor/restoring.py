@@ -156,16 +156,20 @@ def _is_turned(now: Any, before: Any, tolerance: float) -> bool:
 def _set_states(session: EngineSession, thing: Thing, change: ObjectSetup) -> None:
     if change.is_broken:
         raise EpisodeError(
-            f"Setup: AI2-THOR has no notice to put on {thing.id!r} ({thing.category}). Play the episode on the "
-            "embedded simulator, or drop its `is_broken`."
+            f"Setup: AI2-THOR cannot show the notice that {thing.id!r} ({thing.category}) is out of order. Play "
+            "the episode in the embedded simulator, or leave out its `is_broken`."
         )
     if change.openness is not None and change.openness != thing.openness:
         if not thing.is_openable:
-            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) has no part that opens; drop its `openness`.")
+            raise EpisodeError(
+                f"Setup: {thing.id!r} ({thing.category}) has no part that opens; leave out its `openness`."
+            )
         _force(session, "OpenObject", objectId=thing.id, openness=change.openness, forceAction=True)
     if change.is_toggled is not None and change.is_toggled != thing.is_toggled:
         if not thing.is_toggleable:
-            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`.")
+            raise EpisodeError(
+                f"Setup: {thing.id!r} ({thing.category}) cannot be switched; leave out its `is_toggled`."
+            )
         action = "ToggleObjectOn" if change.is_toggled else "ToggleObjectOff"
         _force(session, action, objectId=thing.id, forceAction=True)
 

@@ -118,8 +118,8 @@ def require_engine(simulator_version: str, *, instead: str) -> None:
     engine = chosen_engine()
     if simulator_name(engine) != simulator_version:
         raise SettingError(
-            f"Hidden states are only compared on the engine that played: the run says {simulator_version!r}, and "
-            f"{ENGINE_VARIABLE}, as it is set here, {simulator_name(engine)!r}. {instead}"
+            "Hidden states can be compared only in the engine in which the run was played: this is "
+            f"{simulator_version!r}, but {ENGINE_VARIABLE} chooses {simulator_name(engine)!r} here. {instead}"
         )
     if engine.command is None:
         _unity_platform(instead)
@@ -129,7 +129,9 @@ def _unity_platform(instead: str) -> str | None:
     """Return the platform of AI2-THOR's build for this machine. Raises SettingError if a requirement is missing."""
     needed = examine()
     if needed.missing:
-        raise SettingError(f"AI2-THOR's own engine lacks here: {'; '.join(needed.missing)}. {instead}")
+        raise SettingError(
+            f"AI2-THOR's own engine cannot run here, because this is missing: {'; '.join(needed.missing)}. {instead}"
+        )
     return needed.platform
 
 
