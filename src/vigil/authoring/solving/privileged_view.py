@@ -107,7 +107,6 @@ class PrivilegedView:
 
     def click_pixel(self, thing_id: str) -> tuple[int, int] | None:
         """Return the pixel of a thing that is farthest from all other things; None if the thing is out of view."""
-arthest from all that is not the thing; None if it is out of view."""
         from scipy import ndimage  # noqa: PLC0415 - loads over 200 modules
 
         pixels = self._simulator.pixels_of(thing_id)

@@ -32,7 +32,10 @@ PATH, AGENT, TARGET = (11, 92, 138), (179, 55, 47), (27, 122, 83)
 @lru_cache(maxsize=16)
 def font_of(size: int, *, is_bold: bool = False) -> ImageFont.FreeTypeFont:
     """Return the font of films at a size (pixels)."""
-    return ImageFont.truetype(_FONTS / ("DejaVuSans-Bold.ttf" if is_bold else "DejaVuSans.ttf"), size)
+    import matplotlib  # noqa: PLC0415 - loads over 100 modules
+
+    fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+    return ImageFont.truetype(fonts / ("DejaVuSans-Bold.ttf" if is_bold else "DejaVuSans.ttf"), size)
 
 
 class FilmPlan:
