@@ -196,7 +196,7 @@ class Usage(_Action):
 
 
 class ReplyCut(_Action):
-    """Size and hash of a reply before it was cut for the record."""
+    """Size and hash of a whole reply of which a record stores only a part."""
 
     text_bytes: int
     answer_bytes: int
@@ -230,7 +230,8 @@ class Reply(_Action):
     provider_rejected: bool = False
     """Whether the provider refused the request three times for its content or length. This is a protocol failure."""
     agent_ended: str = ""
-    """How an agent's program failed to answer: it ended, hung, or wrote unasked. This is a protocol failure."""
+    """How an agent's program failed to answer: it ended, hung, or wrote without being asked. This is a protocol
+    failure. Empty if it did not fail."""
     cut: ReplyCut | None = None
     """Size of the whole reply if `text` is only a part of it (`vigil.protocol.replies`); None if `text` is whole."""
 

@@ -16,7 +16,7 @@ class DraftKind:
     """One kind of a family's episodes, and the function that drafts episodes of this kind."""
 
     drafts: str | Callable[..., Any]
-    """Function that takes a `HouseContext` and returns drafts, or its name "package.module:function"."""
+    """Function that takes a `HouseContext` and returns drafts, or the function's name as "package.module:function"."""
     arguments: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Further arguments of the function. A value that is a `DraftKind` is replaced by the function of that kind."""
     in_starter: int = 0
@@ -41,7 +41,7 @@ class StreamGrading:
 class FamilySpec:
     """The facts about a family that the protocol, authoring, analysis and tests use.
 
-    The fields without a default are those that `protocol.md` section 4 fixes. If a family does not have `kinds`, its
+    Section 4 of `protocol.md` fixes the fields that do not have a default. If a family does not have `kinds`, its
     episodes can be scored and reported, but not drafted.
     """
 
@@ -63,7 +63,8 @@ class FamilySpec:
     summary: str = ""
     """What the family's tasks ask for, in a few words."""
     position: int = 100
-    """Position of the family in tables: 1 to 8 for the paper's. Families with the same position are sorted by code."""
+    """Position of the family in tables. The paper's families have 1 to 8; families with the same position are sorted by
+    code."""
     kinds: Mapping[str, DraftKind] = field(default_factory=dict[str, DraftKind])
     """Name of a kind of episodes -> how the kind is drafted. Packs and streams draft every kind."""
     briefing: str = ""
@@ -73,7 +74,8 @@ class FamilySpec:
     rules: tuple[str, ...] = ()
     """Names of rules for drafts (`vigil.authoring.review`) that apply to this family but not to every family."""
     end_words: str | None = None
-    """Regular expression for words of an instruction that say when the task is done; None if the act itself does."""
+    """Regular expression for words that must be in an instruction to say when the task is done; None if no words must
+    be."""
     stratum: Literal["template", "target_size", "distance", "label", "turning"] = "template"
     """Fact about episodes over which a pack is balanced: each value of the fact has about equally many episodes."""
     grading: StreamGrading | None = None
@@ -91,5 +93,6 @@ class FamilySpec:
 
     @property
     def start_horizon(self) -> float | None:
-        """Camera pitch (deg) at the start. None if authors may choose it, as the family requires the skill `look`."""
+        """Camera pitch (deg) at the start. None if the family requires the skill `look`: authors then choose the pitch.
+        """
         return None if "look" in self.skills else DEFAULT_HORIZON_DEG

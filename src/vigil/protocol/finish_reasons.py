@@ -109,7 +109,8 @@ FINISH_REASONS: dict[str, FinishReason] = {
     "modelunloaded": FinishReason("failed", "LM Studio"),
     "userstopped": FinishReason("failed", "LM Studio"),
 }
-"""Finish reason in lower case -> its meaning. If a provider changes or stops an answer, the model is not blamed."""
+"""Finish reason in lower case -> its meaning. An answer that the provider changed or stopped is not the model's fault.
+"""
 
 
 def stop_cause(finish_reason: str | None) -> StopCause | None:

@@ -22,7 +22,7 @@ TOLERANCE = 1e-6
 NEAR_M = 1.5
 """Default threshold (m) of `agent_near_target`; progress counts a target as reached within this distance."""
 MAX_PARTS = 24
-"""Maximum number of parts of an `all_of` goal. A home may have up to this number of objects that can be opened."""
+"""Maximum number of parts of an `all_of` goal: enough for the goal to close everything in a home."""
 _STATES = {
     ("is_open", True): "is open",
     ("is_open", False): "is closed",
@@ -89,7 +89,8 @@ class AgentNearTarget(_Goal):
 
 
 class ObjectInState(_Goal):
-    """The target is open, closed, on or off, as required; for `is_visible`, it has been seen at any moment so far."""
+    """The target is open, closed, on or off, as required. If `is_visible` is required, the target has been seen at any
+    moment so far."""
 
     kind: Literal["object_state"] = "object_state"
     state: Literal["is_visible", "is_open", "is_toggled"]
@@ -139,7 +140,7 @@ GoalPart = Annotated[ObjectInState | ObjectAtReceptacle, Field(discriminator="ki
 
 
 class AllOf(_Goal):
-    """Several objects are each in the required state or place; `object_id` is the first of them."""
+    """Several objects are each in the required state or place; `object_id` is the first of these objects."""
 
     kind: Literal["all_of"] = "all_of"
     parts: tuple[GoalPart, ...] = Field(min_length=2, max_length=MAX_PARTS)
@@ -321,7 +322,8 @@ def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
 
 
 def displacement_m(constraint: Constraint, moment: Moment) -> float:
-    """Return the object's distance (m) from its place at the reset; while it is held, the required distance."""
+    """Return the object's distance (m) from its place at the reset. While the object is held, return the required
+    distance."""
     state, first = moment.world.objects[constraint.object_id], moment.initial.objects[constraint.object_id]
     if state.is_held:
         return constraint.distance_m or 0.0

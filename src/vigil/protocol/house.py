@@ -135,7 +135,7 @@ class Wall(_Node):
 
     @property
     def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """First two bottom corners (x, z) of the wall; the same corner twice if the wall has only one."""
+        """First two bottom corners (x, z) of the wall; if the wall has only one bottom corner, this corner twice."""
         bottom = min(corner.y for corner in self.polygon)
         low = [(corner.x, corner.z) for corner in self.polygon if corner.y <= bottom + LEVEL_TOLERANCE_M]
         return low[0], low[min(1, len(low) - 1)]
@@ -358,7 +358,7 @@ def drawer_id(chest_id: str, name: str) -> str:
 
 
 def is_outside(room: str) -> bool:
-    """Whether a room name, as doors, windows and walls have it, means the outside of the house."""
+    """Whether a room name in a door, window or wall means the outside of the house."""
     return not room or EXTERIOR in room
 
 

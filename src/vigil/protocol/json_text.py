@@ -16,7 +16,7 @@ MAX_INT_DIGITS = 300
 """Maximum number of digits of an integer. A longer integer becomes an infinite float, which no argument accepts."""
 
 _TOKEN = re.compile(r'"(?:[^"\\]++|\\.)*+"?|[\[\]{}]', re.DOTALL)
-"""Pattern of a bracket, or of a whole string (which may hold brackets). It is possessive, to prevent backtracking."""
+"""Pattern of a bracket or a whole string, which may hold brackets. Possessive quantifiers prevent backtracking."""
 
 
 class JsonFault(Exception):

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict
 FRAME_WIDTH = 640
 FRAME_HEIGHT = 480
 Quality = Literal["default", "fast"]
-"""Rendering quality: `default` has smooth edges and contact shadows; `fast` draws twice as many frames without them."""
+"""Rendering quality: `default` has smooth edges and contact shadows; `fast` omits both and draws in half the time."""
 
 
 class Feedback(BaseModel):

@@ -15,7 +15,7 @@ PromptVariant = Literal["default", "neutral_report"]
 """Prompt variants of the paper; any other prompt comes from a file and is named after its hash."""
 ImageFormat = Literal["png", "jpeg"]
 SystemRole = Literal["system", "user"]
-"""Role of the message with the system prompt: a separate message, or the beginning of the first `user` message."""
+"""Where the system prompt is sent: in a separate `system` message, or at the beginning of the first `user` message."""
 
 ProfileName = Literal["pure_rgb_dialogue_history_baseline", "pure_rgb_dialogue_history_action_feedback"]
 BASELINE: ProfileName = "pure_rgb_dialogue_history_baseline"

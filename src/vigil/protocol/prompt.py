@@ -112,16 +112,16 @@ def frame_stub(role: Literal["current", "past"], feedback: Feedback | None) -> s
 
 
 def past_turn(feedback: Feedback | None, reply_text: str, profile: Profile) -> Turn:
-    """Return a past step for the dialogue history: its frame stub and the agent's answer.
+    """Return a past step for the dialogue history: its frame stub and the agent's answer without reasoning.
 
-    The answer is without reasoning. It is cut if it is longer than the history allows.
+    An answer that is longer than the history allows is cut.
     """
     answer, _ = split_reasoning(reply_text)
     return Turn(frame_stub("past", feedback), answer[: profile.history_reply_chars])
 
 
 def is_truncated_in_history(answer: str, profile: Profile) -> bool:
-    """Whether an answer is longer than the history allows, so that it is cut there."""
+    """Whether an answer is longer than the history allows, and is therefore cut in the history."""
     return len(answer) > profile.history_reply_chars
 
 

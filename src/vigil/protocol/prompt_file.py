@@ -48,7 +48,8 @@ def read_prompt_file(name: str) -> str:
 
 
 def check_template(template: str) -> None:
-    """Raise ValueError unless a template has the instruction's slot once, and other known slots at most once."""
+    """Raise ValueError unless a template has the instruction's placeholder exactly once, each other known placeholder
+    at most once, and no unknown placeholder."""
     size = len(template.encode("utf-8", "surrogatepass"))
     if size > MAX_BYTES:
         raise ValueError(f"{size:,} bytes are too many for a prompt. The limit is {MAX_BYTES:,}.")

@@ -23,13 +23,13 @@ _MARKER = re.compile(r"<(?:think(?:\s[^<>]*+)?|/think)>|◁/?think▷")
 def split_reasoning(text: str) -> tuple[str, int]:
     """Return the answer without the reasoning before it, and the number of characters of the reasoning.
 
-    A candidate is a JSON object at the start of the text or directly after a closing marker. A candidate is a draft,
-    part of the reasoning, if a closing marker follows it without an opening marker between them. The answer begins at
-    the first candidate that is not a draft. So in `{...}</think>{...}` the first object is a draft, but in
-    `{...}<think>...</think>{...}` both objects belong to the answer.
+    A candidate is a JSON object at the start of the text or directly after a closing marker. If another closing marker
+    follows the candidate, without an opening marker between them, the candidate is a draft, i.e. part of the reasoning.
+    The answer begins at the first candidate that is not a draft. So in `{...}</think>{...}` the first object is a
+    draft, but in `{...}<think>...</think>{...}` both objects belong to the answer.
 
-    If every candidate is a draft, or there is none, the answer begins after the last closing marker that has a brace
-    anywhere after it. If there is no such marker, it begins at the last draft; without a draft, after the last closing
+    If no candidate is left, the answer begins after the last closing marker that has a brace somewhere after it. If no
+    closing marker has a brace after it, the answer begins at the last draft or, without a draft, after the last closing
     marker. A text that is one JSON value is not cut.
     """
     closings = [marker.end() for marker in _MARKER.finditer(text) if _is_closing(marker)]
@@ -70,7 +70,7 @@ def _objects(text: str, starts: tuple[int, ...]) -> Iterator[tuple[int, int]]:
 
 
 def _is_in_reasoning(text: str, position: int) -> bool:
-    """Whether `position` is inside reasoning: a closing marker follows it that closes reasoning opened before it."""
+    """Whether reasoning that was opened before `position` is closed after it."""
     depth = 0
     for marker in _MARKER.finditer(text, position):
         depth += -1 if _is_closing(marker) else 1

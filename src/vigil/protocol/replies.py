@@ -88,7 +88,8 @@ class ReadReply:
 
 
 def read_reply(reply: Reply, profile: Profile = _STANDARD) -> ReadReply:
-    """Return the answer of a reply and what it means, with regard to the provider's facts about the reply."""
+    """Return the answer in a reply, with the action that it means. Facts from the provider (a rejection, the finish
+    reason) can make the reply invalid."""
     answer = split_reasoning(reply.text)[0]
     return ReadReply(answer, _meaning(reply, answer, profile))
 
@@ -209,7 +210,8 @@ def _parse_leniently(answer: str, coordinates: Coordinates) -> ParsedReply | Inv
 def _objects_in(text: str) -> list[dict[str, Any]]:
     """Return the outermost JSON objects in the text that have both required keys.
 
-    Return [] if the text is a list of objects or has an unclosed object, because it is then unclear what is an answer.
+    Return [] if the text is a list of objects or has an unclosed object, because it is then unclear which object is the
+    answer.
     """
     found: list[dict[str, Any]] = []
     if _is_list(text):
@@ -376,9 +378,9 @@ def _quoted(value: Any) -> str:
 def truncate_for_record(reply: Reply, answer: str) -> Reply:
     """Return `reply` as a record stores it: whole, or with `cut` set if it is far longer than any valid answer.
 
-    `answer` is the reply's text without reasoning. The agent's action is always parsed from the whole reply. The stored
-    part parses to the same result: the record also has the length of the whole reply, and the reasoning's closing
-    marker is enough to recognize the reasoning.
+    `answer` is the reply's text without reasoning. The agent's action was parsed from the whole reply. The stored part
+    still parses to the same result, because the record also has the length of the whole answer, and the part includes
+    the closing marker of any reasoning.
     """
     raw = reply.raw
     if len(raw) <= RECORDED_ANSWER_BYTES:

@@ -81,9 +81,9 @@ class ObjectState(_Fact):
     in a fixed hollow (a sink), this is the support of the hollow (the countertop). Rows do not have the field if it is
     empty; rows of rules 1 and 2 never have it."""
     over: tuple[str, ...] = ()
-    """Receptacles among the reported objects that the object lies on within the tolerance of protocol.md section 4. Its
-    lowest point must be at most 0.1 m above a support surface of the receptacle, and its centre must be within the
-    surface. If the object has no known support, the surface is enlarged by 0.1 m for this check."""
+    """Receptacles among the reported objects that the object lies on, with the tolerance of protocol.md section 4. The
+    object's lowest point must be at most 0.1 m above a support surface of the receptacle, and the object's centre
+    must be within the surface. If the object has no known support, the surface is enlarged by 0.1 m for this check."""
     over_inside: tuple[str, ...] = ()
     """Like `over`, but only for interior surfaces. The object must also be below the rim or ceiling of the interior,
     and within the receptacle's box."""
@@ -145,7 +145,8 @@ class ObjectSetup(_Fact):
     is_absent: bool = False
     """Whether the object and its children are removed from the scene."""
     is_broken: bool = Field(default=False, exclude_if=lambda is_broken: not is_broken)
-    """Whether the machine is broken: it does not start, as a notice on its front says. Omitted from files if False."""
+    """Whether the machine is broken. It then does not start, and a notice on its front says so. Omitted from files if
+    False."""
 
 
 class Setup(_Fact):
@@ -173,7 +174,8 @@ class Setup(_Fact):
         return self
 
     def _check_parents(self, object_id: str) -> None:
-        """Raise ValueError if the support of a placed object is absent, held, or itself rests on the placed object."""
+        """Raise ValueError if the support of a placed object is absent or held, or rests itself on the placed object.
+        """
         chain, parent = [object_id], self._parent(object_id)
         while parent is not None:
             if parent in chain:

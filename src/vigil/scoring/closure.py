@@ -54,11 +54,12 @@ CLOSURE_KINDS: dict[Kind, ClosureKind] = {
 """Name -> kind of episodes of the suite, in the order in which tables show the kinds."""
 KINDS: tuple[Kind, ...] = tuple(CLOSURE_KINDS)
 PAIRED: dict[Kind, tuple[str, ...]] = {name: kind.sides for name, kind in CLOSURE_KINDS.items() if kind.sides}
-"""Kind of episodes that come as twins (pairs with one difference) -> names of a pair's two sides, one for each twin."""
+"""Kind of episodes that come as twins (pairs with one difference) -> names of the two sides, one side for each twin."""
 Reason = Literal["absent", "elsewhere", "locked", "broken", "no_fit"]
 REASONS: tuple[Reason, ...] = get_args(Reason)
 FAIL_REASONS: frozenset[Reason] = frozenset({"locked", "broken", "no_fit"})
-"""Reasons for which the exact status is `fail`. For other reasons (the named object is not there) it is `invalid`."""
+"""Reasons for which the exact status is `fail`. For the other reasons, e.g. that the named object is not there, the
+exact status is `invalid`."""
 DISTRACTOR = "distractor"
 """Role of an object that looks like the target but is another object."""
 OTHERWISE = "otherwise"
@@ -326,7 +327,8 @@ def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
 def _is_needless(goal: Goal, held: Sequence[ObjectInState], record: EpisodeRecord) -> bool:
     """Whether the agent changed or clicked something whose required state held at the reset. Refused clicks count too.
 
-    If the whole goal held, every act is needless, whatever it hits: a click meant for an open door may hit the floor.
+    If the whole goal held at the reset, every act is needless, whatever it hits: a click meant for an open door may hit
+    the floor.
     """
     acts = [step.effect for step in record.steps if _is_act(step.action)]
     if acts and len(held) == len(_parts(goal)):

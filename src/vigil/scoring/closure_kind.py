@@ -1,4 +1,4 @@
-"""Description of a kind of the closure-stress suite, with all that scoring, authoring and tests need of it."""
+"""Description of a kind of the closure-stress suite: the facts that scoring, authoring and tests need."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -32,7 +32,8 @@ class ClosureKind:
     """Form -> names of the families' rules that episodes of this form break on purpose. If the kind does not have
     forms, the key is a template. The key "" is for all forms and templates that are not listed.
 
-    Episodes exempt from the rule `protocol` must still pass its checks for packs of the suite.
+    For packs of the closure-stress suite, the rule `protocol` has other checks (`protocol_faults`). Episodes exempt
+    from this rule must still pass these checks.
     """
     faults: str | Callable[..., Any] | None = None
     """Function that yields (rule, message) for each fault of a side under the rules that only this kind has.

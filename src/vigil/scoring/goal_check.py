@@ -1,6 +1,6 @@
 """Whether a goal holds at each moment of a record, and how much progress was made towards the goal.
 
-The functions use only a record's actions and worlds. Its ending and report are checked in `vigil.scoring.outcomes`.
+The functions use only a record's actions and worlds. `vigil.scoring.outcomes` checks the record's ending and report.
 Source: `protocol.md` sections 4.1 and 4.2.
 """
 
@@ -148,9 +148,8 @@ def _progress(goal: Goal, moments: Sequence[Moment], semantic: Sequence[bool]) -
 
 
 def _parts(goal: Goal, moments: Sequence[Moment]) -> list[list[float] | None]:
-    """Return for each condition of the goal the fraction (0..1) that is fulfilled in each row. A condition that was
-    already met at the reset gives None.
-    """
+    """Return for each condition of the goal the fraction (0..1) that is fulfilled in each row; None for a condition
+    that was already met at the reset."""
     parts: list[list[float] | None] = []
     if goal.constraint is not None:
         parts.append(_constraint_part(goal.constraint, moments))
@@ -194,7 +193,8 @@ def _openness_part(states: Sequence[ObjectState], *, to_open: bool) -> list[floa
 def _fractions(values: Sequence[float], target: float, *, falls: bool = False) -> list[float] | None:
     """Return for each row how far (0..1) the value has come from its value at the reset to `target`.
 
-    None if the value at the reset already met `target`. `falls` says that lower values meet it.
+    None if the value at the reset already met `target`. A value meets `target` if it is at least `target` or, with
+    `falls`, at most `target`.
     """
     way = target - values[0]
     if (way >= 0) if falls else (way <= 0):

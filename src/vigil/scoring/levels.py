@@ -28,7 +28,8 @@ Level = Literal["easy", "medium", "hard", "extreme"]
 LEVELS: tuple[Level, ...] = get_args(Level)
 
 FREE_PX, MIN_PX = 4000, 10
-"""Sizes of a target (pixels): from FREE_PX, it adds no difficulty; below MIN_PX, the difficulty rises no further."""
+"""Bounds on a target's size (pixels): a target of at least FREE_PX adds no difficulty; a target smaller than MIN_PX is
+as difficult as one of MIN_PX."""
 
 
 class LevelMeasures(BaseModel):
@@ -53,7 +54,8 @@ class LevelMeasures(BaseModel):
     """Number of closed containers around the target at the reset. If the instruction does not name the target's
     container, all closed containers in which a person would look for the target count."""
     occlusion: float = Field(ge=0, le=1)
-    """Share of the target's surface that others hide in the solution's first frame of the target; 1 if it has none."""
+    """Share of the target's surface that other objects hide in the solution's first frame that shows the target; 1 if
+    no frame shows it."""
     slack: float = Field(ge=0, le=1)
     """Share of the step budget that the solution leaves unused."""
     reference_words: int = Field(ge=0)
@@ -107,9 +109,9 @@ def index_of(measures: LevelMeasures) -> float:
 def level_of(family: Family, index: float) -> Level:
     """Return the level of a difficulty index within a family, by `FamilySpec.level_bounds`.
 
-    The package's bounds are near the quartiles of a sample of drafted episodes. In half of the sample, the start is the
-    first that shows the target well; in the other half, it is the hardest of twelve starts. The bounds are higher in VS
-    and SM, in which human players failed most.
+    The package's bounds are near the quartiles of a sample of drafted episodes. Half of the episodes start at the first
+    place that shows the target well, the other half at the hardest of twelve places. The bounds are higher in VS and
+    SM, in which human players failed most.
     """
     given = [spec.level_bounds for spec in FAMILIES.values() if spec.level_bounds is not None]
     bounds = FAMILIES[family].level_bounds or tuple(statistics.fmean(each) for each in zip(*given, strict=True))

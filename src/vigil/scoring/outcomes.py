@@ -1,4 +1,4 @@
-"""Scoring: computes from one record of an episode one row of verdicts.
+"""Scoring: computes one row of verdicts from one record of an episode.
 
 `score` is pure: it gives the same outcome for a record during the run and years later. W says that the world reached
 the goal. B says that, in addition, the agent closed the episode with a matching report. No rule here depends on a
@@ -79,7 +79,7 @@ class Outcome:
     first_goal_step: int | None
     """The first step after which the goal held; None if there is no such step."""
     lag: int | None
-    """Number of steps from `first_goal_step` to the report; None unless B."""
+    """Number of steps from `first_goal_step` to the report; None unless B is true."""
     lag_from_reset: int | None
     """Like `lag`, but if the goal held at the reset, the steps are counted from step 0."""
     progress_at_report: float | None
@@ -96,7 +96,8 @@ class Outcome:
     """Number of invalid replies that were cut at the token limit; they are also counted as protocol failures."""
     would_parse_leniently: int
     library_replies: int
-    """Number of replies that a library took from the server's answer; reasoning may be lost or parts joined."""
+    """Number of replies whose text is a library's version of the server's answer; the library may have lost or joined
+    parts."""
     too_far: int
     path_blocked: int
     retry: int

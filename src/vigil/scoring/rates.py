@@ -15,7 +15,8 @@ from vigil.scoring.outcomes import REPORT_POLICIES, Label, Outcome, OutcomeCateg
 
 Z_95 = 1.959963984540054
 PRIOR_HITS = 5
-"""Pseudo-count in the estimate of the correlation between plays. With few hits, it moves the estimate towards 1."""
+"""Pseudo-count in the estimate of the correlation between plays of one episode. If there are few hits, it moves the
+estimate towards 1."""
 HIGH_PROGRESS = 0.75
 """Progress above which a false success counts as a near miss."""
 RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
@@ -75,7 +76,8 @@ class Counts:
     counts: Mapping[str, int]
     """Counts by name; the names are those of `count_masks`."""
     by_episode: Mapping[str, tuple[int, ...]] | None = None
-    """Name of a count -> its value for each episode; `n` is the number of plays. None if each was played only once."""
+    """Name of a count -> its value for each episode; `n` is the number of plays. None if each episode was played only
+    once."""
 
     @property
     def episodes(self) -> int:
@@ -215,10 +217,10 @@ def effective_sample_size(hits: Sequence[int], trials: Sequence[int]) -> float:
 
     `hits` and `trials` are counts for each episode. Plays of one episode are correlated, so they give less information
     than plays of different episodes. The result is n divided by the design effect 1 + (plays of an episode - 1) x
-    (correlation of these plays). The correlation is estimated from the variance of hits between episodes. Few hits or
-    few misses give a poor estimate, which is then moved towards full correlation. Source: Dean and Pagano, "Evaluating
-    confidence interval methods for binomial proportions in clustered surveys", 2015; for unequal numbers of plays,
-    Kish, "Survey sampling", 1965.
+    (correlation of these plays). The correlation is estimated from the variance of hits between episodes. If there are
+    few hits or few misses, the estimate is poor and is moved towards 1. Source: Dean and Pagano, "Evaluating confidence
+    interval methods for binomial proportions in clustered surveys", 2015; for unequal numbers of plays, Kish, "Survey
+    sampling", 1965.
     """
     n = sum(trials)
     plays = sum(count * count for count in trials) / max(n, 1)

@@ -42,7 +42,8 @@ class RecordTable:
     """The effective rows of a run's `episodes.jsonl` with their verdicts; the records stay in the file."""
 
     def __init__(self, folder: Path, header: RunHeader, episodes: Iterable[Episode]) -> None:
-        """`episodes` are all episodes of the run's pack, of which only the run's own are used. No rows are read yet."""
+        """`episodes` are all episodes of the run's pack; those that the run does not plan are ignored. No rows are read
+        yet."""
         self.path = folder / EPISODES_FILE
         self.check = RowCheck(header, episodes)
         self.is_missing = False
@@ -79,7 +80,8 @@ class RecordTable:
 
     @property
     def left_out(self) -> tuple[LeftOutRow, ...]:
-        """Rows that are not scored: unreadable, of another run, contrary to the protocol, or repeating other rows."""
+        """Rows that are not scored: rows that are unreadable, are of another run, violate the protocol, or repeat other
+        rows."""
         return tuple(self._filter.left_out)
 
     @property
@@ -181,7 +183,8 @@ def read_run(
     pack: str | Path | None = None,
     episodes_of: Callable[[Path, str], Iterable[Episode]] = frozen_episodes,
 ) -> SavedRun:
-    """Return a run with all its rows so far. `pack` is the folder of its pack; by default, that in the run's header.
+    """Return a run with all its rows so far. `pack` is the folder of its pack; by default, the folder in the run's
+    header.
 
     Raises RecordError or PackMismatch.
     """
@@ -233,8 +236,8 @@ def _runs_under(folder: Path, depth: int) -> list[Path]:
 def pack_folder(
     header: RunHeader, pack: str | Path | None = None, may_read: Callable[[Path], bool] = lambda _: True
 ) -> Path:
-    """Return the folder of a run's pack. This is `pack` if given, else a folder from the run's header or of the
-    package, if `may_read` allows it.
+    """Return the folder of a run's pack: `pack` if given; otherwise the folder that the run's header names, or that of
+    the packaged pack. A folder for which `may_read` returns False is not used.
 
     Raises PackMismatch.
     """

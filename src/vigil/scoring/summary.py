@@ -59,7 +59,7 @@ class Unscored:
 
 @dataclass(frozen=True, slots=True)
 class RunScores:
-    """All verdicts on a run, its episodes that ended as errors, and the numbers of its planned plays."""
+    """All verdicts on a run, its episodes that ended as errors, and the number of planned plays in each family."""
 
     outcomes: tuple[Outcome, ...]
     errors: tuple[Unscored, ...] = ()
@@ -73,7 +73,7 @@ class RunScores:
 
     @property
     def library_replies(self) -> int:
-        """Number of replies of which only a library's version, not the server's own text, was available."""
+        """Number of replies for which only a library's version was available, not the server's own text."""
         return sum(outcome.library_replies for outcome in self.outcomes)
 
     @property
@@ -128,12 +128,14 @@ def repeats(attempts: Sequence[int]) -> str:
 
 
 def has_many_repeats(attempts: Sequence[int]) -> bool:
-    """Whether more than 1 % of the episodes were started more than once. `attempts` has the numbers of attempts."""
+    """Whether more than 1 % of the episodes were started more than once. `attempts` has the number of attempts at each.
+    """
     return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 
 def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
-    """Return the verdict on a record; Unscored if it is an error row. Raises RecordError if of another episode."""
+    """Return the verdict on a record; Unscored if it is an error row. Raises RecordError if it is of another episode.
+    """
     if record.end != "error":
         return score(episode, record)
     boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
@@ -141,7 +143,8 @@ def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscore
 
 
 def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1) -> RunScores:
-    """Return the scores of a run from its verdicts, sorted by episode and epoch; `episodes` are those planned."""
+    """Return the scores of a run from its verdicts, sorted by episode and epoch. `episodes` are the planned episodes.
+    """
     found = [verdict for _, verdict in sorted(verdicts.items())]
     planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
     return RunScores(
@@ -169,7 +172,8 @@ def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epo
 
 
 def summarise(scores: RunScores) -> dict[str, Any]:
-    """Return `{"overall": rates, "families": {family: rates}}`; if families differ in size, also `macro`, their mean.
+    """Return `{"overall": rates, "families": {family: rates}}`. If families differ in size, `macro` has the mean over
+    families.
 
     A rate over an empty set of episodes is None. Raises RuntimeError if an identity of the protocol does not hold.
     """

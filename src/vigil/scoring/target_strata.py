@@ -1,4 +1,5 @@
-"""Strata: the rules that classify a target by size and distance. Packs are made, and results read, by these classes."""
+"""Strata: the rules that classify a target by size and distance. Packs are balanced over these classes, and results are
+split by them."""
 
 from collections.abc import Mapping
 
@@ -9,7 +10,7 @@ SIZE_OF_CATEGORY: dict[str, TargetSize] = {
     **dict.fromkeys(("Microwave", "Cabinet"), "medium"),
     **dict.fromkeys(("Egg", "Pen", "Watch"), "small"),
 }
-"""Category -> size class, for the categories that the paper names as examples. Their dimensions do not matter."""
+"""Category -> size class, for the categories that the paper names as examples. For these, dimensions do not matter."""
 LARGE_M, SMALL_M = 0.7, 0.22
 """Limits of the longest side (m) for other categories: large from LARGE_M, small up to SMALL_M."""
 DISTANCE_BANDS_M = (3.0, 4.0)
@@ -34,7 +35,7 @@ def distance_band(distance_m: float) -> str:
 def sort_by_size(named: Mapping[str, int]) -> dict[str, int]:
     """Return counts sorted by the size or number at the beginning of each name (the smallest first), then by name.
 
-    Without this, the counts from a manifest are sorted only by name.
+    In a manifest, counts are sorted only by name.
     """
     return dict(sorted(named.items(), key=lambda each: _sort_key(each[0])))
 
