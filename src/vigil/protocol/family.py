@@ -93,6 +93,6 @@ class FamilySpec:
 
     @property
     def start_horizon(self) -> float | None:
-        """Camera pitch (deg) at the start. None if the family requires the skill `look`: authors then choose the pitch.
-        """
+        """Camera pitch (deg) at the start. None if the family requires the skill `look`, as authors then choose the
+        pitch."""
         return None if "look" in self.skills else DEFAULT_HORIZON_DEG

@@ -128,14 +128,12 @@ def repeats(attempts: Sequence[int]) -> str:
 
 
 def has_many_repeats(attempts: Sequence[int]) -> bool:
-    """Whether more than 1 % of the episodes were started more than once. `attempts` has the number of attempts at each.
-    """
+    """Whether more than 1 % of the episodes were started more than once. `attempts` has one number for each episode."""
     return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 
 def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
-    """Return the verdict on a record; Unscored if it is an error row. Raises RecordError if it is of another episode.
-    """
+    """Return the verdict on a record; Unscored for an error row. Raises RecordError if it is of another episode."""
     if record.end != "error":
         return score(episode, record)
     boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
@@ -143,7 +141,7 @@ def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscore
 
 
 def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1) -> RunScores:
-    """Return the scores of a run from its verdicts, sorted by episode and epoch. `episodes` are the planned episodes.
+    """Return the scores of a run from its verdicts, sorted by episode and epoch. `episodes` are all planned episodes.
     """
     found = [verdict for _, verdict in sorted(verdicts.items())]
     planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
