@@ -27,11 +27,12 @@ def draw_evenly(episodes: Iterable[Episode]) -> list[Episode]:
 
 
 def balanced_units(episodes: Iterable[Episode], entries: Mapping[str, SuiteEntry]) -> Iterator[list[Episode]]:
-    """Yield units (single episodes or two twins), each of the family or kind with the fewest episodes so far.
+    """Yield units (single episodes or two twins). Each unit is of the family or kind that has the fewest episodes so
+    far.
 
-    Between families with equally few episodes, the first in the table of families is taken. Within a family, units are
-    sorted by the SHA-256 of their ids: a pseudo-random order that is the same on every machine. So the first N + 1
-    units always contain the first N.
+    If several families have equally few episodes, the first of them in the table of families is taken. Within a family,
+    units are sorted by the SHA-256 of their ids: a pseudo-random order that is the same on every machine. So the first
+    N + 1 units always contain the first N.
     """
     units: dict[str, list[Episode]] = {}
     waiting: dict[str, deque[list[Episode]]] = {}

@@ -37,7 +37,8 @@ class Manifest(BaseModel):
     name: str = Field(pattern=NAME_PATTERN)
     version: str = "1"
     versions: PackVersions = PackVersions()
-    """Versions of the package that made the pack. Only with these are the pack's solutions known to be valid."""
+    """Versions of the package that made the pack. The pack's solutions are known to be valid only under these
+    versions."""
     description: str = ""
     episodes: int
     houses: int
@@ -71,7 +72,7 @@ class PackFiles:
 
     @classmethod
     def of(cls, folder: Path, sha256: str | None = None) -> "PackFiles":
-        """Return the files of the pack in a folder. Raises PackMismatch, also if its hash is not `sha256`."""
+        """Return the files of the pack in a folder. Raises PackMismatch, e.g. if the pack's hash is not `sha256`."""
         raw = _read(folder, MANIFEST, MAX_MANIFEST_BYTES)
         found = hashlib.sha256(raw).hexdigest()
         if sha256 not in (None, found):

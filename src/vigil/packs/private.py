@@ -56,9 +56,9 @@ def is_secret(seed: int) -> bool:
 
 
 def seed_sha256(name: str, *seeds: int) -> str:
-    """Return the SHA-256 of the text "NAME SEED".
+    """Return the SHA-256 of the text "NAME SEED", with one or more seeds.
 
-    The hash commits the author to the secret seed: once the seed is published, anyone can check that it is the same
+    The hash commits the author to the secret seed. When the seed is published, anyone can check that it is the same
     seed.
     """
     return hashlib.sha256(" ".join([name, *map(str, sorted(seeds))]).encode()).hexdigest()
@@ -70,7 +70,8 @@ def secret_name(seed: int, kind: str, what: bytes) -> str:
 
 
 def secret_subseed(seed: int, kind: str, what: bytes) -> int:
-    """Return a 128-bit seed for one part of a pack, derived from the secret seed. It does not reveal any other seed."""
+    """Return a 128-bit seed for one part of a pack, derived from the secret seed. Other seeds cannot be computed from
+    it."""
     return MIN_SECRET_SEED + int.from_bytes(_keyed(seed, f"seed of {kind}", what)[:16], "big")
 
 

@@ -174,8 +174,8 @@ class Setup(_Fact):
         return self
 
     def _check_parents(self, object_id: str) -> None:
-        """Raise ValueError if the support of a placed object is absent or held, or itself rests on the placed object.
-        """
+        """Raise ValueError if the support of a placed object is absent or held, or itself rests on the placed
+        object."""
         chain, parent = [object_id], self._parent(object_id)
         while parent is not None:
             if parent in chain:

@@ -62,7 +62,8 @@ class RunTokens:
         self._effective: dict[Hashable, Tokens] = {}
 
     def add(self, key: Hashable, tokens: Tokens) -> None:
-        """Add the tokens of a row that becomes the effective row for its key. An earlier row is then superseded."""
+        """Add the tokens of a row that becomes the effective row for its key. It supersedes any earlier row for the
+        key."""
         self.total += tokens
         self.superseded += self._effective.get(key, Tokens())
         self._effective[key] = tokens
@@ -100,7 +101,7 @@ def parse_prices(text: str) -> Prices:
 
 
 def describe_costs(prices: Prices | None, tokens: RunTokens) -> str:
-    """Return a text about the tokens and cost of a run's replies, and what is unknown; without prices, no cost."""
+    """Return a text with the tokens of a run's replies, their cost (if there are prices), and what is unknown."""
     total = tokens.total
     if not total.reported:
         return "not known: no reply in the records reports its tokens"

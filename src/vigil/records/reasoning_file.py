@@ -30,9 +30,10 @@ class EpisodeReasoning(BaseModel):
 
 
 def store_reasoning(folder: Path, record: EpisodeRecord) -> EpisodeRecord:
-    """Write the reasoning of a record's replies, if any, to a file in `folder`. Return the record without reasoning.
+    """Write the reasoning of a record's replies, if any, to a file in `folder`. Return the record without the
+    reasoning.
 
-    When the function returns, the reasoning is on disk. Raises RecordError if it cannot be written.
+    When the function returns, the reasoning is on disk. Raises RecordError if the file cannot be written.
     """
     tails = {step.index: step.reply.reasoning[-MAX_CHARS:] for step in record.steps if step.reply.reasoning}
     steps = {index: tail.encode("utf-8", "replace").decode() for index, tail in tails.items()}

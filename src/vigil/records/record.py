@@ -157,8 +157,8 @@ class RunSpec(_Record):
     keep_program: bool | None = None
     """Whether an `exec:COMMAND` uses one process and folder for all episodes of a worker; None if not recorded."""
     frame_interval_seconds: float | None = None
-    """Period (s) of the frames for `exec:COMMAND`: a frame is sent a whole number of periods after the previous reply.
-    If 0 or None, a frame is sent as soon as it is ready."""
+    """Period (s) of the frames for `exec:COMMAND`: the time from a reply to the next frame is a whole number of
+    periods. If 0 or None, a frame is sent as soon as it is ready."""
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
     """Sampling settings that the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
@@ -361,8 +361,7 @@ def _flatten(place: str, fields: dict[str, Any]) -> Iterator[tuple[str, Any]]:
 
 class RowResolver:
     """Finds the effective row of each key (episode and epoch) while rows are read: the first row without an error. If
-    all rows of the key have an error, it is the last row.
-    """
+    all rows of the key have an error, the last row is effective."""
 
     def __init__(self) -> None:
         self._done: set[Key] = set()
@@ -387,7 +386,7 @@ def effective_records(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeReco
 
 
 def _advice(header: dict[str, Any]) -> str:
-    """Return advice on an invalid header, for the case that another version of vigil wrote it."""
+    """Return advice on what to do about an invalid header, in case another version of vigil wrote it."""
     wrote = header.get("package_version")
     if not isinstance(wrote, str) or wrote == __version__:
         return "Restore it from a copy."

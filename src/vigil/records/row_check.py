@@ -39,7 +39,7 @@ class RowCheck:
     """Checks whether rows belong to a run and follow the protocol."""
 
     def __init__(self, header: RunHeader, episodes: Iterable[Episode]) -> None:
-        """`episodes` are all episodes of the run's pack, of which only the run's own are used."""
+        """`episodes` are all episodes of the run's pack. Episodes that the run does not plan are ignored."""
         self._header = header
         self._sha256 = header.sha256
         wanted = set(header.spec.episode_ids)
@@ -138,7 +138,8 @@ def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
 
 
 def _last_invalid(episode: Episode, record: EpisodeRecord) -> int | None:
-    """Return the step of the invalid reply at which the episode must end; None if there are fewer invalid replies."""
+    """Return the step of the invalid reply that must end the episode; None if there are too few invalid replies for
+    this."""
     invalid = [step.index for step in record.steps if step.invalid is not None]
     return invalid[episode.max_invalid] if len(invalid) > episode.max_invalid else None
 

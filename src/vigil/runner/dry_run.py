@@ -18,7 +18,8 @@ from vigil.runner.plan import RunPlan
 
 @dataclass(frozen=True, slots=True)
 class CostEstimate:
-    """Bounds (least, most) on the calls and tokens of a run; an agent that reports early stays far below the most."""
+    """Bounds (least, most) on the calls and tokens of a run. An agent that reports early needs far less than the upper
+    bounds."""
 
     episodes: int
     """Number of plays: episodes times epochs."""
@@ -65,7 +66,7 @@ def _output_tokens(spec: RunSpec) -> tuple[int, int]:
 def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[int, int]) -> int:
     """Return the tokens sent in the first `calls` calls of an episode.
 
-    `sizes` are the tokens of an answer and of a frame. Reasoning is not included, because later calls do not repeat it.
+    `sizes` has the tokens of an answer and of a frame. Reasoning is not counted, because later calls do not repeat it.
     """
     conversation = Conversation(profile, episode.instruction)
     reply = "x" * int(sizes[0] * CHARS_PER_TOKEN)

@@ -114,7 +114,8 @@ def evaluate(
 
 @contextmanager
 def _rare_garbage_collection() -> Generator[None, None, None]:
-    """Run the garbage collector rarely: it took a quarter of this process's time, mostly for imported modules."""
+    """Run the garbage collector rarely. Otherwise it takes a quarter of this process's time, mostly for imported
+    modules."""
     gc.collect()
     gc.freeze()
     usual = gc.get_threshold()
@@ -135,7 +136,7 @@ class _ConnectionCloser:
         self._left = episodes
         self._alive = 0
         self.played = 0
-        """Number of episodes that have ended, including infrastructure errors."""
+        """Number of episodes that have ended, including those that ended with infrastructure errors."""
 
     async def play_one(self, assignment: Assignment) -> EpisodeRecord:
         self._left -= 1
@@ -250,9 +251,9 @@ def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
 def vigil(**given: Any) -> Task:
     """A pack as an Inspect task: `inspect eval vigil/vigil --model provider/model -T pack=starter`.
 
-    The results are in Inspect's log, and epochs, retries and resuming are Inspect's; only `vigil run` writes
-    `episodes.jsonl`. A provider's usual key is sent only to the provider's own hosts. For any other address,
-    `api_key_env` names the variable with the key.
+    The results are in Inspect's log, and Inspect manages epochs, retries and resuming; only `vigil run` writes
+    `episodes.jsonl`. The key in a provider's usual variable is sent only to the provider's own hosts. For any other
+    address, `api_key_env` names the variable with the key.
     """
     try:
         settings = RunSettings(model=PLACEHOLDER_MODEL, **task_settings(given))
@@ -288,14 +289,14 @@ def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class _InspectSession:
-    """Player inside an evaluation that `inspect eval` has started; simulators are made when first needed.
+    """Player inside an evaluation that `inspect eval` has started. Simulators are made when they are first needed.
 
-    A model is checked before its first episode, as in `vigil run`. Whenever no episode is being played, the clients
-    that were made here are closed, because the event loop may end soon.
+    A model is checked before its first episode, as in `vigil run`. Whenever no episode is being played, the model
+    clients that this session made are closed, because the event loop may end soon.
     """
 
     def __init__(self, plan: RunPlan, coordinates: Coordinates | None, api_key_env: str | None) -> None:
-        """With `coordinates` None, each model has the coordinate system of its entry in the published table.
+        """If `coordinates` is None, each model uses the coordinate system that the published table has for it.
 
         `api_key_env` names the variable with the key for an address that is not the provider's.
         """
@@ -306,7 +307,7 @@ class _InspectSession:
         self._checked: set[str] = set()
         self._models: dict[str, Model] = {}
         self._made: set[str] = set()
-        """Names of the models whose clients were made here, not by Inspect."""
+        """Names of the models whose clients this session made. Inspect made the others."""
         self._alive = 0
         self._one_at_a_time = asyncio.Lock()
 
@@ -344,7 +345,8 @@ class _InspectSession:
         return self._models[name]
 
     async def _close_models(self) -> None:
-        """Close the clients that were made here. Inspect's own clients stay open, because it may still use them."""
+        """Close the clients that this session made. Inspect's own clients stay open, because Inspect may still use
+        them."""
         made = [self._models.pop(name) for name in sorted(self._made)]
         self._made.clear()
         for model in made:

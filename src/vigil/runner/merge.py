@@ -1,7 +1,7 @@
 """Joining the shards of a run into one run, as if one machine had played it: rows, attempts, frames and logs.
 
 The joined folder is written under a temporary name and renamed when it is complete. It has the rows of the first shard,
-then those of the second, and so on; its header names every session that played them. The shards are not changed.
+then those of the second, and so on. Its header lists every session of every shard. The shards are not changed.
 """
 
 import shutil
@@ -96,7 +96,8 @@ def merge_runs(out: Path, shards: Sequence[Path], settings: MergeSettings | None
 
 
 def _check_headers(headers: dict[Path, RunHeader], given: int, settings: MergeSettings) -> None:
-    """Raise RecordError unless the headers are of shards of one run, and each shard is given once."""
+    """Raise RecordError unless the headers are of shards of one run, with no shard twice and, without `partial`, none
+    missing."""
     seen: dict[int, Path] = {}
     for folder, header in headers.items():
         shard = header.spec.shard
@@ -207,7 +208,7 @@ def _joined_header(run_id: str, parts: Sequence[_ShardRun]) -> RunHeader:
 
 
 def _sessions(part: _ShardRun, before: int) -> Iterator[Resumption]:
-    """Yield the sessions of a shard; `before` is the number of rows of earlier shards, which come first."""
+    """Yield the sessions of a shard. `before` is the number of rows of the earlier shards, which precede its rows."""
     header = part.header
     yield Resumption(
         started=header.started,

@@ -38,7 +38,8 @@ RUNS_FOLDER = Path("runs")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Execution:
-    """How a run is carried out, which is not part of its identity. `RunSettings` explains fields of the same name."""
+    """Settings for carrying out a run that are not part of its identity. `RunSettings` explains fields of the same
+    name."""
 
     folder: Path
     """Folder of the run."""
@@ -129,7 +130,7 @@ def _secrets(settings: RunSettings, endpoint: Endpoint | None) -> Secrets:
 
 
 def _same_fields(settings: RunSettings, plan: type) -> dict[str, Any]:
-    """Return {name: value} of the settings whose fields the class `plan` has under the same names."""
+    """Return {name: value} of those settings that are also fields of the class `plan`."""
     changed = {"pack", "profile", "agent", "timeout_s"}
     shared = {one.name for one in fields(plan)} & {one.name for one in fields(settings)} - changed
     return {name: getattr(settings, name) for name in shared}

@@ -1,4 +1,5 @@
-"""Queue of the assignments that remain. It avoids that a worker plays both twins of a pair one after the other."""
+"""Queue of the assignments that remain. It prevents a worker from playing the two twins of a pair one after the
+other."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping
@@ -7,7 +8,7 @@ from vigil.runner.workers.messages import Assignment
 
 
 class PlayQueue:
-    """Queue of assignments in order, except that it skips assignments that a worker should not play next."""
+    """Queue of assignments. They are taken in order, but assignments that a worker should not play next are skipped."""
 
     def __init__(self, assignments: Iterable[Assignment], pairs: Mapping[str, str]) -> None:
         """`pairs` maps the id of each episode that has a twin to the name of the pair."""
@@ -17,7 +18,7 @@ class PlayQueue:
     def take(self, last: Assignment | None) -> Assignment | None:
         """Return the next assignment for a worker that has just played `last`; None when nothing is left.
 
-        The twin of `last`, and the same episode in another epoch, come later unless nothing else is left.
+        The twin of `last`, and the same episode in another epoch, are only taken if nothing else is left.
         """
         if not self._waiting:
             return None

@@ -38,7 +38,7 @@ class RunProgress:
     latest: Outcome | None
     """Outcome of the episode that has just ended; None for an error, and before the first episode has ended."""
     retry_reason: str | None = None
-    """Latest failure that led to a retry since an episode last ended; None without such a failure."""
+    """Latest failure that led to a retry after the last finished episode; None without a failure."""
     warning: str | None = None
     """Warning for the user, or None.
 
@@ -130,7 +130,8 @@ class ProgressCounter:
         self._report(None)
 
     def _invalid_replies_warning(self) -> str | None:
-        """Return the warning about invalid replies, once, if more than half of the replies are invalid."""
+        """Return the warning about invalid replies if more than half of the replies are invalid; None if it was
+        returned before."""
         invalid = self._reasons.total()
         is_due = self._seen_episodes >= EPISODES_BEFORE_WARNING and invalid > WARNING_SHARE * self._seen_replies
         if self._has_warned_of_invalid_replies or not is_due:
@@ -145,7 +146,8 @@ class ProgressCounter:
         )
 
     def _cut_dialogue_warning(self, record: EpisodeRecord) -> str | None:
-        """Return the warning about a server that cuts dialogues, once."""
+        """Return the warning that the server cuts dialogues, if this record shows it; None if it was returned
+        before."""
         found = None if self._has_warned_of_cut else find_shrunk_request(record)
         if found is None:
             return None
@@ -157,7 +159,7 @@ class ProgressCounter:
         )
 
     def _coordinates_warning(self) -> str | None:
-        """Return the warning about a model that uses other coordinates than requested, once."""
+        """Return the warning that the model uses other coordinates than requested; None if it was returned before."""
         is_due = self._clicks_out_of_frame >= CLICKS_BEFORE_WARNING
         is_due &= self._clicks_out_of_frame > WARNING_OUT_OF_FRAME_SHARE * self._clicks
         if self._has_warned_of_coordinates or not is_due:

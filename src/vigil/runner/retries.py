@@ -26,7 +26,8 @@ MAX_RESTORES = 2
 
 @dataclass(frozen=True, slots=True)
 class RetryPolicy:
-    """Number of retries, and the waits in between: each is twice the last, with jitter, or as the provider asks."""
+    """The number of retries, and the waits before them. Each wait is twice the previous wait, with random jitter,
+    unless the provider asks for another wait."""
 
     retries: int = 8
     first_wait_s: float = 1.0

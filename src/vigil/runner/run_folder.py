@@ -78,9 +78,9 @@ class RunFolder:
     ) -> "RunFolder":
         """Return the folder of the run `spec`: a new one, or one in which the run continues.
 
-        `input_paths` go into its header. `force` continues a run even if its program has changed. `episodes` are those
-        of the pack; rows that do not belong to this run do not count. A folder without recorded rows may be reused.
-        Raises RecordError when the folder has another run.
+        `input_paths` go into the header. `force` continues a run even if the agent's program has changed. `episodes`
+        are all episodes of the pack; rows that do not belong to this run do not count. A folder without recorded rows
+        may be reused. Raises RecordError when the folder has another run.
         """
         rows = path / EPISODES_FILE
         refuse_outward_links(path, RecordError)
@@ -187,7 +187,7 @@ class RunFolder:
         return {"resumed": (*self.header.resumed, session)}
 
     def note_provider(self, answered: ProviderFacts) -> None:
-        """Add the facts about the provider that answered to this session's entry in the header."""
+        """Add facts from the provider's answers to this session's entry in the header."""
         if not self._is_resumed:
             self._update(answered=answered)
             return
@@ -195,12 +195,12 @@ class RunFolder:
         self._update(resumed=(*earlier, session.model_copy(update={"answered": answered})))
 
     def note_prices(self, prices: Prices) -> None:
-        """Add the prices to the header, from which the cost of the run is computed."""
+        """Add prices to the header. The cost of the run is computed from these prices."""
         if self.header.prices != prices:
             self._update(prices=prices)
 
     def note_end(self) -> None:
-        """Add the time at which the run ended to the header, unless the header already has it."""
+        """Add the run's end time to the header, unless the header already has it."""
         if self.header.ended is None:
             self._update(ended=datetime.now(UTC))
 

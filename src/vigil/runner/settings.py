@@ -72,7 +72,8 @@ class RunSettings:
     ] = None
     base_url: BaseUrl = None
     api_key_env: ApiKeyEnv = None
-    """Environment variable with the key; None for the provider's usual variable, whose key goes only to its hosts."""
+    """Environment variable with the key; None for the provider's usual variable, whose key is sent only to the
+    provider's hosts."""
     log_dir: LogDir = None
     """Folder of the run; None for a folder under `runs/` whose name depends only on the settings."""
     limit: Annotated[
@@ -217,7 +218,7 @@ class RunSettings:
         ),
     ] = False
     reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP, is_option=False)] = False
-    """Whether Inspect's log may hold the episodes of a private pack; only `inspect eval` takes it."""
+    """Whether Inspect's log may hold the episodes of a private pack; only `inspect eval` has this setting."""
     retries: Annotated[
         int, Setting("Number of times that a failed request is sent again.", minimum=0, is_option=False)
     ] = 8

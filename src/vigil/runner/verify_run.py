@@ -84,7 +84,8 @@ class Verification:
     notes: tuple[str, ...] = ()
     """Notes that say which rows do not belong to the run, and why."""
     left_out: int = 0
-    """Number of rows that do not belong to the run. They are not scored; a run that has any counts as not verified."""
+    """Number of rows that do not belong to the run. They are not scored. If there are any, the run does not count as
+    verified."""
 
     @property
     def is_verified(self) -> bool:

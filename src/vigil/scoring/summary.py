@@ -141,8 +141,8 @@ def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscore
 
 
 def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1) -> RunScores:
-    """Return the scores of a run from its verdicts, sorted by episode and epoch. `episodes` are all planned episodes.
-    """
+    """Return the scores of a run from its verdicts, sorted by episode and epoch. `episodes` are all planned
+    episodes."""
     found = [verdict for _, verdict in sorted(verdicts.items())]
     planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
     return RunScores(

@@ -1,8 +1,8 @@
 """How a model is reached: through which of Inspect's providers, at which address and with which key.
 
 A model is named `provider/model`; `vigil.runner.models.providers` lists the providers. With a base URL, any
-OpenAI-style server works without a key. If a name does not begin with a known provider, such as
-`Qwen/Qwen3-VL-8B-Instruct`, all of it is the model's name.
+OpenAI-style server works without a key. If a name such as `Qwen/Qwen3-VL-8B-Instruct` does not begin with a known
+provider, the whole name is the model's name.
 """
 
 import os
@@ -46,7 +46,7 @@ class ModelAccess:
     model_name: ModelName | None = None
     """Parsed name of the model; None when a model was not given by name."""
     key_variable: str = ""
-    """Variable with the key that is sent; empty when none is sent."""
+    """Variable with the key that is sent; empty when no key is sent."""
 
     @property
     def served_name(self) -> str:
@@ -82,7 +82,7 @@ class ModelAccess:
 
     @property
     def missing(self) -> str:
-        """Message that says whether the provider's client or key is missing; empty when both are there."""
+        """Message that says whether the provider's client or key is missing; empty when neither is missing."""
         if self.model_name is None:
             return ""
         provider = self.model_name.provider
@@ -125,7 +125,7 @@ def model_access(
     """Return how `model` is reached, and with which key.
 
     The key in a provider's usual variable is sent only to the provider's hosts. Any other address gets the value of the
-    variable `api_key_env`, or no key. Raises SettingError on an invalid name, address or variable.
+    variable that `api_key_env` names, or no key. Raises SettingError on an invalid name, address or variable.
     """
     found = parse_model_name(model)
     provider = found.provider

@@ -23,7 +23,8 @@ Wire = Literal["chat", "responses", "anthropic", "google"]
 
 
 class NoAnswer(Exception):
-    """A body does not have a reply. `status` is the status in an error that was sent with HTTP 200; None if unknown."""
+    """Error: a body does not have a reply. `status` is the status in an error that came with HTTP 200; None if
+    unknown."""
 
     def __init__(self, message: str, status: int | None = None) -> None:
         super().__init__(message)
@@ -66,7 +67,7 @@ class ModelAnswer:
 def read_answer(wire: Wire, body: bytes) -> ModelAnswer:
     """Return the reply in a body. Raises NoAnswer.
 
-    Whether the body is a stream of events is seen from the body, because servers often send a wrong content type.
+    The body itself shows whether it is a stream of events, because servers often send a wrong content type.
     """
     answer = ModelAnswer()
     read = _READERS[wire]
@@ -131,7 +132,8 @@ def _error(found: Any) -> NoAnswer:
 
 
 def _failed_status(part: dict[str, Any]) -> bool:
-    """Return whether a part is a failure in MiniMax's form, in which a failure has a message, too."""
+    """Return whether a part reports a failure in MiniMax's form. Such a part may have a message although the request
+    failed."""
     status = part.get("base_resp")
     return is_object(status) and status.get("status_code") not in (None, 0)
 
@@ -189,7 +191,7 @@ def _add_content(answer: ModelAnswer, content: Any) -> None:
 
 
 def _reasoning_field(message: dict[str, Any]) -> str:
-    """Return the reasoning in a separate field of a message. If a server sends it twice, in two fields, one is used."""
+    """Return the reasoning in a separate field of a message. If two fields have reasoning, return only the first."""
     fields = (message.get("reasoning_content"), message.get("reasoning"))
     text = next((one for one in fields if isinstance(one, str) and one), None)
     if text is not None:
@@ -214,7 +216,8 @@ def _tool_name(message: dict[str, Any]) -> str | None:
 
 
 def _finish_reason(choice: dict[str, Any]) -> str | None:
-    """Return the finish reason of an answer. Behind a router, the provider's own reason counts if it is a failure."""
+    """Return the finish reason of an answer. If a router adds the provider's own reason and this is a failure, return
+    this."""
     own = _reason_text(choice.get("finish_reason"))
     beside = choice.get("provider_specific_fields")
     native = choice.get("native_finish_reason") or (is_object(beside) and beside.get("native_finish_reason"))

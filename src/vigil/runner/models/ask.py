@@ -28,7 +28,7 @@ Send = Callable[[Sequence[Message]], Awaitable[Reply]]
 """Function that sends messages to a model once and returns its reply. Raises AttemptFailed."""
 
 TRANSIENT_STATUS = frozenset({408, 409, 425, 429})
-"""HTTP status codes below 500 of errors that may not occur again."""
+"""HTTP status codes below 500 of errors that may be temporary."""
 _REJECTION_STATUS = frozenset({400, 403, 413, 422})
 _DEFAULT_ERROR_STATUS = 400
 """Status that is assumed for an error that was sent with HTTP 200 and does not name a status."""
@@ -47,7 +47,7 @@ _NOT_ABOUT_THE_REQUEST = re.compile(
     r"setting|per (day|hour|minute)|cloudflare|<html",
     re.IGNORECASE,
 )
-"""Words of errors that are about the customer, the settings or a proxy, not about the request's content or length."""
+"""Words of errors that concern the customer, the settings or a proxy, not the request's content or length."""
 
 
 class AttemptFailed(Exception):
@@ -94,7 +94,7 @@ def parse_answer(wire: Wire, body: bytes) -> ModelAnswer:
 def check_ending(finish_reason: str | None, text: str, tool_call: str | None) -> None:
     """Raise AttemptFailed when an answer was ended by something other than the model.
 
-    The finish reason says so. If it is unknown, an answer that has neither text nor a tool call counts as ended by
+    The finish reason shows this. If it is unknown, an answer that has neither text nor a tool call counts as ended by
     something else.
     """
     ending = stop_cause(finish_reason)

@@ -1,4 +1,4 @@
-"""A model that is asked outside of a run: to complete a text (for proposals of tasks), or to calibrate its pointing."""
+"""Use of a model outside of a run: to complete a text (for proposals of tasks), or to calibrate its pointing."""
 
 import asyncio
 from collections.abc import Callable, Generator

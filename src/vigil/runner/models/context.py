@@ -10,11 +10,11 @@ from vigil.records.record import EpisodeRecord
 
 CHARS_PER_TOKEN = 4.0
 PICTURE_TOKENS = (300, 1300)
-"""Least and most tokens of a frame of 640 x 480 pixels."""
+"""Minimum and maximum number of tokens of a frame of 640 x 480 pixels."""
 REPLY_TOKENS = (40, 400)
-"""Least and most tokens of a reply, which is one JSON object with a thought."""
+"""Minimum and maximum number of tokens of a reply, which is one JSON object with a thought."""
 REASONING_TOKENS = (100, 8_000)
-"""Least and most tokens that a thinking model writes before an answer; an estimate for runs without --max-tokens."""
+"""Minimum and maximum number of tokens that a thinking model writes before an answer, for runs without --max-tokens."""
 CONTEXT_OPTIONS = "vLLM: --max-model-len, SGLang: --context-length, llama.cpp: -c, Ollama: OLLAMA_CONTEXT_LENGTH"
 CONTEXT_OVERFLOW = re.compile(
     r"context.?(length|window|size)|max_model_len|maximum model length|exceed_context|context limit|"
@@ -52,9 +52,10 @@ def size_hint(messages: Sequence[Message]) -> str:
 
 
 def find_shrunk_request(record: EpisodeRecord) -> tuple[int, int] | None:
-    """Return the input tokens of two consecutive requests if the later one took fewer tokens; None if there are none.
+    """Return the input tokens of two consecutive requests if the second has fewer tokens than the first; None if no two
+    do.
 
-    A dialogue only grows until the history is full, so the server has then cut it without an error.
+    Only requests before the history is full are compared. These can only grow, unless the server cuts the dialogue.
     """
     usages = [step.reply.usage for step in record.steps[: HISTORY_TURNS + 1]]
     inputs = [usage.input_tokens for usage in usages if usage is not None]

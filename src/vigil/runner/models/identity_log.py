@@ -1,4 +1,5 @@
-"""Which model answered: names, addresses and finish reasons as the provider's answers say them, not the settings."""
+"""Which model answered: names, addresses and finish reasons from the provider's answers, not from the run's
+settings."""
 
 from collections import Counter
 from collections.abc import Callable, Collection
@@ -19,7 +20,8 @@ class ModelIdentityLog:
     """Log of the answers in one session of a run, including the answers to the check before the run."""
 
     earlier_names: Collection[str] = ()
-    """Names under which the model answered in earlier sessions; any other name is refused. Empty accepts all names."""
+    """Names under which the model answered in earlier sessions. An answer under any other name is refused. If empty,
+    all names are accepted."""
     asked: Thinking = "default"
     """Thinking setting that was requested."""
     effort: str | None = None

@@ -57,7 +57,8 @@ _HTTP_LIBRARIES = frozenset({"httpx", "httpx2", "aiohttp"})
 
 
 class ModelClient:
-    """Client of a model, which retries failed requests; leaving its `async with` block closes its connections."""
+    """Client of a model, which retries failed requests. At the end of its `async with` block, its connections are
+    closed."""
 
     def __init__(self, endpoint: Endpoint, identity_log: ModelIdentityLog | None = None) -> None:
         """Each answer is added to `identity_log`. Raises SettingError when the provider cannot be used."""
@@ -140,8 +141,8 @@ def sender(
 ) -> Send:
     """Return a function that sends messages to `model` once; `config` overrides the model's own config.
 
-    Each answer is added to `identity_log`. The reply is the server's text if it was captured, else the library's;
-    `reply_source` says which. The function raises AttemptFailed.
+    The function adds each answer to `identity_log`. It returns the text that the server sent if this was captured, and
+    otherwise the library's text; `reply_source` says which. It raises AttemptFailed.
     """
     config = config or GenerateConfig()
     identity_log = identity_log or ModelIdentityLog()
@@ -172,7 +173,8 @@ def sender(
 
 
 def _is_answered(exchanges: Sequence[Exchange]) -> bool:
-    """Return whether the server answered without an error. Then its answer counts, even if a library failed on it."""
+    """Return whether the server answered without an error. If so, its answer counts, even if a library failed to read
+    it."""
     return bool(exchanges) and exchanges[-1].status in range(200, 300)
 
 

@@ -25,7 +25,8 @@ INSTRUCTION = "Point at the centre of the magenta disc."
 RADIUS_PX = 12
 """Radius of the disc that marks a spot."""
 MAX_MEDIAN_ERROR_PX = 32.0
-"""Greatest median error of a convention that fits; a wrong convention has 200 px or more at these spots."""
+"""Maximum median error of a convention that fits the answers. A wrong convention has an error of 200 px or more
+here."""
 
 
 class FramePoint(NamedTuple):

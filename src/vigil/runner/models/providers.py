@@ -1,7 +1,7 @@
 """Providers by name: hosts, variables with key and address, required client, and the switch for thinking.
 
-A provider in OpenAI's style is asked at its address; any other provider through Inspect's client of that name. Upper
-and lower case count in names.
+A provider in OpenAI's style is reached directly at its address; any other provider, through Inspect's client of that
+name. Names are case-sensitive.
 """
 
 import os
@@ -40,7 +40,7 @@ TEMPLATE_SWITCH = ThinkingSwitch.body(
     {"chat_template_kwargs": {"enable_thinking": True, "thinking": True}},
     {"chat_template_kwargs": {"enable_thinking": False, "thinking": False}},
 )
-"""Switch in the arguments of a chat template; a template reads one of the two names and ignores the other."""
+"""Switch that sets arguments of a chat template. Both names are sent; a template reads the name that it knows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,8 @@ class Provider:
 
     @property
     def key_variable(self) -> str:
-        """Variable with the key: the first one that is set, else the first one; empty if there are no variables."""
+        """Variable with the key: the first variable that is set; if none is set, the first; empty if there are no
+        variables."""
         return next((name for name in self.keys if os.environ.get(name)), self.keys[0] if self.keys else "")
 
 
@@ -301,7 +302,7 @@ PROVIDERS: dict[str, Provider] = {
     "hf-inference-providers": Provider("Hugging Face's providers", ("router.huggingface.co",), keys=("HF_TOKEN",)),
     "mockllm": Provider("Inspect's stand-in for a model"),
 }
-"""Name of a provider, or `provider/service` -> provider."""
+"""Name of a provider (`provider` or `provider/service`) -> the provider."""
 ANY_SERVICE = "openai-api"
 """First part of the name `openai-api/SERVICE/NAME`, for any service in OpenAI's style.
 

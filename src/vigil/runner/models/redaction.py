@@ -1,7 +1,7 @@
 """Redaction: keys, tokens and passwords are removed from all that a run writes.
 
-Two methods are used together. The first looks for names and forms of secrets, and depends only on the text: a run's
-name in its header must not change when a key does. The second looks for values: everything recognised as a secret, and
+Two methods are used together. The first looks for names and forms of secrets. It depends only on the text, so a run's
+name in its header does not change when a key does. The second looks for values: everything recognised as a secret, and
 every secret of the environment, is removed from free text (messages, tracebacks, the standard error of programs).
 Replies of an agent are evidence and are never changed.
 """
@@ -20,9 +20,9 @@ from vigil.errors import VigilError
 
 REDACTED = "(not recorded)"
 MIN_SECRET_CHARS = 6
-"""Least length of a secret; shorter values would be found in the middle of ordinary words."""
+"""Minimum length of a secret. Shorter values are not removed, because they also occur within ordinary words."""
 MIN_ENVIRONMENT_CHARS = 8
-"""Least length of a secret from the environment."""
+"""Minimum length of a secret from the environment."""
 _SECRET_WORDS = frozenset(
     [
         "secret",
@@ -187,7 +187,7 @@ def _secrets_in_command(command: str) -> list[str]:
 
 
 def _secrets_in_url(url: str) -> list[str]:
-    """Return the secrets in an address: user name, password and query, and the login as it is sent in a header."""
+    """Return the secrets in an address: user name, password, query, and the login in the form that a header has."""
     try:
         query = urlsplit(url).query
     except ValueError:
@@ -270,7 +270,7 @@ def _unquoted(word: str) -> str:
 
 
 def _encodings_of(value: str) -> Iterator[str]:
-    """Yield the forms of a value that a text may contain: unchanged, and as in an address, in JSON and in Python."""
+    """Yield the forms in which a text may contain a value: unchanged, or encoded for an address, JSON or Python."""
     yield value
     yield quote(value, safe="")
     yield quote(value)

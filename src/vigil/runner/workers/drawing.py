@@ -28,8 +28,8 @@ class MomentRenderer:
         return encode_frame(self._go_to(moment).frame()).data
 
     def walk(self, moment: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
-        """Return the result of `action` (None: no action) at a moment. After an action, the next request resets
-        first."""
+        """Return the result of `action` at a moment (None: no action). After an action, the next request begins with a
+        reset."""
         simulator = self._go_to(moment)
         effect = Effect()
         if action is not None:

@@ -40,7 +40,7 @@ class WorkerPlan:
     profile: Profile
     backend: str = "mujoco"
     simulator_factory: SimulatorFactory | None = None
-    """Function that makes the simulator, instead of the backend."""
+    """Function that makes a custom simulator; None for the backend's simulator."""
     quality: Quality = "default"
     asset_database: Path | None = None
     frames: Path | None = None

@@ -31,9 +31,9 @@ def play(
 ) -> None:
     """Play `episode` to its end in `env`, which then has the record.
 
-    The agent sees only observations and the instruction. Failures of its program end the episode as `error`. `earlier`
-    are the replies that the agent gave in a process that was lost: they are carried out first, and the agent continues
-    from there. Raises InputError.
+    The agent sees only observations and the instruction. If the agent's program fails, the episode ends as `error`. If
+    the agent's earlier process was lost, `earlier` has the replies that it gave: they are carried out first, and the
+    agent continues after them. Raises InputError.
     """
     observation = env.reset(episode)
     try:

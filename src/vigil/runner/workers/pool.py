@@ -102,8 +102,8 @@ class SimulatorPool:
     def facts(self, drawn: Assignment | None = None) -> SimulatorFacts:
         """Return the backend's facts. This starts all workers for which there is capacity.
 
-        If `drawn` is given, each worker draws its first frame. Raises SimulatorError when a worker cannot start or
-        draw, or when there is no capacity.
+        If `drawn` is given, each worker draws the first frame of `drawn`. Raises SimulatorError when a worker cannot
+        start or draw, or when there is no capacity.
         """
         return Retrying(**_RETRY_ON_ANOTHER)(self._facts, drawn)
 
@@ -124,8 +124,8 @@ class SimulatorPool:
         """Play an episode with the agent inside a worker and return the record. Raises WorkerLost.
 
         `worker` is preferred among equally busy workers. `on_first_frame` is called before the agent sees the first
-        frame. If the worker is lost after that, the agent continues in another worker with `may_resume`; otherwise the
-        loss is raised at once.
+        frame. If the worker is lost after that and `may_resume` is true, the agent continues in another worker. If
+        `may_resume` is false, WorkerLost is raised at once.
         """
         replies: list[Reply] = []
         has_begun = False

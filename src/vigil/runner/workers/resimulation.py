@@ -1,7 +1,7 @@
 """Verification: recorded replies are simulated again, and every recorded fact is compared with the result.
 
-Positions may differ by 1 mm and angles by 0.01 degrees, because another machine rounds differently; booleans, ids,
-words and ends must be equal. Source: `protocol.md` section 7.
+Positions may differ by 1 mm and angles by 0.01 degrees, because another machine rounds differently. Booleans, ids,
+words and endings must be equal. Source: `protocol.md` section 7.
 """
 
 import math

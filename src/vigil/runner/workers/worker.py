@@ -79,7 +79,7 @@ class EpisodeWorker:
     def facts(self, drawn: Assignment | None) -> SimulatorFacts:
         """Return the backend's facts.
 
-        If `drawn` is given, its first frame is drawn before, which shows whether the machine can draw.
+        If `drawn` is given, draw its first frame before, to check that this machine can draw.
         """
         slot = self._take_slot() if drawn is None else self._slot_for(drawn)
         self._idle.append(slot)
@@ -91,8 +91,8 @@ class EpisodeWorker:
     def play(self, assignment: Assignment, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
         """Return the record of one episode, played by the agent in the worker.
 
-        `earlier` are the replies that the agent gave in a lost worker; the agent continues after them. None to begin
-        the episode.
+        `earlier` has the replies that the agent gave in a lost worker, so that the agent continues after them. If
+        `earlier` is None, the episode begins.
         """
         slot = self._slot_for(assignment)
         try:
