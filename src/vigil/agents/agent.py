@@ -8,7 +8,8 @@ from vigil.protocol.observation import Observation
 REPLY_SECONDS = 600
 """Default time limit of one reply of a model or a program, in seconds."""
 FRAME_INTERVAL_SECONDS = 1.0
-"""Default period of a program's frames, in seconds: the next frame comes a whole number of periods after the reply."""
+"""Default period of a program's frames, in seconds. The time from a reply to the next frame is a whole number of
+periods."""
 
 
 class Agent(Protocol):

@@ -105,7 +105,8 @@ class ExecAgent:
         self._pacer.begin()
 
     def resume(self, instruction: str) -> None:
-        """Continue an episode after VIGIL's process and the program were lost. The program had already seen a frame."""
+        """Continue an episode after VIGIL's process and the program were lost. The lost program had already seen a
+        frame."""
         self._end()
         self._prepare(instruction, has_seen_frame=True)
         self._pacer.begin()
@@ -179,8 +180,8 @@ class ExecAgent:
             ) from None
 
     def _answer(self, message: bytes, deadline: float) -> tuple[bytes, ReplyCut | None]:
-        """Return the program's answer to a frame and, if the answer was too long and was cut, its full size and hash.
-        Raises ProgramFault.
+        """Return the program's answer to a frame and, if the answer was cut, its full size and hash. Raises
+        ProgramFault.
 
         The method also notes whether the program has begun to read a frame.
         """

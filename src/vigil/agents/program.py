@@ -49,7 +49,8 @@ _OTHER_FOLDER_VARIABLES = (
     "XDG_STATE_HOME",
     "XDG_RUNTIME_DIR",
 )
-"""Environment variables that name other folders of the user; removed, so that the program uses its own folder."""
+"""Environment variables that name other folders of the user. They are removed, so that the program uses its own
+folder."""
 _SEARCH_PATH_VARIABLES = ("PATH", "PYTHONPATH")
 """Environment variables that are lists of folders; relative folders in them are made absolute."""
 
@@ -69,7 +70,7 @@ class ProgramFault(Exception):
 
 
 class Program:
-    """One running program. Methods except `close` raise ProgramFault if it ends, hangs or writes without request."""
+    """One running program. Methods except `close` raise ProgramFault if it ends, hangs, or writes without a request."""
 
     def __init__(self, arguments: Sequence[str], folder: Path, timeout_s: float, redact: Redact) -> None:
         """Start the program with `folder` as its working directory. Raises OSError when it cannot be started.
@@ -124,7 +125,8 @@ class Program:
         return self.unread() < self._sent if self._has_begun_to_read is None else self._has_begun_to_read
 
     def send(self, data: bytes, deadline: float) -> None:
-        """Write `data` to the program's input. Raises ProgramFault if that takes until `deadline` (monotonic clock)."""
+        """Write `data` to the program's input. Raises ProgramFault if this is not done by `deadline` (monotonic
+        clock)."""
         left = memoryview(data)
         fd = _fileno(self._process.stdin)
         self._sent = 0
@@ -174,7 +176,8 @@ class Program:
             raise self.fault(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
 
     def ended(self, if_running: str = "ended without an answer") -> ProgramFault:
-        """Return the fault of a program that has closed a pipe: its exit code or, if it still runs, `if_running`."""
+        """Return the fault of a program that has closed a pipe. Its text is the exit code or, if the program still
+        runs, `if_running`."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=EXIT_TIMEOUT_S)
         return self.fault(if_running if self.is_running else "ended without an answer")

@@ -37,8 +37,8 @@ CLICK_ROW_Y = 272
 CLICK_ROW_X = range(48, FRAME_WIDTH, 64)
 """The ten x coordinates (pixels) of a row of clicks across the frame.
 
-Such rows of clicks, from places 1 m and 2 m ahead of the start, hit 15 % of 125 targets that are in view but out of
-reach at the start. Other rows and distances that fit into 25 steps were tried; none hit more targets.
+One row of clicks from 1 m and one from 2 m ahead of the start hit 15 % of 125 targets that are in view but out of reach
+at the start. Other rows and distances that fit into 25 steps were tried; none hit more targets.
 """
 _INTENT_WORDS: dict[Intent, str] = {
     "deactivate": r"\boff\b|\bstop|\bextinguish|\bput out\b",
@@ -46,7 +46,8 @@ _INTENT_WORDS: dict[Intent, str] = {
     "open_access": r"\bopen",
     "activate": r"\bon\b|\bstart|\blight\b",
 }
-"""Intent -> pattern of words that ask for it. The first pattern that is found counts; if none is, it is `pick`."""
+"""Intent -> pattern of words that ask for the intent. The first pattern that matches decides; without a match, the
+intent is `pick`."""
 
 Script = Callable[[np.random.Generator, str], Iterator[str]]
 """Function that yields an agent's replies; its arguments are a random generator and the instruction."""

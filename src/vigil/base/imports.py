@@ -1,7 +1,7 @@
 """Imports of a user's modules, which register families, categories or drafts.
 
-The modules are imported in this process and in every process that VIGIL starts. Their names are in an environment
-variable, which these processes inherit and read first.
+The modules are imported in this process and in every process that VIGIL starts. An environment variable has their
+names; the started processes inherit the variable, and import the modules before anything else.
 """
 
 import importlib

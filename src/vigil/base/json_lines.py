@@ -67,7 +67,8 @@ class Lines:
 
 
 class LineReader:
-    """Reader of a file's lines, one at a time. After the last complete line, `partial_line` has the file's rest."""
+    """Reader of a file's lines, one at a time. When all complete lines are read, `partial_line` has the rest of the
+    file."""
 
     def __init__(self, file: BinaryIO, place: str, *, number: int = 0, start: int = 0) -> None:
         """`file` is positioned after its first `number` lines (`start` bytes). `place` names the file in messages."""
@@ -266,8 +267,8 @@ def _is_json(data: bytes) -> bool:
 def _open_locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool]:
     """Return the locked file, and whether this call made the file's folder.
 
-    A process that ends without a record removes the folder that it made. If another process does this while this
-    process waits for the lock, the folder and the file are made again.
+    A process that ends without writing a record removes the folder that it made. If another process removes the folder
+    while this process waits for the lock, the folder and the file are made again.
     """
     while True:
         made_folder = makes_folder and _make_folder(path.parent)

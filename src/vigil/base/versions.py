@@ -23,8 +23,8 @@ again, and the packaged packs must be frozen again under new names.
 SHAPES_VERSION = 5
 """Version of the shapes of a house's objects: the places of parts, solids, surfaces and joints.
 
-It is raised if any of them moves by more than `tests/golden/shapes.json` tolerates. What is in view, in reach or in the
-way may then change in every recorded episode, so the packaged packs must be frozen again.
+It is raised if any of these moves by more than `tests/golden/shapes.json` tolerates. What is in view, in reach or in
+the way may then change in every recorded episode, so the packaged packs must be frozen again.
 """
 GRAMMAR_VERSION = 2
 """Version of the reply grammar in `vigil.protocol.replies`, which decides which texts are actions, and which actions.
@@ -56,7 +56,8 @@ class PackVersions(BaseModel):
         return [f"{name} {numbers[name]} (here {_CURRENT[name]})" for name in numbers if self._differs(name)]
 
     def note(self, what: str) -> str | None:
-        """Return one line that says under which other versions `what` was made; None if they are this package's."""
+        """Return one line that says under which versions `what` was made; None if these are the versions of this
+        package."""
         found = self.differences()
         if not found:
             return None

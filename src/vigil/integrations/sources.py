@@ -79,7 +79,7 @@ class PackSource:
         return SampledEpisode(episode, self._pack.house_of(episode))
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Return the greatest length of an instruction, and all characters that may occur in an instruction."""
+        """Return the length of the longest instruction, and all characters that may occur in an instruction."""
         instructions = [episode.instruction for episode in self._pack.episodes]
         return max(map(len, instructions)), _charset(instructions)
 
@@ -125,7 +125,7 @@ class StreamSource:
         self.is_endless = self._last is None and limit is None
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
-        """Choose the first house if `rng` was just seeded; return a function that waits for the next episode.
+        """Return a function that waits for the next episode. If `rng` was just seeded, choose a new first house before.
 
         The function may be called in another thread, before the next draw.
         """
@@ -145,7 +145,8 @@ class StreamSource:
         )
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Return the greatest length of an instruction, and all characters in it, that the protocol allows."""
+        """Return the maximum length of an instruction, and the characters that may occur in one, as the protocol limits
+        them."""
         return MAX_INSTRUCTION_CHARS, _charset(())
 
     def rows(self) -> Iterator[TaskRow]:
@@ -186,7 +187,8 @@ class StreamSource:
         self._items = iter(self._stream)
 
     def _next_in_stream(self) -> SampledEpisode:
-        """Return the next episode. Raises SettingError if there is none, or SimulatorError."""
+        """Return the next episode. Raises SettingError if there is none, and SimulatorError if its house cannot be
+        made."""
         assert self._items is not None
         item = next(self._items, None)
         if item is None:
@@ -225,7 +227,8 @@ def source_of(options: EpisodeOptions, workers: int, limit: int | None = None) -
 
 @lru_cache(maxsize=PACK_CACHE_SIZE)
 def _cached_pack(folder: Path, sha256: str) -> Pack:
-    """Return the pack in `folder`. The environments of a process share it while the pack's manifest is unchanged."""
+    """Return the pack in `folder`. The environments of a process share one pack as long as its manifest is
+    unchanged."""
     del sha256  # part of the cache key: distinguishes a pack from an earlier one in the same folder
     return Pack.load(folder)
 

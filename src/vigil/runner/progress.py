@@ -146,8 +146,8 @@ class ProgressCounter:
         )
 
     def _cut_dialogue_warning(self, record: EpisodeRecord) -> str | None:
-        """Return the warning that the server cuts dialogues, if this record shows it; None if it was returned
-        before."""
+        """Return the warning that the server cuts dialogues; None if the record does not show it, or the user was
+        warned before."""
         found = None if self._has_warned_of_cut else find_shrunk_request(record)
         if found is None:
             return None

@@ -1,1 +1,2 @@
-"""Worker processes. Each makes a state once, and then answers requests; a request calls a function with this state."""
+"""Worker processes. Each makes a state (any object) once, and then answers requests. A request calls a function with
+the state."""

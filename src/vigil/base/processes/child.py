@@ -84,7 +84,8 @@ def serve(connection: Connection, make_state: bytes | MakeState) -> None:
 
 
 def _answer_or_error(answer: Callable[[bytes], Any], request: bytes) -> Any:
-    """Return a pickled message: the answer to a request, or the error that it raised, with the traceback."""
+    """Return a pickled message: the answer to a request or, if the request raised an error, the error with its
+    traceback."""
     try:
         return ForkingPickler.dumps(("done", answer(request)))
     except Exception as error:  # noqa: BLE001 - raised again in the main process

@@ -18,7 +18,7 @@ _MAP_SETTINGS = WorkerSettings(log=None, attempts=2, advice="Is there enough mem
 class WorkerGroup:
     """Workers with equal states.
 
-    Their processes end by `close`, when the group is garbage-collected, or when the interpreter ends.
+    Their processes end when `close` is called, when the group is garbage-collected, or when the interpreter ends.
     """
 
     def __init__(self, make_state: MakeState, workers: int, name: str, settings: WorkerSettings) -> None:

@@ -28,7 +28,7 @@ WORKER_TIMEOUT_S = 120.0
 START_TIMEOUT_S = 120.0
 """Minimum time limit for a process to start and make its state, in seconds."""
 SHUTDOWN_TIMEOUT_S = 20.0
-"""Time limit (s) for a process to exit before it is killed. It ends agents' programs in this time."""
+"""Time limit (s) for a process to end the agents' programs and exit. After this time, the process is killed."""
 _LOG_TAIL = 2000
 _Result = TypeVar("_Result")
 
@@ -38,7 +38,8 @@ class WorkerLost(SimulatorError):
 
 
 class NoCapacity(WorkerLost):
-    """The cluster does not have a free CPU for the worker yet; meanwhile, other workers must take the requests."""
+    """The cluster does not have a free CPU for the worker yet. Until it has one, other workers must take the
+    requests."""
 
 
 class WorkerProcess(Protocol):
@@ -121,7 +122,7 @@ class WorkerSettings:
     """File for the output of the process; None if the output goes where this process prints."""
     start: StartProcess = LocalProcess
     attempts: int = 1
-    """Number of processes that may die during one request before the request fails."""
+    """Number of processes to which a request is sent, one after the other, if they die. Then the request fails."""
     advice: str = ""
     """Advice to the user, added to the message about a process that has ended."""
     fault: Callable[[str], Exception] | None = None
@@ -246,7 +247,8 @@ class Worker:
         self._end(SHUTDOWN_TIMEOUT_S)
 
     def _answer(self, request: Request) -> Any:
-        """Return a request's answer. If a process dies, another tries. Raises WorkerLost or the request's error."""
+        """Return a request's answer. If the process dies, ask a new one. Raises WorkerLost or the error that the
+        request raised."""
         for left in range(self._settings.attempts - 1, -1, -1):
             try:
                 return self._ask(request)

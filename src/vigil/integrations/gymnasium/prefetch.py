@@ -17,15 +17,17 @@ class Prefetcher:
     """A thread that takes the next episode from a source while the current episode is played."""
 
     def __init__(self, source: EpisodeSource, prepare: Callable[[House], None]) -> None:
-        """`prepare` is called with each house, in another thread, so that the house later loads faster."""
+        """`prepare` is called with the house of each episode, in another thread, so that the house loads faster
+        later."""
         self._source, self._prepare = source, prepare
         self._thread = ThreadPoolExecutor(1, "next-episode")
         self._next: Future[SampledEpisode] | None = None
 
     def next_episode(self, rng: np.random.Generator, *, is_seeded: bool) -> SampledEpisode:
-        """Return the next episode, and start preparing the one after it.
+        """Return the next episode, and start preparing the episode after it.
 
-        `is_seeded` says whether `rng` was just seeded. Raises any error that occurred while this episode was prepared.
+        `is_seeded` says whether `rng` was just seeded. Raises any error that occurred while the returned episode was
+        prepared.
         """
         pending, self._next = self._next or self._start_next(rng, is_seeded=is_seeded), None
         found = pending.result()

@@ -1,7 +1,7 @@
 """Vector of environments in a few processes. Each process steps its share of the environments one after the other.
 
-Return values and resets are those of Gymnasium's `AsyncVectorEnv`. That class starts a process for each environment:
-sixteen processes on two cores delay each other, and no process can reuse a house that another process has built.
+Return values and resets are those of Gymnasium's `AsyncVectorEnv`. `AsyncVectorEnv` starts a process for each
+environment: sixteen processes on two cores delay each other, and no process can reuse a house that another has built.
 """
 
 import multiprocessing
@@ -42,8 +42,8 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
     ) -> None:
         """Start the processes, by default one per core. `context` is the start method of `multiprocessing`.
 
-        Without `copy`, each observation overwrites the arrays of the observation before. Raises any error of making an
-        environment.
+        Without `copy`, each observation overwrites the arrays of the previous observation. Raises any error that occurs
+        when an environment is made.
         """
         if not env_fns or (processes is not None and processes < 1):
             raise SettingError(

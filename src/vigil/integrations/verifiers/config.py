@@ -1,4 +1,5 @@
-"""Options of the environment. They are fields of verifiers' configs, and `--env.taskset.*` on its command line."""
+"""Options of the verifiers environment. In Python they are fields of its configs; on the command line of `verifiers`
+they are `--env.taskset.*`."""
 
 from pathlib import Path
 

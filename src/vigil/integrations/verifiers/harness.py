@@ -19,7 +19,8 @@ PlayTask = Callable[[VigilData, Ask], Awaitable[Outcome]]
 
 
 class VigilHarness(vf.Harness[vf.HarnessConfig]):
-    """Harness that plays in this process. A turn is a request with the prompt, the text history and the frame."""
+    """Harness that plays in this process. For each turn it sends a request with the prompt, the text history and the
+    frame."""
 
     EXECUTES_CODE = False
     NEEDS_CONTAINER = False

@@ -52,8 +52,8 @@ def size_hint(messages: Sequence[Message]) -> str:
 
 
 def find_shrunk_request(record: EpisodeRecord) -> tuple[int, int] | None:
-    """Return the input tokens of two consecutive requests if the second has fewer tokens than the first; None if no two
-    do.
+    """Return the input tokens of two consecutive requests of which the second has fewer; None if there are no such
+    requests.
 
     Only requests before the history is full are compared. These can only grow, unless the server cuts the dialogue.
     """

@@ -51,7 +51,8 @@ class WorkerPlan:
     reply_seconds: float = REPLY_SECONDS
     """Time limit of a program's reply, in seconds."""
     frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
-    """Period of a program's frames, in seconds: the next frame comes a whole number of periods after the reply."""
+    """Period of a program's frames, in seconds. The time from a reply to the next frame is a whole number of
+    periods."""
     keep_program: bool = False
     """Whether one program plays all episodes of the worker, instead of being started for each episode."""
     seed: int = 0
