@@ -161,7 +161,8 @@ def verify(
 
 
 def _with_assets(pack: str, assets: Path | None) -> tuple[Pack, AssetDatabase]:
-    """Return a pack and its asset database. Raises PackMismatch when `assets` is not the database it was made with."""
+    """Return a pack and its asset database. Raises PackMismatch when the pack was not made with the database
+    `assets`."""
     loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
     print_notes(loaded.manifest.version_notes)
     loaded.check_assets(database)

@@ -15,7 +15,7 @@ from vigil.cli.text import console, duration, percent
 from vigil.runner.progress import OnProgress, RunProgress
 
 PLAIN_SECONDS = 10.0
-"""Minimum time between two plain lines, in seconds; the last line comes at once."""
+"""Minimum time between two plain lines, in seconds; the last line is printed at once."""
 QUIET_SECONDS = 25.0
 """Time after which a line says that the work goes on, if no progress was reported, in seconds."""
 RETRY_REASON_CHARS = 70
@@ -66,7 +66,8 @@ class _PlainProgress:
 def progress(label: str, *, may_fork: bool = False) -> Iterator[ShowProgress]:
     """Yield a callback that shows the number done and the total. Short work does not show anything.
 
-    With `may_fork`, no other thread runs, because the process forks; the bar then changes only at a call.
+    With `may_fork`, no other thread runs, because the process forks. The bar then changes only when the callback is
+    called.
     """
     output = console(stderr=True)
     is_live = sys.stderr.isatty() and output.is_interactive

@@ -145,8 +145,8 @@ class StreamSource:
         )
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Return the maximum length of an instruction, and the characters that may occur in one, as the protocol limits
-        them."""
+        """Return the maximum length of an instruction that the protocol allows, and all characters that may occur in
+        it."""
         return MAX_INSTRUCTION_CHARS, _charset(())
 
     def rows(self) -> Iterator[TaskRow]:
@@ -187,8 +187,8 @@ class StreamSource:
         self._items = iter(self._stream)
 
     def _next_in_stream(self) -> SampledEpisode:
-        """Return the next episode. Raises SettingError if there is none, and SimulatorError if its house cannot be
-        made."""
+        """Return the next episode of the stream. Raises SettingError if the stream has no episodes, or
+        SimulatorError."""
         assert self._items is not None
         item = next(self._items, None)
         if item is None:

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from vigil.analysis.measures.closure import ClosureScores
 
 RunState = Literal["ended", "in progress", "interrupted", "not ended"]
-"""State of a run. `interrupted`: not ended, and no process writes to it. `not ended`: unknown if a process does."""
+"""State of a run. `interrupted`: it has not ended, and no process writes to it. `not ended`: it has not ended, and it
+is unknown whether a process writes to it."""
 _STATES: dict[bool | None, RunState] = {True: "in progress", False: "interrupted", None: "not ended"}
 DEPTH = 3
 """Number of levels below a given folder at which runs are found."""
@@ -82,7 +83,7 @@ class LibraryRun:
     table: RecordTable | None = None
     fault: str = ""
     assets: Path | None = None
-    """Asset database of the run; None if the run did not use one, or if the given database is another."""
+    """Asset database of the run; None if the run did not use one, or if the user gave a different database."""
     prices: Prices | None = None
     """Prices from which the run's costs are computed."""
     state: RunState = "ended"

@@ -136,7 +136,7 @@ def level_strata(pack: LibraryPack) -> dict[str, dict[str, int]]:
 
 
 def samples_of(episodes: Iterable[Episode]) -> dict[Family, list[Episode]]:
-    """Return a few episodes of each family; a pack always gives the same ones."""
+    """Return a few episodes of each family, always the same for a pack."""
     drawn = draw_evenly(episodes)
     found = {family: [episode for episode in drawn if episode.family == family][:SAMPLES] for family in FAMILIES}
     return {family: some for family, some in found.items() if some}

@@ -46,7 +46,7 @@ ENDS = {
 
 
 def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
-    """Return a reply's action in one line of words; for an invalid reply, what is wrong with it."""
+    """Return a reply's action in one line of words. If the reply is invalid, return what is wrong with it."""
     if invalid is not None:
         return f"not an action: {invalid.kind.replace('_', ' ')}, {invalid.reason.replace('_', ' ')}"
     match action:
@@ -66,7 +66,7 @@ def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
 
 
 def click_of(action: Action | None) -> list[int] | None:
-    """Return the pixel that an action points at; None if it does not point."""
+    """Return the pixel of a click; None if the action does not have a pixel."""
     if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
         return [action.x, action.y]
     return None

@@ -74,7 +74,7 @@ class PlaySettings:
 
 
 class _Entry(BaseModel):
-    """One line of the journal, with exactly one of the three fields."""
+    """One line of the journal. Exactly one of its three fields is set."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

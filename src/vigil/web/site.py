@@ -164,7 +164,8 @@ def _refusal(request: Request, address: Address) -> Response | None:
 
 
 def _is_asked_by_another_site(request: Request) -> bool:
-    """Return whether the browser says that a page of another site made the request; a followed link does not count."""
+    """Return whether, according to the browser, a page of another site made the request. A link that a user followed
+    does not count."""
     is_link = request.method == "GET" and request.headers.get("sec-fetch-mode") == "navigate"
     return request.headers.get("sec-fetch-site") in ("cross-site", "same-site") and not is_link
 

@@ -71,7 +71,7 @@ class RunProgress:
     """Number of episodes that were scored or ended as an error."""
     planned: int
     counts: dict[str, int]
-    """W or a label -> number of episodes with it."""
+    """W or a label -> number of episodes with W, or with this label."""
     errors: int
     cost: str
     """Text about the cost; empty if the cost is unknown."""

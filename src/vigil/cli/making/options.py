@@ -26,7 +26,7 @@ SMALL_HOUSES = ("2", "kitchen", "2", "bedroom", "2", "living-room")
 HOUSES_PER_EPISODE, MIN_HOUSES = 1.12, 12
 """Default number of houses per episode of a family, and the least number of houses."""
 BUDGET = 10
-"""Default of the greatest number of houses: this many times the number of houses used first."""
+"""The default maximum number of houses is this many times the number of houses that are used first."""
 HousePlaces = Annotated[
     tuple[str, ...],
     Setting(
@@ -65,7 +65,7 @@ class Common:
 
     @property
     def chosen_seed(self) -> int | None:
-        """The seed that was given, as a number or in a file; None without one. Raises SettingError."""
+        """The seed that was given, as a number or in a file; None if no seed was given. Raises SettingError."""
         return chosen_seed(self.seed, self.seed_file)
 
     def check_suite(self, **given: object) -> None:
@@ -150,8 +150,8 @@ class Content(Common):
     def tasks(self) -> dict[Kind, int]:
         """Return the number of tasks by kind, in the table's order; empty without a suite. Raises SettingError.
 
-        An option `KIND` asks for `per_family` tasks of this kind, `KIND:TASKS` for that many. Without options, all
-        kinds are made.
+        The option value `KIND` asks for `per_family` tasks of this kind; `KIND:TASKS` asks for TASKS tasks. If no kind
+        is named, all kinds are made.
         """
         if self.suite is None and self.kinds:
             raise SettingError("--kind is for a suite's pack: give --suite closure too, or --family instead.")
@@ -201,7 +201,8 @@ class Drafting:
     ] = None
 
     def forms(self, default: Forms) -> Forms:
-        """Return which half of the sentence forms was asked for, or all."""
+        """Return the sentence forms that instructions may have: one of the two halves, or all; by default,
+        `default`."""
         return "held_out" if self.form_names == "held-out" else self.form_names or default
 
     def specs(self, suite: str | None) -> list[str]:

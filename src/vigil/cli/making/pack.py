@@ -76,10 +76,10 @@ def make_pack(
 ) -> Pack:
     """Propose drafts until they are enough for the request, and freeze the pack. Continues an interrupted call.
 
-    Drafts are made in the first `request.drafted_in` houses. While families are missing, more houses are added, a
-    quarter of that number at a time, for the missing families only. The pack thus depends on the order of the houses
-    and on the request; houses that were not needed do not change it. Raises TooFewDrafts when all houses are used and
-    something is missing.
+    Drafts are made in the first `request.drafted_in` houses. While some families lack drafts, more houses are added for
+    these families, a quarter of that number at a time. The pack thus depends on the order of the houses and on the
+    request; houses that were not needed do not change it. Raises TooFewDrafts when all houses are used and something is
+    missing.
     """
     out.parent.mkdir(parents=True, exist_ok=True)
     file = DraftsFile(out.with_name(f"{out.name}.drafts.jsonl"))

@@ -1,6 +1,6 @@
 """Folder of results and samples, with the paths that the database requires: data/vigil/DEVELOPER/MODEL/UUID.json.
 
-Names, ids and dates are derived from the run: exporting a run again writes the same files.
+Names, ids and dates are derived from the run. So if a run is exported again, the same files are written.
 """
 
 import hashlib

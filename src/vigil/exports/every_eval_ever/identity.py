@@ -59,7 +59,8 @@ class Identity:
 
 
 def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
-    """Return the identity of a run's model; `developer` overrides its name's developer. Raises SettingError."""
+    """Return the identity of a run's model. `developer` replaces the developer that the model's name says. Raises
+    SettingError."""
     spec = header.spec
     if spec.agent_kind != "model":
         raise SettingError(

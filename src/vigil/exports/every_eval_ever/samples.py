@@ -18,7 +18,7 @@ from vigil.scoring.saved_run import SavedRun
 
 SCHEMA_VERSION = "0.3.0"
 JOINED_METRIC = "overall/B"
-"""Name of the result in the aggregate file that the scores of the samples add up to."""
+"""Name of the result in the aggregate file to which the samples' scores belong."""
 _Json = dict[str, Any]
 
 
@@ -101,7 +101,7 @@ def _answer(step: StepRecord) -> _Json:
 
 
 def _attribution(record: EpisodeRecord, last: int) -> list[_Json]:
-    """Return the place of the report in the dialogue, which is the last message; empty if there was no report."""
+    """Return the place of the report, which is the last message of the dialogue; empty if there was no report."""
     action = record.steps[-1].action if record.steps else None
     if not isinstance(action, Report):
         return []

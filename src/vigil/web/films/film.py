@@ -2,7 +2,8 @@
 
 Each slide shows the agent's frame with a mark at its click, the hidden floor plan next to the frame, and the thought
 and action below; the last slide shows the verdict. MP4 needs PyAV (the extra `video`); it is H.264 in yuv420p, which
-every browser plays. With one version of PyAV, the same frames give the same bytes: one thread, no date, no clock.
+every browser plays. With one version of PyAV, the same frames give the same bytes, because the encoder uses one thread
+and the file has no date.
 """
 
 import io
@@ -33,7 +34,8 @@ VIDEO_FPS = 10
 VIDEO_CRF = "20"
 """x264's constant rate factor. At this quality, the grain of textures is visible."""
 BT709 = 1
-"""FFmpeg's number for the colour space, primaries and transfer of BT.709; in the file, so that players agree."""
+"""FFmpeg's number for the colour space, primaries and transfer of BT.709. It is in the file, so that all players show
+the same colours."""
 THOUGHT_LINES = 2
 _PAPER, _INK, _SOFT, _MARK = (24, 28, 32), (240, 242, 244), (170, 178, 186), (214, 21, 95)
 _ACTION, _YES, _NO = (124, 196, 240), (70, 181, 134), (236, 123, 113)
@@ -59,13 +61,14 @@ class FilmFrame:
     plan: Image.Image | None = None
     """Picture of the floor plan, made by `FilmPlan.panel`; None if the house cannot be drawn."""
     verdict: dict[str, Any] | None = None
-    """The verdict in the timeline, only on the last slide."""
+    """The verdict in the timeline; None on all slides but the last."""
 
 
 def film_frames_of(
     timeline: dict[str, Any], frames: Sequence[bytes | None], plan: FilmPlan | None = None
 ) -> list[FilmFrame]:
-    """Return a slide for each step that has a frame, then one with the verdict. Raises SettingError without frames."""
+    """Return a slide for each step that has a frame, then a slide with the verdict. Raises SettingError without
+    frames."""
     shots = [
         _shot(timeline, step, frame, plan)
         for frame, step in zip(frames, timeline["steps"], strict=True)

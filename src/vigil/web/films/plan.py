@@ -22,7 +22,7 @@ VIEW_DEG = 106
 """Horizontal field of view (degrees) of the agent's camera, whose vertical field of view is 90 degrees at 4:3."""
 VIEW_M, AGENT_M, STEP_DOT_M = 1.3, 0.17, 0.06
 SAME_PLACE_M = 0.05
-"""Tolerance (m): an object whose box agrees this closely with its outline on the plan has not been moved."""
+"""Tolerance (m): an object has not been moved if its box and its outline on the plan differ by at most this."""
 RING_M = 0.3
 """Radius (m) of the ring that is drawn around an object that is too small to notice."""
 GROUND, INK, SOFT = (247, 246, 243), (28, 33, 38), (83, 91, 99)
@@ -52,7 +52,8 @@ class FilmPlan:
             self._sheet.draw.text(self._sheet.at(*room.name_at), room.name, fill=SOFT, font=font, anchor="mm")
 
     def panel(self, worlds: Sequence[dict[str, Any]], holds: bool | None) -> Image.Image:
-        """Return the plan at the last of `worlds` (all states so far); `holds` says whether the goal holds there."""
+        """Return the plan at the last of `worlds`, which are all states so far. `holds` says whether the goal holds at
+        this state."""
         sheet = self._sheet
         large = sheet.image.copy()
         if worlds:
