@@ -93,12 +93,12 @@ def make_report(
     own: Mapping[str, TableBuilder] = NO_TABLES,
     closure: Sequence[ClosureRun] = (),
 ) -> AnalysisReport:
-    """Return a report; its figures are drawn as each of `kinds` of file.
+    """Return a report. Its figures are drawn as files of each kind in `kinds`.
 
     `further` are figures that the caller has drawn from frames, with their captions. `own` are additional tables by
     name; they come last. `closure` are runs of the closure-stress suite, which get a separate section; if there are no
     other runs, the study's own tables are left out. Raises SettingError if an additional table has the name of a
-    standard one.
+    standard table.
     """
     suite = closure_tables(closure)
     taken = [name for name in own if name in TABLES or name in suite]

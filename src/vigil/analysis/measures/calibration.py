@@ -55,7 +55,7 @@ class DifficultyCalibration:
 
     @property
     def suspects(self) -> list[str]:
-        """The episodes at which abler agents fail and weaker agents succeed, the clearest cases first."""
+        """The episodes at which more able agents fail and less able agents succeed, the clearest cases first."""
         order = np.argsort(self.discriminations, kind="stable")
         return [self.fit.plays.episodes[at] for at in order if self.discriminations[at] < MIN_DISCRIMINATION]
 

@@ -74,7 +74,7 @@ class Discrimination:
     """Sensitivity d' of claims of success; 0 if both twins get the same claims, None without pairs."""
     d_prime_interval: Interval | None
     auc: float | None
-    """The chance that the possible twin gets a higher claim than the impossible one; ties count half."""
+    """The chance that the possible twin gets a higher claim than the impossible twin; ties count half."""
     auc_interval: Interval | None
 
 
@@ -167,7 +167,8 @@ def house_interval(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureO
 
 
 def correct_pairs(outcomes: Iterable[ClosureOutcome]) -> Rate:
-    """Return the rate of pairs of twins in which both episodes were closed knowingly, counted play by play."""
+    """Return the share of pairs whose two episodes were both closed knowingly (`is_knowing`). Each play of a pair
+    counts."""
     return _rate([[left.is_knowing and right.is_knowing for left, right in plays] for plays in _pairs(outcomes)])
 
 

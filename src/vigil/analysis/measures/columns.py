@@ -92,7 +92,7 @@ COLUMNS: dict[str, str] = {
     "level": "`easy`, `medium`, `hard` or `extreme`; empty if the pack's levels were not measured",
     "level_index": "index of difficulty that determines the level; empty if it was not measured",
 }
-"""Column name -> description, in order. KIND and POLICY in a name stand for several columns."""
+"""Column name -> description, in order. A name with KIND or POLICY stands for several columns."""
 ANSWER_KEY = ("target", "distance_m", "expected", "first_goal_step", "lag", "lag_from_reset", "actions_after_goal.KIND")
 """Columns with hidden facts, other than the verdict itself."""
 

@@ -85,7 +85,8 @@ class FailureCauses:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Sentences on what prevented verified successes, those about replies first; empty if nothing did."""
+        """Sentences on what prevented verified successes, first those about invalid replies; empty if nothing prevented
+        them."""
         return (*_reply_sentences(self), *_ending_sentences(self))
 
 

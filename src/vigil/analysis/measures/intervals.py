@@ -1,9 +1,9 @@
 """Intervals and tests: the uncertainty of an estimate, or of a difference between two runs.
 
-Single rates have Wilson's interval (`vigil.scoring.rates`). Here are the other methods: a bootstrap that resamples
-houses, for episodes that share houses; McNemar's exact test, the Stuart-Maxwell test and a paired bootstrap over
-houses, for two runs on the same episodes; and the smallest difference that n episodes can show. Each resampling has a
-fixed seed and sorts the houses, so the same rows in any order give the same interval.
+Single rates have Wilson's interval (`vigil.scoring.rates`). This module has the other methods. For episodes that share
+houses: a bootstrap that resamples houses. For two runs on the same episodes: McNemar's exact test, the Stuart-Maxwell
+test and a paired bootstrap over houses. For n episodes: the smallest difference that they can show. Each resampling has
+a fixed seed and sorts the houses, so the same rows in any order give the same interval.
 """
 
 import math
@@ -25,12 +25,13 @@ _Z_LEVEL, _Z_POWER = float(ndtri(1 - (1 - CONFIDENCE) / 2)), float(ndtri(POWER))
 MIN_CLUSTERS = 5
 """Smallest number of houses for a bootstrap that resamples houses."""
 _NO_VARIANCE = 1e-9
-"""A variance below this share of the largest variance is only rounding: the labels add up to 1, or never change."""
+"""A variance below this share of the largest variance counts as 0: only rounding made it positive. Some variances are 0
+because the labels add up to 1, or because a label never changes."""
 
 
 @dataclass(frozen=True, slots=True)
 class McNemar:
-    """McNemar's exact test of two paired yes/no outcomes. The plays of one episode count together."""
+    """McNemar's exact test of two paired yes/no outcomes. All plays of one episode count as one observation."""
 
     only_first: int
     """Number of episodes in which the first column has the outcome more often than the second."""
@@ -47,7 +48,7 @@ class PairedTest:
     difference: float
     """Rate of the second run minus rate of the first; NaN without plays."""
     interval: Interval | None
-    """Interval from resampled houses; None with fewer than five houses, or if all houses agree."""
+    """Interval from resampled houses; None with fewer than five houses, or if all houses have the same difference."""
     test: McNemar
 
 
@@ -64,7 +65,7 @@ class Homogeneity:
 def clustered_interval(values: np.ndarray, houses: np.ndarray) -> Interval | None:
     """Return the 95 % interval of the mean of `values` from resampled houses.
 
-    Return None with fewer than five houses, or if all houses agree, because resampling then says nothing.
+    Return None with fewer than five houses, or if all houses have the same mean: resampling then shows no uncertainty.
     """
     intervals = clustered_mean_intervals(values.reshape(-1, 1), houses)
     return None if intervals is None else intervals[0]
@@ -110,7 +111,8 @@ def _resampling_counts(clusters: int) -> np.ndarray:
 def mcnemar(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> McNemar:
     """Return McNemar's exact test of two boolean columns over the same plays; `episodes` names each play's episode.
 
-    If an episode was played repeatedly, its plays' differences are added up and change sign together.
+    If an episode was played repeatedly, the differences of its plays are added up, and the test flips the sign of the
+    sum.
     """
     _, index = np.unique(episodes, return_inverse=True)
     gains = np.bincount(index, weights=second.astype(float) - first.astype(float)).astype(int)
@@ -175,7 +177,7 @@ def holm(p_values: list[float]) -> list[float]:
 def smallest_difference(n: float, rate: float = 0.5) -> float | None:
     """Return the smallest difference between two rates near `rate` that can be detected with n trials of each.
 
-    The rates are independent. At the 5 % level with 80 % power; None without trials.
+    The two sets of trials are independent. The significance level is 5 %, the power 80 %. None without trials.
     """
     if not n:
         return None
@@ -185,8 +187,8 @@ def smallest_difference(n: float, rate: float = 0.5) -> float | None:
 def smallest_paired_difference(n: int, discordant: float) -> float | None:
     """Return the smallest difference between two runs that can be detected with n shared episodes.
 
-    `discordant` is the share of episodes on which the runs differ. At the 5 % level with 80 % power (Connor's formula
-    for McNemar's test); None if no difference can be detected.
+    `discordant` is the share of episodes on which the runs differ. The significance level is 5 %, the power 80 %
+    (Connor's formula for McNemar's test). None if no difference can be detected.
     """
     if not n or not 0 < discordant <= 1:
         return None

@@ -104,8 +104,8 @@ def _derivatives(at: np.ndarray, plays: SuccessTable, precision: np.ndarray) -> 
 def discriminations(fitted: Fit) -> np.ndarray:
     """Return, for each episode, the correlation of agents' success on it with their success elsewhere (-1 to 1).
 
-    NaN with fewer than five agents on the episode, or if all agree. Below 0, abler agents fail more often than weaker
-    ones, which is a reason to inspect the episode.
+    NaN if fewer than five agents played the episode, or if all had the same success. If the value is below 0, more able
+    agents fail more often at the episode than less able agents, which is a reason to inspect it.
     """
     plays = fitted.plays
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -124,7 +124,8 @@ def _correlation(first: np.ndarray, second: np.ndarray, least: int) -> float:
 
 
 def rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
-    """Return Spearman's correlation of two columns; NaN with fewer than eight values, or if all values agree."""
+    """Return Spearman's correlation of two columns; NaN with fewer than eight values, or if all values of a column are
+    equal."""
     return _correlation(_ranks(first), _ranks(second), MIN_EPISODES)
 
 

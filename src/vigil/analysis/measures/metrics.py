@@ -91,16 +91,17 @@ def mean_with_interval(rows: pd.DataFrame, column: str) -> tuple[float, float | 
 
 
 def clustered_intervals(rows: pd.DataFrame) -> dict[str, Interval | None]:
-    """Return the intervals of W, B and Delta from a bootstrap over houses; None if there are too few."""
+    """Return the intervals of W, B and Delta from a bootstrap over houses; None if there are too few houses."""
     w, b = values(rows, "W"), values(rows, "B")
     found = clustered_mean_intervals(np.stack([w, b, w - b], axis=1), houses_of(rows)) if len(rows) else None
     return dict(zip(("W", "B", "Delta"), found or (None, None, None), strict=True))
 
 
 def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | None]:
-    """Return {kind: (pooled share, mean share)} of the actions after the goal first held, in episodes with W=1.
+    """Return {kind of action: (pooled share, mean share)} for the actions after the goal first held, in episodes with
+    W=1.
 
-    The pooled share is over all these actions together; the mean share is the mean of the episodes' shares.
+    The pooled share is the share among the actions of all episodes. The mean share is the mean of the episodes' shares.
     """
     counts, _ = _after_goal(rows)
     if not len(counts):
@@ -120,7 +121,8 @@ def after_goal_intervals(rows: pd.DataFrame) -> dict[str, tuple[Interval | None,
 
 
 def _after_goal(rows: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """Return (episodes, kinds) counts of actions after the goal first held, for W=1 episodes, and their houses."""
+    """Return, for the episodes with W=1, the counts of actions after the goal first held, (episodes, kinds), and the
+    houses."""
     held = select_rows(rows, values(rows, "W", bool))
     counts = np.stack([values(held, f"actions_after_goal.{kind}") for kind in ACTION_KINDS], axis=1)
     has_any = counts.sum(axis=1) > 0

@@ -1,9 +1,9 @@
 """Pairs: which runs may be compared. Only the runs' headers decide this.
 
 An intervention is a pair of runs that differ in one thing: action feedback, the prompt's variant, or the serving mode
-of one checkpoint (thinking or instruct). Repeats have the same settings. Runs that differ in more are not paired, and a
-sentence names the difference. Any two runs of one pack may be tested on the episodes that both have scored, but only as
-two systems, never as an intervention.
+of one checkpoint (thinking or instruct). Repeats have the same settings. Runs that differ in more than one thing are
+not paired, and a sentence names the differences. Any two runs of one pack may be tested on the episodes that both have
+scored, but only as two systems, never as an intervention.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -44,7 +44,8 @@ KEY = ["episode_id", "epoch"]
 
 @dataclass(frozen=True)
 class Pair:
-    """Two runs that differ in one thing; `base` is the run without feedback, with the default prompt or no thinking."""
+    """Two runs that differ in one thing. `base` is the run without feedback, with the default prompt, or without
+    thinking."""
 
     kind: PairKind
     base: Run
@@ -81,7 +82,8 @@ class Repeats:
     tables: tuple[pd.DataFrame, ...]
 
     def compared_with_first(self) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-        """Yield, for each later repeat, its name, the first repeat's rows and its own rows of the same episodes."""
+        """Yield, for each later repeat, its name and two tables of the shared episodes: rows of the first repeat, and
+        of this one."""
         for name, table in list(zip(self.names, self.tables, strict=True))[1:]:
             first, other = shared_rows(self.tables[0].assign(epoch=1), table.assign(epoch=1))
             yield name, first.reset_index(), other.reset_index()
@@ -198,13 +200,14 @@ def shared_rows(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame
 
 
 def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
-    """Return `difference` (other - base) over the episodes that both runs have scored; None if there are none."""
+    """Return the `difference` of W, B or a label (other - base) over the episodes that both runs have scored; None if
+    there are none."""
     base, other = shared_rows(pair_of.base.rows, pair_of.other.rows)
     return difference(base, other, name) if len(base) else None
 
 
 def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[float, Interval | None]]:
-    """Return the differences of `mean_difference` for each family, under names such as `AI W`."""
+    """Return, for each family, the differences of W, B or labels with intervals, under keys such as `AI W`."""
     base, other = pair_of.tables()
     masks = {family: base["family"].to_numpy() == family for family in FAMILIES}
     return {
@@ -226,7 +229,7 @@ def difference(base: pd.DataFrame, other: pd.DataFrame, name: str) -> tuple[floa
 def _one_base_per_run(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
     """Return one pair for each run with an intervention, and a sentence for each run that has several possible bases.
 
-    The base is the run that shares most episodes; of several such runs, the earliest, then the first by name.
+    The base is the run that shares most episodes. If several runs share equally many, the earliest of them is the base.
     """
     by_other: dict[str, list[Pair]] = {}
     for one in pairs:

@@ -60,7 +60,8 @@ class Paper:
         return tuple(self.tables["global_cross_section"][0]["families"])
 
     def points(self) -> list[tuple[PublishedModel, float, float]]:
-        """Return every model's W and B in percent, from the primary panel or, if not in it, the extended panel."""
+        """Return every model's W and B in percent, from the primary panel or, for models that it lacks, the extended
+        panel."""
         return [
             (model, row["W"], row["B"]) for table in ("full_panel", "extended_panel") for model, row in self.rows(table)
         ]

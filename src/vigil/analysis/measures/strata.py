@@ -97,4 +97,4 @@ STRATA: dict[str, Callable[[pd.DataFrame], np.ndarray]] = {
     f"Distance from start to target ({', '.join(_BY_DISTANCE)})": _distance_of_some,
     "Distance from start to target (all families)": _distance,
 }
-"""Criterion -> function that returns the name of each episode's stratum; the name is empty if it has none."""
+"""Criterion -> function that returns the name of each episode's stratum; empty for an episode without a stratum."""

@@ -24,7 +24,8 @@ from vigil.protocol.profile import BASELINE
 from vigil.scoring.rates import Interval
 
 COMPARE_ALL_UP_TO = 6
-"""Greatest number of runs that are all compared; of more, only neighbours in B and runs with similar W are."""
+"""If there are at most this many runs, every two are compared. If there are more, only neighbours in the order of B,
+and runs with similar W, are compared."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,8 @@ class RunEntry:
 
     @property
     def panel(self) -> str:
-        """The panel of the run's row: `main`, `excluded` by the exclusion rule, or `aside` under other conditions."""
+        """The panel of the run's row: `main`, `excluded` (by the exclusion rule), or `aside` (the conditions are not
+        the default)."""
         return "aside" if not self.is_base else "excluded" if self.is_excluded else "main"
 
 
@@ -95,7 +97,7 @@ class Study:
         return [entry.run for entry in self.entries]
 
     def base(self) -> list[RunEntry]:
-        """Return the entries under the default conditions, best B first."""
+        """Return the entries of the runs under the default conditions, best B first."""
         return sorted_by_b(entry for entry in self.entries if entry.is_base)
 
     def entry(self, run: Run) -> RunEntry:

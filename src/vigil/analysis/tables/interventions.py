@@ -85,7 +85,7 @@ def proprio_minimal(study: Study) -> Table:
 
 
 def prompt_sensitivity(study: Study) -> Table:
-    """Return W/B under the neutral prompt, grouped as in the paper."""
+    """Return a table of W and B under the neutral prompt, grouped as in the paper."""
     columns = (MODEL, ALL, *family_columns())
     entries = sorted_by_group(study.entry(pair.other) for pair in study.pairing.prompt)
     rows = run_rows(entries, columns, lambda entry: entry.group)

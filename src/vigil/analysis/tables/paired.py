@@ -67,7 +67,8 @@ _KINDS = {"feedback": "+FB", "prompt": "neutral prompt", "serving": "thinking"}
 
 
 def prompt_shifts(study: Study) -> Table:
-    """Return the shift of each rate under the neutral prompt, with tests; only printed shifts for published rows."""
+    """Return the shift of each rate under the neutral prompt, with tests. Published rows have only the printed
+    shifts."""
     columns = (
         MODEL,
         N,

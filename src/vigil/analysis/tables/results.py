@@ -61,12 +61,12 @@ def family_columns() -> tuple[Column, ...]:
 
 
 def printed_pairs(row: dict[str, Any]) -> dict[str, Any]:
-    """Return W/B of a published row, overall and for each family."""
+    """Return {family, or `All`: (W, B)}, as printed in a row of one of the paper's tables."""
     return {**{family: tuple(pair) for family, pair in row["families"].items()}, "All": (row["W"], row["B"])}
 
 
 def global_cross_section(study: Study) -> Table:
-    """Return W/B overall and for each family, and the gap W - B, best B first."""
+    """Return a table of W and B, overall and for each family, and of the gap W - B, best B first."""
     columns = (MODEL, ALL, *clustered_rates("Delta"), *family_columns())
     rows = run_rows(study.main_panel(), columns)
     rows += published_rows(study, "global_cross_section", lambda row: {**printed_pairs(row), "Delta": row["delta"]})
@@ -83,7 +83,7 @@ def global_cross_section(study: Study) -> Table:
 
 
 def full_panel(study: Study) -> Table:
-    """Return W/B overall and for each family, grouped as in the paper."""
+    """Return a table of W and B, overall and for each family, grouped as in the paper."""
     activated = texts(activated=("Activated", lambda entry: entry.run.model.activated))
     columns = (MODEL, *activated, ALL, *family_columns())
     rows = run_rows(sorted_by_group(study.main_panel()), columns, lambda entry: entry.group)

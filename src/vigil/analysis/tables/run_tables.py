@@ -81,7 +81,8 @@ def overview(study: Study) -> Table:
 
 
 def _overall_rates() -> tuple[Column, ...]:
-    """Return a column for each rate. The gap has an interval from resampled houses; the others have Wilson's."""
+    """Return a column for each rate. The gap has an interval from resampled houses; the other rates have Wilson's
+    intervals."""
     return tuple(
         column
         for name in RATES

@@ -211,7 +211,7 @@ def with_best_bold(
 
 
 def _comparable(value: Any, kind: CellKind) -> float | None:
-    """Return the number by which a cell is ranked: B in a pair W/B, otherwise the number without its interval."""
+    """Return the number by which a cell is ranked: B if the cell is a pair of W and B, otherwise the number."""
     found = value[1] if kind == "pair" and value is not None else first_number(value)
     return None if found is None or isinstance(found, str) else float(found)
 

@@ -35,7 +35,7 @@ _LATEX = {
 }
 ROWS_PER_PAGE = 60
 LONG_TEXT, LONG_TEXT_CM = 80, 11
-"""In LaTeX, texts with more characters than the first number are wrapped to a width of the second, in cm."""
+"""In LaTeX, texts with more than LONG_TEXT characters are wrapped to a width of LONG_TEXT_CM (cm)."""
 CODE = re.compile(r"`([^`]+)`")
 NO_ROWS = "No rows: this table does not apply to any of these runs."
 
@@ -84,7 +84,7 @@ FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
 def csv_text(table: pd.DataFrame) -> str:
-    """Return a table as CSV, with a ' before each text that spreadsheets would take for a formula.
+    """Return a table as CSV, with an apostrophe before each text that spreadsheets would take for a formula.
 
     Carriage returns become newlines, because spreadsheets begin a new row at an unquoted carriage return.
     """
