@@ -65,7 +65,8 @@ class Homogeneity:
 def clustered_interval(values: np.ndarray, houses: np.ndarray) -> Interval | None:
     """Return the 95 % interval of the mean of `values` from resampled houses.
 
-    Return None with fewer than five houses, or if all houses have the same mean: resampling then shows no uncertainty.
+    Return None with fewer than five houses, or if all houses have the same mean: every resample then gives the same
+    value.
     """
     intervals = clustered_mean_intervals(values.reshape(-1, 1), houses)
     return None if intervals is None else intervals[0]
