@@ -277,7 +277,8 @@ def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
 
 
 def program_environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
-    """Return the user's environment variables for a program in `folder`, without those of VIGIL or of other folders.
+    """Return the user's environment variables for a program in `folder`, without VIGIL's, and without those for other
+    folders.
 
     Python still finds packages that the user has installed in the home folder.
     """

@@ -5,7 +5,7 @@
     solutions.jsonl      one Solution a line, sorted by episode id
     houses/<name>.json   canonical JSON
 
-The pack's own hash is the SHA-256 of its manifest's bytes. Plain files, no code. Source: `protocol.md` section 7.
+The pack's own hash is the SHA-256 of its manifest's bytes. A pack has no code, only data. Source: `protocol.md` section 7.
 """
 
 from collections.abc import Iterable, Sequence
@@ -131,7 +131,7 @@ class Pack:
 
     @property
     def asset_database_sha256(self) -> str | None:
-        """SHA-256 of the asset database that the pack was made with; None if it was made without one."""
+        """SHA-256 of the asset database with which the pack was made; None if it was made without an asset database."""
         return self.manifest.meta.get("asset_database_sha256")
 
     def _names_asset_of(self, given: AssetSizes) -> bool:

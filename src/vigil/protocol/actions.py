@@ -196,7 +196,7 @@ class Usage(_Action):
 
 
 class ReplyCut(_Action):
-    """Size and hash of a whole reply of which a record stores only a part."""
+    """Size and hash of the whole reply, for a reply of which the record stores only a part."""
 
     text_bytes: int
     answer_bytes: int

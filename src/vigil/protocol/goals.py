@@ -110,7 +110,8 @@ class ObjectHeld(_Goal):
 
 
 class ObjectAtReceptacle(_Goal):
-    """The target lies on top of the receptacle or on an open shelf. Inside or on a part that opens does not count.
+    """The target lies on top of the receptacle or on an open shelf. To lie inside, or on a part that opens, does not
+    count.
 
     If `inside` is True, the target must be in the receptacle, not on its top or rim. For W, it is enough that the
     target is over an interior surface (`ObjectState.over_inside`). For W_strict, it must rest on a surface of the
@@ -210,7 +211,7 @@ class Moment:
     initial: WorldState
     world: WorldState
     closing: WorldState
-    """World at the time of the frame that the last reply answered."""
+    """World at the time of the frame to which the agent gave its last reply."""
     last_ground: Effect | None
 
 
@@ -287,7 +288,8 @@ def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
 
 
 def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
-    """Return for each moment whether the queried state has changed since the reset; always False for other goals."""
+    """Return for each moment whether the queried state has changed since the reset; always False for goals without a
+    query."""
     if not isinstance(goal, ReportStatus):
         return [False] * len(moments)
     states = [moment.world.objects[goal.object_id] for moment in moments]

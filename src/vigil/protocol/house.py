@@ -135,7 +135,7 @@ class Wall(_Node):
 
     @property
     def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """First two bottom corners (x, z) of the wall; if the wall has only one bottom corner, this corner twice."""
+        """First two bottom corners (x, z) of the wall. If the wall has only one bottom corner, both are this corner."""
         bottom = min(corner.y for corner in self.polygon)
         low = [(corner.x, corner.z) for corner in self.polygon if corner.y <= bottom + LEVEL_TOLERANCE_M]
         return low[0], low[min(1, len(low) - 1)]

@@ -41,7 +41,8 @@ class _Fact(BaseModel):
 
 
 class ObjectState(_Fact):
-    """The hidden state of one object at a moment, with pixels and distances from the agent's place at that moment."""
+    """The hidden state of one object at a moment, with its pixels in the agent's frame and its distances from the
+    agent."""
 
     category: str
     position: Vec3

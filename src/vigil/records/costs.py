@@ -26,7 +26,7 @@ class Tokens:
     reported: int = 0
     """Number of replies whose tokens are known."""
     unreported: int = 0
-    """Number of replies whose tokens are unknown: those of scripts, programs and servers that do not report tokens."""
+    """Number of replies whose tokens are unknown, because scripts, programs and some servers do not report tokens."""
 
     @classmethod
     def of(cls, usages: Iterable[Usage | None]) -> "Tokens":
@@ -58,7 +58,7 @@ class RunTokens:
     def __init__(self) -> None:
         self.total = Tokens()
         self.superseded = Tokens()
-        """Tokens of superseded rows: those of episodes that ended as an error and were then played again."""
+        """Tokens of superseded rows: rows of episodes that ended as an error and were then played again."""
         self._effective: dict[Hashable, Tokens] = {}
 
     def add(self, key: Hashable, tokens: Tokens) -> None:

@@ -248,7 +248,7 @@ class ProviderFacts(_Record):
 
 
 class Resumption(_Record):
-    """A later session of a run, in which the run was resumed: the circumstances of the rows written in this session."""
+    """A later session of a run, begun when the run was resumed: the circumstances under which its rows were written."""
 
     started: datetime
     rows_before: int

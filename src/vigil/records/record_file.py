@@ -26,7 +26,7 @@ class FileRow:
 
 
 def parse_rows(lines: Iterable[Line]) -> Iterator[FileRow]:
-    """Yield for each line its row. Lines are parsed one at a time."""
+    """Yield the row of each line. Lines are parsed one at a time."""
     for line in lines:
         yield FileRow(line, _read(line))
 

@@ -173,7 +173,8 @@ def _task(
     is_numbered: bool = False,
     **more: Any,
 ) -> Task:
-    """Return Inspect's task. With `is_numbered`, its samples have numbers instead of ids, which stay secret."""
+    """Return Inspect's task. With `is_numbered`, its samples have numbers instead of the episodes' ids, to keep these
+    secret."""
     by_id: dict[str, Assignment] = {}
     for number, assignment in enumerate(assignments, start=1):
         name = assignment.episode.id if assignment.epoch == 1 else f"{assignment.episode.id}@{assignment.epoch}"

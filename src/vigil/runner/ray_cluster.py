@@ -58,7 +58,8 @@ class RayCluster:
 
 @contextmanager
 def connect_cluster(address: str | None, plan: WorkerPlan) -> Generator[RayCluster, None, None]:
-    """Connect to the cluster at `address`, else at RAY_ADDRESS, else on this machine; if none runs, start a new one.
+    """Connect to the cluster at `address`, or else at RAY_ADDRESS, or else on this machine; if there is none, start a
+    cluster.
 
     Raises SettingError when no cluster answers, or when one of its nodes cannot play the run.
     """

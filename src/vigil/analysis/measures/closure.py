@@ -131,7 +131,8 @@ def closure_rates(pack: Path, table: RecordTable, known: ClosureScores) -> dict[
 
 
 def rates_by_kind(outcomes: Sequence[ClosureOutcome]) -> dict[str, dict[str, Any]]:
-    """Return values and intervals of the rates by kind, as in JSON; those of all kinds together come last, as `all`."""
+    """Return {kind: values and intervals of the rates}, as in JSON. The last entry, `all`, is for all kinds
+    together."""
     parts = {kind: [each for each in outcomes if each.answer.kind == kind] for kind in KINDS}
     return {kind: _rates(part) for kind, part in {**parts, "all": outcomes}.items() if part or kind == "all"}
 
@@ -226,7 +227,8 @@ def _d_prime(counts: np.ndarray) -> np.ndarray:
 
 
 def _auc(counts: np.ndarray) -> np.ndarray:
-    """Return, from the counts of claims (n, 2, 3), the probability that the first twin's claim is the higher one."""
+    """Return, from the counts of claims (n, 2, 3), the probability that the first twin's claim is higher than the
+    second's."""
     first, second = counts[:, 0].astype(float), counts[:, 1].astype(float)
     below = np.cumsum(second, axis=1) - second
     return (first * (below + second / 2)).sum(axis=1) / (first.sum(axis=1) * second.sum(axis=1))

@@ -85,7 +85,8 @@ def checkpoint_of(name: str) -> str:
 
 
 def activated_of(name: str) -> str | None:
-    """Return the part of a model's name that says how many parameters are activated, e.g. `A3B`; None without one."""
+    """Return the part of a model's name that says how many parameters are activated, e.g. `A3B`; None if no part says
+    this."""
     found = _ACTIVATED.search(name.casefold())
     return found[0].upper() if found else None
 

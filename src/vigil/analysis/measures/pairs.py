@@ -82,8 +82,8 @@ class Repeats:
     tables: tuple[pd.DataFrame, ...]
 
     def compared_with_first(self) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-        """Yield, for each later repeat, its name and two tables of the shared episodes: rows of the first repeat, and
-        of this one."""
+        """Yield, for each later repeat: its name, the first repeat's rows of the shared episodes, and its own rows of
+        them."""
         for name, table in list(zip(self.names, self.tables, strict=True))[1:]:
             first, other = shared_rows(self.tables[0].assign(epoch=1), table.assign(epoch=1))
             yield name, first.reset_index(), other.reset_index()
@@ -276,7 +276,7 @@ def _epoch_repeats(runs: Sequence[Run]) -> Repeats:
 
 
 def _pair_kind(first: Run, second: Run) -> PairKind | None:
-    """Return the kind of pair that two runs of one checkpoint are; None if they differ in more than one thing."""
+    """Return the kind of pair that two runs of one checkpoint form; None if they differ in more than one thing."""
     varied = setting_differences(first, second).keys() & _INTERVENED
     if bool(first.model.is_thinking) != bool(second.model.is_thinking):
         return None if varied else "serving"

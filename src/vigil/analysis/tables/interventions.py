@@ -147,7 +147,8 @@ def repeat_rates(study: Study) -> Table:
 
 
 def stability(study: Study) -> Table:
-    """Return how many shifts between prompts and half-ranges between repeats are small, and the largest ones."""
+    """Return a table of shifts between prompts and half-ranges between repeats: how many are small, and which are
+    largest."""
     columns = (
         *texts(change="Between", rate="Rate"),
         *counts(n="Configurations", steady=f"Under {STABLE_PP:.0f} pp"),

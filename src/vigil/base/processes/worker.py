@@ -81,7 +81,8 @@ class LocalProcess(subprocess.Popen[bytes]):
     def __init__(self, make_state: MakeState, log: Path | None, environment: Mapping[str, str]) -> None:
         """Start the process. Variables that are set in this process override those in `environment`.
 
-        The output of the process is appended to the file `log`; if `log` is None, it goes where this process prints.
+        The output of the process is appended to the file `log`. If `log` is None, the output goes where this process
+        prints.
         """
         self._make_state = ForkingPickler.dumps(make_state)
         ours, theirs = socket.socketpair()

@@ -30,7 +30,7 @@ def write_site(
 
 
 def _only_run(library: Library, folder: Path) -> LibraryRun:
-    """Return the run of a folder. Raises RecordError unless it holds exactly one readable run."""
+    """Return the run of a folder. Raises RecordError unless the folder has exactly one readable run."""
     found = library.runs()
     if len(found) > 1:
         names = ", ".join(str(each.folder) for each in found[:5])

@@ -41,7 +41,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     """A Gymnasium environment that plays the episodes of a pack or a stream.
 
     A report terminates an episode; the step budget and the limit of invalid replies truncate it. A pickled or copied
-    environment is a new one with the same options, which has not begun an episode.
+    environment has the same options, but has not begun an episode.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}  # noqa: RUF012 - as Gymnasium declares it
@@ -71,7 +71,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Start an episode: the next of a stream, a random one of a pack, or the one in `options={"episode_id": ...}`.
+        """Start an episode: the next of a stream, a random episode of a pack, or the episode `options["episode_id"]`.
 
         Raises SettingError if an option or id is unknown, SimulatorError if the simulator failed.
         """

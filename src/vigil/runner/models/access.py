@@ -60,7 +60,7 @@ class ModelAccess:
 
     @property
     def description(self) -> str:
-        """Text without secrets that says which model is asked, at which address, and with the key of which variable."""
+        """Text without secrets that says which model is asked, at which address, and which variable has the key."""
         provider = self.model_name.provider if self.model_name else None
         where = (
             without_login(self.base_url or "") or (provider and provider.default_address) or "its client's own address"
@@ -186,7 +186,8 @@ def hiding_other_keys(found: ModelAccess) -> Generator[None, None, None]:
 
 
 def _from_environment(found: ModelName) -> str | None:
-    """Return the address that the environment sets for this provider or for all providers; None without one."""
+    """Return the address that the environment sets for this provider or for all providers; None if it sets no
+    address."""
     variables = (*found.provider.addresses, _GENERAL_ADDRESS) if found.provider.addresses else (_GENERAL_ADDRESS,)
     return next(filter(None, map(os.environ.get, variables)), None) if found.prefix != "mockllm" else None
 

@@ -27,7 +27,7 @@ class ModelIdentityLog:
     effort: str | None = None
     """Reasoning effort that was requested."""
     set_by: str = ""
-    """Text that says by which fields thinking was set."""
+    """Text with the request fields that set thinking on or off."""
     on_new_identity: Callable[[], None] = lambda: None
     """Function that is called when a name or an address is new."""
     redact: Callable[[str], str] = lambda text: text

@@ -50,7 +50,7 @@ def _as_text(found: Any) -> str:
 
 
 def error_status_in(found: Any, depth: int = _MAX_DEPTH) -> int | None:
-    """Return the HTTP status in an error's JSON; None if it does not have one."""
+    """Return the HTTP status in an error's JSON; None if the JSON does not have a status."""
     if is_array(found) and depth:
         return next((status for one in found if (status := error_status_in(one, depth - 1)) is not None), None)
     if not is_object(found) or not depth:

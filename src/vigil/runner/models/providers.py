@@ -350,6 +350,7 @@ def _with_usual_variables(prefix: str, provider: Provider) -> Provider:
 
 
 def provider_hint(model: str) -> str:
-    """Return " Did you mean 'x'?" if a model's unknown provider is similar to a known one; else an empty text."""
+    """Return " Did you mean 'x'?" if a model's unknown provider is similar to a known provider; otherwise an empty
+    text."""
     prefix, known = model.partition("/")[0], {*PROVIDERS, ANY_SERVICE}
     return "" if prefix in known else did_you_mean(prefix.casefold(), known)

@@ -171,7 +171,7 @@ class SimulatorPool:
         return await AsyncRetrying(**_RETRY_ON_ANOTHER)(ask)
 
     def acquire(self, wanted: Worker | None = None) -> Worker:
-        """Return the least busy worker with capacity, and raise its load by one until `release`.
+        """Return the least busy worker with capacity, and add 1 to its load; `release` subtracts this again.
 
         Among equally busy workers, `wanted` is preferred.
         """
@@ -184,7 +184,7 @@ class SimulatorPool:
         return worker
 
     def release(self, worker: Worker) -> None:
-        """Reduce the load of `worker` by one."""
+        """Subtract 1 from the load of `worker`."""
         self._load[worker] -= 1
 
 

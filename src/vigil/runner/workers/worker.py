@@ -205,7 +205,7 @@ class EpisodeWorker:
         return self._pack.house_of(episode)
 
     def _take_slot(self) -> EnvSlot:
-        """Return the simulator that was kept, or else a new one, which takes time and memory to build."""
+        """Return the simulator that was kept. If none was kept, build a new simulator, which takes time and memory."""
         if self._idle:
             return self._idle.pop()
         plan = self._plan

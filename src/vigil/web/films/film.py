@@ -28,7 +28,8 @@ LAST_S = 4.0
 STRIP_PX = 136
 FILM_SIZE = (FRAME_WIDTH + PANEL_PX, FRAME_HEIGHT + STRIP_PX)
 GIF_SHARE = 0.75
-"""Width and height of a GIF as a share of those of an MP4; a GIF is about as wide as a page of text."""
+"""Scale of a GIF relative to an MP4, in width and in height. At this scale, a GIF is about as wide as a page of
+text."""
 WEBP_QUALITY = 82
 VIDEO_FPS = 10
 VIDEO_CRF = "20"
