@@ -5,7 +5,8 @@
     solutions.jsonl      one Solution a line, sorted by episode id
     houses/<name>.json   canonical JSON
 
-The pack's own hash is the SHA-256 of its manifest's bytes. A pack has no code, only data. Source: `protocol.md` section 7.
+The pack's own hash is the SHA-256 of its manifest's bytes. A pack has no code, only data.
+Source: `protocol.md` section 7.
 """
 
 from collections.abc import Iterable, Sequence
