@@ -258,7 +258,8 @@ class WorkingFolder:
 
 
 def resolve_paths(arguments: Sequence[str], here: Path) -> list[str]:
-    """Return a command's words with absolute paths for files and folders in `here`, also after the `=` of an option."""
+    """Return a command's words, with absolute paths of files and folders in `here`. In `--config=FILE`, too, FILE is
+    resolved."""
     program, *words = arguments
     return [str(here / program) if "/" in program else program, *(_resolve_word(word, here) for word in words)]
 

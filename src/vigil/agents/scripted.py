@@ -31,7 +31,7 @@ Eight sequences of turns and walks were tried on 125 episodes of search. This se
 in view at some time within the 20 steps.
 """
 BEST_PIXEL = (368, 272)
-"""The pixel (x, y) at which the first frame most often showed the target, in 17 % of 125 pointing episodes."""
+"""Pixel (x, y) at which the first frame most often showed the target: in 17 % of 125 pointing episodes."""
 POINT_ACTIONS = (InteractPixel(intent="ground", x=BEST_PIXEL[0], y=BEST_PIXEL[1]),)
 CLICK_ROW_Y = 272
 CLICK_ROW_X = range(48, FRAME_WIDTH, 64)

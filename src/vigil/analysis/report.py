@@ -36,7 +36,8 @@ CUSTOM_TABLES = "Own tables"
 Format = Literal["md", "html", "latex", "json", "csv"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
-"""Format of a report -> kind of file of its pictures. Two formats share one kind, because drawing takes longest."""
+"""Format of a report -> kind of file of its pictures. Two formats share one kind, because drawing is the slowest
+part."""
 CAUSES = "Why episodes were not verified successes, and what to do"
 LIMITS = (
     "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "

@@ -27,7 +27,8 @@ It is raised if any of these moves by more than `tests/golden/shapes.json` toler
 the way may then change in every recorded episode, so the packaged packs must be frozen again.
 """
 GRAMMAR_VERSION = 2
-"""Version of the reply grammar in `vigil.protocol.replies`, which decides which texts are actions, and which actions.
+"""Version of the reply grammar in `vigil.protocol.replies`. The grammar decides which texts are actions, and which
+actions they are.
 
 It is raised if any text is parsed differently than before (`tests/golden/replies.json` has examples). New packs are not
 needed then, but replies parsed under different versions of the grammar must not be compared.

@@ -53,7 +53,7 @@ Token = Annotated[
 RUNS = Path("runs")
 TERMINATED = 143
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-"""Environment variables; if none of them is set on Linux, a browser could at most open in the terminal."""
+"""Environment variables of screens and browsers. If none is set on Linux, a browser could only open in the terminal."""
 
 
 def view(
@@ -142,7 +142,8 @@ def _of_pack(pack: str | Path, assets: Path | None) -> ReviewSet:
 
 
 def listen(address: Address) -> socket.socket:
-    """Return a socket that listens at the address. Raises SettingError when it is invalid, in use, or needs a token."""
+    """Return a socket that listens at the address. Raises SettingError when the address is invalid, in use, or needs a
+    token."""
     address.check()
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)

@@ -1,4 +1,5 @@
-"""The registry of task families: the package's (one file each in `vigil.authoring.families`) and custom families.
+"""The registry of task families: the package's families (one file each in `vigil.authoring.families`) and custom
+families.
 
 The table `FAMILIES` is data: scoring has no code for a particular family. Source: `protocol.md` section 4 and the
 paper's table `family_specs`.

@@ -243,7 +243,8 @@ class House:
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the canonical JSON (sorted keys, no white space). Raises HouseError if it is not valid JSON."""
+        """SHA-256 of the canonical JSON (sorted keys, no white space). Raises HouseError if the document is not valid
+        JSON."""
         return hashlib.sha256(self._canonical()).hexdigest()
 
     @property
@@ -335,7 +336,8 @@ class House:
 
     @classmethod
     def from_json(cls, name: str, data: bytes, what: str) -> "House":
-        """Return the house in `data`, the bytes of a JSON file; `what` names it in messages. Raises HouseError."""
+        """Return the house in `data`, the bytes of a JSON file; `what` names the file in messages. Raises
+        HouseError."""
         try:
             found = read_json(data)
         except ValueError as error:

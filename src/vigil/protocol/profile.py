@@ -40,7 +40,7 @@ class Profile(BaseModel):
 
     name: ProfileName = BASELINE
     prompt_variant: str = "default"
-    """Name of the prompt variant: one of the paper's, or a name made from the hash of `prompt_template`."""
+    """Name of the prompt variant: a variant of the paper, or a name made from the hash of `prompt_template`."""
     prompt_template: str | None = None
     """Text of a prompt file; None for the paper's variants."""
     coordinates: Coordinates = "pixel"

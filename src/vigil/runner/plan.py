@@ -211,7 +211,8 @@ def endpoint_of(settings: RunSettings) -> Endpoint:
 
 
 def _sampling_of(settings: RunSettings) -> dict[str, Any]:
-    """Return the fields of each request other than its messages: those that the user set, and the thinking switch.
+    """Return the fields that each request has besides its messages: the user's sampling settings, and the thinking
+    switch.
 
     Raises SettingError when settings contradict each other.
     """

@@ -334,7 +334,8 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
 
 
 def _with_more_episodes(header: RunHeader, spec: RunSpec) -> RunHeader:
-    """Return the header with the episodes of `spec`, if these include all episodes of the header and more.
+    """Return the header. If `spec` has all episodes of the header and more, the returned header has the episodes of
+    `spec`.
 
     A shard cannot be extended, because more episodes would be divided into different shards.
     """
@@ -344,7 +345,8 @@ def _with_more_episodes(header: RunHeader, spec: RunSpec) -> RunHeader:
 
 
 def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
-    """Yield a text for each value at or below `place` that differs, except those of `_IGNORED_DIFFERENCES`."""
+    """Yield a text for each value at or below `place` that differs. The fields in `_IGNORED_DIFFERENCES` are left
+    out."""
     if is_object(there) and is_object(here):
         for name in sorted(there.keys() | here.keys()):
             if name not in _IGNORED_DIFFERENCES:

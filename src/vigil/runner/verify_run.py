@@ -55,7 +55,8 @@ class VerifySettings:
     backend: str | None = None
     """Simulator; None for the simulator of the run."""
     exact: bool | None = None
-    """Whether numbers must be bit-identical; with None, only if this machine is of the type that made the run."""
+    """Whether numbers must be bit-identical; if None, only on a machine with the same facts as the run's
+    (`SAME_HOST`)."""
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:

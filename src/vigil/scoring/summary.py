@@ -26,7 +26,8 @@ LIBRARY_REPLIES = (
     "replies were judged as a library returned them, not as the server sent them: text that it removes, "
     "such as reasoning, was not seen"
 )
-"""Note on a run with replies that a library took from the server's answer. It follows the number of these replies."""
+"""Note on a run with replies that a library took from the server's answer. In messages, the number of these replies
+precedes it."""
 
 
 def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:

@@ -1,4 +1,4 @@
-"""Frames of a recorded episode: the saved files, else drawn again. Each frame is compared with the recorded hash."""
+"""Frames of a recorded episode, from saved files or drawn again. Each frame is compared with the recorded hash."""
 
 from dataclasses import dataclass
 from typing import Any, Literal

@@ -90,7 +90,8 @@ class _Entry(BaseModel):
 
 
 class Journal:
-    """`play.jsonl`: the order of episodes, then every start of an episode and every reply, each on disk at once."""
+    """`play.jsonl`: the order of episodes, then every start of an episode and every reply, each written to disk
+    immediately."""
 
     def __init__(self, path: Path, order: Sequence[str]) -> None:
         """Open or create the journal. Raises RecordError if the file has the episodes in another order."""

@@ -15,7 +15,8 @@ from vigil.base.glossary import TERMS
 from vigil.scoring.closure import ClosureOutcome
 
 MIN_REASON_SHARE = 0.05
-"""A reason gets its own advice if it makes this share of the replies invalid; rarer reasons are counted together."""
+"""A reason gets its own advice if it makes at least this share of the replies invalid. Rarer reasons are counted
+together."""
 FORM_ONLY_SHARE = 0.95
 """A run with at least this share of invalid replies measures little but the form of replies."""
 _FORM_ADVICE = (

@@ -73,14 +73,16 @@ def clustered_interval(values: np.ndarray, houses: np.ndarray) -> Interval | Non
 
 
 def clustered_mean_intervals(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
-    """Return the interval of the mean of each column of `values`, (n, columns); None as in `clustered_interval`."""
+    """Return the interval of the mean of each column of `values`, (n, columns); None in the cases of
+    `clustered_interval`."""
     return clustered_ratio_intervals(values, np.ones(len(values)), houses)
 
 
 def clustered_ratio_intervals(
     values: np.ndarray, sizes: np.ndarray, houses: np.ndarray
 ) -> list[Interval | None] | None:
-    """Return the intervals of column sums divided by the sum of `sizes` (> 0); None as in `clustered_interval`."""
+    """Return the intervals of column sums divided by the sum of `sizes` (> 0); None in the cases of
+    `clustered_interval`."""
     names, index = np.unique(houses.astype(str), return_inverse=True)
     if len(names) < MIN_CLUSTERS:
         return None

@@ -184,7 +184,8 @@ def _means(rows: pd.DataFrame) -> dict[str, float | None]:
 
 
 def _certainty(rate: Rate, limit: float) -> str | None:
-    """Return `clear` if the whole interval of a rate is above the limit, `borderline` if only the rate is.
+    """Return `clear` if the whole interval of a rate is above the limit, `borderline` if only the rate itself is above
+    it.
 
     None if the rate is not above the limit.
     """

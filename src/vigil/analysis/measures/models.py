@@ -39,7 +39,7 @@ class ModelInfo:
     """The printed name, with `(T)` for the thinking serving mode."""
     group: ModelGroup
     is_thinking: bool | None
-    """Whether the model thinks; None if its name and settings do not say and it did not send reasoning."""
+    """Whether the model thinks; None if neither its name nor its settings nor its answers show this."""
     activated: str | None
     """Activated parameters of a mixture of experts, e.g. `A3B`; None if the name does not say."""
     is_privileged: bool = False

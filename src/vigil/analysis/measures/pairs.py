@@ -33,10 +33,10 @@ VARIED: dict[PairKind, tuple[str, ...]] = {
     ),
     "repeat": (),
 }
-"""Kind of pair -> paths of settings in which its runs may differ. A prompt's hash follows from its variant."""
+"""Kind of pair -> paths of the settings in which its two runs may differ."""
 _INTERVENED = {"profile.name", "profile.prompt_variant"}
 _IGNORED_SETTINGS = frozenset({"base_url", "epochs"})
-"""Settings that may differ: the address does not change the model, and only shared epochs are compared."""
+"""Settings that may differ in any pair: the address does not change the model, and only shared epochs are compared."""
 _SEED_IGNORED_FOR = frozenset({"model", "exec", "human"})
 """Kinds of agents on which the seed has no effect other than on scheduling."""
 KEY = ["episode_id", "epoch"]

@@ -59,7 +59,8 @@ def _names_where(wanted: np.ndarray, names: list[str]) -> np.ndarray:
 
 
 def _size(rows: pd.DataFrame) -> np.ndarray:
-    """Return the size of each target: by its category, or, for categories that need a measurement, as the pack says."""
+    """Return the size class of each target. For some categories the class is fixed; for the others, the pack states
+    it."""
     pairs = zip(values(rows, "target", object), values(rows, "target_size", object), strict=True)
     sizes = [SIZE_OF_CATEGORY.get(target, size) or "" for target, size in pairs]
     return _names_where(_is_of_family(rows, *_BY_SIZE), sizes)

@@ -104,7 +104,8 @@ def figure_width_in(columns: int) -> float:
 
 
 def key_steps(one: AgentTrajectory, count: int) -> list[int]:
-    """Return at most `count` step indices, sorted: the first, the last and attainment, then steps spread evenly."""
+    """Return at most `count` step indices, sorted: the first step, the last, the step that reached the goal, and others
+    spread evenly."""
     last = len(one.record.steps) - 1
     if last < count:
         return list(range(last + 1))

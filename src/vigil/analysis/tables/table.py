@@ -60,7 +60,8 @@ class Table:
         return formatted(row.cells.get(column.key), column.kind)
 
     def flat_columns(self) -> list[tuple[str, Column, int | None]]:
-        """Return (name, column, part) for every single number, as in CSV and JSON; `part` is None for a whole cell."""
+        """Return (name, column, part) for every single number, as in CSV and JSON. `part` is the number's position in
+        its cell; None for a cell with one number."""
         found: list[tuple[str, Column, int | None]] = []
         for column in self.columns:
             parts = PARTS.get(column.kind)

@@ -22,7 +22,7 @@ from vigil.errors import SimulatorError
 UNWIND_AFTER_S = 0.5
 """Time (s) that a worker may continue with a request after nobody waits for its answer any more."""
 END_AFTER_S = 15.0
-"""Time (s) that a worker may take to stop a request cleanly. It ends agents' programs in this time."""
+"""Time (s) that a worker may take to stop a request cleanly. Within this time, it also ends the agents' programs."""
 POLL_END = getattr(select, "POLLRDHUP", 0)
 """Flag for a poll that reports only that the other end of a connection has closed.
 

@@ -274,7 +274,7 @@ class Drawing:
         return max(MIN_HOUSES, round(HOUSES_PER_EPISODE * per_family))
 
     def most(self, per_family: int) -> int | None:
-        """Return the number of houses that may be used; None if all of --houses may be. Raises SettingError."""
+        """Return the number of houses that may be used; None if all of --houses may be used. Raises SettingError."""
         first = self.first(per_family)
         if first is None:
             if self.max_houses is not None:

@@ -25,7 +25,7 @@ from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import EpisodeLevel
 
 MIN_STEP, STEP_SHARE = 4, 4
-"""Houses are added in steps of the number of first houses divided by STEP_SHARE, but at least MIN_STEP."""
+"""In each step, the number of first houses divided by STEP_SHARE is added, but at least MIN_STEP houses."""
 
 
 class PackFreezer:

@@ -31,7 +31,7 @@ class ModelIdentityLog:
     on_new_identity: Callable[[], None] = lambda: None
     """Function that is called when a name or an address is new."""
     redact: Callable[[str], str] = lambda text: text
-    """Function that removes secrets from a text, because a server may send back a key that it was sent."""
+    """Function that removes secrets from a text, because a server's answer may repeat the key of the request."""
     check: dict[str, str] = field(default_factory=dict[str, str])
     """Results of the check before the run: part of the check -> result."""
     models: Counter[str] = field(default_factory=Counter[str])

@@ -1,7 +1,7 @@
 """Pointing calibration: frames with a marked spot, and the coordinate convention that fits a model's answers.
 
 The question asks for pixels, as the prompt of a run does. A model that was trained to answer in a grid of 0 to 1000 may
-still do so.
+nevertheless answer in this grid.
 """
 
 import re

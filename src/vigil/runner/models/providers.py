@@ -57,7 +57,8 @@ class Provider:
     addresses: tuple[str, ...] = ()
     """Variables that may have an address instead of the default."""
     is_openai_style: bool = False
-    """Whether the provider is asked by chat completions at its address, not through one of Inspect's clients."""
+    """Whether requests go directly to the provider's address, as chat completions, and not through a client of
+    Inspect's."""
     signs_in: bool = False
     """Whether the provider signs in with the machine's cloud account when a key is not set."""
     sign_in_client: str = ""
@@ -324,7 +325,8 @@ class ModelName:
 
 
 def parse_model_name(model: str) -> ModelName:
-    """Return the parts of a model's name; if it has no known provider, all of it is the name on a local server."""
+    """Return the parts of a model's name. If it has no known provider, the whole name is that of a model on a local
+    server."""
     prefix, _, name = model.partition("/")
     if prefix == ANY_SERVICE:
         prefix, _, name = name.partition("/")

@@ -42,13 +42,14 @@ _SECRET_WORDS = frozenset(
         "bearer",
     ]
 )
-"""Words that, anywhere in a name, show that its value is a secret."""
+"""Words that show, anywhere in a name, that its value is a secret."""
 _SECRET_LAST_WORDS = frozenset({"key", "keys", "token", "auth"})
-"""Words that, at the end of a name, show that its value is a secret; `max_tokens` and `token_budget` do not."""
+"""Words that show, at the end of a name, that its value is a secret. So `max_tokens` and `token_budget` are not
+secrets."""
 _HARMLESS_LAST_WORDS = frozenset(
     ["file", "path", "dir", "env", "name", "var", "variable", "type", "count", "limit", "length"]
 )
-"""Words that, at the end of a name, show that its value is a place or a number and not a secret."""
+"""Words that show, at the end of a name, that its value is a place or a number and not a secret."""
 _HARMLESS_WORDS = frozenset(
     ["max", "min", "num", "stop", "eos", "bos", "pad", "unk", "top", "sort", "group", "primary"]
 )

@@ -41,7 +41,8 @@ def may_think(thinking: Thinking, effort: str | None, model: str) -> bool:
 
 
 def describe_switch(thinking: Thinking, model: ModelName) -> str:
-    """Return the fields that --thinking sends as a text, e.g. `extra_body.enable_thinking=True`; empty if none."""
+    """Return a text with the fields that --thinking sends, e.g. `extra_body.enable_thinking=True`; empty if it sends
+    none."""
     switch = model.provider.thinking
     if thinking == "default" or switch is None:
         return ""

@@ -31,7 +31,7 @@ PLACEMENT_TIMEOUT_S = 10.0
 CPUS = 1
 """Number of the cluster's CPUs that each actor takes."""
 NodeCheck = Callable[[], str]
-"""Function that runs on a node and returns why the node cannot play the run, or an empty string. Must be picklable."""
+"""Function that runs on a node and returns why the node cannot play the run; empty if it can. It must be picklable."""
 
 
 class WorkerActor:
@@ -120,7 +120,7 @@ class RayProcess:
         self.kill()
 
     def terminate(self) -> None:
-        """Ask the worker to exit and end its agents' programs; an actor that has not started yet is cancelled."""
+        """Ask the worker to exit and to end its agents' programs. If the actor has not started yet, it is cancelled."""
         if self._connection is None:
             self.kill()
         else:
