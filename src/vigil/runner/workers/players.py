@@ -23,7 +23,7 @@ class Player(Protocol):
     """An agent or a model that plays one episode at a time."""
 
     async def play(self, assignment: Assignment, on_first_frame: Callable[[], None]) -> EpisodeRecord:
-        """Play one episode and return its record. If anything but the agent fails, it ends as `error`. Raises
+        """Play one episode and return its record. If something other than the agent fails, it ends as `error`. Raises
         InputError.
 
         `on_first_frame` is called before the agent sees the first frame.
