@@ -69,7 +69,7 @@ class ReadReply:
     answer: str
     """Text of the reply without the reasoning before it."""
     parsed: ParsedReply | InvalidAction
-    """The action in the answer, or the reason why there is none."""
+    """The action in the answer, or the reason why the answer is not an action."""
 
     @property
     def action(self) -> Action | None:

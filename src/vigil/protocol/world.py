@@ -106,7 +106,7 @@ class Effect(_Fact):
     """The effect of one action in the simulator."""
 
     hit: str | None = None
-    """Id of the object under the clicked pixel."""
+    """Id of the object under the clicked pixel; None if there is no object."""
     hit_category: str | None = None
     near: tuple[str, ...] = ()
     """Sorted ids of the objects within 3 px of the click, including the object that was hit. If a drawer is listed, the

@@ -270,7 +270,7 @@ class RunHeader(_Record):
 
     schema_version: int = SCHEMA_VERSION
     run_id: str
-    """Name of the run's folder when the run started; not unique."""
+    """Name of the run's folder when the run started. Other runs may have the same name."""
     nonce: str = Field(pattern=r"^[0-9a-f]{32}$")
     """Random value drawn once per run, so that the run's hash is unique."""
     spec: RunSpec

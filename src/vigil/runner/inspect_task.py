@@ -67,10 +67,10 @@ _SHARED_SETTINGS = {
 TASK_SETTINGS = {
     one.option.replace("-", "_"): one for one in declared_settings(RunSettings) if one.name in _SHARED_SETTINGS
 }
-"""Settings of a run that Inspect does not have: name of the option -> setting."""
+"""Name of an option -> setting of a run, for the settings that Inspect does not have."""
 _KEYWORD_ONLY = inspect.Parameter.KEYWORD_ONLY
 PLACEHOLDER_MODEL = "mockllm/model"
-"""Model in settings that are made before the name of Inspect's model is known."""
+"""Model name that stands in the settings until the name of Inspect's model is known."""
 PlayOne = Callable[[Assignment], Awaitable[EpisodeRecord]]
 """Function that plays one episode with a model. Raises VigilError to stop the run."""
 

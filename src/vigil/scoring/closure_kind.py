@@ -17,7 +17,7 @@ class ClosureKind:
     position: int
     """Position in tables, counted from 1."""
     tasks: str | Callable[..., Any]
-    """Function from a `HouseContext` to tasks and rejections."""
+    """Function that makes tasks, and rejections of tasks, from a `HouseContext`."""
     sides: tuple[str, ...] = ()
     """Names of the two sides of twins; empty without twins. The first side satisfies the families' rules."""
     may_hold_at_reset: bool = False

@@ -74,7 +74,7 @@ class Outcome:
     """The label of the queried state at the reset, which a report must have. None if the task is to reach a goal."""
     reported: Status | None
     raw_status: str | None
-    """The reported word if it is not in the vocabulary of statuses; None if it is."""
+    """The reported word if it is not a known status; None if it is a known status."""
     steps: int
     first_goal_step: int | None
     """The first step after which the goal held; None if there is no such step."""

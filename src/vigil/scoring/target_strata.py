@@ -12,7 +12,7 @@ SIZE_OF_CATEGORY: dict[str, TargetSize] = {
 }
 """Category -> size class, for the categories that the paper names as examples. For these, dimensions do not matter."""
 LARGE_M, SMALL_M = 0.7, 0.22
-"""Limits of the longest side (m) for other categories: large from LARGE_M, small up to SMALL_M."""
+"""Limits on the longest side (m) in all other categories: a target is large from LARGE_M, and small up to SMALL_M."""
 DISTANCE_BANDS_M = (3.0, 4.0)
 """Limits (m) of the distance from start to target: the near band ends at the first, the middle band at the second."""
 _SIZE_ORDER = {"under": 0, "small": 0, "over": 2, "large": 2}

@@ -18,7 +18,7 @@ MIN_REASON_SHARE = 0.05
 """A reason gets its own advice if it makes at least this share of the replies invalid. Rarer reasons are counted
 together."""
 FORM_ONLY_SHARE = 0.95
-"""A run with at least this share of invalid replies measures little but the form of replies."""
+"""A run with at least this share of invalid replies measures little except whether replies have the right form."""
 _FORM_ADVICE = (
     "Replies do not have the required form: `vigil prompt` shows what is asked for, `vigil view` the replies "
     "(docs/protocol.md, 2.3)."

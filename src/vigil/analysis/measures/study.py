@@ -38,7 +38,7 @@ class RunEntry:
     """The measures of each family that has episodes."""
 
     def part(self, rows: pd.DataFrame, measures: RunMetrics) -> "RunEntry":
-        """Return an entry for a part of the run's episodes: their rows and measures."""
+        """Return an entry for a part of the run's episodes: those in `rows`, with their `measures`."""
         return RunEntry(replace(self.run, rows=rows), measures, {})
 
     def mean(self, column: str) -> tuple[float, float | None, float | None] | None:
@@ -139,7 +139,7 @@ def sorted_by_b(entries: Iterable[RunEntry]) -> list[RunEntry]:
 
 
 def sorted_by_group(entries: Iterable[RunEntry]) -> list[RunEntry]:
-    """Return entries in the order of the panels' groups, within a group by B, the best first."""
+    """Return entries in the order of the panels' groups; within a group, the best B comes first."""
     order = {group: index for index, group in enumerate(GROUPS)}
     return sorted(sorted_by_b(entries), key=lambda entry: order[entry.run.model.group])
 

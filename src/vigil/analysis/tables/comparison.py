@@ -31,7 +31,7 @@ _SIZE = ("n", lambda entry: entry.overall.n)
 
 
 def clustered(study: Study) -> Table:
-    """Return W, B and Delta with intervals that account for the fact that episodes share houses."""
+    """Return a table of W, B and Delta with intervals that account for the fact that episodes share houses."""
     columns = (
         RUN,
         *counts(n=_SIZE, houses=("Houses", lambda entry: entry.run.rows["house"].nunique())),

@@ -101,7 +101,7 @@ def prompt_sensitivity(study: Study) -> Table:
 
 
 def open_repeat_robustness(study: Study) -> Table:
-    """Return mean and half-range over repeated runs."""
+    """Return a table of the mean and half-range of rates over repeated runs."""
     spreads = (
         Column(name, shown_name(name), "spread", lambda one, name=name: spread(_percents(one.tables, name)))
         for name in REPEATED

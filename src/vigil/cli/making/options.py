@@ -24,9 +24,9 @@ from vigil.scoring.levels import LEVELS, Level, parse_levels
 SMALL_HOUSES = ("2", "kitchen", "2", "bedroom", "2", "living-room")
 """Specs of houses for `--rooms mixed` in a suite. The houses are small, so that goals are easy to reach."""
 HOUSES_PER_EPISODE, MIN_HOUSES = 1.12, 12
-"""Default number of houses per episode of a family, and the least number of houses."""
+"""The number of houses used first is HOUSES_PER_EPISODE times the episodes of a family, but at least MIN_HOUSES."""
 BUDGET = 10
-"""The default maximum number of houses is this many times the number of houses that are used first."""
+"""The default maximum number of houses is this many times the number of houses used first."""
 HousePlaces = Annotated[
     tuple[str, ...],
     Setting(

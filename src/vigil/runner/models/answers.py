@@ -99,7 +99,7 @@ def _documents(body: bytes) -> Iterator[dict[str, Any]]:
 
 
 def _events(text: str) -> Iterator[dict[str, Any]]:
-    """Yield the data of server-sent events; `[DONE]` is the document `{"done": true}`."""
+    """Yield the data of server-sent events as JSON objects; the event `[DONE]` becomes `{"done": true}`."""
     lines: list[str] = []
     for line in (*text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), ""):
         if line.startswith("data:"):

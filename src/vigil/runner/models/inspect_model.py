@@ -86,7 +86,7 @@ class ModelClient:
 
 
 def new_model(endpoint: Endpoint) -> Model:
-    """Return a new client of Inspect's. Raises SettingError when the provider cannot be used."""
+    """Return a new Inspect model for `endpoint`. Raises SettingError when the provider cannot be used."""
     access = endpoint.access
     try:
         config = GenerateConfig(
@@ -104,7 +104,7 @@ def new_model(endpoint: Endpoint) -> Model:
 
 
 def model_at(access: ModelAccess, config: GenerateConfig) -> Model:
-    """Return a new Inspect model for this access, which is not shared with other callers."""
+    """Return a new Inspect model for `access`. The model is not shared with other callers."""
     return get_model(
         access.name,
         config=config,

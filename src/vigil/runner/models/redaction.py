@@ -168,7 +168,8 @@ def redacted_errors(secrets: Secrets) -> Generator[None, None, None]:
 
 
 def environment_secrets(environment: Mapping[str, str]) -> dict[str, str]:
-    """Return {name: value} of the variables with names of secrets, and of the logins in addresses."""
+    """Return {name: value} of the secrets: variables with a secret's name, and the logins in variables with an
+    address."""
     found = {
         name: value
         for name, value in environment.items()

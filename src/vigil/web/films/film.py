@@ -33,7 +33,7 @@ text."""
 WEBP_QUALITY = 82
 VIDEO_FPS = 10
 VIDEO_CRF = "20"
-"""x264's constant rate factor. At this quality, the grain of textures is visible."""
+"""x264's constant rate factor. At this quality, the grain of textures is still visible."""
 BT709 = 1
 """FFmpeg's number for the colour space, primaries and transfer of BT.709. It is in the file, so that all players show
 the same colours."""
