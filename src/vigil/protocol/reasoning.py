@@ -28,9 +28,9 @@ def split_reasoning(text: str) -> tuple[str, int]:
     The answer begins at the first candidate that is not a draft. So in `{...}</think>{...}` the first object is a
     draft, but in `{...}<think>...</think>{...}` both objects belong to the answer.
 
-    If no candidate is left, the answer begins after the last closing marker that has a brace somewhere after it. If no
-    closing marker has a brace after it, the answer begins at the last draft or, without a draft, after the last closing
-    marker. A text that is one JSON value is not cut.
+    If every candidate is a draft, or there are none, the answer begins after the last closing marker that has a brace
+    somewhere after it. If no closing marker has a brace after it, the answer begins at the last draft or, without a
+    draft, after the last closing marker. A text that is one JSON value is not cut.
     """
     closings = [marker.end() for marker in _MARKER.finditer(text) if _is_closing(marker)]
     if not closings or is_one_value(text):

@@ -77,10 +77,10 @@ class ObjectState(_Fact):
     """Receptacles that contain the object, nearest first. A receptacle contains the object if the object, or a support
     below it, rests on an interior surface of the receptacle (a shelf, a drawer, the bottom of a bowl)."""
     not_on: tuple[str, ...] = Field(default=(), exclude_if=lambda ids: not ids)
-    """Supports in the chain on which the object does not count as lying, nearest first. If the object is in a container
-    that opens (drawer, cupboard, box), these are the container and all supports below the container. If the object is
-    in a fixed hollow (a sink), this is the support of the hollow (the countertop). Rows do not have the field if it is
-    empty; rows of rules 1 and 2 never have it."""
+    """Supports in `support_chain` that the object does not count as lying on, nearest first. If the object is in a
+    container that opens (drawer, cupboard, box), these are the container and all supports below the container. If
+    the object is in a fixed hollow (a sink), this is the support of the hollow (the countertop). Rows do not have
+    the field if it is empty; rows of rules 1 and 2 never have it."""
     over: tuple[str, ...] = ()
     """Receptacles among the reported objects that the object lies on, with the tolerance of protocol.md section 4. The
     object's lowest point must be at most 0.1 m above a support surface of the receptacle, and the object's centre

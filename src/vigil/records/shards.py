@@ -2,7 +2,7 @@
 
 A shard has whole episodes, with all their epochs. Every machine computes the same shards, because they depend only on
 the run's episodes. Each episode is in exactly one shard. The numbers of episodes per family, and in total, differ by at
-most one between shards. Within a family, a shard's episodes follow each other in the order of play, so that each shard
+most one between shards. Within a family, a shard's episodes are consecutive in the order of play, so that each shard
 has few houses.
 """
 

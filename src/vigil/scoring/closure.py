@@ -1,7 +1,8 @@
-"""Closure stress: answers and verdicts of the suite in which it is easy to reach a goal and hard to know it holds.
+"""Closure stress: answers and verdicts of the suite in which it is easy to reach a goal and hard to know whether it
+holds.
 
-A pack of the suite has a file `closure.jsonl`, which agents never see. It says how each episode is closed correctly,
-and names the pair to which the episode belongs. C (correct closure) is a pure function of this answer and a record; it
+A pack of the suite has a file `closure.jsonl`, which agents never see. For each episode, the file has the correct
+closing (the answer) and the name of its pair. C (correct closure) is a pure function of the answer and a record; it
 does not affect W or B. Source: `protocol.md` section 8, decision 30.
 """
 

@@ -32,8 +32,8 @@ class ClosureKind:
     """Form -> names of the families' rules that episodes of this form break on purpose. If the kind does not have
     forms, the key is a template. The key "" is for all forms and templates that are not listed.
 
-    For packs of the closure-stress suite, the rule `protocol` has other checks (`protocol_faults`). Episodes exempt
-    from this rule must still pass these checks.
+    If the rule `protocol` is listed, the episodes must still pass the checks of `protocol_faults` for packs of the
+    suite.
     """
     faults: str | Callable[..., Any] | None = None
     """Function that yields (rule, message) for each fault of a side under the rules that only this kind has.

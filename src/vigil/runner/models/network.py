@@ -1,4 +1,5 @@
-"""Proxies and certificates from the environment, checked before a client reads them, and redirects, which are disabled.
+"""Checks of proxies and certificates from the environment before a client reads them, and a switch that disables
+redirects.
 
 Libraries read proxies and certificates from environment variables, and their errors do not name the variable. Redirects
 are not followed, because a client would send the key and the request to a host that the user did not name. On a
