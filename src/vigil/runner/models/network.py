@@ -1,5 +1,4 @@
-"""Checks of proxies and certificates from the environment before a client reads them, and a switch that disables
-redirects.
+"""Checks proxies and certificates of the environment before a client reads them, and disables redirects.
 
 Libraries read proxies and certificates from environment variables, and their errors do not name the variable. Redirects
 are not followed, because a client would send the key and the request to a host that the user did not name. On a
