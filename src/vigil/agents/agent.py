@@ -8,8 +8,7 @@ from vigil.protocol.observation import Observation
 REPLY_SECONDS = 600
 """Default time limit of one reply of a model or a program, in seconds."""
 FRAME_INTERVAL_SECONDS = 1.0
-"""Default period of a program's frames, in seconds. The time from a reply to the next frame is a whole number of
-periods."""
+"""Default period (s) of a program's frames: a frame is sent a whole number of periods after the previous reply."""
 
 
 class Agent(Protocol):

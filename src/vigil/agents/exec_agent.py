@@ -105,8 +105,7 @@ class ExecAgent:
         self._pacer.begin()
 
     def resume(self, instruction: str) -> None:
-        """Continue an episode after VIGIL's process and the program were lost. The lost program had already seen a
-        frame."""
+        """Continue an episode after VIGIL's process and the program, which had seen a frame, were lost."""
         self._end()
         self._prepare(instruction, has_seen_frame=True)
         self._pacer.begin()

@@ -49,8 +49,7 @@ _OTHER_FOLDER_VARIABLES = (
     "XDG_STATE_HOME",
     "XDG_RUNTIME_DIR",
 )
-"""Environment variables that name other folders of the user. They are removed, so that the program uses its own
-folder."""
+"""Environment variables with the user's other folders. They are removed, so that the program uses its own folder."""
 _SEARCH_PATH_VARIABLES = ("PATH", "PYTHONPATH")
 """Environment variables that are lists of folders; relative folders in them are made absolute."""
 
@@ -125,8 +124,7 @@ class Program:
         return self.unread() < self._sent if self._has_begun_to_read is None else self._has_begun_to_read
 
     def send(self, data: bytes, deadline: float) -> None:
-        """Write `data` to the program's input. Raises ProgramFault if this is not done by `deadline` (monotonic
-        clock)."""
+        """Write `data` to the program's input. Raises ProgramFault if not done by `deadline` (monotonic clock)."""
         left = memoryview(data)
         fd = _fileno(self._process.stdin)
         self._sent = 0
@@ -176,8 +174,7 @@ class Program:
             raise self.fault(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
 
     def ended(self, if_running: str = "ended without an answer") -> ProgramFault:
-        """Return the fault of a program that has closed a pipe. Its text is the exit code or, if the program still
-        runs, `if_running`."""
+        """Return the fault of a program that has closed a pipe: its exit code, or `if_running` if it still runs."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=EXIT_TIMEOUT_S)
         return self.fault(if_running if self.is_running else "ended without an answer")
@@ -258,8 +255,7 @@ class WorkingFolder:
 
 
 def resolve_paths(arguments: Sequence[str], here: Path) -> list[str]:
-    """Return a command's words, with absolute paths of files and folders in `here`. In `--config=FILE`, too, FILE is
-    resolved."""
+    """Return a command's words with absolute paths of files and folders in `here`, also within `--config=FILE`."""
     program, *words = arguments
     return [str(here / program) if "/" in program else program, *(_resolve_word(word, here) for word in words)]
 

@@ -36,8 +36,7 @@ CUSTOM_TABLES = "Own tables"
 Format = Literal["md", "html", "latex", "json", "csv"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
-"""Format of a report -> kind of file of its pictures. Two formats share one kind, because drawing is the slowest
-part."""
+"""Format of a report -> kind of file of its pictures. Two formats share one kind, because drawing is slow."""
 CAUSES = "Why episodes were not verified successes, and what to do"
 LIMITS = (
     "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "

@@ -86,8 +86,7 @@ def outward_links(folder: Path) -> Iterator[Path]:
 
 
 def refuse_outward_links(folder: Path, error: type[InputError]) -> None:
-    """Raise `error` if a link in a folder leads out of it. Copying or writing through such a link would affect other
-    folders."""
+    """Raise `error` if a link in a folder leads out of it: writing through such a link would change other folders."""
     for link in outward_links(folder):
         raise error(
             f"{str(link)!r} is a link that leads out of {str(folder)!r}, so it is not followed. Replace the link "

@@ -67,8 +67,7 @@ class Lines:
 
 
 class LineReader:
-    """Reader of a file's lines, one at a time. When all complete lines are read, `partial_line` has the rest of the
-    file."""
+    """Reader of a file's lines, one at a time. After the last complete line, `partial_line` has the remaining bytes."""
 
     def __init__(self, file: BinaryIO, place: str, *, number: int = 0, start: int = 0) -> None:
         """`file` is positioned after its first `number` lines (`start` bytes). `place` names the file in messages."""

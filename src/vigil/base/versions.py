@@ -57,8 +57,7 @@ class PackVersions(BaseModel):
         return [f"{name} {numbers[name]} (here {_CURRENT[name]})" for name in numbers if self._differs(name)]
 
     def note(self, what: str) -> str | None:
-        """Return one line that says under which versions `what` was made; None if these are the versions of this
-        package."""
+        """Return one line with the versions under which `what` was made; None if they are this package's versions."""
         found = self.differences()
         if not found:
             return None

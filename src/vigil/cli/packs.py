@@ -161,8 +161,7 @@ def verify(
 
 
 def _with_assets(pack: str, assets: Path | None) -> tuple[Pack, AssetDatabase]:
-    """Return a pack and its asset database. Raises PackMismatch when the pack was not made with the database
-    `assets`."""
+    """Return a pack and its asset database. Raises PackMismatch if the pack was made with another database."""
     loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
     print_notes(loaded.manifest.version_notes)
     loaded.check_assets(database)

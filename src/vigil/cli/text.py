@@ -31,8 +31,7 @@ def print_note(note: str) -> None:
 
 
 def print_fitting(build: Callable[[bool], Table]) -> None:
-    """Print the full table, `build(True)`, if it fits the terminal's width; otherwise the narrow table,
-    `build(False)`."""
+    """Print the full table, `build(True)`, if it fits the terminal's width; otherwise the narrow `build(False)`."""
     output = console()
     full = build(True)
     width = Measurement.get(output, output.options.update(max_width=UNBOUNDED_WIDTH), full).maximum

@@ -177,8 +177,7 @@ VERBS: dict[str, Verb | Group] = {
 
 
 _MORE = {"ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": ["--help"]}
-"""Context settings without the help option `-h`, because Unity's options such as `-screen-height` would be taken for
-it."""
+"""Context settings without the help option `-h`, which Unity's options such as `-screen-height` would trigger."""
 
 
 class Verbs(TyperGroup):

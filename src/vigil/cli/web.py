@@ -142,8 +142,7 @@ def _of_pack(pack: str | Path, assets: Path | None) -> ReviewSet:
 
 
 def listen(address: Address) -> socket.socket:
-    """Return a socket that listens at the address. Raises SettingError when the address is invalid, in use, or needs a
-    token."""
+    """Return a socket that listens at the address. Raises SettingError if it is invalid, in use or needs a token."""
     address.check()
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)

@@ -145,8 +145,7 @@ class StreamSource:
         )
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Return the maximum length of an instruction that the protocol allows, and all characters that may occur in
-        it."""
+        """Return the maximum length of an instruction under the protocol, and all characters that may occur in it."""
         return MAX_INSTRUCTION_CHARS, _charset(())
 
     def rows(self) -> Iterator[TaskRow]:
@@ -187,8 +186,7 @@ class StreamSource:
         self._items = iter(self._stream)
 
     def _next_in_stream(self) -> SampledEpisode:
-        """Return the next episode of the stream. Raises SettingError if the stream has no episodes, or
-        SimulatorError."""
+        """Return the next episode. Raises SettingError if the stream has no episodes, or SimulatorError."""
         assert self._items is not None
         item = next(self._items, None)
         if item is None:
@@ -227,8 +225,7 @@ def source_of(options: EpisodeOptions, workers: int, limit: int | None = None) -
 
 @lru_cache(maxsize=PACK_CACHE_SIZE)
 def _cached_pack(folder: Path, sha256: str) -> Pack:
-    """Return the pack in `folder`. The environments of a process share one pack as long as its manifest is
-    unchanged."""
+    """Return the pack in `folder`. While its manifest is unchanged, all environments of a process share the pack."""
     del sha256  # part of the cache key: distinguishes a pack from an earlier one in the same folder
     return Pack.load(folder)
 

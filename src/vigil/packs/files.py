@@ -37,8 +37,7 @@ class Manifest(BaseModel):
     name: str = Field(pattern=NAME_PATTERN)
     version: str = "1"
     versions: PackVersions = PackVersions()
-    """Versions of the package that made the pack. The pack's solutions are known to be valid only under these
-    versions."""
+    """Versions of the package that made the pack. The solutions are known to be valid only under these versions."""
     description: str = ""
     episodes: int
     houses: int

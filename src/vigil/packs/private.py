@@ -70,8 +70,7 @@ def secret_name(seed: int, kind: str, what: bytes) -> str:
 
 
 def secret_subseed(seed: int, kind: str, what: bytes) -> int:
-    """Return a 128-bit seed for one part of a pack, derived from the secret seed. Other seeds cannot be computed from
-    it."""
+    """Return a 128-bit seed for one part of a pack, derived from the secret seed. It reveals no other seed."""
     return MIN_SECRET_SEED + int.from_bytes(_keyed(seed, f"seed of {kind}", what)[:16], "big")
 
 

@@ -63,8 +63,7 @@ class FamilySpec:
     summary: str = ""
     """What the family's tasks ask for, in a few words."""
     position: int = 100
-    """Position of the family in tables. The paper's families have 1 to 8; families with the same position are sorted by
-    code."""
+    """Position of the family in tables: 1 to 8 for the paper's families. Equal positions are sorted by code."""
     kinds: Mapping[str, DraftKind] = field(default_factory=dict[str, DraftKind])
     """Name of a kind of episodes -> how the kind is drafted. Packs and streams draft every kind."""
     briefing: str = ""
@@ -74,8 +73,7 @@ class FamilySpec:
     rules: tuple[str, ...] = ()
     """Names of rules for drafts (`vigil.authoring.review`) that apply to this family but not to every family."""
     end_words: str | None = None
-    """Regular expression for words that must be in an instruction to say when the task is done; None if no words must
-    be."""
+    """Regular expression for words that an instruction needs to say when the task is done; None if it needs none."""
     stratum: Literal["template", "target_size", "distance", "label", "turning"] = "template"
     """Fact about episodes over which a pack is balanced: each value of the fact has about equally many episodes."""
     grading: StreamGrading | None = None
@@ -93,6 +91,5 @@ class FamilySpec:
 
     @property
     def start_horizon(self) -> float | None:
-        """Camera pitch (deg) at the start. None if the family requires the skill `look`, as authors then choose the
-        pitch."""
+        """Camera pitch (deg) at the start; None if authors may choose it, which requires the skill `look`."""
         return None if "look" in self.skills else DEFAULT_HORIZON_DEG

@@ -109,8 +109,8 @@ FINISH_REASONS: dict[str, FinishReason] = {
     "modelunloaded": FinishReason("failed", "LM Studio"),
     "userstopped": FinishReason("failed", "LM Studio"),
 }
-"""Finish reason in lower case -> its meaning. An answer that the provider changed or stopped is not the model's fault.
-"""
+"""Finish reason in lower case -> its meaning. If the provider changed or stopped an answer, the model is not at
+fault."""
 
 
 def stop_cause(finish_reason: str | None) -> StopCause | None:

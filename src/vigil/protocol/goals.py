@@ -288,8 +288,7 @@ def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
 
 
 def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
-    """Return for each moment whether the queried state has changed since the reset; always False for goals without a
-    query."""
+    """Return for each moment whether the queried state has changed since the reset; False for goals without it."""
     if not isinstance(goal, ReportStatus):
         return [False] * len(moments)
     states = [moment.world.objects[goal.object_id] for moment in moments]
@@ -324,8 +323,7 @@ def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
 
 
 def displacement_m(constraint: Constraint, moment: Moment) -> float:
-    """Return the object's distance (m) from its place at the reset. While the object is held, return the required
-    distance."""
+    """Return the object's distance (m) from its place at the reset; the required distance while it is held."""
     state, first = moment.world.objects[constraint.object_id], moment.initial.objects[constraint.object_id]
     if state.is_held:
         return constraint.distance_m or 0.0

@@ -243,8 +243,7 @@ class House:
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the canonical JSON (sorted keys, no white space). Raises HouseError if the document is not valid
-        JSON."""
+        """SHA-256 of the canonical JSON (sorted keys, no white space). Raises HouseError for a value JSON lacks."""
         return hashlib.sha256(self._canonical()).hexdigest()
 
     @property
@@ -336,8 +335,7 @@ class House:
 
     @classmethod
     def from_json(cls, name: str, data: bytes, what: str) -> "House":
-        """Return the house in `data`, the bytes of a JSON file; `what` names the file in messages. Raises
-        HouseError."""
+        """Return the house in `data`, the bytes of a JSON file that messages call `what`. Raises HouseError."""
         try:
             found = read_json(data)
         except ValueError as error:

@@ -19,8 +19,7 @@ _LISTS = ("rooms", "walls", "doors", "windows", "objects")
 
 
 def find_outdated_part(data: dict[str, Any]) -> str | None:
-    """Return a description of the first part of a house document that is older than schema 1.0.0; None if no part is
-    older."""
+    """Return a description of the first part of a house document that is older than schema 1.0.0; None if none is."""
     for place, node in _nodes(data):
         for key in _MATERIALS:
             if isinstance(node.get(key), str):
@@ -50,8 +49,7 @@ def _nodes(data: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def euler_from_axis_angle(axis: Vec3, degrees: float) -> Vec3:
-    """Return the Euler angles (deg; to be applied about z, then x, then y) of a rotation about `axis`, a vector of any
-    length."""
+    """Return the Euler angles (deg; about z, then x, then y) of a rotation about `axis`, a vector of any length."""
     length = math.hypot(*axis)
     x, y, z = (side / length for side in axis) if length > 0.0 else (0.0, 1.0, 0.0)
     sin, cos = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))

@@ -41,8 +41,7 @@ class _Fact(BaseModel):
 
 
 class ObjectState(_Fact):
-    """The hidden state of one object at a moment, with its pixels in the agent's frame and its distances from the
-    agent."""
+    """The hidden state of one object at a moment, with its pixels in the frame and its distances from the agent."""
 
     category: str
     position: Vec3
@@ -146,8 +145,7 @@ class ObjectSetup(_Fact):
     is_absent: bool = False
     """Whether the object and its children are removed from the scene."""
     is_broken: bool = Field(default=False, exclude_if=lambda is_broken: not is_broken)
-    """Whether the machine is broken. It then does not start, and a notice on its front says so. Omitted from files if
-    False."""
+    """Whether the machine is broken: it does not start, and a notice on it says so. Omitted from files if False."""
 
 
 class Setup(_Fact):
@@ -175,8 +173,7 @@ class Setup(_Fact):
         return self
 
     def _check_parents(self, object_id: str) -> None:
-        """Raise ValueError if the support of a placed object is absent or held, or itself rests on the placed
-        object."""
+        """Raise ValueError if the support of a placed object is absent, held, or resting on the object itself."""
         chain, parent = [object_id], self._parent(object_id)
         while parent is not None:
             if parent in chain:

@@ -138,8 +138,7 @@ def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
 
 
 def _last_invalid(episode: Episode, record: EpisodeRecord) -> int | None:
-    """Return the step of the invalid reply that must end the episode; None if there are too few invalid replies for
-    this."""
+    """Return the step of the invalid reply that must end the episode; None if there are too few invalid replies."""
     invalid = [step.index for step in record.steps if step.invalid is not None]
     return invalid[episode.max_invalid] if len(invalid) > episode.max_invalid else None
 

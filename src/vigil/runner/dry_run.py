@@ -18,8 +18,8 @@ from vigil.runner.plan import RunPlan
 
 @dataclass(frozen=True, slots=True)
 class CostEstimate:
-    """Bounds (least, most) on the calls and tokens of a run. An agent that reports early needs far less than the upper
-    bounds."""
+    """Bounds (least, most) on the calls and tokens of a run. An agent that reports early needs far less than the
+    most."""
 
     episodes: int
     """Number of plays: episodes times epochs."""

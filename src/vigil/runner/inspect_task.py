@@ -114,8 +114,7 @@ def evaluate(
 
 @contextmanager
 def _rare_garbage_collection() -> Generator[None, None, None]:
-    """Run the garbage collector rarely. Otherwise it takes a quarter of this process's time, mostly for imported
-    modules."""
+    """Run the garbage collector rarely; otherwise it takes a quarter of the time, mostly for imported modules."""
     gc.collect()
     gc.freeze()
     usual = gc.get_threshold()
@@ -173,8 +172,7 @@ def _task(
     is_numbered: bool = False,
     **more: Any,
 ) -> Task:
-    """Return Inspect's task. With `is_numbered`, its samples have numbers instead of the episodes' ids, to keep these
-    secret."""
+    """Return Inspect's task. With `is_numbered`, its samples have numbers instead of ids, to keep ids secret."""
     by_id: dict[str, Assignment] = {}
     for number, assignment in enumerate(assignments, start=1):
         name = assignment.episode.id if assignment.epoch == 1 else f"{assignment.episode.id}@{assignment.epoch}"
@@ -346,8 +344,7 @@ class _InspectSession:
         return self._models[name]
 
     async def _close_models(self) -> None:
-        """Close the clients that this session made. Inspect's own clients stay open, because Inspect may still use
-        them."""
+        """Close the clients that this session made. Inspect may still use its own clients, so these stay open."""
         made = [self._models.pop(name) for name in sorted(self._made)]
         self._made.clear()
         for model in made:

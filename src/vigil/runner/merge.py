@@ -96,8 +96,7 @@ def merge_runs(out: Path, shards: Sequence[Path], settings: MergeSettings | None
 
 
 def _check_headers(headers: dict[Path, RunHeader], given: int, settings: MergeSettings) -> None:
-    """Raise RecordError unless the headers are of shards of one run, with no shard twice and, without `partial`, none
-    missing."""
+    """Raise RecordError unless the headers are of different shards of one run; all of them, unless `partial`."""
     seen: dict[int, Path] = {}
     for folder, header in headers.items():
         shard = header.spec.shard

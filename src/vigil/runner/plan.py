@@ -38,8 +38,7 @@ RUNS_FOLDER = Path("runs")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Execution:
-    """Settings for carrying out a run that are not part of its identity. `RunSettings` explains fields of the same
-    name."""
+    """Settings of a run that are not part of its identity. `RunSettings` explains fields of the same name."""
 
     folder: Path
     """Folder of the run."""

@@ -1,5 +1,4 @@
-"""Queue of the assignments that remain. It prevents a worker from playing the two twins of a pair one after the
-other."""
+"""Queue of the assignments that remain. It prevents a worker from playing both twins of a pair in succession."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping

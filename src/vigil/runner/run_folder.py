@@ -345,8 +345,7 @@ def _with_more_episodes(header: RunHeader, spec: RunSpec) -> RunHeader:
 
 
 def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
-    """Yield a text for each value at or below `place` that differs. The fields in `_IGNORED_DIFFERENCES` are left
-    out."""
+    """Yield a text for each value at or below `place` that differs, without the fields `_IGNORED_DIFFERENCES`."""
     if is_object(there) and is_object(here):
         for name in sorted(there.keys() | here.keys()):
             if name not in _IGNORED_DIFFERENCES:

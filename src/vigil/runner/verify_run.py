@@ -55,8 +55,7 @@ class VerifySettings:
     backend: str | None = None
     """Simulator; None for the simulator of the run."""
     exact: bool | None = None
-    """Whether numbers must be bit-identical; if None, only on a machine with the same facts as the run's
-    (`SAME_HOST`)."""
+    """Whether numbers must be bit-identical; if None, only on a machine with the run's facts (`SAME_HOST`)."""
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
@@ -85,8 +84,7 @@ class Verification:
     notes: tuple[str, ...] = ()
     """Notes that say which rows do not belong to the run, and why."""
     left_out: int = 0
-    """Number of rows that do not belong to the run. They are not scored. If there are any, the run does not count as
-    verified."""
+    """Number of rows that do not belong to the run and are not scored. If there are any, the run is not verified."""
 
     @property
     def is_verified(self) -> bool:

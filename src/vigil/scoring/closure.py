@@ -98,8 +98,7 @@ class Evidence(_Fact):
     spot: Vec3 | None = None
     """A place on the object that must also be in the frame; None if it is enough to see any part of the object."""
     within_m: float = Field(default=OBSERVABLE_M, gt=0, le=OBSERVABLE_M)
-    """Maximum distance (m) from the camera to `spot`. It is small for written notices, which can only be read from
-    nearby."""
+    """Maximum distance (m) from the camera to `spot`. It is small for a notice that can only be read from nearby."""
     min_px: int = Field(default=OBSERVABLE_PX, ge=OBSERVABLE_PX)
     """Minimum number of pixels that the object must have in the frame."""
 

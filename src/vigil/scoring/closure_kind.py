@@ -43,6 +43,5 @@ class ClosureKind:
     """
 
     def exempt_of(self, form: str, template: str) -> frozenset[str]:
-        """Return the families' rules that an episode may break: the entry of `exempt` for its form or, without a form,
-        template."""
+        """Return the families' rules that an episode may break: those for its form or, without a form, its template."""
         return self.exempt.get(form or template, self.exempt.get("", frozenset()))

@@ -96,8 +96,7 @@ class Outcome:
     """Number of invalid replies that were cut at the token limit; they are also counted as protocol failures."""
     would_parse_leniently: int
     library_replies: int
-    """Number of replies whose text is a library's version of the server's answer; the library may have lost or joined
-    parts."""
+    """Number of replies of which only a library's version is known; the library may have lost or joined parts."""
     too_far: int
     path_blocked: int
     retry: int

@@ -76,8 +76,7 @@ class Counts:
     counts: Mapping[str, int]
     """Counts by name; the names are those of `count_masks`."""
     by_episode: Mapping[str, tuple[int, ...]] | None = None
-    """Name of a count -> its value for each episode; `n` is the number of plays. None if each episode was played only
-    once."""
+    """Name of a count -> its value for each episode; `n` is the number of plays. None if no episode was repeated."""
 
     @property
     def episodes(self) -> int:

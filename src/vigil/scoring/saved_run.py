@@ -42,8 +42,7 @@ class RecordTable:
     """The effective rows of a run's `episodes.jsonl` with their verdicts; the records stay in the file."""
 
     def __init__(self, folder: Path, header: RunHeader, episodes: Iterable[Episode]) -> None:
-        """`episodes` are all episodes of the run's pack; those that the run does not plan are ignored. No rows are read
-        yet."""
+        """`episodes` are all episodes of the pack; those that the run does not plan are ignored. Reads no rows yet."""
         self.path = folder / EPISODES_FILE
         self.check = RowCheck(header, episodes)
         self.is_missing = False
@@ -80,8 +79,7 @@ class RecordTable:
 
     @property
     def left_out(self) -> tuple[LeftOutRow, ...]:
-        """Rows that are not scored: rows that are unreadable, are of another run, violate the protocol, or repeat other
-        rows."""
+        """Rows that are not scored: unreadable, of another run, in conflict with the protocol, or repeated."""
         return tuple(self._filter.left_out)
 
     @property

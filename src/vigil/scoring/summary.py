@@ -26,8 +26,7 @@ LIBRARY_REPLIES = (
     "replies were judged as a library returned them, not as the server sent them: text that it removes, "
     "such as reasoning, was not seen"
 )
-"""Note on a run with replies that a library took from the server's answer. In messages, the number of these replies
-precedes it."""
+"""Note on a run with replies that a library took from the server's answer. Their number stands before the note."""
 
 
 def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:
@@ -142,8 +141,7 @@ def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscore
 
 
 def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1) -> RunScores:
-    """Return the scores of a run from its verdicts, sorted by episode and epoch. `episodes` are all planned
-    episodes."""
+    """Return a run's scores from its verdicts, sorted by episode and epoch. `episodes` are all planned episodes."""
     found = [verdict for _, verdict in sorted(verdicts.items())]
     planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
     return RunScores(

@@ -90,8 +90,7 @@ class _Entry(BaseModel):
 
 
 class Journal:
-    """`play.jsonl`: the order of episodes, then every start of an episode and every reply, each written to disk
-    immediately."""
+    """`play.jsonl`: the order of episodes, then each start of an episode and each reply, all written immediately."""
 
     def __init__(self, path: Path, order: Sequence[str]) -> None:
         """Open or create the journal. Raises RecordError if the file has the episodes in another order."""

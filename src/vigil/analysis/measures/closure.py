@@ -131,8 +131,7 @@ def closure_rates(pack: Path, table: RecordTable, known: ClosureScores) -> dict[
 
 
 def rates_by_kind(outcomes: Sequence[ClosureOutcome]) -> dict[str, dict[str, Any]]:
-    """Return {kind: values and intervals of the rates}, as in JSON. The last entry, `all`, is for all kinds
-    together."""
+    """Return {kind: values and intervals of the rates}, as in JSON. The last entry, `all`, is over all kinds."""
     parts = {kind: [each for each in outcomes if each.answer.kind == kind] for kind in KINDS}
     return {kind: _rates(part) for kind, part in {**parts, "all": outcomes}.items() if part or kind == "all"}
 
@@ -168,8 +167,7 @@ def house_interval(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureO
 
 
 def correct_pairs(outcomes: Iterable[ClosureOutcome]) -> Rate:
-    """Return the share of pairs whose two episodes were both closed knowingly (`is_knowing`). Each play of a pair
-    counts."""
+    """Return the share of plays of pairs in which both episodes were closed knowingly (`is_knowing`)."""
     return _rate([[left.is_knowing and right.is_knowing for left, right in plays] for plays in _pairs(outcomes)])
 
 
@@ -227,8 +225,7 @@ def _d_prime(counts: np.ndarray) -> np.ndarray:
 
 
 def _auc(counts: np.ndarray) -> np.ndarray:
-    """Return, from the counts of claims (n, 2, 3), the probability that the first twin's claim is higher than the
-    second's."""
+    """Return the probability that the first twin's claim is the higher, from the counts of claims (n, 2, 3)."""
     first, second = counts[:, 0].astype(float), counts[:, 1].astype(float)
     below = np.cumsum(second, axis=1) - second
     return (first * (below + second / 2)).sum(axis=1) / (first.sum(axis=1) * second.sum(axis=1))

@@ -15,8 +15,7 @@ from vigil.base.glossary import TERMS
 from vigil.scoring.closure import ClosureOutcome
 
 MIN_REASON_SHARE = 0.05
-"""A reason gets its own advice if it makes at least this share of the replies invalid. Rarer reasons are counted
-together."""
+"""A reason gets its own advice if it makes at least this share of the replies invalid. Others are counted together."""
 FORM_ONLY_SHARE = 0.95
 """A run with at least this share of invalid replies measures little except whether replies have the right form."""
 _FORM_ADVICE = (
@@ -86,8 +85,7 @@ class FailureCauses:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Sentences on what prevented verified successes, first those about invalid replies; empty if nothing prevented
-        them."""
+        """Sentences on what prevented verified successes, first those about invalid replies; may be empty."""
         return (*_reply_sentences(self), *_ending_sentences(self))
 
 

@@ -31,7 +31,7 @@ because the labels add up to 1, or because a label never changes."""
 
 @dataclass(frozen=True, slots=True)
 class McNemar:
-    """McNemar's exact test of two paired yes/no outcomes. All plays of one episode count as one observation."""
+    """McNemar's exact test of two paired yes/no outcomes. All plays of one episode count together."""
 
     only_first: int
     """Number of episodes in which the first column has the outcome more often than the second."""
@@ -73,16 +73,14 @@ def clustered_interval(values: np.ndarray, houses: np.ndarray) -> Interval | Non
 
 
 def clustered_mean_intervals(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
-    """Return the interval of the mean of each column of `values`, (n, columns); None in the cases of
-    `clustered_interval`."""
+    """Return the interval of the mean of each column of `values`, (n, columns); None as for `clustered_interval`."""
     return clustered_ratio_intervals(values, np.ones(len(values)), houses)
 
 
 def clustered_ratio_intervals(
     values: np.ndarray, sizes: np.ndarray, houses: np.ndarray
 ) -> list[Interval | None] | None:
-    """Return the intervals of column sums divided by the sum of `sizes` (> 0); None in the cases of
-    `clustered_interval`."""
+    """Return the intervals of column sums divided by the sum of `sizes` (> 0); None as for `clustered_interval`."""
     names, index = np.unique(houses.astype(str), return_inverse=True)
     if len(names) < MIN_CLUSTERS:
         return None

@@ -124,8 +124,7 @@ def _correlation(first: np.ndarray, second: np.ndarray, least: int) -> float:
 
 
 def rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
-    """Return Spearman's correlation of two columns; NaN with fewer than eight values, or if all values of a column are
-    equal."""
+    """Return Spearman's correlation of two columns; NaN with fewer than eight values, or if a column is constant."""
     return _correlation(_ranks(first), _ranks(second), MIN_EPISODES)
 
 

@@ -121,8 +121,7 @@ def after_goal_intervals(rows: pd.DataFrame) -> dict[str, tuple[Interval | None,
 
 
 def _after_goal(rows: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for the episodes with W=1, the counts of actions after the goal first held, (episodes, kinds), and the
-    houses."""
+    """Return the actions after the goal first held, (episodes, kinds), and the houses; only of episodes with W=1."""
     held = select_rows(rows, values(rows, "W", bool))
     counts = np.stack([values(held, f"actions_after_goal.{kind}") for kind in ACTION_KINDS], axis=1)
     has_any = counts.sum(axis=1) > 0

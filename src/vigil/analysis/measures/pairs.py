@@ -44,8 +44,7 @@ KEY = ["episode_id", "epoch"]
 
 @dataclass(frozen=True)
 class Pair:
-    """Two runs that differ in one thing. `base` is the run without feedback, with the default prompt, or without
-    thinking."""
+    """Two runs that differ in one thing. `base` has no feedback, the default prompt, or no thinking."""
 
     kind: PairKind
     base: Run
@@ -82,8 +81,7 @@ class Repeats:
     tables: tuple[pd.DataFrame, ...]
 
     def compared_with_first(self) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-        """Yield, for each later repeat: its name, the first repeat's rows of the shared episodes, and its own rows of
-        them."""
+        """Yield (name, first rows, rows) for each later repeat: the shared episodes in the first and in this repeat."""
         for name, table in list(zip(self.names, self.tables, strict=True))[1:]:
             first, other = shared_rows(self.tables[0].assign(epoch=1), table.assign(epoch=1))
             yield name, first.reset_index(), other.reset_index()
@@ -200,8 +198,7 @@ def shared_rows(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame
 
 
 def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
-    """Return the `difference` of W, B or a label (other - base) over the episodes that both runs have scored; None if
-    there are none."""
+    """Return the `difference` (other - base) over the episodes that both runs have scored; None without any."""
     base, other = shared_rows(pair_of.base.rows, pair_of.other.rows)
     return difference(base, other, name) if len(base) else None
 

@@ -59,8 +59,7 @@ def _names_where(wanted: np.ndarray, names: list[str]) -> np.ndarray:
 
 
 def _size(rows: pd.DataFrame) -> np.ndarray:
-    """Return the size class of each target. For some categories the class is fixed; for the others, the pack states
-    it."""
+    """Return the size class of each target. Some categories have a fixed class; for others, the pack states it."""
     pairs = zip(values(rows, "target", object), values(rows, "target_size", object), strict=True)
     sizes = [SIZE_OF_CATEGORY.get(target, size) or "" for target, size in pairs]
     return _names_where(_is_of_family(rows, *_BY_SIZE), sizes)

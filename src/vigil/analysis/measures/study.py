@@ -73,8 +73,7 @@ class RunEntry:
 
     @property
     def panel(self) -> str:
-        """The panel of the run's row: `main`, `excluded` (by the exclusion rule), or `aside` (the conditions are not
-        the default)."""
+        """The panel of the run's row: `main`, `excluded` (by the exclusion rule), or `aside` (other conditions)."""
         return "aside" if not self.is_base else "excluded" if self.is_excluded else "main"
 
 

@@ -17,8 +17,7 @@ from vigil.scoring.rates import Interval
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """Number of episodes whose label changed from `source` to `target` between two runs, and number of the reverse
-    changes."""
+    """Number of episodes whose label changed from `source` to `target` between two runs, and of the reverse changes."""
 
     source: str
     target: str
@@ -28,8 +27,7 @@ class Transition:
     """`forward` minus `backward`, as a share of the episodes."""
     interval: Interval | None
     p: float
-    """p-value of McNemar's exact test of `forward` against `backward`. All plays of one episode count as one
-    observation."""
+    """p-value of McNemar's exact test of `forward` against `backward`. All plays of an episode count together."""
 
 
 def label_matrix(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, dict[str, int]]:

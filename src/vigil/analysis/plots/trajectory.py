@@ -55,8 +55,7 @@ class AgentTrajectory:
 
 
 def find_record(run: Run, episodes: Iterable[Episode], key: Key) -> EpisodeRecord:
-    """Return the effective record of the episode `key` of a run. `episodes` are those of the run's pack. Raises
-    RecordError."""
+    """Return the effective record `key` of a run. `episodes` are those of the run's pack. Raises RecordError."""
     table = RecordTable(run.folder, run.header, episodes)
     table.refresh()
     row = table.rows.get(key)

@@ -147,8 +147,7 @@ def repeat_rates(study: Study) -> Table:
 
 
 def stability(study: Study) -> Table:
-    """Return a table of shifts between prompts and half-ranges between repeats: how many are small, and which are
-    largest."""
+    """Return a table of prompt shifts and half-ranges of repeats: how many are small, and which are largest."""
     columns = (
         *texts(change="Between", rate="Rate"),
         *counts(n="Configurations", steady=f"Under {STABLE_PP:.0f} pp"),

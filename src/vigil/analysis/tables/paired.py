@@ -67,8 +67,7 @@ _KINDS = {"feedback": "+FB", "prompt": "neutral prompt", "serving": "thinking"}
 
 
 def prompt_shifts(study: Study) -> Table:
-    """Return the shift of each rate under the neutral prompt, with tests. Published rows have only the printed
-    shifts."""
+    """Return the shift of each rate under the neutral prompt, with tests. Published rows have no tests."""
     columns = (
         MODEL,
         N,

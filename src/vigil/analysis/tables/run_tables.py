@@ -81,8 +81,7 @@ def overview(study: Study) -> Table:
 
 
 def _overall_rates() -> tuple[Column, ...]:
-    """Return a column for each rate. The gap has an interval from resampled houses; the other rates have Wilson's
-    intervals."""
+    """Return a column for each rate. The gap has an interval from resampled houses; other rates have Wilson's."""
     return tuple(
         column
         for name in RATES

@@ -1,2 +1,2 @@
-"""Worker processes. Each makes a state (any object) once, and then answers requests. A request calls a function with
-the state."""
+"""Worker processes. Each makes a state (any object) once. Then it answers requests: calls of functions with this
+state."""

@@ -14,8 +14,7 @@ main_module: str | None = None
 
 
 def __getattr__(name: str) -> Any:
-    """Return the function or class `name` of the main process's `__main__`, because pickled requests may refer to
-    it."""
+    """Return `name` from the main process's `__main__`, because pickled requests may refer to it."""
     if main_module is None or name.startswith("__"):
         raise AttributeError(name)
     return getattr(importlib.import_module(main_module), name)

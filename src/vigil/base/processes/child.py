@@ -84,8 +84,7 @@ def serve(connection: Connection, make_state: bytes | MakeState) -> None:
 
 
 def _answer_or_error(answer: Callable[[bytes], Any], request: bytes) -> Any:
-    """Return a pickled message: the answer to a request or, if the request raised an error, the error with its
-    traceback."""
+    """Return a pickled message: a request's answer or, if the request raised an error, the error and traceback."""
     try:
         return ForkingPickler.dumps(("done", answer(request)))
     except Exception as error:  # noqa: BLE001 - raised again in the main process

@@ -38,8 +38,7 @@ class WorkerLost(SimulatorError):
 
 
 class NoCapacity(WorkerLost):
-    """The cluster does not have a free CPU for the worker yet. Until it has one, other workers must take the
-    requests."""
+    """The cluster does not have a free CPU for the worker yet. Until then, other workers must take the requests."""
 
 
 class WorkerProcess(Protocol):
@@ -248,8 +247,7 @@ class Worker:
         self._end(SHUTDOWN_TIMEOUT_S)
 
     def _answer(self, request: Request) -> Any:
-        """Return a request's answer. If the process dies, ask a new one. Raises WorkerLost or the error that the
-        request raised."""
+        """Return a request's answer. If the process dies, ask a new one. Raises WorkerLost or the request's error."""
         for left in range(self._settings.attempts - 1, -1, -1):
             try:
                 return self._ask(request)

@@ -201,8 +201,7 @@ class Drafting:
     ] = None
 
     def forms(self, default: Forms) -> Forms:
-        """Return the sentence forms that instructions may have: one of the two halves, or all; by default,
-        `default`."""
+        """Return the sentence forms that the user chose (one of the two halves, or all), or else `default`."""
         return "held_out" if self.form_names == "held-out" else self.form_names or default
 
     def specs(self, suite: str | None) -> list[str]:

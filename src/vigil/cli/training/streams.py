@@ -84,8 +84,7 @@ def stream(
 
 
 def house_range(given: str) -> tuple[int, int | None]:
-    """Return the number of the first house and the number after the last, from a text FIRST:END, or FIRST: without an
-    end. Raises SettingError."""
+    """Return (first house, house after the last), from a text FIRST:END or FIRST: (no end). Raises SettingError."""
     first, colon, last = given.partition(":")
     if not (colon and first.isdecimal() and (last.isdecimal() or not last)):
         raise SettingError(f"Houses {given!r}: expected FIRST:END or FIRST:, e.g. 0:100.")

@@ -59,8 +59,7 @@ class Identity:
 
 
 def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
-    """Return the identity of a run's model. `developer` replaces the developer that the model's name says. Raises
-    SettingError."""
+    """Return the identity of a run's model. `developer` replaces the one in the model's name. Raises SettingError."""
     spec = header.spec
     if spec.agent_kind != "model":
         raise SettingError(

@@ -17,8 +17,7 @@ class Prefetcher:
     """A thread that takes the next episode from a source while the current episode is played."""
 
     def __init__(self, source: EpisodeSource, prepare: Callable[[House], None]) -> None:
-        """`prepare` is called with the house of each episode, in another thread, so that the house loads faster
-        later."""
+        """`prepare` is called with each episode's house, in another thread, so that the house loads faster later."""
         self._source, self._prepare = source, prepare
         self._thread = ThreadPoolExecutor(1, "next-episode")
         self._next: Future[SampledEpisode] | None = None

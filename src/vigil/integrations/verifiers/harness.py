@@ -19,8 +19,7 @@ PlayTask = Callable[[VigilData, Ask], Awaitable[Outcome]]
 
 
 class VigilHarness(vf.Harness[vf.HarnessConfig]):
-    """Harness that plays in this process. For each turn it sends a request with the prompt, the text history and the
-    frame."""
+    """Harness that plays in this process. Each turn sends a request with the prompt, the text history and the frame."""
 
     EXECUTES_CODE = False
     NEEDS_CONTAINER = False

@@ -186,8 +186,7 @@ def hiding_other_keys(found: ModelAccess) -> Generator[None, None, None]:
 
 
 def _from_environment(found: ModelName) -> str | None:
-    """Return the address that the environment sets for this provider or for all providers; None if it sets no
-    address."""
+    """Return the address that the environment sets for this provider or for all providers; None if unset."""
     variables = (*found.provider.addresses, _GENERAL_ADDRESS) if found.provider.addresses else (_GENERAL_ADDRESS,)
     return next(filter(None, map(os.environ.get, variables)), None) if found.prefix != "mockllm" else None
 

@@ -23,8 +23,7 @@ Wire = Literal["chat", "responses", "anthropic", "google"]
 
 
 class NoAnswer(Exception):
-    """Error: a body does not have a reply. `status` is the status in an error that came with HTTP 200; None if
-    unknown."""
+    """Error: a body has no reply. `status` is the status in an error that came with HTTP 200; None if unknown."""
 
     def __init__(self, message: str, status: int | None = None) -> None:
         super().__init__(message)
@@ -132,8 +131,7 @@ def _error(found: Any) -> NoAnswer:
 
 
 def _failed_status(part: dict[str, Any]) -> bool:
-    """Return whether a part reports a failure in MiniMax's form. Such a part may have a message although the request
-    failed."""
+    """Return whether a part reports a failure in MiniMax's form; such a part may also have a message."""
     status = part.get("base_resp")
     return is_object(status) and status.get("status_code") not in (None, 0)
 
@@ -216,8 +214,7 @@ def _tool_name(message: dict[str, Any]) -> str | None:
 
 
 def _finish_reason(choice: dict[str, Any]) -> str | None:
-    """Return the finish reason of an answer. If a router adds the provider's own reason and this is a failure, return
-    this."""
+    """Return the finish reason of an answer; if a router adds its provider's reason for a failure, return that."""
     own = _reason_text(choice.get("finish_reason"))
     beside = choice.get("provider_specific_fields")
     native = choice.get("native_finish_reason") or (is_object(beside) and beside.get("native_finish_reason"))

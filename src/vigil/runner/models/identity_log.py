@@ -1,5 +1,4 @@
-"""Which model answered: names, addresses and finish reasons from the provider's answers, not from the run's
-settings."""
+"""Which model answered: names, addresses and finish reasons from the provider's answers, not from the settings."""
 
 from collections import Counter
 from collections.abc import Callable, Collection

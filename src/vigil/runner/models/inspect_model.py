@@ -57,8 +57,7 @@ _HTTP_LIBRARIES = frozenset({"httpx", "httpx2", "aiohttp"})
 
 
 class ModelClient:
-    """Client of a model, which retries failed requests. At the end of its `async with` block, its connections are
-    closed."""
+    """Client of a model, which retries failed requests. The end of its `async with` block closes its connections."""
 
     def __init__(self, endpoint: Endpoint, identity_log: ModelIdentityLog | None = None) -> None:
         """Each answer is added to `identity_log`. Raises SettingError when the provider cannot be used."""
@@ -173,8 +172,7 @@ def sender(
 
 
 def _is_answered(exchanges: Sequence[Exchange]) -> bool:
-    """Return whether the server answered without an error. If so, its answer counts, even if a library failed to read
-    it."""
+    """Return whether the server answered without an error. Its answer then counts even if a library failed on it."""
     return bool(exchanges) and exchanges[-1].status in range(200, 300)
 
 

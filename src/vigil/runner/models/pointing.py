@@ -25,8 +25,7 @@ INSTRUCTION = "Point at the centre of the magenta disc."
 RADIUS_PX = 12
 """Radius of the disc that marks a spot."""
 MAX_MEDIAN_ERROR_PX = 32.0
-"""Maximum median error of a convention that fits the answers. A wrong convention has an error of 200 px or more
-here."""
+"""Maximum median error of a convention that fits. At these spots, a wrong convention has an error of 200 px or more."""
 
 
 class FramePoint(NamedTuple):

@@ -57,8 +57,7 @@ class Provider:
     addresses: tuple[str, ...] = ()
     """Variables that may have an address instead of the default."""
     is_openai_style: bool = False
-    """Whether requests go directly to the provider's address, as chat completions, and not through a client of
-    Inspect's."""
+    """Whether chat completions are sent to the provider's address itself, not through one of Inspect's clients."""
     signs_in: bool = False
     """Whether the provider signs in with the machine's cloud account when a key is not set."""
     sign_in_client: str = ""
@@ -96,8 +95,7 @@ class Provider:
 
     @property
     def key_variable(self) -> str:
-        """Variable with the key: the first variable that is set; if none is set, the first; empty if there are no
-        variables."""
+        """Variable with the key: the first that is set; if none is set, the first; empty if there are no variables."""
         return next((name for name in self.keys if os.environ.get(name)), self.keys[0] if self.keys else "")
 
 
@@ -325,8 +323,7 @@ class ModelName:
 
 
 def parse_model_name(model: str) -> ModelName:
-    """Return the parts of a model's name. If it has no known provider, the whole name is that of a model on a local
-    server."""
+    """Return the parts of a model's name. Without a known provider, the whole name is a model on a local server."""
     prefix, _, name = model.partition("/")
     if prefix == ANY_SERVICE:
         prefix, _, name = name.partition("/")
@@ -352,7 +349,6 @@ def _with_usual_variables(prefix: str, provider: Provider) -> Provider:
 
 
 def provider_hint(model: str) -> str:
-    """Return " Did you mean 'x'?" if a model's unknown provider is similar to a known provider; otherwise an empty
-    text."""
+    """Return " Did you mean 'x'?" if a model's unknown provider is similar to a known provider; otherwise ""."""
     prefix, known = model.partition("/")[0], {*PROVIDERS, ANY_SERVICE}
     return "" if prefix in known else did_you_mean(prefix.casefold(), known)

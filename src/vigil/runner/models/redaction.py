@@ -44,8 +44,7 @@ _SECRET_WORDS = frozenset(
 )
 """Words that show, anywhere in a name, that its value is a secret."""
 _SECRET_LAST_WORDS = frozenset({"key", "keys", "token", "auth"})
-"""Words that show, at the end of a name, that its value is a secret. So `max_tokens` and `token_budget` are not
-secrets."""
+"""Words that, at the end of a name, show that its value is a secret (so that of `max_tokens` is not a secret)."""
 _HARMLESS_LAST_WORDS = frozenset(
     ["file", "path", "dir", "env", "name", "var", "variable", "type", "count", "limit", "length"]
 )
@@ -168,8 +167,7 @@ def redacted_errors(secrets: Secrets) -> Generator[None, None, None]:
 
 
 def environment_secrets(environment: Mapping[str, str]) -> dict[str, str]:
-    """Return {name: value} of the secrets: variables with a secret's name, and the logins in variables with an
-    address."""
+    """Return {name: value} of variables with a secret's name, and of logins in variables with an address."""
     found = {
         name: value
         for name, value in environment.items()

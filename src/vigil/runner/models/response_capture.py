@@ -120,8 +120,7 @@ _Read = Callable[[int | None], AsyncGenerator[bytes]]
 
 
 def _copying(read: _Read, exchange: Exchange) -> Callable[..., AsyncGenerator[bytes]]:
-    """Return a reader like `read` (of a response's decompressed bytes). Its first use also copies the bytes to
-    `exchange`."""
+    """Return a reader like `read` (decompressed bytes of a response). Its first use copies them to `exchange`."""
     is_read = False
 
     async def aiter_bytes(chunk_size: int | None = None) -> AsyncGenerator[bytes]:

@@ -41,8 +41,7 @@ def may_think(thinking: Thinking, effort: str | None, model: str) -> bool:
 
 
 def describe_switch(thinking: Thinking, model: ModelName) -> str:
-    """Return a text with the fields that --thinking sends, e.g. `extra_body.enable_thinking=True`; empty if it sends
-    none."""
+    """Return a text with the fields that --thinking sends, e.g. `extra_body.enable_thinking=True`; may be empty."""
     switch = model.provider.thinking
     if thinking == "default" or switch is None:
         return ""

@@ -28,8 +28,7 @@ class MomentRenderer:
         return encode_frame(self._go_to(moment).frame()).data
 
     def walk(self, moment: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
-        """Return the result of `action` at a moment (None: no action). After an action, the next request begins with a
-        reset."""
+        """Return the result of `action` at a moment (None: no action). The next request then begins with a reset."""
         simulator = self._go_to(moment)
         effect = Effect()
         if action is not None:

@@ -51,8 +51,7 @@ class WorkerPlan:
     reply_seconds: float = REPLY_SECONDS
     """Time limit of a program's reply, in seconds."""
     frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
-    """Period of a program's frames, in seconds. The time from a reply to the next frame is a whole number of
-    periods."""
+    """Period (s) of a program's frames: a frame is sent a whole number of periods after the previous reply."""
     keep_program: bool = False
     """Whether one program plays all episodes of the worker, instead of being started for each episode."""
     seed: int = 0

@@ -28,8 +28,7 @@ LAST_S = 4.0
 STRIP_PX = 136
 FILM_SIZE = (FRAME_WIDTH + PANEL_PX, FRAME_HEIGHT + STRIP_PX)
 GIF_SHARE = 0.75
-"""Scale of a GIF relative to an MP4, in width and in height. At this scale, a GIF is about as wide as a page of
-text."""
+"""Scale of a GIF relative to an MP4, in width and height, so that it is about as wide as a page of text."""
 WEBP_QUALITY = 82
 VIDEO_FPS = 10
 VIDEO_CRF = "20"
@@ -68,8 +67,7 @@ class FilmFrame:
 def film_frames_of(
     timeline: dict[str, Any], frames: Sequence[bytes | None], plan: FilmPlan | None = None
 ) -> list[FilmFrame]:
-    """Return a slide for each step that has a frame, then a slide with the verdict. Raises SettingError without
-    frames."""
+    """Return a slide for each step with a frame, then a slide with the verdict. Raises SettingError without frames."""
     shots = [
         _shot(timeline, step, frame, plan)
         for frame, step in zip(frames, timeline["steps"], strict=True)
