@@ -91,5 +91,5 @@ class FamilySpec:
 
     @property
     def start_horizon(self) -> float | None:
-        """Camera pitch (deg) at the start; None if authors may choose it, which requires the skill `look`."""
+        """Camera pitch (deg) at the start. None in families with the skill `look`: there, authors choose the pitch."""
         return None if "look" in self.skills else DEFAULT_HORIZON_DEG

@@ -288,7 +288,7 @@ def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
 
 
 def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
-    """Return for each moment whether the queried state has changed since the reset; False for goals without it."""
+    """Return for each moment whether the queried state has changed since the reset; False without a query."""
     if not isinstance(goal, ReportStatus):
         return [False] * len(moments)
     states = [moment.world.objects[goal.object_id] for moment in moments]

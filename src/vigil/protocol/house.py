@@ -243,7 +243,7 @@ class House:
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the canonical JSON (sorted keys, no white space). Raises HouseError for a value JSON lacks."""
+        """SHA-256 of the canonical JSON (sorted keys, no white space). Raises HouseError if the data is not JSON."""
         return hashlib.sha256(self._canonical()).hexdigest()
 
     @property

@@ -18,8 +18,8 @@ from vigil.runner.plan import RunPlan
 
 @dataclass(frozen=True, slots=True)
 class CostEstimate:
-    """Bounds (least, most) on the calls and tokens of a run. An agent that reports early needs far less than the
-    most."""
+    """Bounds (least, most) on the calls and tokens of a run. An agent that reports early stays far below the upper
+    bounds."""
 
     episodes: int
     """Number of plays: episodes times epochs."""

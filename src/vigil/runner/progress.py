@@ -130,7 +130,7 @@ class ProgressCounter:
         self._report(None)
 
     def _invalid_replies_warning(self) -> str | None:
-        """Return the warning that more than half of the replies are invalid; None if not so, or returned before."""
+        """Return the warning that more than half of the replies are invalid, or None. It is returned only once."""
         invalid = self._reasons.total()
         is_due = self._seen_episodes >= EPISODES_BEFORE_WARNING and invalid > WARNING_SHARE * self._seen_replies
         if self._has_warned_of_invalid_replies or not is_due:
@@ -145,7 +145,7 @@ class ProgressCounter:
         )
 
     def _cut_dialogue_warning(self, record: EpisodeRecord) -> str | None:
-        """Return the warning that the server cuts dialogues; None if it does not, or if returned before."""
+        """Return the warning that the server cuts dialogues, or None. It is returned only once."""
         found = None if self._has_warned_of_cut else find_shrunk_request(record)
         if found is None:
             return None
@@ -157,7 +157,7 @@ class ProgressCounter:
         )
 
     def _coordinates_warning(self) -> str | None:
-        """Return the warning that the model uses other coordinates; None if it does not, or if returned before."""
+        """Return the warning that the model uses other coordinates, or None. It is returned only once."""
         is_due = self._clicks_out_of_frame >= CLICKS_BEFORE_WARNING
         is_due &= self._clicks_out_of_frame > WARNING_OUT_OF_FRAME_SHARE * self._clicks
         if self._has_warned_of_coordinates or not is_due:

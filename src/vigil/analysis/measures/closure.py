@@ -225,7 +225,7 @@ def _d_prime(counts: np.ndarray) -> np.ndarray:
 
 
 def _auc(counts: np.ndarray) -> np.ndarray:
-    """Return the probability that the first twin's claim is the higher, from the counts of claims (n, 2, 3)."""
+    """Return the probability that the first twin's claim is the higher one, from the counts of claims (n, 2, 3)."""
     first, second = counts[:, 0].astype(float), counts[:, 1].astype(float)
     below = np.cumsum(second, axis=1) - second
     return (first * (below + second / 2)).sum(axis=1) / (first.sum(axis=1) * second.sum(axis=1))

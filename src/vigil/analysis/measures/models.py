@@ -22,7 +22,7 @@ _GROUP_PATTERNS: tuple[tuple[str, ModelGroup], ...] = (
     (r"gemma|gpt-oss", "Open general and reasoning VLMs"),
     (r"gemini|gpt-?\d|\bo[134]\b|claude|doubao|seed-?\d|grok|qwen.*-(max|plus)", "Closed-source frontier"),
 )
-"""Published patterns of groups. The first that is found in a model's case-folded name counts; if none is, `open`."""
+"""Published patterns of groups. The first that matches a model's case-folded name decides; the default is `open`."""
 _CLOSED_PROVIDERS = frozenset({"anthropic", "google", "vertex", "azureai", "grok", "bedrock"})
 _THINKING = re.compile(r"thinking|reason|\br1\b")
 _INSTRUCT = re.compile(r"(?<![a-z])instruct(?![a-z])")
@@ -84,7 +84,7 @@ def checkpoint_of(name: str) -> str:
 
 
 def activated_of(name: str) -> str | None:
-    """Return the part of a model's name with the number of activated parameters, e.g. `A3B`; None if it has none."""
+    """Return the part of a model's name with the number of activated parameters, e.g. `A3B`; None if absent."""
     found = _ACTIVATED.search(name.casefold())
     return found[0].upper() if found else None
 

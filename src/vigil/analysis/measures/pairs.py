@@ -81,7 +81,7 @@ class Repeats:
     tables: tuple[pd.DataFrame, ...]
 
     def compared_with_first(self) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-        """Yield (name, first rows, rows) for each later repeat: the shared episodes in the first and in this repeat."""
+        """Yield (name, rows of the first repeat, rows of the later repeat) for each later repeat."""
         for name, table in list(zip(self.names, self.tables, strict=True))[1:]:
             first, other = shared_rows(self.tables[0].assign(epoch=1), table.assign(epoch=1))
             yield name, first.reset_index(), other.reset_index()
@@ -198,7 +198,7 @@ def shared_rows(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame
 
 
 def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
-    """Return the `difference` (other - base) over the episodes that both runs have scored; None without any."""
+    """Return the `difference` (other - base) over the episodes that both runs have scored; None if there are none."""
     base, other = shared_rows(pair_of.base.rows, pair_of.other.rows)
     return difference(base, other, name) if len(base) else None
 

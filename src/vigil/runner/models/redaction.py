@@ -44,7 +44,7 @@ _SECRET_WORDS = frozenset(
 )
 """Words that show, anywhere in a name, that its value is a secret."""
 _SECRET_LAST_WORDS = frozenset({"key", "keys", "token", "auth"})
-"""Words that, at the end of a name, show that its value is a secret (so that of `max_tokens` is not a secret)."""
+"""Words that, at the end of a name, show that its value is a secret; `max_tokens` and `token_budget` are harmless."""
 _HARMLESS_LAST_WORDS = frozenset(
     ["file", "path", "dir", "env", "name", "var", "variable", "type", "count", "limit", "length"]
 )

@@ -94,7 +94,7 @@ def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.nda
 def frames_of_record(
     folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, assets: Path | None
 ) -> list[np.ndarray]:
-    """Return the frame that the agent saw before each reply, saved in `folder`; unless all are saved, draw all."""
+    """Return the frame that the agent saw before each reply, from `folder`. If any is not saved there, draw all."""
     store = FrameStore(folder / FRAMES_FOLDER)
     kept = [store.frame(step.frame_sha256) for step in record.steps]
     if all(kept):
