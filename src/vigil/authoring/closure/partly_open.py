@@ -39,13 +39,13 @@ def is_partly_open(openness: float) -> bool:
 
 
 def random_partial_openness(thing: Thing, rng: np.random.Generator) -> float:
-    """Return a random openness (hundredths) of a partly open thing, slightly above the least at which its gap shows."""
+    """Return a random openness (in hundredths), slightly above the smallest at which the thing's gap is visible."""
     least = _min_partial_openness(thing)
     return round(float(rng.uniform(least, least + SPREAD)), 2)
 
 
 def _min_partial_openness(thing: Thing) -> float:
-    """Return the minimum openness (in hundredths) at which a partly open thing has a visible gap."""
+    """Return the smallest openness (in hundredths) at which a partly open thing has a visible gap."""
     return max(PARTLY_OPEN[0], math.ceil(100 * PARTLY_OPEN[0] * MIN_GAP_M / gap_m(thing)) / 100)
 
 
@@ -55,7 +55,7 @@ def gap_m(thing: Thing) -> float:
 
 
 def gap_evidence(thing: Thing, openness: float) -> Evidence:
-    """Return the evidence of whether a thing is partly open: the place, at this openness, of its outermost point."""
+    """Return the evidence of whether a thing is partly open: where its outermost point is at this openness."""
     moved = _displacements(thing)
     came_out = surface_points(replace(thing, openness=PARTLY_OPEN[0])) @ moved.sum(axis=0)
     came_out[np.linalg.norm(moved, axis=1) < FREE_SHARE * gap_m(thing)] = -np.inf

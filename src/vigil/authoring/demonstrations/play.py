@@ -182,7 +182,7 @@ class Demonstrator:
         )
 
     def _false_ones(self, shown: Sequence[Example], wanted: Sequence[tuple[Example, Fault, str]]) -> list[Example]:
-        """Return the corrections of `wanted` whose report is false. The goal may hold early, so success may be true."""
+        """Return those corrections of `wanted` whose report is really false. If the goal holds early, it is true."""
         found: list[Example] = []
         for example, fault, false in wanted:
             before = [each.answer for each in shown[: example.step - 1]]

@@ -234,7 +234,7 @@ class DraftsFile:
         return self._proposed(_finished(self._lines()))
 
     def check_assets(self, given: str | None) -> None:
-        """Raise SettingError unless the drafts were made with the asset database of hash `given` (None: with none)."""
+        """Raise SettingError unless the drafts were made with the asset database of this hash (None: no database)."""
         header = self._proposed(self._lines(most=1)).header
         fault = asset_mismatch(f"Drafts file {str(self.path)!r}", header.asset_database_sha256, given)
         if fault is not None:
@@ -312,7 +312,7 @@ class DraftsWriter:
         return frozenset((each.house, each.family) for each in self.begun.done)
 
     def add(self, house: House | None, lines: Iterable[DraftLine]) -> None:
-        """Append a house's lines, and store the house unless it is None (it cannot be made). Raises RecordError."""
+        """Append the lines about a house, and store the house (None if it cannot be made). Raises RecordError."""
         if house is not None:
             house.save(self.houses / f"{house.name}.json")
         self.file.append(*map(_bytes_of, lines))

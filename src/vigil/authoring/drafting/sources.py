@@ -206,7 +206,7 @@ def house_at(place: str, report: OnDownload) -> House:
 
 
 def read_all(sources: Iterable[HouseInFile]) -> Iterator[tuple[HouseInFile, House | HouseError]]:
-    """Yield each house, or the error from reading it. A file of many is read once, in the order of its lines."""
+    """Yield each house, or the error from reading it. A file with several houses is read once, line by line."""
     for path, group in groupby(sources, key=lambda source: source.path):
         left = {source.line: source for source in group}
         if None in left:

@@ -108,7 +108,7 @@ def order_slots(act: Act, category: str, phrase: str, rng: np.random.Generator) 
 
 
 def say(sentences: tuple[str, ...], rng: np.random.Generator, **slots: str) -> str:
-    """Return a random one of the sentences with its slots filled. A slot with a capital begins a sentence."""
+    """Return one of the sentences at random, with its slots filled. A slot with a capital begins a sentence."""
     sentence = sentences[int(rng.integers(len(sentences)))]
     capitals = {name.capitalize(): text[:1].upper() + text[1:] for name, text in slots.items()}
     return sentence.format(**slots, **capitals)

@@ -24,7 +24,7 @@ FOUND_BY_TURNING = 0.4
 """Maximum share of searches (VS, SI) in which the target can be found by turning at the start."""
 UPPER_LEVELS: tuple[Level, ...] = ("hard", "extreme")
 CLEAR_PX = 400
-"""Visible pixels of a target in the first frame that shows it. If there are more, the target counts as clear."""
+"""If the first frame that shows a target has more than this number of its pixels, the target counts as clear."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class Candidate:
 
 
 CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
-"""Function that replays candidates and returns id of the first side -> findings, without candidates that have none."""
+"""Function that replays candidates. It returns id of a candidate's first side -> findings, if there are findings."""
 
 
 @dataclass(frozen=True, slots=True)

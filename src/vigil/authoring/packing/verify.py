@@ -34,7 +34,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 @dataclass(frozen=True, slots=True)
 class VerificationTask:
-    """What is verified together: one episode, or two twins."""
+    """Episodes that are verified together: one episode, or two twins."""
 
     episodes: tuple[Episode, ...]
     solutions: tuple[tuple[Action, ...] | None, ...]

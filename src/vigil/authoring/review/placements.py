@@ -26,7 +26,7 @@ def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[
 
 
 def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Iterator[Placement]:
-    """Yield placements of a thing in a receptacle or in what it contains, that do not count as on the receptacle.
+    """Yield placements inside a receptacle, or inside something in it, that do not count as on the receptacle.
 
     There is one placement for each category: in a drawer, in a microwave, in a sink.
     """
@@ -39,7 +39,7 @@ def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Ite
 
 
 def placements_on_neighbours(things: Mapping[str, Thing], receptacle: Thing, thing: Thing) -> Iterator[Placement]:
-    """Yield placements of a thing on the receptacles nearest to `receptacle`, each as near to it as possible."""
+    """Yield placements of a thing on other receptacles, the nearest first, each as near to `receptacle` as possible."""
     found = [
         (away, other.id, place)
         for other in things.values()

@@ -116,7 +116,7 @@ def decisions(episode: Episode, reviews: Iterable[Review]) -> dict[str, Decision
 def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
     """Return the episode, marked as rejected if any reviewer rejected it, or else as approved if any approved it.
 
-    It gets the last new wording and the last new target size.
+    The episode gets the last new wording and the last new target size.
     """
     sha256 = episode_sha256(episode)
     mine = [review for review in reviews if (review.episode_id, review.episode_sha256) == (episode.id, sha256)]

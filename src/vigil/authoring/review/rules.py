@@ -150,7 +150,7 @@ def _other_rooms(case: EpisodeStart) -> Faults:
 def place_blind_to(view: PrivilegedView, thing: Thing, threshold_m: float) -> Vec3 | None:
     """Return a free place near a thing but in another room, from which it is not visible; None if there is none.
 
-    An agent that stops there would be near the thing only by chance.
+    An agent that stops there has reached the thing only by chance, because it cannot see the thing.
     """
     home = view.room_at(thing.position)
     floors = {room.id: room_floor(room) for room in view.scene.rooms}

@@ -45,7 +45,7 @@ class Ablation:
     has_memory: bool = True
     """Whether the solver remembers things that it saw and places that it visited."""
     takes_look_alikes: bool = False
-    """Whether the first thing in view that the target's bare name may mean is used instead of the target."""
+    """Whether the solver takes the first thing in view that fits the target's bare name, even if it is a look-alike."""
 
 
 ABLATIONS: dict[str, Ablation] = {

@@ -26,7 +26,7 @@ from vigil.sim.core.sight import project
 SLACK_M = 0.3
 """Distance (m) by which the agent goes closer than required, if it can."""
 ARRIVED_M, EXACTLY_M = 0.2, 0.06
-"""Distance (m) from a place at which the agent counts as arrived, and the distance if that was not close enough."""
+"""Distance (m) from a place at which the agent counts as arrived; smaller distance (m) for a second try."""
 FACED_DEG, TILTED_DEG = 6.0, 5.0
 """Errors (deg) of heading and of pitch up to which they are not corrected."""
 ASIDE_DEG = 15
@@ -210,7 +210,7 @@ class NoisyMacroActions(MacroActions):
         self._refused = None if effect.moved_m else here.rotation
 
     def _heading_aside(self, at: Point2, wanted: float, cost_of: Callable[[Point2], float]) -> float:
-        """Return the heading (deg) for the next step from which the route is cheapest, except the blocked heading."""
+        """Return the heading (deg) for a step after which the route costs least. The blocked heading is left out."""
         headings = [(wanted + turn) % 360.0 for turn in range(-180, 180, ASIDE_DEG)]
         refused = self._refused or 0.0
 

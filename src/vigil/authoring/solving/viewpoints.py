@@ -35,7 +35,7 @@ class Viewpoint:
     corners: tuple[Point2, ...]
     """Corners (x, z) of the walk to the pose; empty if the agent is already at the place."""
     pixels: np.ndarray
-    """Estimated pixels (n, 2) of the visible points. Those nearest to the middle of all come first."""
+    """Estimated pixels (n, 2) of the visible points, the nearest to their middle first."""
     seen: int
     """Number of the sampled points that are visible in the frame."""
 
@@ -111,7 +111,7 @@ def _viewpoint_from(
 
 
 def _in_frame(pose: Pose, points: np.ndarray) -> np.ndarray:
-    """Return the pixels (n, 2) of those points (m, 3) that lie in the frame, those nearest to their middle first."""
+    """Return the pixels (n, 2) of those points (m, 3) that lie in the frame, the nearest to their middle first."""
     found = project(pose, points)
     pixels = found[(found[:, 2] > 0.0) & in_frame(found, BORDER_PX), :2]
     if not len(pixels):

@@ -75,7 +75,7 @@ class StreamHouse(BaseModel):
 
     @cached_property
     def house(self) -> House:
-        """The house. Only for a house that is not left out."""
+        """The house as an object. It must not be read if the house is left out."""
         assert self.document is not None
         return House(self.name, self.document)
 

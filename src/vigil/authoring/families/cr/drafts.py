@@ -122,7 +122,7 @@ def swing_blocked(context: HouseContext) -> Drafts:
 
 
 def _is_low(thing: Thing) -> bool:
-    """Return whether an obstacle on the floor can keep a thing from opening: it is furniture or a low drawer."""
+    """Return whether an obstacle on the floor can keep a thing from opening: the thing is furniture or a low drawer."""
     return is_furniture(thing) and (not thing.is_drawer or body_box(thing).bottom < LOW_M)
 
 

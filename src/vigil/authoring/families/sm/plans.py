@@ -27,7 +27,7 @@ from vigil.scene.things import Thing
 TOGETHER_M = 4.0
 """Maximum floor distance (m) from a sequence's first object to its others, so that the step budget is enough."""
 CARRIED_M = 6.0
-"""Maximum floor distance (m) between two containers. It is larger than `TOGETHER_M`: only one object is carried."""
+"""Maximum floor distance (m) between two containers. It exceeds `TOGETHER_M` because only one object is carried."""
 TRIED_RECEPTACLES, TRIED_CONTAINERS = 3, 6
 """Number of receptacles, and number of other containers, that are tried as the place for an object."""
 ROOM_FACTOR = 3.0
