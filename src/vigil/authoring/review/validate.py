@@ -203,8 +203,7 @@ class Validator:
         return self._env.record()
 
     def _blind_record(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
-        """Return the record of an agent without sight. Agents that only report are not replayed; they change nothing.
-        """
+        """Return the record of an agent without sight. Agents that only report are not replayed: nothing changes."""
         if all(isinstance(action, Report) for action in actions):
             return record_of(record, (), "success")
         return self._replay(episode, actions)

@@ -95,7 +95,7 @@ def sees_from_anywhere(harness: Harness) -> None:
 
 
 def may_show_what_it_shows(harness: Harness) -> None:
-    """`may_be_visible` is true for as many pixels as are visible.
+    """`may_be_visible` is true if it is asked about no more pixels of an object than are visible.
 
     It is false for more pixels than the frame has, and for held or absent objects.
     """

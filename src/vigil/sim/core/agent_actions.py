@@ -58,7 +58,7 @@ def object_state(
 ) -> ObjectState:
     """Return the hidden state of a thing. `box` is its box, `seen` what the camera sees of it.
 
-    `asked` are all things whose state is requested; receptacles are looked for only among them.
+    `asked` has all things whose state is requested. Receptacles of the thing are reported only if they are among these.
     """
     return ObjectState(
         category=thing.category,

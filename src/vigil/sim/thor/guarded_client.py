@@ -22,7 +22,7 @@ END_TIMEOUT_S = 60.0
 
 
 class GuardedClient:
-    """The connection to one engine, from its start to its end."""
+    """A connection to one engine. It starts the engine, watches the engine's process, and ends it."""
 
     def __init__(
         self,

@@ -111,7 +111,7 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
 
 
 def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
-    """Return whether an episode's first frame shows no part of a thing, either at its own place or at `moved`."""
+    """Return whether a thing is fully out of view at an episode's start, both at its own place and at `moved`."""
     setups = episode.setup, changed_setup(episode.setup, thing.id, placement=moved)
     found = all(context.can_begin(setup) and is_out_of_view_from(context, episode.start, thing.id) for setup in setups)
     context.begin(Setup())
