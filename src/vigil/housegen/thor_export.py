@@ -164,7 +164,7 @@ class _Exporter:
         """Return (asset id, size) of THOR's asset for an object; None if THOR has none for its category.
 
         This is the object's own asset if THOR has it, else the asset of the category that is nearest in size. A
-        countertop gets one of the same shape, if there is one.
+        countertop gets a countertop of the same shape, if there is one.
         """
         if asset_id in self.thor:
             return asset_id, size

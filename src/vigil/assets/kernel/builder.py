@@ -36,9 +36,9 @@ class PartStyle:
     """Material while the asset is on; None if it does not change."""
     shown: Literal["always", "on", "off"] = "always"
     opens: bool = False
-    """Whether the part also shows that the asset is open although it is not on a joint."""
+    """Whether the part also shows that the asset is open, although the part is not on a joint."""
     toggles: bool = False
-    """Whether the part counts as showing that the asset is on although it always looks the same."""
+    """Whether the part counts as showing that the asset is on, although the part always looks the same."""
 
 
 class Builder:

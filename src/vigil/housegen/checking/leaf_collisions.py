@@ -1,4 +1,5 @@
-"""Collisions of moving leaves: triangles of leaves, with handles and trims, are tested against those of other things.
+"""Collisions of moving leaves: triangles of leaves (with handles and trims) are tested against triangles of other
+things.
 
 Walls are not tested here, because `vigil.scene.partitions` ensures that leaves do not reach into them.
 """
