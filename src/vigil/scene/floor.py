@@ -121,7 +121,7 @@ class WalkableMap:
         return self.roomy.covers(shapely.LineString([start, end])) if start != end else self.can_stand(start)
 
     def entry(self, point: Point2) -> int | None:
-        """Return the index of the nearest cell to which the body can walk straight from `point`; None without any."""
+        """Return the index of the nearest cell to which the body can walk straight from `point`; None if it cannot."""
         if not len(self.cells):
             return None
         apart = np.hypot(self.cells[:, 0] - point[0], self.cells[:, 1] - point[1])
@@ -308,8 +308,7 @@ def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
 
 
 def places_within(floor: BaseGeometry, box: Box, within_m: float) -> np.ndarray:
-    """Return places (n, 2) in x, z on a floor, at most `within_m` from a box: a grid, and points along their area's
-    edges."""
+    """Return places (n, 2) in x, z on a floor, at most `within_m` from a box: a grid, and points along its border."""
     near = floor.intersection(footprint(box).buffer(within_m, quad_segs=4 * ARC_SEGMENTS))
     if near.is_empty:
         return np.empty((0, 2))

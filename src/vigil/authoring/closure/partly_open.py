@@ -16,7 +16,7 @@ PARTLY_OPEN = (0.12, 0.25)
 MIN_GAP_M = 0.04
 """Minimum distance (m) by which the free edge of a partly open thing has moved from its closed position."""
 SPREAD = 0.05
-"""Range of the random openness of a partly open thing, above the smallest openness at which its gap is visible."""
+"""Greatest amount by which a random openness exceeds the smallest openness at which the gap is visible."""
 FREE_SHARE = 0.8
 """Minimum movement of a point that may serve as evidence, as a share of the largest movement of any point. At a door,
 these points are at its free edge."""

@@ -74,7 +74,8 @@ class VerificationSettings:
 
 
 class Verifier:
-    """Verifies tasks on its own simulator by the families' rules, and tasks with answers by the suite's rules, too."""
+    """Verifies tasks on its own simulator by the families' rules; tasks with answers must also obey the suite's rules.
+    """
 
     def __init__(self, settings: VerificationSettings) -> None:
         simulator = settings.simulator()

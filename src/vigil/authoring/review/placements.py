@@ -1,4 +1,4 @@
-"""Wrong placements of a thing: on top of a receptacle instead of inside, inside instead of on it, or next to it."""
+"""Wrong placements of a thing: on top of a receptacle instead of inside, inside instead of on top, or next to it."""
 
 from collections.abc import Iterator, Mapping
 

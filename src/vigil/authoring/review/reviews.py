@@ -133,7 +133,7 @@ def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
 
 
 def queue(episodes: Iterable[Episode], seed: int = 0) -> list[Episode]:
-    """Return episodes in the order of review: one of each family in turn, within a family drawn by `seed`."""
+    """Return episodes in the order of review: one of each family in turn. Within a family, `seed` draws the order."""
     rng = np.random.default_rng(seed)
     ordered = sorted(episodes, key=lambda episode: episode.id)
     groups = [[episode for episode in ordered if episode.family == family] for family in FAMILIES]

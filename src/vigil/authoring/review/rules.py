@@ -38,7 +38,7 @@ from vigil.scene.outlines import room_floor
 from vigil.scene.things import Thing
 
 MARGIN_M, MARGIN_PX = 0.02, 20
-"""Margins by which starts and solutions must be better than a threshold."""
+"""A start or a solution must be better than each threshold by at least these margins."""
 START_PX, SMALL_START_PX, STATE_START_PX = 100, 40, 150
 """Minimum visible pixels at the start: of the object to act on, a small PG target, and the parts that show a state."""
 ALMOST_CLOSED, WIDE_OPEN = 0.02, 0.8

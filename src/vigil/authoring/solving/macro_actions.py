@@ -223,7 +223,7 @@ class PlacementTargets:
 
     receptacle_id: str
     surfaces: frozenset[str]
-    """Names of the receptacle's surfaces with the places."""
+    """Names of the receptacle's surfaces on which the places are."""
     points: np.ndarray
     """Points (n, 3) on these surfaces that the agent can look at and click."""
 

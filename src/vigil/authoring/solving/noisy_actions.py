@@ -28,7 +28,7 @@ SLACK_M = 0.3
 ARRIVED_M, EXACTLY_M = 0.2, 0.06
 """Distance (m) from a place at which the agent counts as arrived; smaller distance (m) for a second try."""
 FACED_DEG, TILTED_DEG = 6.0, 5.0
-"""Errors (deg) of heading and of pitch up to which they are not corrected."""
+"""Errors (deg) of heading and of pitch that are not corrected if they are at most this large."""
 ASIDE_DEG = 15
 """Step (deg) between the headings tried after a collision, and size of the turn made if nothing else helps."""
 CLEAR_PX = 8

@@ -38,7 +38,7 @@ MIN_VISIBLE_SHARE = 0.5
 SIGHT_SLOPE = 1.5
 """A taller object hides objects behind it up to a distance of its height multiplied by this number.
 
-Agents look down on furniture more steeply than that.
+Agents look down on furniture more steeply than this slope.
 """
 HIGHEST_M = 1.75
 """Surfaces above this height (m) cannot be seen."""

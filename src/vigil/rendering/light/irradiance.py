@@ -19,7 +19,7 @@ LEAST_FACING = 0.05
 """Least cosine between a point's normal and a direction of rays that the point uses."""
 LAMP_RAYS = 4
 LIFT_M = 0.012
-"""Distance (m) in front of the surface at which rays start."""
+"""Rays start this far (m) in front of a surface."""
 BURIED_M, BURIED_SHARE = 0.03, 0.6
 """A point is buried if more than BURIED_SHARE of its rays are shorter than BURIED_M."""
 HALF_M = 0.3

@@ -15,7 +15,7 @@ from vigil.thor.base.settings import Settings
 PROCEDURAL = "Procedural"
 """Name of the engine's only scene."""
 OFF_GRID_M = 1e-3
-"""Distance (m) from a point of the grid up to which a place counts as on the grid."""
+"""A place at most this far (m) from a point of the grid counts as on the grid."""
 
 
 @dataclass(frozen=True, slots=True)

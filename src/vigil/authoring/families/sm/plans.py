@@ -25,7 +25,7 @@ from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
 
 TOGETHER_M = 4.0
-"""Maximum floor distance (m) from a sequence's first object to its others, so that the step budget is enough."""
+"""Maximum floor distance (m) from a sequence's first object to the other objects, so that the step budget is enough."""
 CARRIED_M = 6.0
 """Maximum floor distance (m) between two containers. It exceeds `TOGETHER_M` because only one object is carried."""
 TRIED_RECEPTACLES, TRIED_CONTAINERS = 3, 6
@@ -270,7 +270,7 @@ def _area_m2(thing: Thing) -> float:
 
 
 def _is_near(context: HouseContext, first: Thing, *others: Thing) -> bool:
-    """Return whether the others are in the same room as the first thing and at most `TOGETHER_M` from it."""
+    """Return whether the other things are in the same room as the first thing and at most `TOGETHER_M` from it."""
     room_at, home = context.view.room_at, context.view.room_at(first.position)
     return all(
         room_at(other.position) == home and floor_distance(first.position, other.position) <= TOGETHER_M

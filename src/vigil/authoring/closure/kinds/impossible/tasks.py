@@ -35,7 +35,7 @@ TRIED_FURNITURE = 4
 NOTICE_READABLE_M = 2.0
 """Maximum distance (m) from the camera at which a notice can be read."""
 BELOW_EYES_M = 0.2
-"""Minimum height (m) of the eyes above a surface for it to be seen from above."""
+"""A surface can be seen from above if it is at least this far (m) below the eyes."""
 SPOT_SHARES, SPOT_ABOVE_M = (-0.3, 0.3), 0.002
 """Points on a surface that serve as evidence: offsets from its middle (shares of its size), height (m) above it."""
 STANDS = ("SideTable", "Stool", "Chair", "Ottoman", "CoffeeTable", "Shelf", "Cart", "TVStand", "Dresser", "Desk")
