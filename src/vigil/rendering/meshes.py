@@ -29,7 +29,7 @@ def refined(meshes: Sequence[Mesh], longest: float = LONGEST_EDGE_M) -> list[Mes
 
 
 def _refined_together(mesh: Mesh, longest: float) -> tuple[Mesh, np.ndarray]:
-    """Return the refined mesh and, for each of its vertices (n,), a connected vertex of the original mesh."""
+    """Return the refined mesh and, for each of its vertices (n,), a vertex of the original mesh connected with it."""
     origins = np.arange(len(mesh.vertices))
     done = []
     while True:

@@ -256,7 +256,8 @@ class Certifier:
                 )
 
     def _distance_to(self, evidence: Evidence) -> tuple[float, str]:
-        """Return the floor distance (m) from the agent to the thing with the evidence, and its id to break ties."""
+        """Return the floor distance (m) from the agent to the thing with the evidence, and the thing's id to break
+        ties."""
         thing = self._view.scene.things[evidence.object_id]
         return floor_distance(self._view.agent.position, thing.position), thing.id
 

@@ -67,7 +67,8 @@ class Header(_Line):
     per_house: int
     tried: int
     starts: int = Field(default=1, ge=1)
-    """Number of start poses drawn for each draft; the hardest is used. The field is written if it is more than one."""
+    """Number of start poses drawn for each draft; the hardest is used. The field is written if the number is above one.
+    """
     forms: Forms = "public"
     """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)

@@ -234,7 +234,7 @@ def _tried(make: Callable[[], House]) -> House | HouseError:
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
-    """Yield the lines of a file, which may be compressed. Raises HouseError if unreadable or over the limits."""
+    """Yield the lines of a file, compressed or not. Raises HouseError if the file is unreadable or over the limits."""
     what = f"House file {str(path)!r}"
     total = 0
     with open_file(path, what, HouseError) as file:

@@ -1,8 +1,8 @@
 """Wording of tasks: the words that fill the slots of a sentence form, and agree with the things that they mean.
 
 The forms are in `sentences` and in the folders of the families. The words for a thing do not say more about its place
-than its phrase does. In state verification, they do not say in which state it is. Words are those that people use: the
-lid of a toilet is opened, a candle is lit.
+than its phrase does. In state verification, the words do not say in which state the thing is. The words are those that
+people use: the lid of a toilet is opened, a candle is lit.
 """
 
 import re

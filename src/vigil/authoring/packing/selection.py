@@ -77,7 +77,7 @@ CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """A group of which a pack needs more episodes or tasks than the drafts have."""
+    """A group for which the drafts have fewer episodes or tasks than the pack needs."""
 
     group: str
     """The family; in a suite, the kind."""

@@ -40,7 +40,8 @@ class VerificationTask:
     solutions: tuple[tuple[Action, ...] | None, ...]
     """Recorded solution of each episode; None for an episode without a solution."""
     answers: tuple[ClosureAnswer, ...] | None = None
-    """Correct closing of each episode, in a pack of the closure suite; empty if it is missing. None in other packs."""
+    """Correct closings of the episodes in a pack of the closure suite; empty if they are missing. None for other packs.
+    """
 
     @classmethod
     def of_draft(cls, draft: TaskDraft) -> "VerificationTask":
@@ -74,8 +75,7 @@ class VerificationSettings:
 
 
 class Verifier:
-    """Verifies tasks on its own simulator by the families' rules; tasks with answers must also obey the suite's rules.
-    """
+    """Verifies tasks on its own simulator by the families' rules; if tasks have answers, by the suite's rules, too."""
 
     def __init__(self, settings: VerificationSettings) -> None:
         simulator = settings.simulator()

@@ -19,7 +19,7 @@ MAX_NEIGHBOURS = 2
 
 
 def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement]:
-    """Yield the placements of a thing in the middle of each level surface inside a receptacle, or else on it."""
+    """Yield placements of a thing in the middle of each level surface of a receptacle (`inside` or on it)."""
     for surface, frame in level_surfaces(receptacle):
         if surface.is_inside == inside:
             yield _placement(frame.shift, thing, receptacle)

@@ -288,7 +288,7 @@ def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
 
 
 def _cavity_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
-    """Return points (n, 3) on the walls and floors of a receptacle's cavities above its surfaces (also round ones)."""
+    """Return points (n, 3) on the walls and floors of a receptacle's cavities (round or not), above its surfaces."""
     points = surface_points(receptacle, CAVITY_POINTS)
     is_in = np.zeros(len(points), dtype=bool)
     for surface, frame in surfaces:

@@ -135,7 +135,7 @@ class NoisyMacroActions(MacroActions):
     def _try(
         self, find_pixel: Callable[[], tuple[int, int] | None], viewpoint: Callable[[], Viewpoint], intent: Intent
     ) -> Iterator[Action]:
-        """Yield a click on the pixel of `find_pixel`. If there is none, or it is near the border, approach first."""
+        """Yield a click on the pixel of `find_pixel`. If that is None or near the frame's border, approach first."""
         cached_pixel = self._cached_per_state(find_pixel)
         pixel = cached_pixel()
         if pixel is None or not _is_clear(pixel):

@@ -15,7 +15,7 @@ from vigil.base.geometry import Vec3
 from vigil.scene.things import Thing
 
 MIDDLE_M, HEIGHT_M = 3.5, 2.6
-"""Things are placed at this x (m) along the wall z = 0; the room has this height (m)."""
+"""x (m) at which things are placed along the wall z = 0, and height (m) of the room."""
 OPENINGS = frozenset({"Doorway", "Doorframe", "Window"})
 CARRIERS = frozenset(
     {"CounterTop", "DiningTable", "CoffeeTable", "SideTable", "Desk", "Dresser", "TVStand", "Bed", "Toilet"}

@@ -44,7 +44,7 @@ class World:
     shown: frozenset[str] | None = None
     """Ids of the objects that the metadata may include; None if all objects are included."""
     serves_patches: bool = True
-    """Whether the connection to the client can send an answer without images."""
+    """Whether the connection to the client can send an answer without images (a patch)."""
 
     @property
     def agent(self) -> Pose:

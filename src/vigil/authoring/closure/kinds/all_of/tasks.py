@@ -157,9 +157,8 @@ def _task(
 
 
 def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | None:
-    """Return a start pose in the first thing's room that sees at least one of the things, but at most half of them;
-    None if there is no such pose.
-    """
+    """Return a start pose in the first thing's room with at least one of the things in view, but at most half of them;
+    None if there is no such pose."""
     room = context.view.room_at(things[0].position)
     for place in context.starts(lambda places: np.full(len(places), True), TRIED_STARTS):
         if context.view.room_at(place) != room:
