@@ -1,4 +1,4 @@
-"""Round meshes: turned about an axis or swept along a path (for conventions see `vigil.assets.kernel.shapes`)."""
+"""Round meshes, made by turning about an axis or along a path (conventions: see `vigil.assets.kernel.shapes`)."""
 
 from collections.abc import Sequence
 from functools import cache

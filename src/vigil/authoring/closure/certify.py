@@ -256,8 +256,7 @@ class Certifier:
                 )
 
     def _distance_to(self, evidence: Evidence) -> tuple[float, str]:
-        """Return the floor distance (m) from the agent to the thing with the evidence, and the thing's id to break
-        ties."""
+        """Return the floor distance (m) from the agent to the thing with the evidence, and the thing's id, for ties."""
         thing = self._view.scene.things[evidence.object_id]
         return floor_distance(self._view.agent.position, thing.position), thing.id
 

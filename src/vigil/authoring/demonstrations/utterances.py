@@ -39,7 +39,7 @@ GAVE_UP = "I could not do what was asked."
 
 @dataclass(frozen=True, slots=True)
 class SubjectInView:
-    """The thing that a thought is about (the next to interact with, or the target), and how the frame shows it."""
+    """The thing that a thought is about (the next thing to interact with, or the target), and how a frame shows it."""
 
     phrase: Phrase
     """Phrase for the subject in the instruction."""

@@ -67,8 +67,7 @@ class Header(_Line):
     per_house: int
     tried: int
     starts: int = Field(default=1, ge=1)
-    """Number of start poses drawn for each draft; the hardest is used. The field is written if the number is above one.
-    """
+    """Number of start poses drawn for each draft; the hardest is used. The field is written if the number exceeds 1."""
     forms: Forms = "public"
     """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
@@ -220,8 +219,8 @@ class DraftsFile:
     def writing(self, header: Header) -> Iterator["DraftsWriter"]:
         """Open the file for writing, locked against other writers. Begin the file, or remove unfinished work from it.
 
-        Raises SettingError if its folder does not exist, if it is invalid, or if it was begun with other settings.
-        Raises RecordError if it cannot be written.
+        Raises SettingError if the file's folder does not exist, or if the file is invalid or was begun with other
+        settings. Raises RecordError if the file cannot be written.
         """
         if not self.path.parent.is_dir():
             raise SettingError(f"Folder {str(self.path.parent)!r} does not exist. Create it first.")

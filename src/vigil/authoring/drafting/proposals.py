@@ -102,7 +102,7 @@ def finder_of_starts_in_view(
 ) -> Callable[[Thing, PoseTest], Pose | None]:
     """Return the function `Ask.find_start` for a family whose target is in view at the start.
 
-    `test_for` takes a thing and returns the test of whether it is seen well enough; by default, that of `is_in_view`.
+    `test_for` takes a thing and returns the test of whether it is seen well enough (default: the test `is_in_view`).
     """
 
     def find_start(thing: Thing, also: PoseTest) -> Pose | None:

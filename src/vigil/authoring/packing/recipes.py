@@ -104,7 +104,7 @@ class Recipe(BaseModel):
 
     @classmethod
     def load(cls, place: str) -> "Recipe":
-        """Return the recipe in a file, or the packaged recipe of that name.
+        """Return the recipe in the file `place`, or the packaged recipe with the name `place`.
 
         Raises SettingError if the recipe does not exist or is invalid.
         """

@@ -147,7 +147,7 @@ def _judged(task: TaskDraft, reviews: Mapping[str, Sequence[Review]]) -> Candida
 
 
 def kinds_of_reviewers(episode: Episode, reviews: Sequence[Review]) -> frozenset[str]:
-    """Return the kinds of the reviewers who approved or rejected this version of an episode."""
+    """Return the kinds (person, model) of the reviewers who approved or rejected this version of an episode."""
     judged = {name for name, decision in decisions(episode, reviews).items() if decision.judgement}
     return frozenset(review.reviewer_kind for review in reviews if review.reviewer in judged)
 

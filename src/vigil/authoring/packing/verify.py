@@ -40,8 +40,7 @@ class VerificationTask:
     solutions: tuple[tuple[Action, ...] | None, ...]
     """Recorded solution of each episode; None for an episode without a solution."""
     answers: tuple[ClosureAnswer, ...] | None = None
-    """Correct closings of the episodes in a pack of the closure suite; empty if they are missing. None for other packs.
-    """
+    """Correct closings of the episodes in a pack of the closure suite; empty if missing; None in other packs."""
 
     @classmethod
     def of_draft(cls, draft: TaskDraft) -> "VerificationTask":

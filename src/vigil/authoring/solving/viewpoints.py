@@ -16,7 +16,7 @@ from vigil.scene.floor import Point2, ShortestPaths
 from vigil.sim.core.sight import project
 
 BORDER_PX = 12.0
-"""Minimum distance (px) from the frame's border at which a point counts as seen."""
+"""A point counts as seen if it is at least this far (px) from the frame's border."""
 LATTICE_M = 0.15
 """Approximate distance (m) between the places that are tried."""
 MAX_PLACES = 400

@@ -1,7 +1,7 @@
 """One house of a stream with its episodes. They depend only on the stream's seed, the house's number and the filters.
 
 All families are drafted in each house, because making and loading a house takes long. The filters (wanted families and
-difficulties) only remove episodes; they do not change the others.
+difficulties) only remove episodes; they do not change the remaining episodes.
 """
 
 import hashlib

@@ -105,7 +105,7 @@ def _box_of(triangles: np.ndarray) -> np.ndarray:
 
 
 def _overlap(low: np.ndarray, high: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return a mask (n,) of the boxes, with corners (n, 3), that overlap `box` by more than a touch."""
+    """Return a mask (n,) of the boxes, with corners (n, 3), that overlap `box` and do not only touch it."""
     return ((low < box[1] - SKIN_M) & (high > box[0] + SKIN_M)).all(axis=1)
 
 
