@@ -28,7 +28,7 @@ from vigil.protocol.world import Setup
 from vigil.scene.things import Thing
 
 STARTS = 3
-"""Number of starts without the target in view that are tried, to find one from which a look-alike is visible."""
+"""Number of starts with the target out of view that are tried, to find a start with a look-alike in view."""
 GLANCE_POINTS = 16
 """Number of points of a look-alike that are tested for visibility before its pixels are counted."""
 HALF_VIEW_DEG = 53.0

@@ -179,7 +179,7 @@ class _AblatedSolver:
             yield Navigate(mode="turn_right", magnitude=QUARTER_DEG)
 
     def _next_place(self) -> Sequence[Point2] | None:
-        """Return the corners of the walk to the nearest place not looked around at yet; without memory, a random place.
+        """Return the corners of the walk to the nearest place not looked around at (without memory: a random place).
 
         None if there is no such place.
         """

@@ -236,7 +236,7 @@ def _may_hold(thing: Thing) -> bool:
 
 
 def _may_go_in(container: Thing, thing: Thing) -> bool:
-    """Return whether people would put a thing into a container. It can be moved and is not in the container yet."""
+    """Return whether people would put a thing into a container, and the thing can be moved and is not in it yet."""
     suits = thing.category in (*BELONGS_IN.get(container.category, ()), *PUT_INTO.get(container.category, ()))
     return suits and can_be_put(thing, container)
 
