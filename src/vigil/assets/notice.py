@@ -45,7 +45,7 @@ _LINES_AT = (0.21, -0.21)
 _HEIGHTS = 9
 """Number of heights that are tried for the sheet."""
 _GRID = 9
-"""Number of points along each side of the sheet at which it is measured how far back the front is."""
+"""Number of points along each side of the sheet at which the depth of the front behind the sheet is measured."""
 _SLACK_M = 0.001
 """Triangles farther than this (m) from the sheet are not measured; it is far more than a rounding error."""
 
@@ -76,8 +76,8 @@ def notice_centre(asset: Asset) -> Vec3 | None:
 def _place(asset: Asset) -> tuple[float, float, str | None]:
     """Return the height of the sheet's middle, the z of the front behind it, and the joint that carries it.
 
-    z is -inf if nothing can carry the sheet. The best height has the most of the front behind the sheet; among equals,
-    the flattest front, and then the highest place.
+    z is -inf if nothing can carry the sheet. The best height has the most of the front behind the sheet. Between
+    equally good heights, the flatter front and then the higher place decide.
     """
     half = asset.size.y / 2
     low, high = min(-half + HEIGHT_M / 2, half - HEIGHT_M / 2), max(-half + HEIGHT_M / 2, half - HEIGHT_M / 2)

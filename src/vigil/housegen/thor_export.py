@@ -164,7 +164,7 @@ class _Exporter:
         """Return (asset id, size) of THOR's asset for an object; None if THOR has none for its category.
 
         This is the object's own asset if THOR has it, else the asset of the category that is nearest in size. A
-        countertop gets one of the same shape, if there is one.
+        countertop gets a countertop of the same shape, if there is one.
         """
         if asset_id in self.thor:
             return asset_id, size
@@ -245,7 +245,7 @@ def _size_difference(size: Vec3, other: Vec3) -> float:
 def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box:
     """Return the box with the new size of an object that is on or in a carrier.
 
-    The carrier has been replaced: `below` is its box before, and `holder` its box now.
+    The carrier has been replaced: `below` is the carrier's box before that, and `holder` its box now.
     """
     x, z = rotate_floor(before.center.x - below.center.x, before.center.z - below.center.z, -below.yaw)
     dx, dz = rotate_floor(x * holder.size.x / below.size.x, z * holder.size.z / below.size.z, holder.yaw)

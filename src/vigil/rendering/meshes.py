@@ -29,7 +29,7 @@ def refined(meshes: Sequence[Mesh], longest: float = LONGEST_EDGE_M) -> list[Mes
 
 
 def _refined_together(mesh: Mesh, longest: float) -> tuple[Mesh, np.ndarray]:
-    """Return the refined mesh and, for each of its vertices (n,), a connected vertex of the original mesh."""
+    """Return the refined mesh and, for each of its vertices (n,), a vertex of the original mesh connected with it."""
     origins = np.arange(len(mesh.vertices))
     done = []
     while True:
@@ -44,7 +44,7 @@ def _refined_together(mesh: Mesh, longest: float) -> tuple[Mesh, np.ndarray]:
 
 
 def _apart(mesh: Mesh, origins: np.ndarray, counts: list[int]) -> Iterator[Mesh]:
-    """Yield separately the meshes that were refined as one; `counts` are their numbers of vertices before that."""
+    """Yield separately the meshes that were refined as one; `counts` are their numbers of vertices before refining."""
     owners = np.repeat(np.arange(len(counts)), counts)[origins]
     order = np.argsort(owners, kind="stable")
     places = np.empty(len(order), dtype=np.int32)

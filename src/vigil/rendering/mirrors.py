@@ -15,7 +15,7 @@ _FLAT = 0.99
 
 
 def mirrors_before(geometry: Geometry, state: RenderState, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
-    """Return those mirrors among the geoms whose face the viewer sees, nearest first, at most `MAX_MIRRORS`."""
+    """Return the mirrors among the geoms, if the viewer sees their face; nearest first, at most `MAX_MIRRORS`."""
     found = []
     for geom in geoms.tolist():
         if not geometry.scene.materials[state.materials[geom]].is_mirror:

@@ -74,7 +74,7 @@ class Viewer:
 
     @property
     def clip(self) -> np.ndarray | None:
-        """Plane (4,) of the camera's mirror: only points with clip · (x, y, z, 1) > 0 are drawn; else None."""
+        """Plane (4,) of the mirror: only points with clip · (x, y, z, 1) > 0 are drawn. None without a mirror."""
         if self.mirror is None:
             return None
         return np.array([*self.mirror.normal, -float(self.mirror.normal @ self.mirror.point)])

@@ -18,7 +18,7 @@ from vigil.scene.things import Thing
 
 
 def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
-    """Return those children of an object that are drawers of it: drawer name -> child.
+    """Return drawer name -> child, for those children of an object that are its drawers.
 
     Raises HouseError when two children are the same drawer.
     """

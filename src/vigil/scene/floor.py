@@ -121,7 +121,7 @@ class WalkableMap:
         return self.roomy.covers(shapely.LineString([start, end])) if start != end else self.can_stand(start)
 
     def entry(self, point: Point2) -> int | None:
-        """Return the index of the nearest cell to which the body can walk straight from `point`; None without any."""
+        """Return the index of the nearest cell to which the body can walk straight from `point`; None if it cannot."""
         if not len(self.cells):
             return None
         apart = np.hypot(self.cells[:, 0] - point[0], self.cells[:, 1] - point[1])
@@ -170,7 +170,7 @@ class ShortestPaths:
 
 
 def _straightened(plan: WalkableMap, start: Point2, trail: Sequence[Point2]) -> list[Point2]:
-    """Return few of the trail's points, such that the body can go in a straight line from each point to the next."""
+    """Return a few of the trail's points, such that the body can go straight from each point to the next."""
     corners: list[Point2] = []
     here, at = start, 0
     while at < len(trail):
@@ -300,7 +300,7 @@ def has_room_to_move(free: BaseGeometry, pose: Pose) -> bool:
 
 
 def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
-    """Return whether a body at `place` cannot walk within reach of a box; False if `place` is not in `free`."""
+    """Return whether a body at `place` cannot walk to within reach of a box; False if `place` is not in `free`."""
     here = shapely.Point(place)
     parts = [part for part in shapely.get_parts(free) if part.distance(here) < SAME_PLACE_M]
     outline = footprint(box)
@@ -308,7 +308,7 @@ def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
 
 
 def places_within(floor: BaseGeometry, box: Box, within_m: float) -> np.ndarray:
-    """Return places (n, 2) in x, z on a floor, at most `within_m` from a box: a grid, and points along all edges."""
+    """Return places (n, 2) in x, z on a floor, at most `within_m` from a box: a grid, and points along its border."""
     near = floor.intersection(footprint(box).buffer(within_m, quad_segs=4 * ARC_SEGMENTS))
     if near.is_empty:
         return np.empty((0, 2))

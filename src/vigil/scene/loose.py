@@ -44,7 +44,7 @@ def _is_loose(node: HouseObject, entry: AssetEntry) -> bool:
 
 
 def _carrier_of(node: HouseObject, furniture: list[HouseObject], entries: dict[str, AssetEntry]) -> HouseObject | None:
-    """Return the furniture in or on whose box an object lies; None if there is none.
+    """Return the furniture that an object lies in or on, judging by their boxes; None if there is none.
 
     Of several pieces of furniture, return the one whose top is nearest to the object's bottom.
     """

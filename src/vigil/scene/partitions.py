@@ -29,9 +29,9 @@ THROUGH_M = 0.0005
 OPENNESS_SAMPLES = np.linspace(0.0, 1.0, 65)
 """Values of openness at which it is tested how far moving parts can open."""
 BETWEEN_M = 0.005
-"""A part of 4 m length may reach this much further (m) between two tested values of openness than at these values.
+"""Between two tested values of openness, a part of 4 m length may reach this much further (m) than at these values.
 
-This holds if only every second value of `OPENNESS_SAMPLES` is tested.
+This holds even if only every second value of `OPENNESS_SAMPLES` is tested.
 """
 MAX_CACHED_ANSWERS = 4096
 """Number of answers of `Partitions.reaches_through` that are cached in a scene."""
@@ -59,7 +59,7 @@ class Partitions:
         """Return the id of a partition that the thing's moving parts would reach through at any openness in `path`.
 
         Return None if there is no such partition. A part that reaches into a partition at the first openness in `path`
-        may reach equally deep at the others.
+        may reach equally deep at the other values.
         """
         within = _reach_bounds(thing)
         near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and _bounds_overlap(within, plane)]
@@ -78,7 +78,7 @@ class Partitions:
         """Return the id of a partition that the thing's parts reach through more deeply at an openness than when shut.
 
         Return None if there is no such partition. The answers are cached, because every reset of an episode needs the
-        same ones.
+        same answers.
         """
         shut = tuple(each.id for each in self._scene.things.values() if each.is_structure and _fills_its_hole(each))
         key = thing.id, thing.asset, thing.position, thing.rotation, openness, shut

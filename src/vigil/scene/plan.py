@@ -94,7 +94,7 @@ class PlanLabel:
     text: str
     x: float
     z: float
-    """Coordinate of the middle of the text, as `x`."""
+    """Coordinate z (m) of the middle of the text."""
 
 
 @dataclass(frozen=True, slots=True)

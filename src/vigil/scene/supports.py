@@ -78,7 +78,7 @@ def interior_surfaces_around(scene: Scene, thing: Thing) -> list[tuple[Thing, Su
 
 
 def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) -> tuple[str, ...]:
-    """Return the ids of the things that support the thing, but on which it does not count as lying, nearest first.
+    """Return the ids of those supports of a thing on which it does not count as lying, nearest first.
 
     These are the things that must be opened to reach the thing (whether they are open or shut now), and everything that
     supports them. If the thing is in the hollow of something that cannot be picked up, everything below that is added:

@@ -25,7 +25,7 @@ class Thing:
     rotation: Vec3
     """Euler angles in degrees, applied z, then x, then y (Unity's order)."""
     parent: str | None = None
-    """Id of the thing on or in which this thing rests, or of a drawer's furniture; None on the floor or a wall."""
+    """Id of the thing on or in which this thing rests (for a drawer, its furniture); None on the floor or a wall."""
     is_pickupable: bool = False
     is_openable: bool = False
     is_toggleable: bool = False

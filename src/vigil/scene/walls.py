@@ -1,8 +1,8 @@
 """The shell of a house: wall panels with their holes, rooms, and the positions of doors and windows.
 
 Only this module handles the way in which ProcTHOR writes walls. A room's wall lists its bottom points first; an outside
-wall lists its top points first. Between two rooms, two panels of opposite direction are in the same place, and a hole
-is given only along the first. A wall that is `empty` is not built.
+wall lists its top points first. Between two rooms, two panels of opposite direction are in the same place; the document
+gives a hole only along the first panel. A wall that is `empty` is not built.
 """
 
 import math
@@ -135,8 +135,7 @@ def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomS
 
 
 def _light_of(room: RoomNode, floor: shapely.Polygon, lights: list[Light]) -> Light | None:
-    """Return a room's light or None: preferably one that is in the room and has its name, then one in it, then one with
-    its name."""
+    """Return a room's light: one in the room with its name; else one in the room; else one with its name; else None."""
     suffix = room.id.rpartition("|")[2]
     named = [light for light in lights if light.id.rpartition("_")[2] == suffix]
     inside = [light for light in lights if floor.contains(shapely.Point(light.position.x, light.position.z))]

@@ -38,7 +38,7 @@ BACKENDS: dict[str, Callable[[AssetDatabase, Quality], PrivilegedSimulator]] = {
     "fake": _fake,
     "thor": _thor,
 }
-"""Name of a backend -> function that makes its simulator. Code outside `vigil.sim` calls these, not the classes."""
+"""Name of a backend -> function that makes its simulator. Code outside `vigil.sim` calls only these functions."""
 EDITABLE_BACKENDS = ("mujoco", "fake")
 """Backends that implement `vigil.sim.scene_editor.SceneEditor`; the AI2-THOR-compatible engine can run on them."""
 

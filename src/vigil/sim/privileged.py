@@ -51,11 +51,11 @@ class PrivilegedQueries(Protocol):
     def points_visible_from(
         self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
     ) -> np.ndarray:
-        """Return a mask (n,) of the points (n, 3) on an object that are visible: a ray from `eye` meets this object
-        first.
+        """Return a mask (n,) of the visible points (n, 3) on an object, i.e. a ray from `eye` meets this object first.
 
         `eye` may be anywhere and looks in all directions. With `through_glass`, rays pass through the panes of other
-        objects; the object's own glass always counts as the object. If the object is held or absent, all are False.
+        objects; the object's own glass always counts as the object. If the object is held or absent, no point is
+        visible.
         """
 
     def may_be_visible(self, object_id: str, min_px: int) -> bool:

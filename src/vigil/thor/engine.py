@@ -77,7 +77,7 @@ class ThorEngine:
 def _wanted(sent: Mapping[str, Any]) -> Wanted:
     """Return which images an action asks for.
 
-    With `renderImage=False`, no image or, if the action asks for masks, every image except "rgb".
+    With `renderImage=False`, it asks for no image; if it asks for masks, for every image except "rgb".
     """
     if sent.get("renderImage") is not False:
         return "all"

@@ -17,7 +17,7 @@ Silhouette = Sequence[tuple[float, float]]
 
 
 def lengthwise(maker: Maker) -> Maker:
-    """Return a maker whose things lie along the longer of the box's sides x and z; those of `maker` lie along z."""
+    """Return a maker of things that lie along the longer of the box's sides x and z; `maker` makes them along z."""
 
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
         if size.x <= size.z:
@@ -28,9 +28,9 @@ def lengthwise(maker: Maker) -> Maker:
 
 
 def along_longest(maker: Maker) -> Maker:
-    """Return a maker whose slim things lie along the longest side of the box; those of `maker` lie along z.
+    """Return a maker of slim things that lie along the longest side of the box; `maker` makes them along z.
 
-    In a box that is higher than long, they stand.
+    In a box that is higher than long, the things stand.
     """
     lying = lengthwise(maker)
 

@@ -36,9 +36,9 @@ class PartStyle:
     """Material while the asset is on; None if it does not change."""
     shown: Literal["always", "on", "off"] = "always"
     opens: bool = False
-    """Whether the part also shows that the asset is open although it is not on a joint."""
+    """Whether the part also shows that the asset is open, although the part is not on a joint."""
     toggles: bool = False
-    """Whether the part counts as showing that the asset is on although it always looks the same."""
+    """Whether the part counts as showing that the asset is on, although the part always looks the same."""
 
 
 class Builder:
@@ -121,7 +121,7 @@ class Builder:
         self.prism(np.c_[center[0] + radius * np.cos(angles), center[1] + radius * np.sin(angles)], bottom, top)
 
     def build(self, tags: Iterable[str] = (), *, takes_room: bool = True) -> Asset:
-        """Return the asset, stretched to its size. If it has no solids but `takes_room`, its box is its solid."""
+        """Return the asset, stretched to its size. If its body has no solids but `takes_room`, the box is its solid."""
         merged = {look: merge(parts) for look, parts in self._meshes.items()}
         low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
         fit = _BoxFit(low, high, np.asarray(self._size, np.float64))

@@ -1,4 +1,4 @@
-"""Whole meshes: made, joined, moved, turned, scaled and measured. `vigil.assets.kernel.shapes` has primitives."""
+"""Functions that make, join, move, turn, scale and measure meshes. `vigil.assets.kernel.shapes` has primitives."""
 
 import math
 from collections.abc import Iterable, Sequence

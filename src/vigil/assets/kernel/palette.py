@@ -42,7 +42,7 @@ def one_of(rng: np.random.Generator, options: Sequence[T]) -> T:
 
 
 def colour(rng: np.random.Generator, *names: str) -> tuple[str, str]:
-    """Return the word and the "#rrggbb" of a random one of the named colours, or of all colours if none is named."""
+    """Return the word and the "#rrggbb" of a random colour: one of the named colours, or any if none is named."""
     name = one_of(rng, names or tuple(COLOURS))
     return name, COLOURS[name]
 

@@ -1,4 +1,4 @@
-"""Round meshes: turned about an axis or swept along a path (for conventions see `vigil.assets.kernel.shapes`)."""
+"""Round meshes, made by turning about an axis or along a path (conventions: see `vigil.assets.kernel.shapes`)."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -30,7 +30,7 @@ _SHORTEST_M = 1e-5
 def lathe(profile: Sequence[tuple[float, float]], at: Point3 = ORIGIN, segments: int = 18) -> Mesh:
     """Return the mesh of a profile of (radius, y) that is turned about the vertical axis.
 
-    Going along the profile, the outside is on the right: up an outer wall, inward over a lid, down an inner wall.
+    In the profile's direction, the outside is on the right: up an outer wall, inward over a lid, down an inner wall.
     Corners sharper than 35 degrees stay sharp.
     """
     points = np.asarray(profile, np.float64)
@@ -78,7 +78,7 @@ def _spun(profile: np.ndarray, circle: np.ndarray) -> np.ndarray:
 
 @cache
 def _lathe_faces(has_radius: tuple[bool, ...], segments: int) -> np.ndarray:
-    """Return the triangles of the bands between neighbouring rings; next to a ring of radius 0, a cell has only one."""
+    """Return the triangles of the bands between neighbouring rings; at a ring of radius 0, a cell has one triangle."""
     faces = []
     for first in range(0, len(has_radius), 2):
         halves = np.split(grid_faces(2, segments + 1, flip=True) + first * (segments + 1), 2)

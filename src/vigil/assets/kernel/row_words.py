@@ -88,7 +88,7 @@ ADDITIONS: dict[str, Callable[..., Any]] = {
     "surface": _surface,
     "walls": lambda builder, area, floor, middle=0.0: builder.walls(area[0], area[1], floor, middle),
 }
-"""Name of an addition -> function that adds something else than a shape to an asset, e.g. a surface or a hinge."""
+"""Name of an addition -> function that adds something other than a shape to an asset, e.g. a surface or a hinge."""
 
 DRAWS: dict[str, Callable[[np.random.Generator, Any], Any]] = {
     "chance": lambda rng, share: bool(rng.random() < share),
@@ -99,6 +99,6 @@ DRAWS: dict[str, Callable[[np.random.Generator, Any], Any]] = {
     "of": one_of,
     "uniform": lambda rng, ends: float(rng.uniform(*ends)),
 }
-"""Name of a kind of draw -> function that draws a random value. A colour or finish is a word and a code or material."""
+"""Kind of draw -> function that draws a random value. A colour or finish is a word and a code or material."""
 WORDS: dict[str, dict[str, Any]] = {"colours": {**COLOURS}, "finish": {"cloth": cloth, "wood": wood}}
 """Kind of draw -> words that it may use."""

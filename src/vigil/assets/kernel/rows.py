@@ -41,7 +41,7 @@ _KEYS = frozenset({"about", "lies", "parts", "room", "unit", "values", "words"})
 
 
 def _number(raw: Any, known: Known, side: str | None = None) -> str:
-    """Return the expression of a formula or a number; if a `side` is given, a number is a share of it."""
+    """Return the expression of a formula or a number; if a `side` is given, a number is a share of this side."""
     if isinstance(raw, str):
         return formula(raw, known)
     if isinstance(raw, bool) or not isinstance(raw, int | float):
@@ -145,7 +145,7 @@ def _read(key: str, raw: Any, known: Known, axis: str = "y") -> str:
 
 
 def _arguments(call: Callable[..., Any], word: str, entry: Row, known: Known, skipped: int = 0) -> str:
-    """Return the expression of the arguments that an entry gives a function; its value for `word` is the first."""
+    """Return the expression of a function's arguments, from an entry; the first is the entry's value for `word`."""
     parameters = dict(list(signature(call).parameters.items())[skipped:])
     whole = {key: 1 for key in ("wide", "deep", "tall") if key in parameters}
     given = whole | {next(iter(parameters)): entry[word]} | {key: entry[key] for key in entry if key != word}

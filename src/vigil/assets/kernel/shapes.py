@@ -142,7 +142,7 @@ def boxes(sizes: Sequence[Point3], centers: Sequence[Point3]) -> Mesh:
 
 @cache
 def _box_uvs(is_y_over_x: bool, is_z_over_y: bool, is_z_over_x: bool) -> np.ndarray:
-    """Return the indices in a box's flattened vertices of its uvs (24, 2); u is along the longer side of a face."""
+    """Return indices (24, 2) of a box's uvs in its flattened vertices; u is along the longer side of a face."""
     u_v_of_sides = [
         (2, 1) if is_z_over_y else (1, 2),
         (2, 0) if is_z_over_x else (0, 2),

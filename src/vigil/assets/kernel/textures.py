@@ -54,7 +54,7 @@ def noise(rng: np.random.Generator, across: int, down: int, size: int = SIZE) ->
 
 @lru_cache(maxsize=64)
 def _cells(size: int, cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return, for each pixel, the lattice points before and after it, and how far it is between them (0..1).
+    """Return, for each pixel, the lattice points before and after it, and how far the pixel is between them (0..1).
 
     The values are indexed, not multiplied as matrices, because multi-threaded algebra is slower here and differs
     between processors.
@@ -125,7 +125,7 @@ def _concrete(rng: np.random.Generator) -> np.ndarray:
 def _tile_grid(
     rng: np.random.Generator, across: int, down: int, joint: float, shift: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each pixel, the shade of its tile (0..1), and how far it is in the tile (1) or in the joint (0)."""
+    """Return, for each pixel, the shade of its tile (0..1), and a value from 0 (in the joint) to 1 (in the tile)."""
     place = np.arange(SIZE) / SIZE
     row = (place * down).astype(int)
     u = place[None, :] * across + shift * (row[:, None] % 2)

@@ -218,7 +218,7 @@ class _Machine:
         return self.builder.height - _PANEL_M, self.builder.height - 0.025
 
     def face(self, part: shapes.Mesh, z: float) -> shapes.Mesh:
-        """Return a part, made lying at the origin, turned upright in front of the drum; its top faces the viewer."""
+        """Return a part, which was made lying at the origin, upright in front of the drum; its top faces the viewer."""
         return shapes.translate(shapes.rotate(part, "x", 90), (0.0, self.middle, z))
 
 

@@ -234,7 +234,7 @@ SLAT_M, SLAT_TILT_DEG, SLAT_OVERLAP = 0.05, 72, 1.12
 
 
 def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return slatted blinds; closed, they cover a window, and open, their slats are gathered under the rail."""
+    """Return slatted blinds. When closed, they cover a window; when open, their slats are gathered under the rail."""
     builder = Builder("Blinds", size)
     finish = paint(rng, "white", "cream", "beige", "grey", "light blue") if rng.random() < 0.6 else one_of(rng, WOODS)
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height

@@ -20,7 +20,7 @@ PLACED_ORDERS = Sentences(
         for half in (SEARCH_ORDERS.public, SEARCH_ORDERS.held_out)
     )
 )
-"""Orders to search for a target, without sentences that ask where the target is: the phrase already says it."""
+"""Orders to search for a target, without sentences that ask where it is: the phrase for it already says that."""
 PUT_ON = (
     "Put {target} on {receptacle}.",
     "Please put {target} on {receptacle}.",
@@ -31,7 +31,7 @@ PUT_ON = (
 
 
 def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour: bool = True) -> Phrase | None:
-    """Return a phrase that says what a thing lies on ("the book on the desk"); None if none is unambiguous."""
+    """Return an unambiguous phrase that says what a thing lies on ("the book on the desk"); None if there is none."""
     items = list(context.items.values())
     if item.support is None or {each.id for each in referents(Phrase(item.support), items)} != {item.support_id}:
         return None

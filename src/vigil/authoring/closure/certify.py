@@ -1,7 +1,8 @@
 """Certificates: proof, by search and by replay, that the answer to a task of the closure-stress suite is correct.
 
-Of two twins, the first side satisfies the rules of its family (`vigil.authoring.review`), except those from which its
-kind is exempt. The second side has separate rules. Source: `protocol.md` section 8, decision 30.
+Twins are the two sides of one task. The first side must satisfy the rules of its family (`vigil.authoring.review`),
+except the rules from which the task's kind is exempt. The second side has separate rules. Source: `protocol.md` section
+8, decision 30.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -57,7 +58,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 MIN_LOOKING_SHARE = 0.5
 """Minimum share of the step budget that an agent needs to look at everything that the instruction asks about."""
 EVIDENCE_DISTANCE_M = (0.5, 4.0)
-"""Minimum and maximum distance (m) from a thing of the viewpoints that are tried to show its evidence."""
+"""Minimum and maximum distance (m) between a thing and the viewpoints that are tried to show its evidence."""
 MAX_LOOKS = 80
 """Maximum number of viewpoints that are tried to show the evidence."""
 SUMMARY = "Done."
@@ -149,7 +150,7 @@ class Certifier:
             yield from FAULTS_BY_KIND[task.kind](self._view, task, episode, actions)
 
     def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
-        """Yield the faults of things neither closed nor wide open whose gap is not visible from close by."""
+        """Yield a fault for each partly open thing whose gap is not visible from close by."""
         for thing in (self._view.scene.things[name] for name in sorted(episode.setup.objects)):
             if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
                 continue
@@ -162,7 +163,7 @@ class Certifier:
                 yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from close by"
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
-        """Return the answers of twins. Raises BrokenRule if they are not twins, or the impossible side can be done."""
+        """Return the answers to twins. Raises BrokenRule if they are not twins, or the impossible side is possible."""
         first = task.episodes[0]
         check_single_difference(task, second)
         for side in () if CLOSURE_KINDS[task.kind].has_branches else task.episodes:
@@ -255,7 +256,7 @@ class Certifier:
                 )
 
     def _distance_to(self, evidence: Evidence) -> tuple[float, str]:
-        """Return the floor distance (m) from the agent to the thing with the evidence, and its id to break ties."""
+        """Return the floor distance (m) from the agent to the thing with the evidence, and the thing's id, for ties."""
         thing = self._view.scene.things[evidence.object_id]
         return floor_distance(self._view.agent.position, thing.position), thing.id
 

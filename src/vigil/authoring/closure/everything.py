@@ -68,7 +68,7 @@ def _is_meant(thing: Thing, act: Act) -> bool:
 
 
 def on_or_open(things: Iterable[Thing], act: Act) -> list[Thing]:
-    """Return the things that need an act: what is on, except ceiling lights and flames, or open drawers and doors."""
+    """Return the things that need an act: those that are on (not ceiling lights and flames), or those that are open."""
     meant = [thing for thing in things if _is_meant(thing, act)]
     return [thing for thing in meant if (thing.is_toggled if act == "turn_off" else thing.openness > 0.0)]
 

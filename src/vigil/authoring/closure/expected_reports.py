@@ -6,7 +6,7 @@ from vigil.scoring.closure import SUITE, ClosureAnswer, closure_answers
 
 
 def expected_reports_of_pack(pack: Pack) -> dict[str, str]:
-    """Return episode id -> text; empty for a pack that is not of the suite. Raises PackMismatch if it was changed."""
+    """Return episode id -> text; empty if the pack is not of the suite. Raises PackMismatch if answers were changed."""
     if pack.manifest.suite != SUITE:
         return {}
     return {name: expected_report(answer) for name, answer in closure_answers(pack.folder).items()}

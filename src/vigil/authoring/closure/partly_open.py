@@ -16,7 +16,7 @@ PARTLY_OPEN = (0.12, 0.25)
 MIN_GAP_M = 0.04
 """Minimum distance (m) by which the free edge of a partly open thing has moved from its closed position."""
 SPREAD = 0.05
-"""Range of the random openness of a partly open thing, above the smallest openness at which its gap is visible."""
+"""Greatest amount by which a random openness exceeds the smallest openness at which the gap is visible."""
 FREE_SHARE = 0.8
 """Minimum movement of a point that may serve as evidence, as a share of the largest movement of any point. At a door,
 these points are at its free edge."""
@@ -39,13 +39,13 @@ def is_partly_open(openness: float) -> bool:
 
 
 def random_partial_openness(thing: Thing, rng: np.random.Generator) -> float:
-    """Return a random openness (hundredths) of a partly open thing, slightly above the least at which its gap shows."""
+    """Return a random openness (in hundredths), slightly above the smallest at which the thing's gap is visible."""
     least = _min_partial_openness(thing)
     return round(float(rng.uniform(least, least + SPREAD)), 2)
 
 
 def _min_partial_openness(thing: Thing) -> float:
-    """Return the minimum openness (in hundredths) at which a partly open thing has a visible gap."""
+    """Return the smallest openness (in hundredths) at which a partly open thing has a visible gap."""
     return max(PARTLY_OPEN[0], math.ceil(100 * PARTLY_OPEN[0] * MIN_GAP_M / gap_m(thing)) / 100)
 
 
@@ -55,7 +55,7 @@ def gap_m(thing: Thing) -> float:
 
 
 def gap_evidence(thing: Thing, openness: float) -> Evidence:
-    """Return the evidence of whether a thing is partly open: the place, at this openness, of its outermost point."""
+    """Return the evidence of whether a thing is partly open: where its outermost point is at this openness."""
     moved = _displacements(thing)
     came_out = surface_points(replace(thing, openness=PARTLY_OPEN[0])) @ moved.sum(axis=0)
     came_out[np.linalg.norm(moved, axis=1) < FREE_SHARE * gap_m(thing)] = -np.inf

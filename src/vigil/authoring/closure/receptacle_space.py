@@ -84,7 +84,7 @@ def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterabl
 
 
 def _bearing(stand: Thing, receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Return those level surfaces of a stand, which is in or on a receptacle, that count as on the receptacle."""
+    """Return the level surfaces of a stand on which a thing counts as on the receptacle that holds the stand."""
     return [each for each in level_surfaces(stand) if not ends_lying_on(stand, each[0], receptacle)]
 
 

@@ -41,7 +41,7 @@ class ClosureTask:
 
     @property
     def meant(self) -> frozenset[str]:
-        """Ids of the things that the instruction means. Reading its words back must give the same ids."""
+        """Ids of the things that the instruction means. Reading the instruction back must give the same ids."""
         bindings, unnamed = self.episodes[0].bindings, CLOSURE_KINDS[self.kind].unnamed_roles
         return frozenset(object_id for role, object_id in bindings.items() if role not in unnamed)
 

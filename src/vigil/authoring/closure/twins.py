@@ -23,7 +23,7 @@ class BrokenRule(EpisodeError):
 
 
 def check_single_difference(task: ClosureTask, second: Episode) -> None:
-    """Raise BrokenRule unless twins differ only in the setup of `task.removed`. With branches, goals may differ."""
+    """Raise BrokenRule unless twins differ only in the setup of `task.removed` (with branches: or in the goal)."""
     first = task.episodes[0]
     same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
     goal = () if CLOSURE_KINDS[task.kind].has_branches else ("goal",)
@@ -42,10 +42,10 @@ def check_single_difference(task: ClosureTask, second: Episode) -> None:
 
 
 def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, is_searched: bool) -> None:
-    """Raise BrokenRule if the first frame of a side shows what it must hide. The simulator was just reset to the side.
+    """Raise BrokenRule if a side's first frame shows what it must hide. The simulator was just reset to this side.
 
-    The frame must hide the target if the target `is_searched` for. It must also hide any other thing in which the twins
-    differ. No mirror may be in view, because it may show these things, and things in a mirror do not count as seen.
+    The frame must hide any thing in which the twins differ, except the target; if `is_searched` is True, also the
+    target. No mirror may be in view: it may show these things, and things in a mirror do not count as seen.
     """
     target = episode.goal.object_id
     wanted = {target: "hidden_at_start"} if is_searched else {}
@@ -63,8 +63,8 @@ def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, i
 def reason_for_absence(phrases: Sequence[Phrase], items: Iterable[DescribedThing]) -> Literal["absent", "elsewhere"]:
     """Return "elsewhere" if another thing has the same name as the missing thing; otherwise "absent".
 
-    A thing that people may mistake for the missing thing, such as a pot for a kettle, does not count here, but no
-    phrase may fit it. Raises BrokenRule if a phrase still fits some thing.
+    A look-alike with another name (a pot for a kettle) does not count. `phrases` describe the missing thing. Raises
+    BrokenRule if one of them also fits a thing that is present, even a look-alike.
     """
     everything = list(items)
     for phrase in phrases:

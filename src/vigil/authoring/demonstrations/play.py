@@ -154,7 +154,7 @@ class Demonstrator:
         return self._now().episode.goal.object_id
 
     def _worded(self, action: Action, index: int, record: EpisodeRecord) -> tuple[Action, str]:
-        """Return the action (a report gets a summary), and the thought that follows from the frame before it."""
+        """Return the action (a report gets a summary), and the thought before it, which follows from the frame."""
         world, goal = record.worlds[index], self._now().episode.goal
         about = self._subject_id(index, record)
         pixels = self._simulator.pixels_of(about)
@@ -182,7 +182,7 @@ class Demonstrator:
         )
 
     def _false_ones(self, shown: Sequence[Example], wanted: Sequence[tuple[Example, Fault, str]]) -> list[Example]:
-        """Return the corrections of `wanted` whose report is false. The goal may hold early, so success may be true."""
+        """Return the corrections of `wanted` whose report is false. Success may be true, as the goal may hold early."""
         found: list[Example] = []
         for example, fault, false in wanted:
             before = [each.answer for each in shown[: example.step - 1]]

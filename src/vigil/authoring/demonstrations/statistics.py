@@ -1,4 +1,4 @@
-"""Statistics of columns, exact over all rows and pixels. LeRobot's policies normalize their input with them."""
+"""Statistics of columns, computed from all rows and pixels. LeRobot's policies normalize their input with them."""
 
 from collections.abc import Mapping
 from typing import Any

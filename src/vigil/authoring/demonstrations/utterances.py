@@ -39,15 +39,15 @@ GAVE_UP = "I could not do what was asked."
 
 @dataclass(frozen=True, slots=True)
 class SubjectInView:
-    """The thing that a thought is about (the next to interact with, or the target), and how the frame shows it."""
+    """The thing that a thought is about (the next thing to interact with, or the target), and how a frame shows it."""
 
     phrase: Phrase
     """Phrase for the subject in the instruction."""
     is_seen: bool = False
     """Whether the subject is observable in the frame."""
     is_out_of_view: bool = False
-    """Whether no part of the subject is in the frame. If it is neither seen nor out of view, the thought does not say
-    whether it is seen."""
+    """Whether no part of the subject is in the frame. If the subject is neither seen nor out of view, the thought does
+    not say whether it is seen."""
     x: float | None = None
     """Horizontal position (px) of the subject's middle in the frame; None if the subject is out of view."""
 

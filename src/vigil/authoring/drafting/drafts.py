@@ -67,7 +67,7 @@ class Header(_Line):
     per_house: int
     tried: int
     starts: int = Field(default=1, ge=1)
-    """Number of start poses drawn for each draft; the hardest is used. The field is written if it is more than one."""
+    """Number of start poses drawn for each draft; the hardest is used. The field is written if the number exceeds 1."""
     forms: Forms = "public"
     """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
@@ -219,8 +219,8 @@ class DraftsFile:
     def writing(self, header: Header) -> Iterator["DraftsWriter"]:
         """Open the file for writing, locked against other writers. Begin the file, or remove unfinished work from it.
 
-        Raises SettingError if its folder does not exist, if it is invalid, or if it was begun with other settings.
-        Raises RecordError if it cannot be written.
+        Raises SettingError if the file's folder does not exist, or if the file is invalid or was begun with other
+        settings. Raises RecordError if the file cannot be written.
         """
         if not self.path.parent.is_dir():
             raise SettingError(f"Folder {str(self.path.parent)!r} does not exist. Create it first.")
@@ -234,7 +234,7 @@ class DraftsFile:
         return self._proposed(_finished(self._lines()))
 
     def check_assets(self, given: str | None) -> None:
-        """Raise SettingError unless the drafts were made with the asset database of hash `given` (None: with none)."""
+        """Raise SettingError unless the drafts were made with the asset database of this hash (None: no database)."""
         header = self._proposed(self._lines(most=1)).header
         fault = asset_mismatch(f"Drafts file {str(self.path)!r}", header.asset_database_sha256, given)
         if fault is not None:
@@ -312,7 +312,7 @@ class DraftsWriter:
         return frozenset((each.house, each.family) for each in self.begun.done)
 
     def add(self, house: House | None, lines: Iterable[DraftLine]) -> None:
-        """Append a house's lines, and store the house unless it is None (it cannot be made). Raises RecordError."""
+        """Append the lines about a house, and store the house (None if it cannot be made). Raises RecordError."""
         if house is not None:
             house.save(self.houses / f"{house.name}.json")
         self.file.append(*map(_bytes_of, lines))

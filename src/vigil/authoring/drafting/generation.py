@@ -130,7 +130,7 @@ class GenerationSettings:
     per_house: int = PER_HOUSE
     """Maximum number of valid drafts of each family in each house, divided evenly (rounded up) among its kinds."""
     tried: int = TRIED
-    """Maximum number of proposals of each family that are checked in each house, divided among its kinds, too."""
+    """Maximum number of proposals of each family that are checked in each house, also divided among its kinds."""
     backend: str = "mujoco"
     assets: AssetDatabase | None = None
     one_family_per_house: bool = False
@@ -283,7 +283,7 @@ class DraftWorker:
                     break
 
     def _examine(self, context: HouseContext, family: Family, kind: str, proposal: Proposal) -> TaskDraft | Rejection:
-        """Return the draft of a valid proposal, with final ids; else a rejection with the first rule that it breaks."""
+        """Return a draft with final ids if the proposal is valid; else a rejection with the first rule it breaks."""
         house, secret = context.house, self._settings.secret
         sides, findings = self._check(proposal, house)
         if findings:

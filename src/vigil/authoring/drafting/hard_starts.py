@@ -28,7 +28,7 @@ _NO_DIFFICULTY = LevelMeasures(
 
 
 def naming_cost(item: DescribedThing, items: Iterable[DescribedThing]) -> float:
-    """Return how much an object's look-alikes in the house and the words of its phrase can add to the index at most."""
+    """Return the most that an object's look-alikes and the words of its phrase can add to the difficulty index."""
     every = list(items)
     phrase = phrase_for(item, every)
     words = 0 if phrase is None else len(str(phrase).split()) - 1

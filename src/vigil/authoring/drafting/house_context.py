@@ -34,14 +34,14 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 AUTHOR = "grammar"
 OPENED_BELOW = 0.5
-"""Limit of openness: doors between rooms that are less open are opened at the start."""
+"""Doors between rooms whose openness is below this are opened at the start."""
 TRIED_STARTS = 80
 SIGHT_POINTS = 128
 """Number of points on a thing's surface whose visibility from a place is tested."""
 SEEN_SHARE = 0.6
 """Minimum number of a thing's points that must be visible from a start, as a share of the number at the best place."""
 SEEN_SHARE_HARD, DISTANCE_FACTOR = 0.3, 1.5
-"""Values used instead if hard starts are preferred: the share of points, and a factor on the maximum distance."""
+"""If hard starts are preferred: the share of points that replaces SEEN_SHARE, and a factor on the maximum distance."""
 SPREADS_DEG = (42.0, 25.0, 12.0)
 """Maximum angles (deg) between a start's heading and the direction of its target, tried one after the other."""
 MARGIN_PX = 20

@@ -28,7 +28,7 @@ from vigil.protocol.world import Setup
 from vigil.scene.things import Thing
 
 STARTS = 3
-"""Number of starts without the target in view that are tried, to find one from which a look-alike is visible."""
+"""Number of starts with the target out of view that are tried, to find a start with a look-alike in view."""
 GLANCE_POINTS = 16
 """Number of points of a look-alike that are tested for visibility before its pixels are counted."""
 HALF_VIEW_DEG = 53.0
@@ -38,8 +38,8 @@ HALF_VIEW_DEG = 53.0
 def drafts_among_look_alikes(context: HouseContext, asking: Callable[[HouseContext], Ask]) -> Drafts:
     """Yield a draft for each object that has a start and that a phrase distinguishes from its look-alikes.
 
-    `asking` returns how the family asks for a thing. If this does not determine the goal, the object must allow some
-    act, and the draft asks for a random one.
+    `asking` returns how the family asks for a thing. If the family's goal follows from an act, the act is a random one
+    of those that the object allows; objects that allow no act are left out.
     """
     ask = asking(context)
     for thing in context.shuffled(_wanted(context, in_view=FAMILIES[ask.family].visible_at_start)):
@@ -59,7 +59,7 @@ def drafts_among_look_alikes(context: HouseContext, asking: Callable[[HouseConte
 def start_out_of_view(
     context: HouseContext, thing: Thing, also: PoseTest, *, by_turning: bool | None, horizon: float
 ) -> Pose | None:
-    """Return a start from which a thing is not visible, preferably one for which `also` is true; None without one."""
+    """Return a start from which a thing is not visible (if possible, one that passes `also`); None if none is found."""
     start: Pose | None = None
     for _ in range(STARTS):
         start = start_not_seeing(context, thing, by_turning=by_turning, horizon=horizon) or start
@@ -69,7 +69,7 @@ def start_out_of_view(
 
 
 def _wanted(context: HouseContext, *, in_view: bool) -> list[Thing]:
-    """Return the possible targets that have a look-alike; if `in_view` is True, a look-alike in the same room."""
+    """Return the possible targets that have a look-alike (if `in_view` is True, a look-alike in the same room)."""
     items = context.items
     found: list[Thing] = []
     for item in items.values():

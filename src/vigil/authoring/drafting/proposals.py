@@ -23,7 +23,7 @@ from vigil.scene.things import Thing
 from vigil.scoring.target_strata import size_of
 
 CLEAR_PX, HARD_PX = 400, START_PX
-"""Visible pixels of the object to act on, at a start that is clear to a person and at a hard start (rules' minimum)."""
+"""Minimum visible pixels of the object to act on: at a clear start, and at a hard start (the minimum of the rules)."""
 LEVEL_DEG = 0.0
 NEVER_TARGETS = frozenset(
     {
@@ -102,7 +102,7 @@ def finder_of_starts_in_view(
 ) -> Callable[[Thing, PoseTest], Pose | None]:
     """Return the function `Ask.find_start` for a family whose target is in view at the start.
 
-    `test_for` takes a thing and returns the test of whether it is seen well enough; by default, that of `is_in_view`.
+    `test_for` takes a thing and returns the test of whether it is seen well enough (default: the test `is_in_view`).
     """
 
     def find_start(thing: Thing, also: PoseTest) -> Pose | None:
@@ -124,7 +124,7 @@ def is_seen(min_px: int) -> VisibilityTest:
 
 
 def is_in_view(context: HouseContext) -> VisibilityTest:
-    """Return the test that the start shows the object to act on clearly (hard starts: as the rules require)."""
+    """Return the test that the start shows the object to act on clearly; a hard start needs only the rules' minimum."""
     return is_seen(HARD_PX if context.prefers_hard_starts else CLEAR_PX)
 
 

@@ -206,7 +206,7 @@ def house_at(place: str, report: OnDownload) -> House:
 
 
 def read_all(sources: Iterable[HouseInFile]) -> Iterator[tuple[HouseInFile, House | HouseError]]:
-    """Yield each house, or the error from reading it. A file of many is read once, in the order of its lines."""
+    """Yield each house, or the error from reading it. A file with several houses is read once, line by line."""
     for path, group in groupby(sources, key=lambda source: source.path):
         left = {source.line: source for source in group}
         if None in left:
@@ -234,7 +234,7 @@ def _tried(make: Callable[[], House]) -> House | HouseError:
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
-    """Yield the lines of a file, which may be compressed. Raises HouseError if unreadable or over the limits."""
+    """Yield the lines of a file, compressed or not. Raises HouseError if the file is unreadable or over the limits."""
     what = f"House file {str(path)!r}"
     total = 0
     with open_file(path, what, HouseError) as file:

@@ -18,7 +18,7 @@ from vigil.scene.things import Thing
 WITH_DOORS = frozenset({"CounterTop"})
 """Categories of base cabinets under a worktop, which always have doors."""
 VANITY_HEIGHT_M = 0.5
-"""Height (m) above which a washbasin includes its foot, or a cabinet of painted wood."""
+"""A washbasin higher than this (m) includes its foot, or a cabinet of painted wood."""
 PAINTED = "paint/"
 """Beginning of the names of painted materials."""
 SEATS = frozenset({"Chair", "Footstool", "Ottoman", "Stool"})
@@ -58,7 +58,7 @@ def min_colour_share(category: str) -> float:
 
 @lru_cache(maxsize=1024)
 def colour_shares(*assets: Asset) -> dict[str, float]:
-    """Return colour word -> share of a thing's area that is visible from around the thing. Glass does not count.
+    """Return colour word -> share of a thing's visible area that has this colour. Glass does not count.
 
     `assets` are the thing's parts: furniture and each of its drawers are separate assets. Empty if all is glass.
     """

@@ -54,7 +54,7 @@ def confusable(item: DescribedThing, items: Iterable[DescribedThing]) -> list[De
 
 
 def first_meaning(phrases: Iterable[Phrase], item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase | None:
-    """Return the first of several phrases that means only `item`; None if there is none."""
+    """Return the first phrase in `phrases` that means only `item`; None if there is none."""
     everything = list(items)
     return next((phrase for phrase in phrases if referents(phrase, everything) == [item]), None)
 

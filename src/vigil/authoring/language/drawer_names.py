@@ -76,7 +76,7 @@ def _place(chest: Thing, part: Thing) -> tuple[float, float]:
 
 
 def _steps(values: list[float]) -> list[float]:
-    """Return the values in ascending order, without values at most `SAME_ROW_M` above the last one returned."""
+    """Return the values in ascending order, but of values within `SAME_ROW_M` of each other only the lowest."""
     found: list[float] = []
     for value in sorted(values):
         if not found or value > found[-1] + SAME_ROW_M:

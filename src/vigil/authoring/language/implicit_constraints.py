@@ -1,4 +1,4 @@
-"""Instructions that do not state their constraint: the names of these kinds, and words that reveal the constraint."""
+"""Instructions that do not state their constraint: how their kinds are named, and which words reveal a constraint."""
 
 import re
 from collections.abc import Iterator

@@ -253,7 +253,7 @@ def _room_at(x: float, z: float, rooms: RoomOutlines) -> tuple[str | None, str |
 
 
 def _name(scene: Scene, thing: Thing, rooms: RoomOutlines) -> str:
-    """Return a thing's name. That of a door includes the rooms that it joins, that of a drawer its furniture."""
+    """Return a thing's name. A door's name includes the rooms that it joins; a drawer's name includes its furniture."""
     if thing.is_drawer:
         return drawer_names.drawer_name(scene, thing)
     name = CATALOG[thing.category].display_name
@@ -287,7 +287,7 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
 
 
 def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the items that a phrase could mean. A relation singles out an item only if it clearly holds for it."""
+    """Return the items that a phrase could mean. A relation leaves one item only if it clearly holds for this item."""
     everything = list(items)
     found = [item for item in everything if fits(phrase, item)]
     if phrase.relation is None or phrase.anchor is None:

@@ -1,8 +1,8 @@
 """Wording of tasks: the words that fill the slots of a sentence form, and agree with the things that they mean.
 
 The forms are in `sentences` and in the folders of the families. The words for a thing do not say more about its place
-than its phrase does. In state verification, they do not say in which state it is. Words are those that people use: the
-lid of a toilet is opened, a candle is lit.
+than its phrase does. In state verification, the words do not say in which state the thing is. The words are those that
+people use: the lid of a toilet is opened, a candle is lit.
 """
 
 import re
@@ -108,7 +108,7 @@ def order_slots(act: Act, category: str, phrase: str, rng: np.random.Generator) 
 
 
 def say(sentences: tuple[str, ...], rng: np.random.Generator, **slots: str) -> str:
-    """Return a random one of the sentences with its slots filled. A slot with a capital begins a sentence."""
+    """Return one of the sentences at random, with its slots filled. A slot with a capital begins a sentence."""
     sentence = sentences[int(rng.integers(len(sentences)))]
     capitals = {name.capitalize(): text[:1].upper() + text[1:] for name, text in slots.items()}
     return sentence.format(**slots, **capitals)

@@ -199,7 +199,7 @@ def rejected_by_rule(
 def seed_facts(name: str, seed: int, headers: Iterable[Header], *, is_seed_secret: bool) -> dict[str, Any]:
     """Return the manifest's entry about a pack's seed: the seed itself, or only a hash if a seed is secret.
 
-    The hash is that of the drafts' secret seeds. If none of these is secret, it is the hash of the pack's secret seed.
+    If seeds of the drafts are secret, these are hashed; otherwise the pack's own secret seed is hashed.
     """
     secret = {each.seed for each in headers if each.is_seed_secret or (is_seed_secret and is_secret(each.seed))}
     if is_seed_secret and not secret:

@@ -1,6 +1,6 @@
 """Strata over which a pack is balanced, their counts, and the accuracy of guessing states from words only.
 
-Source: the paper's tables `episode_distribution` and `family_specs`. The spread over houses and things is an addition.
+Source: the paper's tables `episode_distribution` and `family_specs`. The paper does not balance over houses and things.
 """
 
 from collections import Counter

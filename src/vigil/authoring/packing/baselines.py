@@ -19,7 +19,7 @@ BASELINES = "baselines.json"
 BASELINES_SCHEMA = 1
 BLIND_AGENTS = ("noop", "random", "sweep", "forward", "centre", "explore", "point", "click_around", "always_success")
 AGENTS = (*BLIND_AGENTS, "never_report", "premature", "solver")
-"""Baseline agents in the order of the table. Those after the blind agents are privileged."""
+"""Baseline agents in the order of the table: first the blind agents, then the privileged agents."""
 MAX_W_OF_A_BLIND_AGENT = 0.40
 """Maximum W of a blind agent in a family. Packs promise that it is not exceeded."""
 RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other")

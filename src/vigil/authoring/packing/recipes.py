@@ -104,7 +104,7 @@ class Recipe(BaseModel):
 
     @classmethod
     def load(cls, place: str) -> "Recipe":
-        """Return the recipe in a file, or the packaged recipe of that name.
+        """Return the recipe in the file `place`, or the packaged recipe with the name `place`.
 
         Raises SettingError if the recipe does not exist or is invalid.
         """
@@ -156,7 +156,7 @@ def check_drafts(recipe: Recipe) -> None:
 
 
 def check_assets(recipe: Recipe, given: AssetDatabase) -> None:
-    """Raise SettingError if things would have other sizes than with the asset database of the recipe."""
+    """Raise SettingError unless `given` is the recipe's asset database, on which the sizes of things depend."""
     fault = asset_mismatch(f"Recipe {recipe.name!r}", recipe.asset_database_sha256, given.sha256)
     if fault is not None:
         raise SettingError(fault)
@@ -181,7 +181,7 @@ def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], Non
 
 
 def _file(dataset: str, given: Sequence[str], is_only_one: bool) -> Path:
-    """Return the file of `given` with a dataset: the file of its name or, for a single dataset, the only file.
+    """Return the file in `given` that has a dataset's name; if the recipe has only one dataset, a single file will do.
 
     Raises SettingError if there is no such file.
     """

@@ -38,7 +38,7 @@ class PackRequest:
     levels: tuple[Level, ...] = ()
     """Levels of difficulty over which each family is divided evenly; empty if levels do not matter."""
     is_robust: bool = False
-    """Whether episodes must also satisfy the robustness rules. The check of candidates must then include them."""
+    """Whether episodes must also satisfy the robustness rules. The check of candidates must then include the rules."""
     forms: Forms = "public"
     """Sentence forms of new drafts: one of two halves (such as `public`), or all."""
     drafted_in: int | None = None

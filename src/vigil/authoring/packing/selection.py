@@ -24,7 +24,7 @@ FOUND_BY_TURNING = 0.4
 """Maximum share of searches (VS, SI) in which the target can be found by turning at the start."""
 UPPER_LEVELS: tuple[Level, ...] = ("hard", "extreme")
 CLEAR_PX = 400
-"""Visible pixels of a target in the first frame that shows it. If there are more, the target counts as clear."""
+"""If the first frame that shows a target has more than this number of its pixels, the target counts as clear."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,12 +72,12 @@ class Candidate:
 
 
 CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
-"""Function that replays candidates and returns id of the first side -> findings, without candidates that have none."""
+"""Function that replays candidates. It returns id of a candidate's first side -> findings, if there are findings."""
 
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """A group of which a pack needs more episodes or tasks than the drafts have."""
+    """A group for which the drafts have fewer episodes or tasks than the pack needs."""
 
     group: str
     """The family; in a suite, the kind."""
@@ -147,7 +147,7 @@ def _judged(task: TaskDraft, reviews: Mapping[str, Sequence[Review]]) -> Candida
 
 
 def kinds_of_reviewers(episode: Episode, reviews: Sequence[Review]) -> frozenset[str]:
-    """Return the kinds of the reviewers who approved or rejected this version of an episode."""
+    """Return the kinds (person, model) of the reviewers who approved or rejected this version of an episode."""
     judged = {name for name, decision in decisions(episode, reviews).items() if decision.judgement}
     return frozenset(review.reviewer_kind for review in reviews if review.reviewer in judged)
 

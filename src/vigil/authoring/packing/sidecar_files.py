@@ -22,7 +22,7 @@ Sidecar = TypeVar("Sidecar", bound=SidecarFile)
 
 
 def read_sidecar(pack: Pack, name: str, form: type[Sidecar], advice: str) -> Sidecar | None:
-    """Return the content of a pack's sidecar file; None if the file is missing or of another version of the pack.
+    """Return the content of a pack's sidecar file; None if the file is missing or is for another version of the pack.
 
     Raises PackMismatch if the file is invalid; the message ends with `advice`.
     """

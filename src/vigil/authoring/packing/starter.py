@@ -36,7 +36,7 @@ SEED = 2026
 DRAFTS_PER_HOUSE = 6
 PER_HOUSE_AND_FAMILY = 2
 CATEGORY_USES = 3
-"""Maximum number of episodes about the same category. One family has at most one of them."""
+"""Maximum number of episodes about the same category. In each family, at most one episode is about a category."""
 FIRST_SEED, SEED_TRIES, SEED_STRIDE = 101, 5, 100
 """Seed of the first house, number of seeds tried for each house, and step between these seeds."""
 
@@ -47,7 +47,8 @@ HOUSES = (
     *("kitchen", "kitchen", "kitchen", "kitchen", "living-room", "living-room", "living-room"),
     *("bedroom", "bedroom", "bedroom", "bathroom", "bathroom"),
 )
-"""Specs of the houses. The house at index i has the first valid seed of FIRST_SEED + i, plus multiples of the step."""
+"""Specs of the houses. For the house at index i, the seeds FIRST_SEED + i, FIRST_SEED + i + SEED_STRIDE, ... are tried;
+the first valid seed is used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,6 +184,6 @@ def _fill(
 
 
 def _in_order(slot: EpisodeQuota, houses: list[House], chosen: Selection) -> list[House]:
-    """Return the houses that may get another episode of the quota's family, those with the fewest first."""
+    """Return the houses that may get another episode of the quota's family, those with the fewest episodes first."""
     free = [house for house in houses if chosen.family_uses[slot.family, house.name] < PER_HOUSE_AND_FAMILY]
     return sorted(free, key=lambda house: (chosen.uses[house.name], zlib.crc32(f"{slot.kind} {house.name}".encode())))

@@ -34,13 +34,13 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 @dataclass(frozen=True, slots=True)
 class VerificationTask:
-    """What is verified together: one episode, or two twins."""
+    """Episodes that are verified together: one episode, or two twins."""
 
     episodes: tuple[Episode, ...]
     solutions: tuple[tuple[Action, ...] | None, ...]
     """Recorded solution of each episode; None for an episode without a solution."""
     answers: tuple[ClosureAnswer, ...] | None = None
-    """Correct closing of each episode, in a pack of the closure suite; empty if it is missing. None in other packs."""
+    """Correct closings of the episodes in a pack of the closure suite; empty if missing; None in other packs."""
 
     @classmethod
     def of_draft(cls, draft: TaskDraft) -> "VerificationTask":
@@ -74,7 +74,7 @@ class VerificationSettings:
 
 
 class Verifier:
-    """Verifies tasks on its own simulator by the families' rules, and tasks with answers by the suite's rules, too."""
+    """Verifies tasks on its own simulator by the families' rules; if tasks have answers, by the suite's rules, too."""
 
     def __init__(self, settings: VerificationSettings) -> None:
         simulator = settings.simulator()

@@ -12,8 +12,8 @@ def blind_trials(episode: Episode, *, is_draft: bool) -> list[tuple[Action, ...]
 
     Drafts are tested with the strongest blind agents known. Frozen packs may be older than some of these agents, so
     only turning, walking ahead and an early report are tried on their episodes. The list is empty for state
-    verification, because there the label decides. If the task is to find the target by turning, turning is not in the
-    list.
+    verification, because a guessed label may be correct. If the task is to find the target by turning,
+    turning is not in the list.
     """
     goal, is_turned_to = episode.goal, episode.provenance.template == "turn"
     if "report_status" in FAMILIES[episode.family].goal_kinds:

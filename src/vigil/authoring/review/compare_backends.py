@@ -14,9 +14,9 @@ from vigil.scoring.outcomes import score
 from vigil.sim.privileged import PrivilegedSimulator
 
 SAME_M, SAME_DEG, SAME_OPENNESS = 1e-3, 0.01, 1e-3
-"""Maximum differences of distances (m), angles (deg) and openness that count as equal."""
+"""Distances (m), angles (deg) and openness count as equal if they differ by at most these values."""
 SAME_CLICK_M = 0.01
-"""Maximum difference (m) between the distances of two clicks that counts as equal."""
+"""Distances (m) of two clicks count as equal if they differ by at most this."""
 KINDS = {
     "pose": "where the agent is and looks",
     "place": "where a thing is, and how it is turned",

@@ -43,7 +43,7 @@ BELONGS_IN = {
 }
 """Category of a container -> categories of things that people would look for in it."""
 IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Towel", "HandTowel", "TissueBox")
-"""Categories that people would look for in a cabinet in a bathroom. They replace those of other cabinets."""
+"""Categories that people would look for in a cabinet in a bathroom. They replace the categories for other cabinets."""
 MAX_CLOSED = 4
 """Maximum number of closed containers that may hold the target of a search, so that the step budget is enough."""
 LOOKED_FOR_POINTS, EVERY_CELL = 16, 5

@@ -81,7 +81,7 @@ class ControlWorlds:
         return None
 
     def _look_alike(self) -> Thing | None:
-        """Return the nearest other thing of the target's category, else of a name that people confuse with its name.
+        """Return the nearest other thing of the target's category, or else the nearest with an easily confused name.
 
         None if there is no such thing.
         """

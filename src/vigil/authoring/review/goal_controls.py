@@ -122,7 +122,7 @@ def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
 def _applied_to(
     thing: Thing | None, goal: ObjectInState | ObjectHeld, worlds: ControlWorlds
 ) -> list[SyntheticStep] | None:
-    """Return a row in which `thing` instead of the target is as the goal requires; None if this is impossible."""
+    """Return a row in which `thing`, not the target, is as the goal requires; None if this is impossible."""
     return None if thing is None or not _allows(thing, goal) else _attained(thing.id, goal, worlds)
 
 

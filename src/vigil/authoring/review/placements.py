@@ -1,4 +1,4 @@
-"""Wrong placements of a thing: on top of a receptacle instead of inside, inside instead of on it, or next to it."""
+"""Wrong placements of a thing: on top of a receptacle instead of inside, inside instead of on top, or next to it."""
 
 from collections.abc import Iterator, Mapping
 
@@ -19,14 +19,14 @@ MAX_NEIGHBOURS = 2
 
 
 def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement]:
-    """Yield the placements of a thing in the middle of each level surface inside a receptacle, or else on it."""
+    """Yield placements of a thing in the middle of each level surface of a receptacle (`inside` or on it)."""
     for surface, frame in level_surfaces(receptacle):
         if surface.is_inside == inside:
             yield _placement(frame.shift, thing, receptacle)
 
 
 def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Iterator[Placement]:
-    """Yield placements of a thing in a receptacle or in what it contains, that do not count as on the receptacle.
+    """Yield placements inside a receptacle, or inside something in it, that do not count as on the receptacle.
 
     There is one placement for each category: in a drawer, in a microwave, in a sink.
     """
@@ -39,7 +39,7 @@ def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Ite
 
 
 def placements_on_neighbours(things: Mapping[str, Thing], receptacle: Thing, thing: Thing) -> Iterator[Placement]:
-    """Yield placements of a thing on the receptacles nearest to `receptacle`, each as near to it as possible."""
+    """Yield placements of a thing on other receptacles, the nearest first, each as near to `receptacle` as possible."""
     found = [
         (away, other.id, place)
         for other in things.values()

@@ -116,7 +116,7 @@ def decisions(episode: Episode, reviews: Iterable[Review]) -> dict[str, Decision
 def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
     """Return the episode, marked as rejected if any reviewer rejected it, or else as approved if any approved it.
 
-    It gets the last new wording and the last new target size.
+    The episode gets the last new wording and the last new target size.
     """
     sha256 = episode_sha256(episode)
     mine = [review for review in reviews if (review.episode_id, review.episode_sha256) == (episode.id, sha256)]
@@ -133,7 +133,7 @@ def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
 
 
 def queue(episodes: Iterable[Episode], seed: int = 0) -> list[Episode]:
-    """Return episodes in the order of review: one of each family in turn, within a family drawn by `seed`."""
+    """Return episodes in the order of review: one of each family in turn. Within a family, `seed` draws the order."""
     rng = np.random.default_rng(seed)
     ordered = sorted(episodes, key=lambda episode: episode.id)
     groups = [[episode for episode in ordered if episode.family == family] for family in FAMILIES]

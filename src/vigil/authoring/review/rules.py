@@ -38,7 +38,7 @@ from vigil.scene.outlines import room_floor
 from vigil.scene.things import Thing
 
 MARGIN_M, MARGIN_PX = 0.02, 20
-"""Margins by which starts and solutions must be better than a threshold."""
+"""A start or a solution must be better than each threshold by at least these margins."""
 START_PX, SMALL_START_PX, STATE_START_PX = 100, 40, 150
 """Minimum visible pixels at the start: of the object to act on, a small PG target, and the parts that show a state."""
 ALMOST_CLOSED, WIDE_OPEN = 0.02, 0.8
@@ -150,7 +150,7 @@ def _other_rooms(case: EpisodeStart) -> Faults:
 def place_blind_to(view: PrivilegedView, thing: Thing, threshold_m: float) -> Vec3 | None:
     """Return a free place near a thing but in another room, from which it is not visible; None if there is none.
 
-    An agent that stops there would be near the thing only by chance.
+    An agent that stops there has reached the thing only by chance, because it cannot see the thing.
     """
     home = view.room_at(thing.position)
     floors = {room.id: room_floor(room) for room in view.scene.rooms}

@@ -17,7 +17,7 @@ from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.sim.privileged import PrivilegedSimulator
 
 PLACEHOLDER_ACTION = Navigate(mode="forward", magnitude=1.0)
-"""Action that a synthetic record has where a world was set up."""
+"""Default action of a synthetic step. No action led to the step's world, because the simulator set it up."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -114,9 +114,7 @@ class Validator:
     """Validates episodes on one simulator."""
 
     def __init__(self, simulator: PrivilegedSimulator, *, is_draft: bool = False) -> None:
-        """If `is_draft`, also check the wording and the best blind trials: rules that may be newer than frozen
-        packs.
-        """
+        """If `is_draft`, also check the wording and more blind trials. Frozen packs may be older than these rules."""
         for spec in FAMILIES.values():
             check_rule_names(spec)
         self._simulator = simulator
@@ -205,7 +203,7 @@ class Validator:
         return self._env.record()
 
     def _blind_record(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
-        """Return the record of an agent without sight. An agent that only reports is not replayed: nothing changes."""
+        """Return the record of an agent without sight. Agents that only report are not replayed: nothing changes."""
         if all(isinstance(action, Report) for action in actions):
             return record_of(record, (), "success")
         return self._replay(episode, actions)

@@ -45,7 +45,7 @@ class Ablation:
     has_memory: bool = True
     """Whether the solver remembers things that it saw and places that it visited."""
     takes_look_alikes: bool = False
-    """Whether the first thing in view that the target's bare name may mean is used instead of the target."""
+    """Whether the solver takes the first thing in view that fits the target's bare name, even if it is a look-alike."""
 
 
 ABLATIONS: dict[str, Ablation] = {
@@ -179,7 +179,7 @@ class _AblatedSolver:
             yield Navigate(mode="turn_right", magnitude=QUARTER_DEG)
 
     def _next_place(self) -> Sequence[Point2] | None:
-        """Return the corners of the walk to the nearest place not looked around at yet; without memory, a random place.
+        """Return the corners of the walk to the nearest place not looked around at (without memory: a random place).
 
         None if there is no such place.
         """

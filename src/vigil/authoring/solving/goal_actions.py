@@ -49,7 +49,7 @@ Steps = Iterator[Action]
 
 
 def reach_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yield the actions that reach a goal whose chain and constraint are done. Raises Unsolvable if impossible."""
+    """Yield the actions that reach a goal whose chain and constraint are done already. Raises Unsolvable."""
     match goal:
         case TargetGrounded():
             yield from _ground(goal, macro_actions)

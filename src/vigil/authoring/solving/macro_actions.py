@@ -61,7 +61,7 @@ class MacroActions:
     """Distances (m) by which the agent tries to go closer than required, in the order in which they are tried."""
 
     def __init__(self, view: PrivilegedView, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
-        """With `is_exhaustive`, search more places, without margins: a failure then means impossibility."""
+        """If `is_exhaustive`, search more places, without margins: a failure then proves that the act is impossible."""
         self.view = view
         self.may_tilt = may_tilt
         self._margin_m = 0.0 if is_exhaustive else REACH_MARGIN_M
@@ -192,7 +192,8 @@ class MacroActions:
         raise Unsolvable(f"The way to {viewpoint.corners[-1]} is blocked.")
 
     def placing_pixel(self, viewpoint: Viewpoint, targets: "PlacementTargets") -> tuple[int, int] | None:
-        """Return a pixel in the frame at a viewpoint that places the held object at a target if clicked; or None."""
+        """Return a pixel of the frame at a viewpoint: a click on it places the held object at a target. None if none
+        does."""
         view, held = self.view, self.view.held
         if held is None:
             return None
@@ -222,7 +223,7 @@ class PlacementTargets:
 
     receptacle_id: str
     surfaces: frozenset[str]
-    """Names of the receptacle's surfaces with the places."""
+    """Names of the receptacle's surfaces on which the places are."""
     points: np.ndarray
     """Points (n, 3) on these surfaces that the agent can look at and click."""
 
@@ -232,7 +233,7 @@ class PlacementTargets:
 
 
 def near_box(box: Box, most_m: float) -> PositionCost:
-    """Return the cost function of places: inf beyond `most_m` from a box, higher very near or almost out of reach."""
+    """Return the cost function of places: inf beyond `most_m` from a box, higher if very near or barely in reach."""
 
     def cost(places: np.ndarray) -> np.ndarray:
         distances = box_distances(box, places)
@@ -255,8 +256,8 @@ def near_points(points: np.ndarray, most_m: float) -> PositionCost:
 def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Motion]]:
     """Return the level surfaces inside a receptacle, each with its frame; if not `inside`, those on the receptacle.
 
-    If there are no surfaces on it, return those inside that can be reached without opening. Raises Unsolvable if there
-    are none.
+    If there are none on the receptacle, return the surfaces inside that can be reached without opening. Raises
+    Unsolvable if there are none.
     """
     level = list(level_surfaces(receptacle))
     wanted = [(surface, frame) for surface, frame in level if surface.is_inside == inside]
@@ -287,7 +288,7 @@ def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
 
 
 def _cavity_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
-    """Return points (n, 3) on the walls and floors of a receptacle's cavities above its surfaces (also round ones)."""
+    """Return points (n, 3) on the walls and floors of a receptacle's cavities (round or not), above its surfaces."""
     points = surface_points(receptacle, CAVITY_POINTS)
     is_in = np.zeros(len(points), dtype=bool)
     for surface, frame in surfaces:

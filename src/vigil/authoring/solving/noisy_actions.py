@@ -26,9 +26,9 @@ from vigil.sim.core.sight import project
 SLACK_M = 0.3
 """Distance (m) by which the agent goes closer than required, if it can."""
 ARRIVED_M, EXACTLY_M = 0.2, 0.06
-"""Distance (m) from a place at which the agent counts as arrived, and the distance if that was not close enough."""
+"""Distance (m) from a place at which the agent counts as arrived; smaller distance (m) for a second try."""
 FACED_DEG, TILTED_DEG = 6.0, 5.0
-"""Errors (deg) of heading and of pitch up to which they are not corrected."""
+"""Errors (deg) of heading and of pitch that are not corrected if they are at most this large."""
 ASIDE_DEG = 15
 """Step (deg) between the headings tried after a collision, and size of the turn made if nothing else helps."""
 CLEAR_PX = 8
@@ -135,7 +135,7 @@ class NoisyMacroActions(MacroActions):
     def _try(
         self, find_pixel: Callable[[], tuple[int, int] | None], viewpoint: Callable[[], Viewpoint], intent: Intent
     ) -> Iterator[Action]:
-        """Yield a click on the pixel of `find_pixel`. If there is none, or it is near the border, approach first."""
+        """Yield a click on the pixel of `find_pixel`. If that is None or near the frame's border, approach first."""
         cached_pixel = self._cached_per_state(find_pixel)
         pixel = cached_pixel()
         if pixel is None or not _is_clear(pixel):
@@ -210,7 +210,7 @@ class NoisyMacroActions(MacroActions):
         self._refused = None if effect.moved_m else here.rotation
 
     def _heading_aside(self, at: Point2, wanted: float, cost_of: Callable[[Point2], float]) -> float:
-        """Return the heading (deg) for the next step from which the route is cheapest, except the blocked heading."""
+        """Return the heading (deg) for a step after which the route costs least. The blocked heading is left out."""
         headings = [(wanted + turn) % 360.0 for turn in range(-180, 180, ASIDE_DEG)]
         refused = self._refused or 0.0
 

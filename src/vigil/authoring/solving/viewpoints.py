@@ -16,7 +16,7 @@ from vigil.scene.floor import Point2, ShortestPaths
 from vigil.sim.core.sight import project
 
 BORDER_PX = 12.0
-"""Minimum distance (px) from the frame's border at which a point counts as seen."""
+"""A point counts as seen if it is at least this far (px) from the frame's border."""
 LATTICE_M = 0.15
 """Approximate distance (m) between the places that are tried."""
 MAX_PLACES = 400
@@ -35,7 +35,7 @@ class Viewpoint:
     corners: tuple[Point2, ...]
     """Corners (x, z) of the walk to the pose; empty if the agent is already at the place."""
     pixels: np.ndarray
-    """Estimated pixels (n, 2) of the visible points. Those nearest to the middle of all come first."""
+    """Estimated pixels (n, 2) of the visible points, the nearest to their middle first."""
     seen: int
     """Number of the sampled points that are visible in the frame."""
 
@@ -111,7 +111,7 @@ def _viewpoint_from(
 
 
 def _in_frame(pose: Pose, points: np.ndarray) -> np.ndarray:
-    """Return the pixels (n, 2) of those points (m, 3) that lie in the frame, those nearest to their middle first."""
+    """Return the pixels (n, 2) of those points (m, 3) that lie in the frame, the nearest to their middle first."""
     found = project(pose, points)
     pixels = found[(found[:, 2] > 0.0) & in_frame(found, BORDER_PX), :2]
     if not len(pixels):

@@ -9,7 +9,7 @@ from vigil.base.geometry import Vec3
 BATCHES = 4
 """Number of batches in which points are tested. Each batch is spread over the whole thing."""
 SEEN_POINTS = 6
-"""Minimum number of a thing's points that must be visible from a place for the place to count as seeing enough."""
+"""A place sees enough of a thing if at least this number of the thing's points is visible from the place."""
 
 
 class PointCount:

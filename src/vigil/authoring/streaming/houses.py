@@ -1,7 +1,7 @@
 """One house of a stream with its episodes. They depend only on the stream's seed, the house's number and the filters.
 
 All families are drafted in each house, because making and loading a house takes long. The filters (wanted families and
-difficulties) only remove episodes; they do not change the others.
+difficulties) only remove episodes; they do not change the remaining episodes.
 """
 
 import hashlib
@@ -75,7 +75,7 @@ class StreamHouse(BaseModel):
 
     @cached_property
     def house(self) -> House:
-        """The house. Only for a house that is not left out."""
+        """The house as an object. It must not be read if the house is left out."""
         assert self.document is not None
         return House(self.name, self.document)
 

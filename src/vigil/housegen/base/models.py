@@ -111,7 +111,7 @@ class PlacedObject:
         return self.footprint(), self.bottom, self.top
 
     def swing(self) -> Block | None:
-        """Return the block through which the object's doors, drawers and lids move; None if nothing opens."""
+        """Return the block through which the object's doors, drawers and lids move; None if it has none of these."""
         block = swing_of(self.model)
         if block is None:
             return None

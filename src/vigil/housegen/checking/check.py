@@ -36,7 +36,7 @@ UNLOADABLE_RULES = frozenset({"room-shape", "extent", "wall-shape"})
 FARTHEST_M = 200.0
 """Greatest coordinate (m) of anything in a house."""
 REQUIRED_FURNITURE = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
-"""Kind of room -> category of furniture that each of these rooms must have."""
+"""Kind of room -> category of furniture that every room of this kind must have."""
 
 
 @dataclass(frozen=True, slots=True)

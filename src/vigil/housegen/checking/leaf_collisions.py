@@ -1,4 +1,5 @@
-"""Collisions of moving leaves: triangles of leaves, with handles and trims, are tested against those of other things.
+"""Collisions of moving leaves: triangles of leaves (with handles and trims) are tested against triangles of other
+things.
 
 Walls are not tested here, because `vigil.scene.partitions` ensures that leaves do not reach into them.
 """
@@ -104,7 +105,7 @@ def _box_of(triangles: np.ndarray) -> np.ndarray:
 
 
 def _overlap(low: np.ndarray, high: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return a mask (n,) of the boxes, with corners (n, 3), that overlap `box` by more than a touch."""
+    """Return a mask (n,) of the boxes, with corners (n, 3), that overlap `box` and do not only touch it."""
     return ((low < box[1] - SKIN_M) & (high > box[0] + SKIN_M)).all(axis=1)
 
 

@@ -16,7 +16,7 @@ LEAST_WALKABLE = 0.93
 """Least share of the free grid nodes that must be connected. (For a whole house, the rule requires 0.9.)"""
 EPS = 1e-6
 DOORSTEP_M = 0.4
-"""A body is in a door if it is at most this far (m, sum of x and z distances) from the middle of the doorstep."""
+"""A body is in a door if the distances in x and in z from the middle of the doorstep add up to at most this (m)."""
 FRAME_M = 0.09
 """How far (m) window frames and sills reach into the room."""
 WALL_GAP = 0.02

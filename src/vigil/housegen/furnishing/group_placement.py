@@ -19,8 +19,8 @@ STAND_M = 0.45
 LEAST_ACCESS = 0.8
 """Least depth (m) of the floor that is kept free in front of furniture that opens."""
 ACCESS_M, HALF_ACCESS_M = 0.5, 0.3
-"""Depth (m) of the floor kept free in front of furniture that does not open. Half the least width (m) of the floor kept
-free in front of any furniture."""
+"""Depth (m) of the floor that is kept free in front of furniture that does not open, and half the least width (m) of
+the floor that is kept free in front of any furniture."""
 FLUSH_M = 1e-6
 """A group is in a corner if it is less than this (m) from the end of a wall."""
 ALONG_STEP_M, ACROSS_STEP_M = 0.15, 0.3

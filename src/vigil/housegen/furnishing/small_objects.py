@@ -38,7 +38,7 @@ MIN_VISIBLE_SHARE = 0.5
 SIGHT_SLOPE = 1.5
 """A taller object hides objects behind it up to a distance of its height multiplied by this number.
 
-Agents look down on furniture more steeply than that.
+Agents look down on furniture more steeply than this slope.
 """
 HIGHEST_M = 1.75
 """Surfaces above this height (m) cannot be seen."""
@@ -86,7 +86,7 @@ INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
     "Stove": (0.4, ("Pan", "Pot")),
     "CounterTop": (0.8, ("Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "AluminumFoil")),
 }
-"""Category of furniture -> its contents: the average number of objects, and the categories of these."""
+"""Category of furniture -> its contents: the average number of objects, and their categories."""
 
 _DISHES = ("Bowl", "Plate", "Pot", "Pan", "Cup", "Mug", "Bottle", "WineBottle", "PaperTowelRoll", "AluminumFoil")
 _PERSONAL = ("RemoteControl", "KeyChain", "Watch", "CellPhone", "CreditCard", "Book", "Bowl", "Pencil", "Pen")
@@ -358,7 +358,7 @@ def _reach_rect(model: AssetModel) -> Rect:
 
 
 def _objects_on(piece: PlacedObject, surface: Surface) -> list[_SupportedObject]:
-    """Return the objects on the surface, and the objects next to it at its height."""
+    """Return the objects on a surface, and the objects next to the surface at the same height."""
     height = piece.position.y + surface.center.y
     top = (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2)
     found: list[_SupportedObject] = []

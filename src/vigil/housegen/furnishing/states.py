@@ -1,4 +1,4 @@
-"""States of objects at the start: open, on or dirty. No state is halfway."""
+"""States of objects at the start: open, on or dirty. No object is half open."""
 
 import numpy as np
 
@@ -23,7 +23,7 @@ OPEN_CHANCE = {
     "Fridge": 0.06,
     "Cabinet": 0.08,
 }
-"""Category -> probability that an object of it is open; 0 by default.
+"""Category -> probability that an object of this category is open; 0 by default.
 
 Furniture is always shut if something lies in or on its moving parts.
 """
@@ -47,10 +47,10 @@ ON_CHANCE = {
     "WashingMachine": 0.3,
     "ClothesDryer": 0.3,
 }
-"""Category -> probability that an object of it is on; 0 by default."""
+"""Category -> probability that an object of this category is on; 0 by default."""
 
 DIRTY_CHANCE = {"Bed": 0.55} | dict.fromkeys(("Mirror", "Plate", "Bowl", "Mug", "Cup", "Pan", "Pot", "Cloth"), 0.35)
-"""Category -> probability that an object of it is dirty; a dirty bed is unmade."""
+"""Category -> probability that an object of this category is dirty; a dirty bed is unmade."""
 
 
 def set_states(pieces: list[PlacedObject], rng: np.random.Generator) -> None:

@@ -301,7 +301,8 @@ class WallObjectPlacer:
     def _hang_behind(
         self, piece: PlacedObject, model: AssetModel, middle: float, aside: float = 0.0
     ) -> PlacedObject | None:
-        """Hang an object on the wall behind `piece`, `aside` metres from its middle; return None if it does not fit."""
+        """Hang an object on the wall behind `piece`, `aside` metres from the middle of `piece`. None if it cannot hang
+        there."""
         for index, along in self._walls_behind(piece):
             return self._hang(model, index, along + aside, middle)
         return None

@@ -8,7 +8,7 @@ from vigil.housegen.base.randomness import pick
 from vigil.housegen.layout.floorplan import RoomLayout
 
 WARMTH = ((1.0, 0.855, 0.722), (1.0, 0.93, 0.84), (1.0, 0.96, 0.92))
-"""Colours of lamps; all lamps of a house have the same one of these colours."""
+"""Colours of lamps. Each house uses one of these colours for all its lamps."""
 DROP_M = 0.2
 """How far (m) a light is below the ceiling."""
 LAYERS = 4

@@ -12,7 +12,7 @@ from vigil.housegen.layout.floorplan import Corner, RoomLayout, RoomPlan
 
 @dataclass(frozen=True)
 class WallPiece:
-    """A straight part of a room's wall with one neighbour behind it. Going along it, the room is on the right."""
+    """A straight part of a room's wall with one neighbour behind it. From start to end, the room is on the right."""
 
     room: int
     """Number of the room."""

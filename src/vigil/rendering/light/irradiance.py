@@ -19,7 +19,7 @@ LEAST_FACING = 0.05
 """Least cosine between a point's normal and a direction of rays that the point uses."""
 LAMP_RAYS = 4
 LIFT_M = 0.012
-"""Distance (m) in front of the surface at which rays start."""
+"""Rays start this far (m) in front of a surface."""
 BURIED_M, BURIED_SHARE = 0.03, 0.6
 """A point is buried if more than BURIED_SHARE of its rays are shorter than BURIED_M."""
 HALF_M = 0.3
@@ -47,8 +47,8 @@ SPILL_M = 0.5
 LEAST_SHARE = 0.02
 """A smaller share of a lamp's light than this is not visible."""
 BOUNCED_SHARE, OWN_SHARE = 0.35, 0.99
-"""In the room of a lamp, shadows get this share of its light (the first number). A point is in the room if its share of
-the light is above the second.
+"""In the room of a lamp, shadows get the first share of the lamp's light. A point is in the room if its share of the
+light is above the second.
 
 Darker shadows of things outside the picture would look like patches without a cause.
 """
@@ -182,7 +182,7 @@ def lamp_facing_shares(lamp: np.ndarray, samples: Samples) -> np.ndarray:
 
 
 def _distances_and_cosines(lamp: np.ndarray, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Return each point's distance (n,) to a lamp, and the cosine (n,) of the angle between its normal and the lamp."""
+    """Return each point's distance (n,) to a lamp, and the cosine (n,) between its normal and the lamp's direction."""
     way = lamp.astype(np.float32) - samples.points
     far = np.sqrt(np.einsum("ij,ij->i", way, way))
     return far, np.einsum("ij,ij->i", way, samples.normals) / np.maximum(far, 1e-6)

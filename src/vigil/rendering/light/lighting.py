@@ -136,8 +136,7 @@ class Lighting:
         self._state = scene.initial
         """The state at the last update."""
         self._displaced, self._occluders = np.zeros(len(scene.static_occluders), dtype=bool), self._baked.occluders
-        """Mask of the furniture that was moved or removed, and the surfaces that block light on moved objects, which
-        are those of all other furniture."""
+        """Mask of the furniture that was moved or removed; other surfaces, which block light on moved objects."""
         self._is_lit = np.zeros(len(scene.geom_meshes), dtype=bool)
         """Whether (geoms,) the light on each geom is up to date."""
         self._lamp_colours = np.zeros(0)

@@ -14,8 +14,8 @@ NEAR_M = 0.15
 SAME_SURFACE_COSINE = 0.7
 """Neighbouring corners are on one smooth surface if the cosine between their normals is above this."""
 INSET_SHARE, INSET_M = 0.3, 0.05
-"""The light at a corner is computed farther inward: by this share of the mean way to its neighbours, and at most this
-distance (m)."""
+"""The light at a corner is computed at a point farther inward: by this share of the mean distance to the corner's
+neighbours, and at most by this distance (m)."""
 
 
 def smooth_edges(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:

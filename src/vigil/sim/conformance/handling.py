@@ -187,7 +187,7 @@ def contents_move_along(harness: Harness) -> None:
 
 
 def switches_change_the_state(harness: Harness) -> None:
-    """A lamp is switched on and off, and a setup can start with it on."""
+    """A lamp can be switched on and off. A setup can start an episode with the lamp on."""
     harness.face(1.2, 1.0, "FloorLamp|1")
     expect_refused(harness.click("activate", "FloorLamp|1"), None)
     expect(harness.state("FloorLamp|1").is_toggled is True, "the lamp is not on")

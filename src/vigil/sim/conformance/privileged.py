@@ -95,7 +95,7 @@ def sees_from_anywhere(harness: Harness) -> None:
 
 
 def may_show_what_it_shows(harness: Harness) -> None:
-    """`may_be_visible` is true for as many pixels as are visible.
+    """`may_be_visible` is true if it is asked about no more pixels of an object than are visible.
 
     It is false for more pixels than the frame has, and for held or absent objects.
     """
@@ -115,7 +115,7 @@ def may_show_what_it_shows(harness: Harness) -> None:
 
 
 def rolls_back(harness: Harness) -> None:
-    """A rollback restores the world to the last bit, also when nested and after an exception."""
+    """A rollback restores the world to the last bit, even if rollbacks are nested or an exception was raised."""
     harness.face(5.2, 3.1, "Fridge|1", Setup(held="Mug|1"))
     before = _answers(harness)
     with harness.simulator.rollback():

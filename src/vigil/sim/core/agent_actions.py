@@ -23,9 +23,9 @@ class AgentInScene(Protocol):
 
 
 def walk(action: Navigate, step: Callable[[float], InteractionResult]) -> Effect:
-    """Walk the whole steps and then the fraction of a step, until one of them is refused; return the effect.
+    """Walk the whole steps, then the fraction of a step; stop at the first refusal. Return the effect.
 
-    `step` takes a length (m; negative means backward), and either goes all of it or refuses.
+    `step` moves the agent by a length (m; negative means backward), or refuses to move it at all.
     """
     sign = 1.0 if action.mode == "forward" else -1.0
     magnitude = min(action.magnitude, float(MAX_STEPS_PER_ACTION))
@@ -58,7 +58,7 @@ def object_state(
 ) -> ObjectState:
     """Return the hidden state of a thing. `box` is its box, `seen` what the camera sees of it.
 
-    `asked` are all things whose state is requested; receptacles are looked for only among them.
+    `asked` has all things whose state is requested. Receptacles of the thing are reported only if they are among these.
     """
     return ObjectState(
         category=thing.category,

@@ -32,7 +32,7 @@ class RayHits:
 
 
 class Engine(Protocol):
-    """An engine that draws a scene and casts rays into it; rules and states are the simulator's."""
+    """An engine that draws a scene and casts rays into it. The simulator applies the rules and changes the states."""
 
     name: str
     """Name with version, as written in run headers."""

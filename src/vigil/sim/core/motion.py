@@ -18,7 +18,7 @@ from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, floor_of_rooms, room_flo
 from vigil.scene.things import Scene
 
 CENTRE_SHARE = 0.25
-"""Share of the body's radius around the body's axis; this core of the body must be free at a start."""
+"""Radius of the body's core, as a share of the body's radius. The core must be free at a start."""
 TOUCH_M = 1e-6
 """Tolerance (m) in comparisons of distances, so that a body that exactly touches an obstacle is clear of it."""
 

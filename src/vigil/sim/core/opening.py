@@ -1,9 +1,9 @@
 """Opening and closing: a leaf, lid or drawer moves all the way; if something is in its way, it does not move at all.
 
-The moving solids are tested at closely spaced samples of their motion. Another thing or the agent's body blocks them if
-they get deeper into it than at the start, by more than a tolerance. The tolerance is there because neighbours in
-generated houses often touch or overlap a little. It is wider for things in or on a wall. Walls, windows and shut doors
-have no tolerance: no part, not even a handle, may reach into the next room (`vigil.scene.partitions`).
+The moving solids are tested at closely spaced samples of their motion. A solid is blocked if it gets deeper into
+another thing or the agent's body than at the start, by more than a tolerance. There is a tolerance because neighbours
+in generated houses often touch or overlap a little. The tolerance is larger for things in or on a wall. Walls, windows
+and shut doors have no tolerance: no part, not even a handle, may reach into the next room (`vigil.scene.partitions`).
 
 What lies in a drawer moves with it. If that is, for example, an open book, its cover must not hit the body of the
 drawer's furniture, or anything else.
@@ -129,7 +129,7 @@ def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
 
 
 def _rider(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of a child on a lid or cover that is not a surface (e.g. a pen on a laptop); else None."""
+    """Return the id of a child on a lid or cover that does not count as a surface (a pen on a laptop); else None."""
     if not any(joint.kind == "hinge" for joint in thing.asset.joints):
         return None
     riders = (child.id for child in children(state.scene, thing.id) if not _goes_along_or_lies_inside(thing, child))

@@ -42,7 +42,7 @@ FIRST_TRIED = 9
 EDGE_INSIDE_M = 0.01
 """How far (m) a thing may reach over the edge of a surface that is behind a door or in a drawer."""
 EDGE_M = 0.03
-"""How far (m) a thing may reach over the edge of any other surface."""
+"""How far (m) a thing may reach over the edge of a surface that is neither behind a door nor in a drawer."""
 WALL_GAP_M = 0.0001
 """Least distance (m) between a thing that is put down and walls, windows and shut doors."""
 OWN_SLACK_M = 0.01

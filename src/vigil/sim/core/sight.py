@@ -25,7 +25,7 @@ FOCAL_PX = HEIGHT / 2
 NEAR_M = 0.02
 """Depth (m) of the camera's near plane; nothing nearer than this is visible."""
 RAYS_PER_OBJECT = 1600
-"""Approximate limit on the rays cast for one object. If its window has more pixels, only every n-th pixel is used."""
+"""Approximate limit on the rays cast for one object. If it can cover more pixels, only every n-th pixel is used."""
 NEAR_CLICK_PX = 3
 """Objects within this radius (pixels) around a click count as near the click."""
 VISIBLE_PX = 200
@@ -94,7 +94,7 @@ class _Outline:
     rays: np.ndarray
     """Unit directions (n, 3) that meet the thing."""
     hits: RayHits
-    """Where these n rays hit the thing."""
+    """Where each of the n `rays` hits the thing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +179,7 @@ def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> 
 
 
 def farthest_m(eye: Vec3, boxes: list[np.ndarray]) -> float:
-    """Return a distance (m) slightly greater than that from an eye to the farthest corner (8, 3) of some boxes."""
+    """Return slightly more than the distance (m) from an eye to the farthest corner (8, 3) of boxes."""
     return float(np.linalg.norm(np.concatenate(boxes) - np.array(eye), axis=1).max()) + BEYOND_M
 
 
@@ -193,8 +193,7 @@ def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
-    """Return points (n, 3) that bound the part of the boxes beyond the near plane, and whether that part is all of
-    them.
+    """Return points (n, 3) that bound the part of the boxes beyond the near plane, and whether this part is everything.
 
     The points are the boxes' corners beyond the plane, and the points where the boxes' edges cross the plane.
     """

@@ -107,7 +107,8 @@ def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:
 
 
 def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
-    """Return a pose that looks at `middle` from `reach` metres away, at standing height unless that is too steep."""
+    """Return a pose that looks at `middle` from `reach` metres away, at standing height unless it would look too
+    steeply."""
     steepest = np.sin(np.radians([-STEEPEST_UP_DEG, STEEPEST_DOWN_DEG]))
     sine = float(np.clip((EYE_HEIGHT_M - middle[1]) / reach, *steepest))
     level, yaw = reach * np.sqrt(1.0 - sine**2), np.radians(sideways_deg)

@@ -15,7 +15,7 @@ from vigil.base.geometry import Vec3
 from vigil.scene.things import Thing
 
 MIDDLE_M, HEIGHT_M = 3.5, 2.6
-"""Things are placed at this x (m) along the wall z = 0; the room has this height (m)."""
+"""x (m) at which things are placed along the wall z = 0, and height (m) of the room."""
 OPENINGS = frozenset({"Doorway", "Doorframe", "Window"})
 CARRIERS = frozenset(
     {"CounterTop", "DiningTable", "CoffeeTable", "SideTable", "Desk", "Dresser", "TVStand", "Bed", "Toilet"}
@@ -176,7 +176,7 @@ def _front_of(asset: Asset, share: float) -> float:
 
 
 def _yaw(thing: Thing, up_to_deg: float, rng: np.random.Generator) -> float:
-    """Return a random yaw up to `up_to_deg` for a thing that faces the viewer, or a larger one for a long thing."""
+    """Return a random yaw of at most `up_to_deg`, so that a thing faces the viewer; a long thing gets a larger yaw."""
     size, sign = thing.asset.size, float(rng.choice([-1.0, 1.0]))
     if CATALOG[thing.category].is_pickupable and size.z > LENGTHWISE * size.x:
         return sign * float(rng.uniform(40.0, 75.0))

@@ -1,7 +1,7 @@
 """A connection to AI2-THOR's engine through AI2-THOR's unmodified client; it notices when the engine ends.
 
-AI2-THOR's client alone waits forever if an engine ends before it connects. If an engine ends in the middle of an
-answer, the client uses a whole CPU core until its time-out. With this connection, both cases raise SimulatorError
+Without this connection, the client waits forever if an engine ends before it connects. If an engine ends in the middle
+of an answer, the client uses a whole CPU core until its time-out. With this connection, both cases raise SimulatorError
 within a second, and no process, pipe or folder is left behind.
 """
 
@@ -22,7 +22,7 @@ END_TIMEOUT_S = 60.0
 
 
 class GuardedClient:
-    """The connection to one engine, from its start to its end."""
+    """A connection to one engine. It starts the engine, watches the engine's process, and ends it."""
 
     def __init__(
         self,

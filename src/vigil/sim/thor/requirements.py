@@ -17,7 +17,7 @@ SOURCE = "http://s3-us-west-2.amazonaws.com/ai2-thor-public/builds"
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What this machine has and lacks of the requirements of AI2-THOR's engine."""
+    """The requirements of AI2-THOR's engine that this machine fulfils, and those that it lacks."""
 
     client: str
     """Version of the installed client, or "not installed"."""

@@ -1,4 +1,4 @@
-"""Changes to a house in AI2-THOR that skip its checks, for setups and to restore an earlier state.
+"""Changes to a house in AI2-THOR that skip THOR's checks, for setups and to restore an earlier state.
 
 This module is never used for an agent's action. It sends THOR's actions with `forceAction`, so THOR does not check
 sight and reach.

@@ -13,7 +13,7 @@ from vigil.sim.thor.engine_client import Event
 LISTED_PIXELS = 1600
 """Approximate limit on the pixels that are listed of an object; larger objects are sampled."""
 MEASURED_PIXELS = 2000
-"""Number of an object's pixels at which its distance is measured; up to twice as many are used."""
+"""A large object's distance is measured at some of its pixels: at least this many, and fewer than twice as many."""
 _PIXELS = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), axis=-1)
 _LEVEL = Pose(position=Vec3(0.0, 0.0, 0.0), rotation=0.0)
 _ALONG = (directions(_LEVEL, _PIXELS.reshape(-1, 2)) @ camera_axes(_LEVEL)[2]).reshape(HEIGHT, WIDTH)

@@ -221,7 +221,7 @@ class ThorSimulator:
         return outcome.returned["objectId"] if outcome.is_done else None
 
     def _shown(self, x: int, y: int) -> Thing | None:
-        """Return the thing at a pixel of the frame, or the thing behind it if it is held; None if there is none."""
+        """Return the thing at a pixel of the frame; if it is held, the thing behind it. None if there is none."""
         session, things = self._require_loaded().session, self._scene_sync.scene.things
         name = session.segmented_frame().at(x, y)
         if name in self._scene_sync.in_hand():

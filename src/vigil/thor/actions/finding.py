@@ -20,7 +20,7 @@ UNLIMITED_M = 1e6
 """Visibility distance (m) that is in practice unlimited."""
 _HORIZONS = (-30.0, 0.0, 30.0, 60.0)
 _NEAR_OBJECT_M = 0.5
-"""Distance (m) from an object within which a path to it must end, if the agent does not see farther than this."""
+"""Distance (m) from an object at which a path to it may always end, even if the agent does not see that far."""
 
 
 def _reachable(world: World, gridSize: float | None = None, **_: object) -> list[dict[str, float]]:

@@ -11,7 +11,7 @@ from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.world import World, body_of
 
 OFF_FLOOR_M = 0.05
-"""Greatest distance (m) from the floor's height at which the target of a teleport counts as on the floor."""
+"""The target of a teleport is on the floor if its height differs from the floor's by at most this (m)."""
 FREE_LOOK_DEG = 30.0
 """Angle (deg) by which LookUp and LookDown tilt the camera if `degrees` is not given."""
 

@@ -17,7 +17,7 @@ from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.world import World
 
 RESTS_WITHIN_M = 0.05
-"""Greatest distance (m) of a thing's bottom from a surface at which the thing counts as resting on the surface."""
+"""A thing rests on a surface if the thing's bottom is at most this far (m) from the surface."""
 
 
 def _place_at_point(world: World, objectId: str, position: Vec3, rotation: Vec3 | None = None, **_: object) -> None:

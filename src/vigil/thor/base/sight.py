@@ -91,7 +91,7 @@ def _met(
 
 
 def _is_in_view(world: World, view: CameraView, points: np.ndarray) -> np.ndarray:
-    """Return (n,) whether each of the points (n, 3) is in the image, and near enough, measured on the floor plane."""
+    """Return a mask (n,) of the points (n, 3) that are in the image and near enough, measured on the floor plane."""
     gaps = np.hypot(points[:, 0] - view.eye.x, points[:, 2] - view.eye.z)
     flat = project(view, points)
     inside = ((flat[:, :2] >= 0.0) & (flat[:, :2] <= 1.0)).all(axis=1) & (flat[:, 2] > 0.0)

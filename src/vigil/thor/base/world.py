@@ -15,7 +15,7 @@ from vigil.thor.base.settings import Settings
 PROCEDURAL = "Procedural"
 """Name of the engine's only scene."""
 OFF_GRID_M = 1e-3
-"""Distance (m) from a point of the grid up to which a place counts as on the grid."""
+"""A place at most this far (m) from a point of the grid counts as on the grid."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class World:
     shown: frozenset[str] | None = None
     """Ids of the objects that the metadata may include; None if all objects are included."""
     serves_patches: bool = True
-    """Whether the connection to the client can send an answer without images."""
+    """Whether the connection to the client can send an answer without images (a patch)."""
 
     @property
     def agent(self) -> Pose:

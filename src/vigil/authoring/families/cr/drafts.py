@@ -122,7 +122,7 @@ def swing_blocked(context: HouseContext) -> Drafts:
 
 
 def _is_low(thing: Thing) -> bool:
-    """Return whether an obstacle on the floor can keep a thing from opening: it is furniture or a low drawer."""
+    """Return whether an obstacle on the floor can keep a thing from opening: the thing is furniture or a low drawer."""
     return is_furniture(thing) and (not thing.is_drawer or body_box(thing).bottom < LOW_M)
 
 
@@ -147,7 +147,7 @@ def obstacle_blocked(context: HouseContext) -> Drafts:
 
 
 def _starts_with_routes(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
-    """Yield start poses that see a distant target, each with points (n, 2) in x, z on the shortest walk to it."""
+    """Yield start poses with a distant target in view, each with points (n, 2) in x, z on the shortest walk to it."""
     if not context.can_begin(setup):
         return
     see = is_in_view(context)

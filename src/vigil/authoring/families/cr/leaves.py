@@ -38,7 +38,7 @@ MIN_ROOM_M2 = 0.2
 GAP_M = 2 * BODY_RADIUS_M
 """Width (m) of a gap below which the agent's body does not pass."""
 AROUND_M, STEP_M = 1.0, 0.12
-"""Margin (m) around the floor that a leaf sweeps; furniture is put within it. Step (m) of the grid of places."""
+"""Furniture is put at most this far (m) from the floor that a leaf sweeps; step (m) of the grid of tried places."""
 TRIED_PLACES, TRIED_FURNITURE, MAX_SETUPS = 400, 4, 2
 TRIED_TARGETS, TRIED_STARTS, MIN_VISIBLE_POINTS = 10, 24, 6
 AWAY_M = (1.6, 6.0)
@@ -104,7 +104,7 @@ def _tight_spots(
 
 
 class _LeafFloor:
-    """The floor of a house with a leaf open or closed: where the agent can be, where nothing stands, and the leaf."""
+    """Floor areas while a leaf is open or closed: where the agent can be, what is bare, and what the leaf covers."""
 
     def __init__(self, context: HouseContext, leaf: Thing, openness: float) -> None:
         context.begin(Setup(objects={leaf.id: ObjectSetup(openness=openness)}))
@@ -148,7 +148,7 @@ def _rooms(free: BaseGeometry) -> list[BaseGeometry]:
 
 
 def _start_behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
-    """Return a start pose that sees a leaf and a target. The leaf cuts it off from the target, but only while open.
+    """Return a start pose with a leaf and a target in view. The target can be reached only if the leaf is closed.
 
     None if there is no such pose.
     """

@@ -71,10 +71,9 @@ def picking_from_inside(context: HouseContext) -> Drafts:
 
 
 def _placeless(context: HouseContext, target: Thing) -> Phrase | None:
-    """Return a phrase for a thing that does not name its container.
+    """Return a phrase that means only this thing and does not name the thing's container.
 
-    None if no such phrase means only this thing, or if the agent might have to search more than `MAX_CLOSED` closed
-    containers.
+    None if there is no such phrase, or if the agent might have to search more than `MAX_CLOSED` closed containers.
     """
     items = context.items
     item = items[target.id]

@@ -44,7 +44,7 @@ def drafts_of(context: HouseContext, plans: Callable[[HouseContext], Plans]) -> 
 
 
 def _start(context: HouseContext, plan: SequencePlan, named: dict[str, Phrase]) -> Pose | None:
-    """Return a start from which the first object to act on is visible; None without one or if phrases do not suit."""
+    """Return a start from which the first object to act on is visible; None if there is none or phrases do not suit."""
     if len(named) < len(plan.roles) or is_wordy(named):
         return None
     first = context.thing(plan.facts[0].object_id)
@@ -83,7 +83,8 @@ def sequence_forms(template: str, forms: Forms, *, inside: bool) -> tuple[str, .
 def is_wordy(phrases: dict[str, Phrase]) -> bool:
     """Return whether these phrases (by role) are too much for one sentence.
 
-    This is so if one names a support, if the phrase for a moved object names a room, or if two name the same room.
+    They are if a phrase names a support, if the phrase for a moved object names a room, or if two phrases name the same
+    room.
     """
     rooms = [phrase.room for phrase in phrases.values() if phrase.room is not None]
     is_placed = any(phrase.support is not None for phrase in phrases.values())

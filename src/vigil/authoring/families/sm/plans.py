@@ -25,9 +25,9 @@ from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
 
 TOGETHER_M = 4.0
-"""Maximum floor distance (m) from a sequence's first object to its others, so that the step budget is enough."""
+"""Maximum floor distance (m) from a sequence's first object to the other objects, so that the step budget is enough."""
 CARRIED_M = 6.0
-"""Maximum floor distance (m) between two containers. It is larger than `TOGETHER_M`: only one object is carried."""
+"""Maximum floor distance (m) between two containers. It exceeds `TOGETHER_M` because only one object is carried."""
 TRIED_RECEPTACLES, TRIED_CONTAINERS = 3, 6
 """Number of receptacles, and number of other containers, that are tried as the place for an object."""
 ROOM_FACTOR = 3.0
@@ -236,7 +236,7 @@ def _may_hold(thing: Thing) -> bool:
 
 
 def _may_go_in(container: Thing, thing: Thing) -> bool:
-    """Return whether people would put a thing into a container. It can be moved and is not in the container yet."""
+    """Return whether people would put a thing into a container, and the thing can be moved and is not in it yet."""
     suits = thing.category in (*BELONGS_IN.get(container.category, ()), *PUT_INTO.get(container.category, ()))
     return suits and can_be_put(thing, container)
 
@@ -270,7 +270,7 @@ def _area_m2(thing: Thing) -> float:
 
 
 def _is_near(context: HouseContext, first: Thing, *others: Thing) -> bool:
-    """Return whether the others are in the same room as the first thing and at most `TOGETHER_M` from it."""
+    """Return whether the other things are in the same room as the first thing and at most `TOGETHER_M` from it."""
     room_at, home = context.view.room_at, context.view.room_at(first.position)
     return all(
         room_at(other.position) == home and floor_distance(first.position, other.position) <= TOGETHER_M

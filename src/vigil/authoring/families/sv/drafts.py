@@ -27,7 +27,7 @@ QueriedState = Literal["is_toggled", "is_open"]
 STATE_PX, HARD_STATE_PX = 350, STATE_START_PX
 """Minimum visible pixels of the parts that show the state, at a start that is clear to a person and at a hard start."""
 ABOVE_EYES_M = 0.3
-"""Height (m) below the eyes. If the target is higher than this, the camera is level at the start."""
+"""The camera is level at the start unless the target is more than this far (m) below the eyes."""
 LABELS: dict[StateLabel, tuple[QueriedState, ObjectSetup]] = {
     "on": ("is_toggled", ObjectSetup(is_toggled=True)),
     "off": ("is_toggled", ObjectSetup(is_toggled=False)),

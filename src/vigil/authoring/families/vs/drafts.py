@@ -56,7 +56,7 @@ SEARCH = Sentences(
 
 
 def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
-    """Yield drafts. `by_turning` says whether the target must or must not be visible by turning at the start."""
+    """Yield drafts. `by_turning` says whether turning at the start must (True) or must not (False) show the target."""
     things = context.things(lambda thing: _is_searchable(thing) and can_be_searched_for(context, thing))
     yield from drafts_about(context, asking(context, by_turning=by_turning), things)
 
@@ -79,5 +79,5 @@ def asking(context: HouseContext, *, by_turning: bool = False) -> Ask:
 
 
 def _is_searchable(thing: Thing) -> bool:
-    """Return whether a thing may be searched for: it is not too small, and not a drawer, which is in its furniture."""
+    """Return whether a thing may be searched for: it is neither too small nor a drawer, which is part of furniture."""
     return max(thing.asset.size) > MIN_SEARCHED_SIZE_M and not thing.is_drawer

@@ -126,7 +126,7 @@ def _by_state(context: HouseContext, act: Act, places: Places) -> Tasks:
 
 
 def _unfinished(context: HouseContext, things: list[Thing], act: Act) -> dict[str, ObjectSetup]:
-    """Return the changes to things after which each of them still needs the act. Some may be only partly open."""
+    """Return changes to things, after which each thing needs the act. Some of the things may be only partly open."""
     changes: dict[str, ObjectSetup] = {}
     for thing in things:
         if act == "close" and can_be_partly_open(thing) and context.rng.random() < PARTLY_OPEN_SHARE:
@@ -157,9 +157,8 @@ def _task(
 
 
 def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | None:
-    """Return a start pose in the first thing's room that sees at least one of the things, but at most half of them;
-    None if there is no such pose.
-    """
+    """Return a start pose in the first thing's room with at least one of the things in view, but at most half of them;
+    None if there is no such pose."""
     room = context.view.room_at(things[0].position)
     for place in context.starts(lambda places: np.full(len(places), True), TRIED_STARTS):
         if context.view.room_at(place) != room:
@@ -181,8 +180,7 @@ def faults(
     view: PrivilegedView, task: ClosureTask, episode: Episode, actions: tuple[Action, ...]
 ) -> Iterator[tuple[str, str]]:
     """Yield (rule, message) if the instruction means other things than the goal, if too many targets are in view at the
-    start, or if the budget leaves too little time to look for them.
-    """
+    start, or if the step budget is too small to look for the targets."""
     yield from faults_of_referents(_read_back(view, episode.instruction), task.meant)
     states = view.world(set(task.meant)).objects.values()
     if not _hides_half([state.visible_px for state in states]):

@@ -38,7 +38,7 @@ def _tasks(context: HouseContext, act: Act) -> Tasks:
 
 
 def _may_be_alternative(context: HouseContext, thing: Thing, target: Thing) -> bool:
-    """Return whether a thing can be acted on instead of the target: a machine in the same room, apart from it."""
+    """Return whether a thing may be the alternative to the target: a machine in its room, but apart from the target."""
     is_machine = is_target(thing) and (allows(thing, "turn_on") or allows(thing, "open"))
     is_plain = thing.category not in FLAMES and not thing.is_pickupable
     is_apart = target.id not in (thing.id, thing.parent) and thing.id != target.parent

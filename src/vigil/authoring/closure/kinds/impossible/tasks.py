@@ -35,17 +35,17 @@ TRIED_FURNITURE = 4
 NOTICE_READABLE_M = 2.0
 """Maximum distance (m) from the camera at which a notice can be read."""
 BELOW_EYES_M = 0.2
-"""Minimum height (m) of the eyes above a surface for it to be seen from above."""
+"""A surface can be seen from above if it is at least this far (m) below the eyes."""
 SPOT_SHARES, SPOT_ABOVE_M = (-0.3, 0.3), 0.002
 """Points on a surface that serve as evidence: offsets from its middle (shares of its size), height (m) above it."""
 STANDS = ("SideTable", "Stool", "Chair", "Ottoman", "CoffeeTable", "Shelf", "Cart", "TVStand", "Dresser", "Desk")
 """Categories of receptacles that may be full."""
 OCCUPANTS = ("Television", "Desktop", "CoffeeMachine", "Safe", "Microwave")
-"""Categories that may fill a receptacle, and that people can see cannot be carried."""
+"""Categories that may fill a receptacle. People can see that these things cannot be carried."""
 MIN_OCCUPIED_SHARE = 0.5
 """Minimum share of a surface that an occupant takes up, so that people can see that the receptacle is full."""
 BLOCKERS = ("Ottoman", "ArmChair", "SideTable", "CoffeeTable", "Cart")
-"""Categories that may block a door or drawer, and that people can see cannot be carried (unlike a chair or a lamp)."""
+"""Categories that may block a door or drawer. Unlike a chair or a lamp, they visibly cannot be carried."""
 TRIED_TARGETS, MAX_OCCUPANTS_TRIED = 6, 3
 
 
@@ -111,7 +111,7 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
 
 
 def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
-    """Return whether a thing is fully out of view at an episode's start, at its own place and at the place `moved`."""
+    """Return whether a thing is fully out of view at an episode's start, both at its own place and at `moved`."""
     setups = episode.setup, changed_setup(episode.setup, thing.id, placement=moved)
     found = all(context.can_begin(setup) and is_out_of_view_from(context, episode.start, thing.id) for setup in setups)
     context.begin(Setup())
@@ -165,9 +165,9 @@ def _may_occupy(context: HouseContext, thing: Thing, stand: Thing) -> bool:
 
 
 def _no_room_task(context: HouseContext, stand: Thing, occupant: Thing, taken: Placement, target: Thing) -> Tasks:
-    """Yield twins: on the first side a target fits on a stand; on the second an occupant stands there, and it does not.
+    """Yield twins: on the first side, a target fits on a stand; on the second, an occupant takes up the stand.
 
-    Nothing is yielded if this does not hold, the setup is impossible, or no start or words are found.
+    Nothing is yielded if the target still fits there, the setup is impossible, or no start or words are found.
     """
     setup = Setup()
     full = changed_setup(setup, occupant.id, placement=taken)

@@ -86,9 +86,9 @@ def _of_place(context: HouseContext) -> Tasks:
 
 
 def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
-    """Return the other things that the name of a thing, without adjectives, also means, in the scene's order.
+    """Return the other things that a thing's name, without adjectives, could also mean, in the scene's order.
 
-    The list is empty if one of them has another category.
+    If one of these things has another category, the list is empty.
     """
     items = context.items
     others = confusable(items[thing_id], items.values())

@@ -29,7 +29,7 @@ from vigil.scene.things import Thing
 from vigil.sim.core.placing import EDGE_M
 
 ANY_MOVE_M = 0.01
-"""Distance (m) by which an obstacle must be moved at least. Any movement counts if the door can then be opened."""
+"""Minimum distance (m) by which an obstacle must be moved: any movement counts if the door can then be opened."""
 SHELVES = ("ShelvingUnit", "Fridge", "Cabinet", "TVStand", "SideTable", "Cart", "Desk", "CoffeeTable", "Dresser")
 """Categories of furniture that may have several level surfaces. One of the surfaces can be full."""
 HAND_HEIGHT_M = 1.0
@@ -88,9 +88,10 @@ def _full_shelf_tasks(context: HouseContext) -> Tasks:
 
 
 def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
-    """Return the surface nearest to `HAND_HEIGHT_M`, inside the furniture (or on it if fewer than two are inside).
+    """Return the surface of furniture nearest to `HAND_HEIGHT_M`, with its frame.
 
-    None if there are also fewer than two surfaces on it.
+    It is one of the surfaces inside; if there are fewer than two inside, one of the outer surfaces. None if there are
+    fewer than two of these, too.
     """
     level = list(level_surfaces(shelves))
     for is_inside in (True, False):

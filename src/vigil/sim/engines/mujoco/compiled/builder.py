@@ -73,7 +73,7 @@ class ModelBuilder:
         """Index of the thing of each geom; -1 for structure."""
         self.geom_roles: list[int] = []
         self.shells = shells_of(scene)
-        """Structural surfaces; the model's first geoms are in their order, followed by the ground's geom."""
+        """Structural surfaces. The model's first geoms are these, in the same order; the next geom is the ground."""
         self.structure_kinds = (*(shell.kind for shell in self.shells), "ground")
         for number, shell in enumerate(self.shells):
             look = self._material(shell.material.name, tint_of(shell.material))

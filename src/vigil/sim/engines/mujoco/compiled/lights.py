@@ -26,7 +26,7 @@ PALER = 0.2
 DIM_SHARE = 0.4
 """Share of its light that a room's lamp gives while the room's switches are off."""
 USUAL_HEIGHT_M, GAIN_PER_M2 = 2.6, 0.02
-"""A lamp is stronger in a room higher than the first number h0 (m): by the second number times (h * h - h0 * h0)."""
+"""In a room of height h above the first number h0 (m), lamps are stronger by the second number * (h * h - h0 * h0)."""
 DROP_M = 0.06
 """How far (m) a lamp is below the ceiling."""
 KERNEL_EDGE_M = 0.3
@@ -60,7 +60,7 @@ class Lamps:
         return self.colors * np.array(dimmed)[:, None]
 
     def place_over(self, eye: np.ndarray) -> np.ndarray:
-        """Return the position (3,) of the lamp of the room that is nearest to an eye, in MuJoCo's frame."""
+        """Return the position (3,), in MuJoCo's frame, of the lamp in the room nearest to an eye."""
         return self.places[int(np.argmin(shapely.distance(self.rooms, shapely.Point(eye[0], eye[1]))))]
 
 
@@ -102,8 +102,8 @@ def _color(room: RoomShape) -> np.ndarray:
 def _place(room: RoomShape) -> tuple[float, float]:
     """Return the position (x, z) of a room's lamp.
 
-    This is the position of the room's light in the house. If its light does not reach every corner from there, the lamp
-    is moved to where it does, if such a place exists.
+    This is the position of the room's light in the house. If light from there does not reach every corner, the lamp is
+    moved to a place from which it does, if there is such a place.
     """
     light, seen_from = shapely.Point(room.light.x, room.light.z), _kernel(room_floor(room))
     inner = shapely.buffer(seen_from, -min(KERNEL_EDGE_M, np.sqrt(shapely.area(seen_from)) / 4))

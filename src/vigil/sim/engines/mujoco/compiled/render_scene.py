@@ -77,7 +77,7 @@ def _static_occluders(scene: Scene, builder: ModelBuilder) -> np.ndarray:
 
 
 def _shades_little(thing: Thing, height: float) -> bool:
-    """Return whether a thing shades little: it hangs from the ceiling, where the lamps are, or is thin like a shelf."""
+    """Return whether a thing casts little shadow: it hangs from the ceiling near the lamps, or is thin like a shelf."""
     if thing.is_structure:
         return False
     size, half = thing.asset.size, thing.asset.size.y / 2

@@ -39,7 +39,7 @@ class Shell:
     mesh: Mesh
     material: MaterialRef
     room_id: str | None = None
-    """Id of the room from which alone the surface is visible; None for other surfaces, such as an exterior wall."""
+    """Id of the only room from which the surface is visible; None for other surfaces, such as an exterior wall."""
 
 
 def shells_of(scene: Scene) -> list[Shell]:
