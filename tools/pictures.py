@@ -49,9 +49,9 @@ def main() -> None:
         "## Where an episode of each family starts",
         "",
         "For each family of tasks, this section shows the instruction and the first frame of one episode of the "
-        "starter pack. An agent sees exactly the same frame. The command is `python -m tools.pictures`. Because some "
-        f"episodes start in front of a wall, it chooses, of the first {TRIED} episodes of a family, the one whose "
-        "frame shows most.",
+        "starter pack. An agent sees exactly the same frame. `python -m tools.pictures` draws these pictures. Some "
+        f"episodes start in front of a wall. So the command looks at the first {TRIED} episodes of each family, and "
+        "draws the one whose frame shows the most.",
         "",
     ]
     for family, spec in FAMILIES.items():
@@ -66,8 +66,8 @@ def main() -> None:
     lines += [
         "## What interactions change",
         "",
-        "Each picture shows two frames: one before and one after an action of a recorded solution. The same command "
-        "makes these pictures.",
+        "Each picture shows two frames: one before and one after an action of a recorded solution. `python -m "
+        "tools.pictures` draws these pictures too.",
         "",
     ]
     for intent in CHANGES:

@@ -7,8 +7,8 @@
         records = [vigil.play(episode, env, MyAgent()) for episode in pack.episodes]
     print(vigil.summarise(pack.episodes, records)["overall"])
 
-An agent has a `name`, `start(instruction)` and `act(observation) -> vigil.Reply`. Other modules may move between
-versions; these names are stable.
+An agent is an object with a `name` and the methods `start(instruction)` and `act(observation) -> vigil.Reply`. The
+names in this module are stable; other modules may move between versions.
 """
 
 import json
@@ -81,9 +81,9 @@ def make_env(
     """Return an environment for the episodes of `pack`; leaving its `with` block closes the simulator.
 
     `profile` sets what the agent is shown and how its replies are parsed (default: the paper's baseline). Quality
-    `"fast"` draws frames two to three times faster, with rougher edges. `asset_database` is AI2-THOR's file, needed for
-    houses with its assets. Raises SettingError for an unknown backend or a broken database, and PackMismatch if the
-    pack was made with another database.
+    `"fast"` draws frames two to three times faster, with rougher edges. Houses with objects of AI2-THOR need
+    `asset_database`, AI2-THOR's file of object sizes. Raises SettingError for an unknown backend or a broken database,
+    and PackMismatch if the pack was made with another database.
     """
     assets = AssetDatabase.from_file(asset_database)
     pack.check_assets(assets)
@@ -102,14 +102,15 @@ def play(episode: Episode, env: Env, agent: Agent, *, run_id: str = "", epoch: i
 
 
 def save_run(folder: str | Path, pack: Pack, records: Iterable[EpisodeRecord], env: Env, *, agent: str) -> Path:
-    """Write records of episodes of `pack`, played in `env` by `agent`, as a run, and return the run's folder.
+    """Write the records of a run, and return the run's folder.
 
-    `vigil view`, `score`, `report` and `verify` open it like any other run. `folder` is new or empty. Raises
-    SettingError for a record of another pack's episode, and RecordError if the folder already holds a run.
+    The records are those of episodes of `pack` that the agent named `agent` played in `env`. `vigil view`, `score`,
+    `report` and `verify` open the folder like any other run. `folder` is new or empty. Raises SettingError for a record
+    of another pack's episode, and RecordError if the folder already holds a run.
     """
     path, found = Path(folder), list(records)
     if (path / EPISODES_FILE).exists():
-        raise RecordError(f"Folder {str(path)!r} holds a run already. Choose another one.")
+        raise RecordError(f"Folder {str(path)!r} already holds a run. Choose another folder.")
     spec = run_spec(
         pack,
         env.profile,

@@ -47,7 +47,7 @@ class Env:
         *,
         recorded_profile: Profile | None = None,
     ) -> None:
-        """`house_of` is a function that returns an episode's house.
+        """Play on `simulator`, in the houses that `house_of` returns for episodes; `clock` gives the times in records.
 
         A house that is already loaded is not loaded again. `recorded_profile` is that of an episode's first steps if
         they are those of another play; None for `profile`.
@@ -265,7 +265,7 @@ class Env:
         def draw() -> np.ndarray:
             if self._episode is not episode or self._end is not None or len(self._steps) != moment:
                 raise RuntimeError(
-                    "Observation.rgb: the world has changed since this observation. Read it before the next `step`."
+                    "Observation.rgb: the world has changed since this observation. Read `rgb` before the next `step`."
                 )
             frame = self._simulator.frame()
             click = self._steps[-1].action if self._steps and self._profile_now().row.marks_click else None

@@ -3,7 +3,7 @@
 VigilError
 ├── InputError               bad input from the user: stop at once, say what, where and what to do
 │   ├── HouseError           a house that is malformed, too large or refers to missing objects
-│   ├── EpisodeError         an episode that its house or the protocol contradicts
+│   ├── EpisodeError         an episode that contradicts its house or the protocol
 │   ├── PackMismatch         a pack whose files or hashes differ from its manifest
 │   ├── RecordError          a run folder or record that cannot be read or continued
 │   └── SettingError         a command-line or run setting that makes no sense
@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:  # `vigil --help` needs the errors, and not the time that pydantic takes to load
+if TYPE_CHECKING:  # `vigil --help` needs the errors, but need not wait until pydantic is loaded
     from pydantic import ValidationError
 
 MAX_FAULT_CHARS = 300

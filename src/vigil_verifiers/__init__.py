@@ -1,6 +1,6 @@
 """VIGIL under a name that the commands of `verifiers` can look up: `vf-eval vigil-verifiers`.
 
-They import an environment as a module of its own at the top, so that `vigil.integrations.verifiers` cannot be named.
+These commands import an environment as a top-level module, so they cannot find `vigil.integrations.verifiers`.
 """
 
 from vigil.integrations.verifiers import VigilHarness, VigilTaskset, VigilVerifiersEnv, load_environment

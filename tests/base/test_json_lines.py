@@ -213,7 +213,9 @@ def test_a_file_system_without_locks_is_named(path: Path, monkeypatch: pytest.Mo
         raise OSError(number, os.strerror(number))
 
     monkeypatch.setattr(jsonl.fcntl, "flock", lock)
-    with pytest.raises(RecordError, match=rf"cannot be locked: {os.strerror(number)}\. This file system has no locks"):
+    with pytest.raises(
+        RecordError, match=rf"cannot be locked: {os.strerror(number)}\. This file system does not support locks"
+    ):
         AppendFile(path)
     assert is_being_written(path) is None
 

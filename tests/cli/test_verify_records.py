@@ -64,8 +64,8 @@ def test_a_run_of_another_engine_is_not_played_again(vigil: Vigil, run: Path, mo
     of_thor(run, "thor/5.0.0 unity-f0825767 masks")
     said = vigil("verify", run)
     assert said.code == 2
-    assert "the run says 'thor/5.0.0 unity-f0825767 masks'" in said.err
-    assert "'thor/5.0.0 vigil-fake masks'. --records-only checks what needs no simulator" in said.err
+    assert "the run was played: this is 'thor/5.0.0 unity-f0825767 masks'" in said.err
+    assert "chooses 'thor/5.0.0 vigil-fake masks' here. --records-only checks what needs no simulator" in said.err
     assert vigil("verify", run, "--records-only").code == 0
 
 
@@ -77,7 +77,8 @@ def test_a_run_of_unity_says_what_is_missing_and_what_can_be_done(
     monkeypatch.setattr(start, "examine", _Nothing)
     said = vigil("verify", run)
     assert said.code == 2
-    assert "AI2-THOR's own engine lacks here: a display. --records-only checks what needs no simulator" in said.err
+    assert "AI2-THOR's own engine cannot run here, because this is missing: a display. " in said.err
+    assert "--records-only checks what needs no simulator" in said.err
 
 
 class _Nothing:

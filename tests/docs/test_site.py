@@ -50,7 +50,9 @@ def test_the_command_line_page_has_every_verb_and_option() -> None:
     groups = [*(f"houses {name}" for name in HOUSES), *(f"pack {name}" for name in PACK if not PACK[name].is_hidden)]
     for name in (*verbs, *groups):
         assert f"\n## vigil {name}\n" in page
-    assert "| `--dry-run` | Do not play; print how many calls and tokens the run would need at most. |" in page
+    assert (
+        "| `--dry-run` | Do not play; print the least and the most calls and tokens that the run could need. |" in page
+    )
     assert "```sh\nvigil score runs/solver runs/premature\n```" in page
 
 

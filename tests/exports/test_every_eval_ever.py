@@ -201,7 +201,7 @@ def test_a_shard_is_refused_or_says_so(write: Write, tmp_path: Path) -> None:
     whole = small_records()
     names = sorted(read_run(write("whole", shard=Shard(index=1, of=2))).table.rows)
     run = write("a", {name: whole[name] for name, _ in names}, shard=Shard(index=1, of=2))
-    with pytest.raises(SettingError, match=r"shard 1/2 of a run. Join the shards by `vigil merge`"):
+    with pytest.raises(SettingError, match=r"shard 1/2 of a run. Join the shards with `vigil merge`"):
         exported(tmp_path / "out", run)
     results, _ = exported(tmp_path / "out", run, force=True)
     assert "INCOMPLETE: shard 1/2" in results["source_metadata"]["additional_details"]["remarks"]

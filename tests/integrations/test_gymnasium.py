@@ -516,7 +516,7 @@ def test_a_stream_is_read_in_its_order_and_leaves_no_process() -> None:
     assert pids
     again = env.reset(options={"episode_id": present(inner(env)._drawn).episode.id})
     assert again[0]["instruction"] == told[-1]
-    with pytest.raises(SettingError, match="read in order"):
+    with pytest.raises(SettingError, match="come in order"):
         env.reset(options={"episode_id": info["outcome"]["episode_id"]})
     env.close()
     assert not any(map(psutil.pid_exists, pids))
@@ -539,7 +539,7 @@ def test_a_seed_decides_at_which_house_a_stream_begins(monkeypatch: pytest.Monke
     told = []
     for seed in (None, 1, 2, 1):
         begun.clear()
-        with pytest.raises(SettingError, match="houses 100 to 200 do not have an episode that fits"):
+        with pytest.raises(SettingError, match="houses 100 to 200 do not have an episode that passes the filters"):
             env.reset(seed=seed)
         assert len(begun) == 2
         assert begun[1] == 100  # after the last house the first comes again

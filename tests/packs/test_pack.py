@@ -138,7 +138,7 @@ REFUSED: list[tuple[str, bytes, bytes, bool, type[VigilError], str]] = [
     ("episodes.jsonl", b"pg_b", b"aa", True, EpisodeError, r"sort them by id"),
     ("episodes.jsonl", HASH, b"0" * 64, True, PackMismatch, r"made for 000000000000"),
     ("episodes.jsonl", b'"name":"house"', b'"name":"huose"', True, PackMismatch, r"not in pack .* mean 'house'"),
-    ("manifest.json", b'"episodes": 3', b'"episodes": 4', True, PackMismatch, r"promises 4 episodes"),
+    ("manifest.json", b'"episodes": 3', b'"episodes": 4', True, PackMismatch, r"says 4 episodes"),
     ("manifest.json", b'"episodes": 3', b'"episodes": "many"', True, PackMismatch, r"manifest.json: episodes: Input"),
     (
         "manifest.json",
@@ -175,7 +175,7 @@ ORPHAN = ObjectSetup(placement=Placement(position=Vec3(0, 0, 0), parent="gone"))
         ({"setup": Setup(objects={"target": ORPHAN})}, r"setup names 'gone'"),
         ({"max_steps": 13}, r"budgets are 13 steps and 4 invalid actions, family DA has 12 and 4"),
         ({"start": Pose(position=Vec3(0, 0, 0), rotation=0, horizon=0)}, r"start horizon is 0, family DA starts at 30"),
-        ({"house": HouseRef(name="other", sha256="0" * 64)}, r"house 'other' was not given"),
+        ({"house": HouseRef(name="other", sha256="0" * 64)}, r"house 'other' is not among"),
         ({"house": HouseRef(name="house", sha256="0" * 64)}, r"made for 000000000000"),
     ],
 )
@@ -350,14 +350,14 @@ def test_solutions_that_change_after_the_pack_was_loaded_are_not_used(folder: Pa
 def test_the_very_pack_of_a_hash_is_loaded(folder: Path):
     pack = Pack.load(folder)
     assert Pack.load(folder, pack.sha256).sha256 == pack.sha256
-    with pytest.raises(PackMismatch, match="another one's episodes cannot be compared"):
+    with pytest.raises(PackMismatch, match="results on another pack cannot be compared"):
         Pack.load(folder, "0" * 64)
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        (b'"houses": 1', b'"houses": 2', "promises 2 houses, the episodes are in 1"),
+        (b'"houses": 1', b'"houses": 2', "says 2 houses, but the episodes are in 1"),
         (HASH, b"0" * 64, "house_sources gives house 'house' another SHA-256"),
     ],
 )

@@ -20,7 +20,7 @@ from vigil.protocol.world import ObjectSetup, Placement, Setup
     ("name", "kinds", "message"),
     [
         ("AI", ("object_held",), "Family 'AI' is 'Approach and Interact' already"),
-        ("sa", ("object_held",), "named by two capital letters"),
+        ("sa", ("object_held",), "must be two capital letters"),
         ("ZZ", ("object_hold",), "Did you mean 'object_held'"),
     ],
 )
@@ -62,9 +62,9 @@ def test_bound_ids_are_all_that_is_named_and_sorted():
     ("family", "facts", "message"),
     [
         ("PG", {"goal": GOALS["DA"]}, "asks for a goal of kind target_grounded, not agent_near_target"),
-        ("AI", {"goal": GOALS["CR"]}, "constraint in family CR, and only there"),
-        ("CR", {"goal": ObjectHeld(object_id="target")}, "constraint in family CR, and only there"),
-        ("SM", {"goal": ObjectHeld(object_id="target")}, "chain in family SM, and only there"),
+        ("AI", {"goal": GOALS["CR"]}, "constraint in family CR, and must not"),
+        ("CR", {"goal": ObjectHeld(object_id="target")}, "constraint in family CR, and must not"),
+        ("SM", {"goal": ObjectHeld(object_id="target")}, "chain in family SM, and must not"),
         (
             "VS",
             {"goal": ObjectInState(object_id="x", state="is_open", chain=(ObjectHeld(object_id="y"),))},
@@ -126,11 +126,11 @@ def test_a_number_that_is_none_is_refused_in_a_file_too():
         ({"a": placed("a")}, None, "'a' on 'a': a thing cannot be placed on itself"),
         ({"a": placed("b"), "b": placed("a")}, None, "'a' on 'b' on 'a'"),
         ({"a": placed("b"), "b": placed("c"), "c": placed("b")}, None, "'a' on 'b' on 'c' on 'b'"),
-        ({"a": placed("b"), "b": ObjectSetup(is_absent=True)}, None, "on 'b', which is to be absent"),
-        ({"a": placed(is_absent=True)}, None, "'a' is to be placed and to be absent"),
-        ({"a": placed("b")}, "b", "on 'b', which is to be in the hand"),
-        ({"a": placed()}, "a", "'a' is to be in the hand, and also absent or placed elsewhere"),
-        ({"a": ObjectSetup(is_absent=True)}, "a", "'a' is to be in the hand, and also absent or placed elsewhere"),
+        ({"a": placed("b"), "b": ObjectSetup(is_absent=True)}, None, "on 'b', because 'b' is absent"),
+        ({"a": placed(is_absent=True)}, None, "'a' cannot be both placed and absent"),
+        ({"a": placed("b")}, "b", "on 'b', because 'b' is in the hand"),
+        ({"a": placed()}, "a", "'a' cannot be in the hand and also absent or placed elsewhere"),
+        ({"a": ObjectSetup(is_absent=True)}, "a", "'a' cannot be in the hand and also absent or placed elsewhere"),
     ],
 )
 def test_a_setup_that_cannot_be_is_refused(objects, held, message):

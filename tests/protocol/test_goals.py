@@ -148,7 +148,7 @@ class TestSeen:
         assert verdict(self.GOAL, story.do(target=SEEN).end()) == (True, True)
 
     def test_not_to_see_is_no_goal(self):
-        with pytest.raises(ValidationError, match="not that it is not"):
+        with pytest.raises(ValidationError, match="not that an object is not seen"):
             ObjectInState(object_id="target", state="is_visible", value=False)
 
 

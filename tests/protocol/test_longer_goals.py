@@ -49,5 +49,5 @@ def test_sequences_may_end_in_several_facts_in_any_pack_and_other_families_not()
 
 
 def test_to_be_seen_is_no_part_of_it() -> None:
-    with pytest.raises(ValidationError, match="parts of `all_of`"):
+    with pytest.raises(ValidationError, match="of `all_of`"):
         AllOf(object_id="apple", parts=(PUT, ObjectInState(object_id="fridge", state="is_visible")))

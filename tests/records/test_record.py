@@ -244,8 +244,8 @@ def test_the_run_header_says_whether_the_agent_is_privileged():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"end": "error"}, "such an end needs it"),
-        ({"error": {"boundary": "model", "message": ""}}, "belongs to an end by error"),
+        ({"end": "error"}, "must have `error` if its episode ended as an error"),
+        ({"error": {"boundary": "model", "message": ""}}, "must have `error` if its episode ended as an error"),
         ({"initial": None}, "before its reset"),
         ({"steps": [row().steps[0].model_dump(mode="json") | {"index": 2}]}, "without a gap"),
         ({"steps": [row().steps[0].model_dump(mode="json") | {"action": None}]}, "either an action or the reason"),
@@ -272,7 +272,9 @@ def test_a_torn_line_that_cannot_be_put_aside_stays_where_it_is(path: Path, monk
     path.write_bytes(whole)
     with monkeypatch.context() as patch:
         patch.setattr(Path, "write_bytes", fail)
-        with pytest.raises(RecordError, match=r"partial last line.*cannot be moved: No space left.*command again"):
+        with pytest.raises(
+            RecordError, match=r"partial last line.*cannot be moved to another file: No space left.*command again"
+        ):
             RecordLog(path)
     assert path.read_bytes() == whole
     log = RecordLog(path)

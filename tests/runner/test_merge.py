@@ -365,7 +365,7 @@ def test_what_a_link_leads_to_is_not_joined(shards: list[Path], tmp_path: Path, 
     link.parent.mkdir(parents=True, exist_ok=True)
     link.unlink(missing_ok=True)
     link.symlink_to(secret)
-    assert "is a link to outside of" in refused(tmp_path / "run", shards)
+    assert "is a link that leads out of" in refused(tmp_path / "run", shards)
 
 
 def test_a_run_that_goes_on_does_not_write_through_a_link(pack: Path, tmp_path: Path) -> None:
@@ -375,6 +375,6 @@ def test_a_run_that_goes_on_does_not_write_through_a_link(pack: Path, tmp_path: 
     (run / "logs").mkdir(exist_ok=True)
     (run / "logs" / "worker-1.log").unlink(missing_ok=True)
     (run / "logs" / "worker-1.log").symlink_to(secret)
-    with pytest.raises(RecordError, match=r"worker-1\.log' is a link to outside of"):
+    with pytest.raises(RecordError, match=r"worker-1\.log' is a link that leads out of"):
         run_pack(quick(pack, run, limit=2, agent="noop"))
     assert secret.read_text() == "private"

@@ -263,7 +263,7 @@ def test_a_name_that_stands_for_another_model_on_resume_stops_the_run_unless_tol
         wanted = settings(pack, server.url, tmp_path / "run", episode_ids=("tiny-DA-000", "tiny-PG-001"))
         assert run_pack(wanted).errors == 1
         version, is_out = "model-2", False
-        with pytest.raises(RecordError, match=r"answers as 'model-2' now.*answered as 'model-1'.*--force"):
+        with pytest.raises(RecordError, match=r"answers as 'model-2' now.*answered by 'model-1'.*--force"):
             run_pack(wanted)
         result = run_pack(replace(wanted, force=True))
     assert result.is_complete

@@ -111,7 +111,7 @@ def test_drawers_that_it_does_not_have_are_refused(data):
 def test_one_drawer_is_named_once(data):
     again = copy.deepcopy(dresser_of(data)["children"][0]) | {"id": "Drawer|again", "children": []}
     dresser_of(data)["children"].append(again)
-    with pytest.raises(HouseError, match=r"are both 'drawer4' of 'Dresser\|1'"):
+    with pytest.raises(HouseError, match=r"both name 'drawer4' of 'Dresser\|1'"):
         build_scene(House("h", data), SIZES)
 
 

@@ -8,7 +8,7 @@ from vigil.protocol.observation import Observation
 REPLY_SECONDS = 600
 """Default time limit of one reply of a model or a program, in seconds."""
 FRAME_INTERVAL_SECONDS = 1.0
-"""Default period of a program's frames, in seconds. The next frame comes a whole number of periods after the reply."""
+"""Default period (s) of a program's frames: a frame is sent a whole number of periods after the previous reply."""
 
 
 class Agent(Protocol):
@@ -21,16 +21,16 @@ class Agent(Protocol):
         """Begin an episode with this instruction, and forget any earlier episode."""
 
     def act(self, observation: Observation) -> Reply:
-        """Return the reply to an observation. Raises InfrastructureError for a failure that is not the agent's."""
+        """Return the reply to an observation. Raises InfrastructureError for a failure that the agent did not cause."""
         ...
 
 
 @runtime_checkable
 class Resumable(Protocol):
-    """An agent that can continue an episode after the process in which it played was lost."""
+    """An agent that can continue an episode in a new process, after the process that began the episode was lost."""
 
     def resume(self, instruction: str) -> None:
-        """Continue an episode that was begun in another process. It is called instead of `start`."""
+        """Continue an episode that was begun in another process. VIGIL calls this instead of `start`."""
 
 
 @runtime_checkable

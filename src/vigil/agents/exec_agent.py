@@ -1,25 +1,25 @@
 """`exec:COMMAND`: a custom program as an agent, in any language, that exchanges JSON lines.
 
-The program is started for each episode in a new, empty folder, unless the run keeps it for all episodes of a simulator
-worker. It reads from its standard input one JSON object per line:
+VIGIL starts the program in a new, empty folder: once for each episode or, if the run says so, once for all episodes of
+a simulator worker. The program reads from its standard input one JSON object per line:
 
     {"type": "start", "protocol": 1, "prompt": "...", "instruction": "..."}
-        An episode begins; a program that is kept forgets the one before. `prompt` is the system prompt of a model,
-        `instruction` only the task. Do not answer.
+        An episode begins: forget any earlier episode. `prompt` is the system prompt that a model would get;
+        `instruction` is only the task. Do not answer.
     {"type": "observation", "frame": {"media_type": "image/png", "width": 640, "height": 480, "data": "<base64>"}}
-        The current frame; in the action-feedback profile also "feedback": {"too_far": bool, "path_blocked": bool}
-        (not on the first step). Answer with exactly one line on standard output.
+        The current frame. In the action-feedback profile, each observation after the first also has
+        "feedback": {"too_far": bool, "path_blocked": bool}. Answer with exactly one line on standard output.
 
-An answer is one line: the reply itself, e.g. {"skill_name": "look", "arguments": {"direction": "up", "magnitude": 15}},
-or, for a reply that may contain line breaks or prose, {"text": "<the raw reply>"}. Flush after each line. Standard
-output is for answers only: write logs to standard error. A line that is not a valid reply counts against the agent, as
-a model's does. The next frame comes a whole number of periods after the reply, so that the time between does not show
-whether an action was carried out.
+An answer is the reply itself, e.g. {"skill_name": "look", "arguments": {"direction": "up", "magnitude": 15}}. If the
+reply may contain line breaks or prose, the answer is {"text": "<the raw reply>"}. Flush after each line. Standard
+output is for answers only: write logs to standard error. A line that is not a valid reply counts against the agent,
+like an invalid reply of a model. The next frame comes a whole number of periods after the reply, so that the waiting
+time does not show whether an action was carried out.
 
-A program may end, hang or write a line without a request. After it began to read a frame of the episode, that is a
-protocol failure of the step (`agent_ended`), and the program is started again with the next frame. Before any frame, it
-is a failure of the infrastructure: the episode ends as an `error` and is played again. When its input ends, the program
-should end. Source: `protocol.md` section 2.3.
+A program fails if it ends, hangs or writes a line that was not requested. If it had already begun to read a frame of
+the episode, the step counts as a protocol failure (`agent_ended`), and the program is started again with the next
+frame. If it had not yet seen a frame, the failure is one of the infrastructure: the episode ends as an `error` and is
+played again. When its input ends, the program should end. Source: `protocol.md` section 2.3.
 """
 
 import codecs
@@ -47,9 +47,9 @@ EXEC_PREFIX = "exec:"
 MAX_STDERR_CHARS = 300
 """Maximum length of the line of standard error that a message quotes."""
 MAX_HASHED_BYTES = 64 * 1024 * 1024
-"""Maximum size of a file whose hash identifies the program."""
+"""Maximum size of a file that is hashed to identify the program; larger files are left out."""
 PROTOCOL_VERSION = 1
-"""Version of the JSON lines."""
+"""Version of the format of the JSON lines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ class ExecAgent:
         settings: ProgramSettings = ProgramSettings(),
         pacer: FramePacer | None = None,
     ) -> None:
-        """Split `command` into words as a shell does. Raises SettingError when it is not a command.
+        """Split `command` into words as a shell does. Raises SettingError when it is empty or cannot be split.
 
         If `pacer` is None, frames are paced by the machine's clock.
         """
@@ -105,9 +105,7 @@ class ExecAgent:
         self._pacer.begin()
 
     def resume(self, instruction: str) -> None:
-        """Continue an episode after VIGIL's process was lost, and with it a program that had seen a frame of the
-        episode.
-        """
+        """Continue an episode after VIGIL's process and the program, which had seen a frame, were lost."""
         self._end()
         self._prepare(instruction, has_seen_frame=True)
         self._pacer.begin()
@@ -142,7 +140,7 @@ class ExecAgent:
         return reply.model_copy(update={"reasoning_chars": split_reasoning(reply.text)[1]})
 
     def close(self) -> None:
-        """Close the program's input, and kill it, with all that it started, if it does not end by itself."""
+        """Close the program's input, wait a short time for its end, and kill it with all processes that it started."""
         self._end()
         self._working_folder.close()
 
@@ -183,8 +181,8 @@ class ExecAgent:
             ) from None
 
     def _answer(self, message: bytes, deadline: float) -> tuple[bytes, ReplyCut | None]:
-        """Return the program's answer to a frame and, if the answer was too long and was cut, its full size and hash.
-        Raises ProgramFault.
+        """Return the program's answer to a frame and, if the answer was cut, its full size and hash. Raises
+        ProgramFault.
 
         The method also notes whether the program has begun to read a frame.
         """
@@ -208,7 +206,7 @@ class ExecAgent:
 
 
 def file_hashes(agent: str, here: Path) -> dict[str, str]:
-    """Return the SHA-256 of the program of an `exec:` agent and of the code in its command, by file name.
+    """Return {file name: SHA-256} of the program of an `exec:` agent and of the code files in its command.
 
     Relative paths are relative to `here`. Files that cannot be read, or exceed MAX_HASHED_BYTES, are left out.
     """

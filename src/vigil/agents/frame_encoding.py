@@ -19,8 +19,7 @@ from vigil.protocol.profile import JPEG_QUALITY, ImageFormat
 MAX_FRAME_PIXELS = 4 * FRAME_WIDTH * FRAME_HEIGHT
 """Greatest number of pixels of an image file that `decode_frame` accepts."""
 PNG_LEVEL = 1
-"""Compression level of PNG files. Compared with the usual level, it takes half the time, and files are a quarter
-larger."""
+"""Compression level of PNG files. It takes half the time of the usual level, and files are a quarter larger."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ def encode_frame(rgb: np.ndarray, image_format: ImageFormat = "png") -> EncodedF
 
 
 def decode_frame(data: bytes) -> np.ndarray:
-    """Return the pixels (h, w, 3) uint8 of a file that `encode_frame` made. Raises RecordError for any other."""
+    """Return the pixels (h, w, 3) uint8 of a file that `encode_frame` made. Raises RecordError for any other file."""
     try:
         image = Image.open(io.BytesIO(data), formats=("PNG", "JPEG"))
         if image.width * image.height > MAX_FRAME_PIXELS:

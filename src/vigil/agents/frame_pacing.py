@@ -21,11 +21,11 @@ class FramePacer:
         self._began = clock()
 
     def begin(self) -> None:
-        """Count periods from now. To be called when the program has replied or an episode has begun."""
+        """Count periods from now. Call this when the program has replied or an episode has begun."""
         self._began = self._clock()
 
     def wait(self) -> None:
-        """Wait until the current period ends; at least one period passes."""
+        """Wait until a whole number of periods, at least one, has passed since `begin`."""
         if not self._seconds:
             return
         beats = max(1, math.ceil((self._clock() - self._began) / self._seconds))

@@ -34,11 +34,11 @@ CODE_SUFFIXES = frozenset(
 EXIT_TIMEOUT_S = 2.0
 """Time (s) that a program may take to end by itself."""
 MAX_LINE_BYTES = 1024 * 1024
-"""Greatest length of an answer; a longer line is cut to this length and counts as too long."""
+"""Greatest length of an answer; a longer answer is cut to this length and counts as too long."""
 _CHUNK = 1 << 16
 _POLL_SECONDS = 0.002
 _OWN_PREFIXES = ("VIGIL_", "INSPECT_")
-"""Prefixes of the environment variables of VIGIL, and of the library with which VIGIL runs models."""
+"""Prefixes of environment variables that the program does not get: those of VIGIL and of the library Inspect."""
 _FOLDER_VARIABLES = ("PWD", "HOME", "TMPDIR", "TMP", "TEMP")
 """Environment variables that are set to the program's folder."""
 _OTHER_FOLDER_VARIABLES = (
@@ -49,8 +49,7 @@ _OTHER_FOLDER_VARIABLES = (
     "XDG_STATE_HOME",
     "XDG_RUNTIME_DIR",
 )
-"""Environment variables that name other folders of the user. They are removed, so that the program uses its own
-folder."""
+"""Environment variables with the user's other folders. They are removed, so that the program uses its own folder."""
 _SEARCH_PATH_VARIABLES = ("PATH", "PYTHONPATH")
 """Environment variables that are lists of folders; relative folders in them are made absolute."""
 
@@ -59,7 +58,7 @@ Redact = Callable[[str], str]
 
 
 class ProgramFault(Exception):
-    """An error of the program: it ended, hung, or wrote without a request. It is not running any more."""
+    """An error of the program: it ended, hung, or wrote without a request. The program is not running any more."""
 
     def __init__(self, what: str, partial_output: bytes = b"", stderr_line: str = "") -> None:
         super().__init__(what)
@@ -70,12 +69,12 @@ class ProgramFault(Exception):
 
 
 class Program:
-    """One running program. Methods other than `close` raise ProgramFault when it ends, hangs or writes out of turn."""
+    """One running program. Methods except `close` raise ProgramFault if it ends, hangs, or writes without a request."""
 
     def __init__(self, arguments: Sequence[str], folder: Path, timeout_s: float, redact: Redact) -> None:
         """Start the program with `folder` as its working directory. Raises OSError when it cannot be started.
 
-        `timeout_s` is the time limit that messages name; the deadlines themselves are given to each call.
+        `timeout_s` is only quoted in messages; each call has its own deadline. `redact` removes secrets from logs.
         """
         self._duration = f"for {timeout_s:g} s"
         self._sent = 0
@@ -105,7 +104,7 @@ class Program:
         return self._process.poll() is None
 
     def wait_until_read(self, deadline: float) -> None:
-        """Wait until the program has read all that was sent, except perhaps the end of the last line."""
+        """Wait until the program has read all that was sent; the last line break may still be unread."""
         while self.unread() > 1:
             ready, _, _ = select.select([_fileno(self._process.stdout)], [], [], _POLL_SECONDS)
             if ready:
@@ -121,11 +120,11 @@ class Program:
 
     @property
     def has_begun_to_read(self) -> bool:
-        """Whether the program has read any part of the last message sent. It must have read all earlier messages."""
+        """Whether the program has read any part of the last message, provided that it has read all earlier messages."""
         return self.unread() < self._sent if self._has_begun_to_read is None else self._has_begun_to_read
 
     def send(self, data: bytes, deadline: float) -> None:
-        """Write `data` to the program's input until the deadline (monotonic clock)."""
+        """Write `data` to the program's input. Raises ProgramFault if not done by `deadline` (monotonic clock)."""
         left = memoryview(data)
         fd = _fileno(self._process.stdin)
         self._sent = 0
@@ -143,8 +142,9 @@ class Program:
             left = left[count:]
 
     def read_line(self, deadline: float) -> tuple[bytes, ReplyCut | None]:
-        """Return (line, cut): the next line of output, at most MAX_LINE_BYTES of it, and the size and hash of the
-        whole line; `cut` is None if the line is whole.
+        """Return (line, cut): the next line of output, cut to MAX_LINE_BYTES, and the size and hash of the whole line.
+
+        `cut` is None if the line was not cut.
         """
         kept, size, digest = bytearray(), 0, hashlib.sha256()
         while True:
@@ -174,7 +174,7 @@ class Program:
             raise self.fault(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
 
     def ended(self, if_running: str = "ended without an answer") -> ProgramFault:
-        """Return the fault of a program that has closed a pipe, with the program's exit code if it ends soon."""
+        """Return the fault of a program that has closed a pipe: its exit code, or `if_running` if it still runs."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=EXIT_TIMEOUT_S)
         return self.fault(if_running if self.is_running else "ended without an answer")
@@ -190,7 +190,7 @@ class Program:
         )
 
     def _copy_stderr(self, fd: int, redact: Redact) -> None:
-        """Copy the program's standard error to that of this process, line by line and without secrets."""
+        """Copy the program's standard error to this process's standard error, line by line and without secrets."""
         pending = b""
         while chunk := _read(fd):
             *lines, pending = (pending + chunk).split(b"\n")
@@ -208,7 +208,7 @@ class Program:
             _write_log(text)
 
     def close(self, timeout_s: float = EXIT_TIMEOUT_S) -> None:
-        """Close the program's input, and kill it, with all that it started, if it does not end by itself."""
+        """Close the program's input, wait up to `timeout_s` for its end, and kill it with all processes it started."""
         process = self._process
         with contextlib.suppress(OSError):
             process.stdin.close() if process.stdin else None
@@ -237,7 +237,7 @@ class WorkingFolder:
 
     @property
     def folder(self) -> Path:
-        """Path of the folder, which exists. Raises SettingError when it cannot be made."""
+        """Path of the folder, which is made if it does not exist. Raises SettingError when it cannot be made."""
         if self._folder is None or not self._folder.is_dir():
             try:
                 self._folder = Path(tempfile.mkdtemp(prefix="agent-"))
@@ -255,9 +255,7 @@ class WorkingFolder:
 
 
 def resolve_paths(arguments: Sequence[str], here: Path) -> list[str]:
-    """Return a command's words; relative paths of files and folders that exist in `here` are made absolute, also
-    after a `=`.
-    """
+    """Return a command's words with absolute paths of files and folders in `here`, also within `--config=FILE`."""
     program, *words = arguments
     return [str(here / program) if "/" in program else program, *(_resolve_word(word, here) for word in words)]
 
@@ -276,7 +274,7 @@ def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
 
 
 def program_environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
-    """Return the environment variables of a program in `folder`: the user's, without those of VIGIL and without other
+    """Return the user's environment variables for a program in `folder`, without VIGIL's, and without those for other
     folders.
 
     Python still finds packages that the user has installed in the home folder.

@@ -1,8 +1,8 @@
 """Scripted agents, which play without looking at the frame.
 
-Their scores show what an agent reaches that never acts, acts at random, walks blindly, or claims success at once. Most
-of them report within the smallest budget (5 steps); `explore` and `click_around` use the whole published budget of the
-family for which they are made. The rule `not_blind_luck` of authoring also tries their actions.
+Their scores show what an agent can reach if it never acts, acts at random, walks blindly, or claims success at once.
+Most scripts report within the smallest budget (5 steps); `explore` and `click_around` use the whole published budget of
+the family for which they are made. The authoring rule `not_blind_luck` also tries the actions of these agents.
 """
 
 import hashlib
@@ -28,18 +28,18 @@ _AHEAD, _ASIDE = Navigate(mode="forward", magnitude=40), Navigate(mode="turn_rig
 EXPLORE_ACTIONS = (*TURN_ACTIONS[:3], *(8 * (_AHEAD, _ASIDE)))
 """Actions that turn once around, then repeatedly walk to the next obstacle and turn by 135 degrees.
 
-Eight sequences of turns and walks were tried on 125 searches. This sequence found the most targets: 53 % were in view
-at some time within the 20 steps.
+Eight sequences of turns and walks were tried on 125 episodes of search. This sequence found the most targets: 53 % were
+in view at some time within the 20 steps.
 """
 BEST_PIXEL = (368, 272)
-"""The pixel (x, y) at which the first frame most often showed the target, in 17 % of 125 pointing episodes."""
+"""Pixel (x, y) at which the first frame most often showed the target: in 17 % of 125 pointing episodes."""
 POINT_ACTIONS = (InteractPixel(intent="ground", x=BEST_PIXEL[0], y=BEST_PIXEL[1]),)
 CLICK_ROW_Y = 272
 CLICK_ROW_X = range(48, FRAME_WIDTH, 64)
 """The ten x coordinates (pixels) of a row of clicks across the frame.
 
-Clicks from places 1 m and 2 m ahead of the start hit 15 % of 125 targets that are in view but out of reach at the
-start. No other pair of row and distances that was tried within 25 steps hit more.
+One row of clicks from 1 m and one from 2 m ahead of the start hit 15 % of 125 targets that are in view but out of reach
+at the start. Other rows and distances that fit into 25 steps were tried; none hit more targets.
 """
 _INTENT_WORDS: dict[Intent, str] = {
     "deactivate": r"\boff\b|\bstop|\bextinguish|\bput out\b",
@@ -47,7 +47,7 @@ _INTENT_WORDS: dict[Intent, str] = {
     "open_access": r"\bopen",
     "activate": r"\bon\b|\bstart|\blight\b",
 }
-"""Intent -> words of an instruction that ask for it. Intents are tried in this order; if no word is found, the
+"""Intent -> pattern of words that ask for the intent. The first pattern that matches decides; without a match, the
 intent is `pick`."""
 
 Script = Callable[[np.random.Generator, str], Iterator[str]]
@@ -95,7 +95,7 @@ def _then_success(actions: tuple[Navigate | InteractPixel, ...]) -> Iterator[str
 
 
 def click_actions(instruction: str) -> tuple[Navigate | InteractPixel, ...]:
-    """Return actions that walk ahead to two places and click along a row of the frame at each.
+    """Return actions that walk ahead to two places and, at each place, click along a row of the frame.
 
     The clicks have the intent that the instruction asks for.
     """

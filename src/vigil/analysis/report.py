@@ -1,6 +1,6 @@
 """Report: the runs of a study as HTML, Markdown, LaTeX, JSON and CSV.
 
-All formats have the same order: problems of the data, how to read it, the figures, the tables.
+All formats have the same order: problems of the data, how to read the report, the figures, the tables.
 """
 
 import json
@@ -45,12 +45,12 @@ CaptionedFigure = tuple[Figure, str]
 NO_FIGURES: Mapping[str, CaptionedFigure] = {}
 NO_TABLES: Mapping[str, TableBuilder] = {}
 CUSTOM_TABLES = "Own tables"
-"""The heading over tables that a caller adds."""
+"""Heading over the tables that a caller adds to the report."""
 Format = Literal["md", "html", "latex", "json", "csv"]
 LatexStyle = Literal["report", "paper"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
-"""Format -> kind of its pictures; two formats share one kind, because drawing takes longest."""
+"""Format of a report -> kind of file of its pictures. Two formats share one kind, because drawing is slow."""
 CAUSES = "Why episodes were not verified successes, and what to do"
 LIMITS = (
     "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "
@@ -70,19 +70,19 @@ LIMITS = (
 
 @dataclass(frozen=True)
 class AnalysisReport:
-    """The content of a report, made once for all formats."""
+    """The content of a report, computed once for all formats."""
 
     study: Study
     suites: tuple[SuiteRun, ...]
     """Runs of suites (closure stress, lists of chores), which are not in the study's tables."""
     tables: Mapping[str, Table]
     figures: Mapping[str, Mapping[str, bytes]]
-    """Figure -> kind of file (png, svg, pdf) -> bytes."""
+    """Name of a figure -> kind of file (png, svg, pdf) -> bytes."""
     captions: Mapping[str, str]
     sections: Mapping[str, tuple[str, ...]]
-    """Heading -> names of its tables, in the report's order."""
+    """Heading -> names of the tables under it, in the report's order."""
     reveals: bool = False
-    """Whether the report includes the rows of private packs' episodes."""
+    """Whether the report includes rows of episodes from private packs."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -94,7 +94,7 @@ class AnalysisReport:
 
     @property
     def causes(self) -> dict[str, tuple[str, ...]]:
-        """Causes of missing verified successes, with advice, by run; runs without such causes are left out."""
+        """Run -> sentences on why verified successes are missing, with advice; runs without causes are left out."""
         found = {entry.name: causes_of_rows(entry.run.rows) for entry in sorted_by_b(self.study.entries)}
         stress = [run for run in self.suites if isinstance(run, ClosureRun)]
         found |= {f"{run.name} (closure stress)": causes_of_closure(run.outcomes) for run in stress}
@@ -108,7 +108,7 @@ def make_report(
     own: Mapping[str, TableBuilder] = NO_TABLES,
     suites: Sequence[SuiteRun] = (),
 ) -> AnalysisReport:
-    """Return a report, with its figures drawn as the given kinds of file.
+    """Return a report. Its figures are drawn as files of each kind in `kinds`.
 
     `further` are figures that the caller has drawn from frames, with their captions. `own` are additional tables by
     name; they come last. `suites` are runs of suites, which get separate sections; if there are no other runs, the
@@ -191,7 +191,7 @@ def write_report(
 
 
 def markdown_report(report: AnalysisReport, figures: bool = True) -> str:
-    """Return the whole report as Markdown, which refers to figures as files under `figures/`."""
+    """Return the whole report as Markdown. It refers to figures as files under `figures/`."""
     parts = ["# VIGIL report", "", *_md_list("Read this first", report.warnings)]
     parts += [_summary(report), "", *([f"## {CAUSES}", ""] if report.causes else [])]
     for name, sentences in report.causes.items():
@@ -216,7 +216,7 @@ def html_report(report: AnalysisReport) -> str:
 
 
 def json_report(report: AnalysisReport) -> str:
-    """Return every table's numbers as JSON, without NaN."""
+    """Return the numbers of every table as JSON, without NaN."""
     document: dict[str, Any] = {
         "schema_version": 1,
         "warnings": report.warnings,
@@ -237,13 +237,13 @@ def json_report(report: AnalysisReport) -> str:
 
 
 def csv_table(table: Table) -> str:
-    """Return one table's numbers as CSV."""
+    """Return the numbers of one table as CSV."""
     names = ["group", "published", "privileged", *(name for name, *_ in table.flat_columns())]
     return csv_text(pd.DataFrame(table.flat_rows(), columns=names))
 
 
 def _files_of(report: AnalysisReport, form: Format, style: LatexStyle) -> Iterator[tuple[str, str | bytes]]:
-    """Yield the name and the content of each file of a report in one format."""
+    """Yield (name, content) for each file of a report in one format."""
     match form:
         case "md":
             yield "report.md", markdown_report(report)

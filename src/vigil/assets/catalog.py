@@ -1,8 +1,8 @@
-"""The catalogue: every category of thing, its usual size, what can be done with it and where it belongs.
+"""The catalogue: every category of thing, with its usual size, what can be done with it and where it belongs.
 
 The rows are in `catalog.toml`. An object in a scene can be opened when its category says so *and* its asset has joints
-(`vigil.assets.kernel.asset.Asset.can_open`), so a desk without drawers cannot. The looks of things are defined by their
-makers, not here.
+(`vigil.assets.kernel.asset.Asset.can_open`); so a desk without drawers cannot be opened. What things look like is
+defined by their makers, not here.
 """
 
 import tomllib
@@ -34,13 +34,13 @@ class Category:
     display_name: str
     """Name that people use, e.g. "coffee machine"."""
     typical_size: Vec3
-    """Width x, height y, depth z (m) of the bounding box, closed and off."""
+    """Width x, height y and depth z (m) of the bounding box when the thing is closed and off."""
     size_spread: float
-    """Fraction by which sizes vary about the typical size."""
+    """Greatest deviation of sizes from the typical size, as a share of it."""
     rooms: tuple[str, ...]
-    """Room types in which the thing is normally found."""
+    """Kinds of rooms in which the thing is normally found."""
     rests_on: tuple[str, ...]
-    """Categories on or in which the thing is normally found, or "Floor", "Wall", "Ceiling"; the likeliest first."""
+    """Categories on or in which the thing is normally found, or "Floor", "Wall" or "Ceiling"; the likeliest first."""
     is_pickupable: bool = False
     is_moveable: bool = False
     """Whether the thing can be pushed but not carried."""
@@ -48,14 +48,14 @@ class Category:
     is_toggleable: bool = False
     is_receptacle: bool = False
     runs_only_when_closed: bool = False
-    """Whether the thing starts only while closed and opens only while off."""
+    """Whether the thing can be switched on only while closed, and opened only while off."""
     accepts: tuple[str, ...] | None = None
-    """Categories that may be put on or in the thing; None means any pickupable thing that fits."""
+    """Categories that may be put on or in the thing; None means everything that can be picked up and fits."""
     other_names: tuple[str, ...] = ()
-    """Further names of the category in ids, in lower case and without spaces, e.g. "trashcan"."""
+    """Other names that ids use for the category, in lower case and without spaces, e.g. "trashcan"."""
 
     def can_hold(self, other: "Category") -> bool:
-        """Return whether `other` may be put on or in this category, whether or not there is room for it."""
+        """Return whether objects of `other` may be put on or in objects of this category, if there is room."""
         if not self.is_receptacle or not other.is_pickupable:
             return False
         return (
@@ -88,10 +88,10 @@ def category_of(name: str, row: Mapping[str, Any], groups: Mapping[str, Sequence
 
 
 def _listed(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
-    """Return names of categories, with each "@group" replaced by its members."""
+    """Return names of categories; each "@group" in `names` is replaced by the group's members."""
     return tuple(each for name in names for each in (groups[name[1:]] if name.startswith("@") else (name,)))
 
 
 _TABLE = tomllib.loads(ROWS.read_text(encoding="utf-8"))
 CATALOG = {name: category_of(name, row, _TABLE["groups"]) for name, row in _TABLE["categories"].items()}
-"""Category name -> category."""
+"""Name of a category -> the category."""

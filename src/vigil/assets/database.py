@@ -1,9 +1,9 @@
-"""Sizes: finds the category, bounding box and variant that belong to an asset id.
+"""Sizes: finds the category, bounding box and variant of an asset id.
 
-There are three sources, in this order. The project's own ids, `vigil_<Category>_<n>`: the size follows from the
-catalogue and n; `_drawer<k>` behind such an id names one of its drawers. An asset database file (AI2-THOR's
-`asset-database.json`, not part of this project). Without one, the words of the id, with the catalogue's typical size;
-hashes in ids are not words.
+There are three sources, in this order. (1) The project's own ids, `vigil_<Category>_<n>`: n and the catalogue determine
+the size; `_drawer<k>` after such an id means one of its drawers. (2) An asset database file (AI2-THOR's
+`asset-database.json`, not part of this project). (3) The words of the id, and the catalogue's typical size; hashes in
+ids are not words.
 """
 
 import hashlib
@@ -31,8 +31,7 @@ MAX_SIDE_M = 30.0
 _OWN_ID = re.compile(r"vigil_([A-Za-z]+)_(\d+)")
 _INCH, _FOOT = 0.0254, 0.3048
 _U_OVERHANG_M = 0.02
-"""How much (m) deeper than whole modules AI2-THOR's U-shaped countertops are; it distinguishes them from L-shaped
-ones."""
+"""AI2-THOR's U-shaped countertops are this much (m) deeper than whole modules; L-shaped ones are not."""
 
 _LONGEST_NAME_WORDS = 4
 _NON_WORDS = re.compile(
@@ -42,26 +41,26 @@ _NON_WORDS = re.compile(
     r"|(?<=\d)[A-Za-z]+(?=\d)",
     re.IGNORECASE,
 )
-"""Parts of an id that are not words: hashes, and letters between digits."""
+"""Parts of an id that are not words: hashes, and letters that stand between digits."""
 _MIN_SIMILARITY, _MIN_LETTERS = 0.72, 4
-"""Least similarity (0..1) to a category name, and least number of letters, of a word that is taken for a misspelt
-category name."""
+"""A word is taken for a misspelt category name if it has at least this similarity (0..1) to the name, and this many
+letters."""
 FALLBACK_CATEGORY = "Box"
-"""Category shown for an asset of which nothing is known."""
+"""Category that is shown for an asset about which nothing is known."""
 
 
 @dataclass(frozen=True, slots=True)
 class AssetEntry:
-    """Category, size and variant of an asset, known before its shape is made."""
+    """What is known about an asset before its shape is made: category, size and variant."""
 
     category: str
     size: Vec3
     variant: int
-    """Number of the category's look: a stable hash of the asset id."""
+    """Number that selects one of the category's looks: a stable hash of the asset id."""
     note: str | None = None
-    """Note for people on what had to be guessed; None when the category was named and the size known."""
+    """Note for people on what was guessed; None if the category was named and the size was known."""
     is_measured: bool = True
-    """Whether the size is the asset's own rather than typical of its category."""
+    """Whether the size is that of this asset; False if it is only typical of the category."""
 
 
 class AssetDatabase:
@@ -70,9 +69,9 @@ class AssetDatabase:
     def __init__(
         self, known: dict[str, tuple[str, Vec3]] | None = None, path: Path | None = None, sha256: str | None = None
     ) -> None:
-        """Create a database in which `known` maps asset ids to category and bounding box.
+        """Create a database; `known` has the category and the bounding box of each asset id.
 
-        `path` and `sha256` are those of the file, if there is one.
+        `path` and `sha256` describe the file that holds these, if there is one.
         """
         self._known = dict(known or {})
         self.path = path
@@ -80,12 +79,12 @@ class AssetDatabase:
 
     @classmethod
     def default(cls) -> "AssetDatabase":
-        """Return the database without a file: the project's own ids, and guesses from words and typical sizes."""
+        """Return a database without a file: it has the project's own ids, and guesses from words and typical sizes."""
         return cls()
 
     @classmethod
     def from_file(cls, path: Path | None) -> "AssetDatabase":
-        """Return the database in the file at `path`; if `path` is None, the database without a file.
+        """Return the database in the file at `path`; if `path` is None, a database without a file.
 
         Raises SettingError.
         """
@@ -118,13 +117,13 @@ class AssetDatabase:
         return asset_id in self._known
 
     def of_category(self, category: str) -> list[tuple[str, Vec3]]:
-        """Return the assets of a category that the database's file names: id and bounding box."""
+        """Return (id, bounding box) of each asset of a category that the database's file names."""
         return [(asset_id, size) for asset_id, (stated, size) in self._known.items() if stated == category]
 
     def look_up(self, asset_id: str, name: str) -> AssetEntry:
-        """Return the category, size and variant of `asset_id`; `name` is the house's name for its object, or its id.
+        """Return the category, size and variant of `asset_id`; `name` is the object's name or id in the house.
 
-        An unknown asset gets the most similar category that is known, and a note says what was guessed.
+        An unknown asset gets the known category whose name is most similar, and a note that says what was guessed.
         """
         own = _OWN_ID.fullmatch(asset_id)
         if own and own[1] in CATALOG:
@@ -144,14 +143,15 @@ class AssetDatabase:
 
 
 def own_asset_id(category: str, number: int) -> str:
-    """Return the project's own asset id `number` of a category."""
+    """Return the asset id of the project's own asset with this number in a category."""
     return f"vigil_{category}_{number}"
 
 
 def _category_of(asset_id: str, name: str) -> tuple[str | None, str | None]:
-    """Return the category named by a name or an asset id, or None, with what had to be guessed.
+    """Return the category that a name or an asset id contains (or None), and a note on what was guessed (or None).
 
-    A name that begins with a category ("Chair|7|0") states it. Otherwise the name's words come before the asset id's.
+    A name that begins with a category ("Chair|7|0") is certain. Otherwise, words of the name are preferred to words of
+    the asset id.
     """
     own = _object_name(name)
     if own in CATALOG:
@@ -164,14 +164,12 @@ def _category_of(asset_id: str, name: str) -> tuple[str | None, str | None]:
 
 
 def _object_name(name: str) -> str:
-    """Return the part of a name that names the object, without the places after it: "lamp-0" of "lamp-0|desk-1
-    (living room)".
-    """
+    """Return the part of a name before the object's places, e.g. "lamp-0" of "lamp-0|desk-1 (living room)"."""
     return name.split("|")[0].partition(" (")[0]
 
 
 def nearest_category(asset_id: str, name: str) -> str:
-    """Return the category whose name is spelt most like a word of the ids; "Box" when none is similar."""
+    """Return the category whose name is most similar to a word in `asset_id` or `name`; "Box" if none is similar."""
     own = _OWN_ID.fullmatch(asset_id)
     names = _names(len(CATALOG))
     for text in (own[1] if own else asset_id, _object_name(name)):
@@ -217,7 +215,7 @@ def _own_entry(asset_id: str, category: str) -> AssetEntry:
 
 
 def _own_drawer(asset_id: str) -> AssetEntry | None:
-    """Return the spec of a drawer of one of the project's own pieces of furniture; None for anything else."""
+    """Return the entry of a drawer of one of the project's own pieces of furniture; None for any other asset id."""
     chest_id, name = split_drawer_id(asset_id) or ("", "")
     own = _OWN_ID.fullmatch(chest_id)
     if own is None or own[1] not in CATALOG:
@@ -231,16 +229,15 @@ def _own_drawer(asset_id: str) -> AssetEntry | None:
 
 @lru_cache(maxsize=1)
 def _names(_count: int) -> dict[str, str]:
-    """Return the categories by their names in lower case; the number of categories tells when one has been added."""
+    """Return name in lower case -> category. The cached result is renewed when the number of categories changes."""
     names = {row.name.lower(): row.name for row in CATALOG.values()}
     names |= {row.display_name.replace(" ", "").lower(): row.name for row in CATALOG.values()}
     return names | {name: row.name for row in CATALOG.values() for name in row.other_names}
 
 
 def _category_in(text: str) -> str | None:
-    """Return the category whose name matches the most words of `text`; of equal matches the last, as in
-    "Hand_Statue".
-    """
+    """Return the category whose name matches the most words of `text`; of several, the last ("Statue" in
+    "Hand_Statue")."""
     words, names = _words(text), _names(len(CATALOG))
     for length in range(min(_LONGEST_NAME_WORDS, len(words)), 0, -1):
         for start in range(len(words) - length, -1, -1):
@@ -257,8 +254,8 @@ def _words(text: str) -> list[str]:
 
 
 def _guessed_size(category: str, asset_id: str) -> Vec3:
-    """Return the typical size, except for ids that state a size: windows in inches, countertops in feet, double
-    doors."""
+    """Return a category's typical size, or the size that an id states: a window's in inches, a countertop's in feet, or
+    a double door's."""
     width, height, depth = CATALOG[category].typical_size
     stated = re.search(r"_(\d+)x(\d+)$", asset_id)
     if stated and category == "Window":

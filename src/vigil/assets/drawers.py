@@ -1,7 +1,7 @@
-"""Takes furniture with drawers apart, into a body that does not open and one asset for each drawer.
+"""Divides furniture with drawers into a body that does not open, and one asset for each drawer.
 
-Makers build one asset whose drawers would all move with the same openness. While the drawers are shut, the parts look
-the same and take up the same space as the whole asset.
+Makers build one asset whose drawers would all open together. While the drawers are shut, the body and the drawers look
+the same and take up the same space as this asset.
 """
 
 import re
@@ -30,9 +30,9 @@ def split_drawer_id(asset_id: str) -> tuple[str, str] | None:
 
 
 def drawer_names(asset: Asset) -> tuple[str, ...]:
-    """Return the names of the drawers that an asset is taken apart into, from the lowest row up.
+    """Return the names of the drawers into which an asset is divided, those of the lowest row first.
 
-    The tuple is empty when other parts of the asset move too, or when the asset is a single drawer.
+    The result is empty if other parts of the asset also move, or if the asset is itself a single drawer.
     """
     if asset.category == DRAWER:
         return ()
@@ -46,7 +46,7 @@ def drawer_names(asset: Asset) -> tuple[str, ...]:
 def body_of(asset: Asset) -> Asset:
     """Return the asset without its drawers.
 
-    It keeps the bounding box of the whole asset, and so its place in a house.
+    The result has the bounding box of the whole asset, so that its place in a house does not change.
     """
     return replace(
         asset,
@@ -59,10 +59,10 @@ def body_of(asset: Asset) -> Asset:
 
 @lru_cache(maxsize=4096)
 def drawer_of(asset: Asset, name: str) -> tuple[Asset, Vec3]:
-    """Return one drawer of an asset, shut, and its middle in the asset's frame (m).
+    """Return one drawer of an asset, shut, and where its middle is in the asset's frame (m).
 
-    All drawers of a piece come out equally far. Opened one by one, a lower drawer need not come out farther than the
-    one above it.
+    All drawers of a piece of furniture open equally far. (In the whole asset, where all open together, lower drawers
+    open farther than those above.)
     """
     parts = [part for part in asset.parts if part.joint == name]
     points = np.concatenate([part.mesh.vertices for part in parts]).astype(np.float64)

@@ -1,8 +1,9 @@
-"""The making of an asset: the shape of a household thing at any size.
+"""Assets: shapes of household things in any size, made on demand.
 
-`make` finds the maker (the function that makes the asset) of a category in `MAKERS`. Makers are rows of data
-(`makers/rows/*.toml`, read by `vigil.assets.kernel.rows`) or, where a shape needs code, functions in the modules of
-`vigil.assets.makers`, each of which exports its table `MAKERS`. `register` adds a category from outside the package.
+`make` looks up the maker of a category (the function that makes its assets) in `MAKERS`. Some makers are rows of data
+(`makers/rows/*.toml`, read by `vigil.assets.kernel.rows`). Shapes that need code have a function in a module of
+`vigil.assets.makers`; each of these modules exports a table `MAKERS`. `register` adds a category from outside the
+package.
 """
 
 import zlib
@@ -34,7 +35,7 @@ from vigil.base.geometry import Vec3
 from vigil.errors import SettingError, did_you_mean
 
 ROWS = Path(__file__).parent / "makers" / "rows"
-"""Folder of the makers that are rows of data."""
+"""Folder of the TOML files with the makers that are rows of data."""
 _MODULES = (
     appliances, beds, containers, decor, fixtures, food, openings, personal, seating, storage, tables, textiles,
 )  # fmt: skip
@@ -48,14 +49,14 @@ _SMALLEST_M = 0.002
 
 
 _LEVEL_TOLERANCE_M = 0.025
-"""Largest distance (m) between a requested level and a surface that counts as being at this level."""
+"""A surface is at a requested level if their heights differ by at most this (m)."""
 
 
 def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()) -> Asset:
-    """Return the asset of a category, made to fill `size`; a category without a maker becomes a labelled box.
+    """Return an asset of a category that fills `size`; a category without a maker becomes a labelled box.
 
-    `levels` are heights (m) above the bottom at which things rest on or in the asset. They change the shape only where
-    the usual shape has no surface at such a height. Equal arguments give equal bytes and, while cached, the same
+    `levels` are heights (m) above the bottom at which things rest on or in the asset. They change the shape only if the
+    usual shape lacks a surface at one of these heights. Equal arguments give equal bytes and, while cached, the same
     object.
     """
     standard = _make_cached(category, size, variant, ())
@@ -66,11 +67,11 @@ def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()
 
 
 def register(category: Category, maker: Maker) -> None:
-    """Add a category to the catalogue, with the maker of its shape, in this process only.
+    """Add a category and its maker to the catalogue, in this process only.
 
-    Houses name assets of the category by the asset id `vigil_NAME_NUMBER`. Houses generated afterwards may contain
-    them, where the category's rooms and supports allow. Raises SettingError when the name is taken or a support is
-    unknown.
+    The category's assets have ids of the form `vigil_NAME_NUMBER`, which houses can name. Houses that are generated
+    afterwards may contain such assets, in the category's rooms and on its supports. Raises SettingError when the name
+    is taken or a support is unknown.
     """
     if CATALOG.get(category.name, category) != category or MAKERS.get(category.name, maker) is not maker:
         raise SettingError(f"Asset category {category.name!r} exists already. Choose another name.")

@@ -1,6 +1,6 @@
-"""The notice on a machine that is out of order: a sheet of paper on its front, drawn only while the machine is broken.
+"""The notice on a machine that is out of order: a sheet of paper on its front, drawn only while it is broken.
 
-The engines add it to the asset that a maker built, so that it does not change shapes or their fingerprints.
+Engines add the notice to an asset after its maker has built it, so that shapes and their fingerprints do not change.
 """
 
 import re
@@ -15,7 +15,7 @@ from vigil.assets.kernel.shapes import box, boxes
 from vigil.base.geometry import Vec3
 
 WIDTH_M, HEIGHT_M, THICK_M = 0.297, 0.21, 0.002
-"""Width of a sheet of A4 paper (m)."""
+"""Width, height and thickness (m) of the sheet, which is A4 paper."""
 LINES = ("OUT OF", "ORDER")
 MACHINES = frozenset(
     {
@@ -23,7 +23,7 @@ MACHINES = frozenset(
         *("WashingMachine", "ClothesDryer", "Desktop"),
     }
 )
-"""Categories that can be broken: they are switched on and have a front on which a sheet can hang."""
+"""Categories that can be broken: they can be switched on and have a front to which a sheet can be fixed."""
 PAPER, INK = "paper/#f7f5ee", "paper/#b01218"
 _GLYPHS = {
     "D": ("####.", "#...#", "#...#", "#...#", "#...#", "#...#", "####."),
@@ -36,23 +36,23 @@ _GLYPHS = {
     " ": (".....",) * 7,
 }
 _COLUMNS, _ROWS = 6, 7
-"""Width of a letter with the gap after it, and height of a letter, in dots."""
+"""Width of a letter (with the gap after it) and height of a letter, in dots."""
 _BORDER_M, _RAISED_M, _LINE_SHARE, _TEXT_SHARE = 0.008, 0.0006, 0.36, 0.88
-"""Sizes: the frame around the sheet, the distance of ink above paper, a line's share of the sheet's height, and a
-text's share of its width."""
+"""Width (m) of the sheet's frame, height (m) of ink above the paper, height of a line as a share of the sheet's height;
+width of the text as a share of the sheet's width."""
 _LINES_AT = (0.21, -0.21)
-"""Middle of each line above the sheet's middle, as a share of its height."""
+"""How far the middle of each line is above the sheet's middle, as a share of the sheet's height."""
 _HEIGHTS = 9
-"""Number of heights at which a place for the sheet is looked for."""
+"""Number of heights that are tried for the sheet."""
 _GRID = 9
-"""Number of points along each side of the sheet at which the front behind it is measured."""
+"""Number of points along each side of the sheet at which the depth of the front behind the sheet is measured."""
 _SLACK_M = 0.001
-"""Least distance from the sheet at which a triangle is left out of the measurement: far more than a rounding error."""
+"""Triangles farther than this (m) from the sheet are not measured; it is far more than a rounding error."""
 
 
 @lru_cache(maxsize=2048)
 def notice_parts(asset: Asset) -> tuple[Part, ...]:
-    """Return the sheet's parts where they hang on an asset; empty when the asset is not a machine with a front."""
+    """Return the parts of the sheet, placed on an asset; empty if the asset cannot have a sheet."""
     if asset.category not in MACHINES or not CATALOG[asset.category].is_toggleable:
         return ()
     height, depth, joint = _place(asset)
@@ -65,7 +65,7 @@ def notice_parts(asset: Asset) -> tuple[Part, ...]:
 
 
 def notice_centre(asset: Asset) -> Vec3 | None:
-    """Return the middle of the sheet in the asset's frame; None when the asset does not have a sheet."""
+    """Return the middle of the sheet in the asset's frame; None if the asset cannot have a sheet."""
     if not notice_parts(asset):
         return None
     height, depth, _ = _place(asset)
@@ -74,10 +74,10 @@ def notice_centre(asset: Asset) -> Vec3 | None:
 
 @lru_cache(maxsize=2048)
 def _place(asset: Asset) -> tuple[float, float, str | None]:
-    """Return the height of the sheet's middle, the depth of the front behind it, and the joint that carries it.
+    """Return the height of the sheet's middle, the z of the front behind it, and the joint that carries it.
 
-    The depth is -inf where nothing can carry the sheet. Of several heights the one with most of the front behind it is
-    taken, then the flattest, then the highest.
+    z is -inf if nothing can carry the sheet. The best height has the most of the front behind the sheet. Between
+    equally good heights, the flatter front and then the higher place decide.
     """
     half = asset.size.y / 2
     low, high = min(-half + HEIGHT_M / 2, half - HEIGHT_M / 2), max(-half + HEIGHT_M / 2, half - HEIGHT_M / 2)
@@ -104,7 +104,7 @@ def _place(asset: Asset) -> tuple[float, float, str | None]:
 
 
 def _front_triangles(part: Part) -> np.ndarray:
-    """Return the corners (n, 3, 3) of a part's triangles that face the front and may lie behind a sheet."""
+    """Return the corners (n, 3, 3) of those triangles of a part that face the front and may be behind a sheet."""
     corners = part.mesh.vertices.astype(float)[part.mesh.faces]
     corners = corners[_reaches(corners[..., 0], 0.0, WIDTH_M)]
     sides = corners[:, 1:] - corners[:, :1]
@@ -113,17 +113,16 @@ def _front_triangles(part: Part) -> np.ndarray:
 
 
 def _reaches(places: np.ndarray, middle: float, length: float) -> np.ndarray:
-    """Return a mask (n,) of the triangles that reach into an interval about a middle along one axis.
+    """Return a mask (n,) of the triangles that reach into an interval of this length around `middle`, along one axis.
 
-    Their corners are at `places` (n, 3) along that axis.
+    `places` (n, 3) are the coordinates of the triangles' corners along this axis.
     """
     half = length / 2 + _SLACK_M
     return (places.max(axis=1) >= middle - half) & (places.min(axis=1) <= middle + half)
 
 
 def _depths(corners: np.ndarray, height: float) -> np.ndarray:
-    """Return how far to the front each triangle reaches at the points of a sheet, (points, n); -inf at points off
-    it."""
+    """Return each triangle's z (points, n) at the points of a sheet; -inf where a point is outside the triangle."""
     across, up = np.linspace(-0.5, 0.5, _GRID) * WIDTH_M, height + np.linspace(-0.5, 0.5, _GRID) * HEIGHT_M
     x, y = (axis.ravel() for axis in np.meshgrid(across, up))
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
@@ -137,7 +136,7 @@ def _depths(corners: np.ndarray, height: float) -> np.ndarray:
 
 
 def _sheet(height: float, depth: float) -> Iterable[tuple[str, Mesh, str]]:
-    """Yield name, mesh and material of the sheet's parts; its front is at the given depth."""
+    """Yield (name, mesh, material) of the sheet's parts; the front of the paper is at z = `depth`."""
     yield "notice", box((WIDTH_M, HEIGHT_M, THICK_M), (0.0, height, depth - THICK_M / 2)), PAPER
     front = depth + _RAISED_M / 2
     across, up = WIDTH_M / 2 - _BORDER_M / 2, HEIGHT_M / 2 - _BORDER_M / 2
@@ -153,7 +152,7 @@ def _sheet(height: float, depth: float) -> Iterable[tuple[str, Mesh, str]]:
 
 
 def _strokes(line: str, number: int) -> Iterable[tuple[float, float, int, float, float]]:
-    """Yield the horizontal strokes of a line of text: middle x and y, dots, and a dot's width and height.
+    """Yield the horizontal strokes of a line of text: x and y of its middle, number of dots, width and height of a dot.
 
     A reader looks along -z, and so has +x on the left.
     """

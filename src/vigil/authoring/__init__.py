@@ -1,1 +1,1 @@
-"""Authoring: proposing, solving and reviewing episodes, and freezing packs of them."""
+"""Authoring: code that proposes, solves and reviews episodes, and freezes packs of them."""

@@ -1,4 +1,4 @@
-"""Cards: the README files of what is written to be shared, made from the templates next to this module."""
+"""Cards: README files for folders that are written to be shared, made from the templates in `templates`."""
 
 from typing import Any
 

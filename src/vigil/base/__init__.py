@@ -1,1 +1,1 @@
-"""Foundations that know nothing of episodes: geometry, JSON files, settings, versions."""
+"""Basic modules that do not depend on episodes: geometry, JSON files, settings, versions."""

@@ -1,4 +1,4 @@
-"""Objects that the modules of a package export under one name: registries whose entries are files."""
+"""Registries whose entries are modules: each module of a package exports one object under the same name."""
 
 import importlib
 import pkgutil
@@ -7,10 +7,10 @@ from typing import Any
 
 
 def exported_by_modules(package: str, name: str, required: Sequence[str]) -> list[Any]:
-    """Import each module of a package, and return what the modules export as `name`, by its attribute `position`.
+    """Import each module of a package, and return the objects that they export as `name`, sorted by `position`.
 
-    Raises AttributeError for a module that exports nothing under the name, TypeError for an object of which one of
-    the `required` attributes is empty.
+    Raises AttributeError for a module without this name, TypeError for an object whose attributes in `required` are
+    empty.
     """
     found: list[Any] = []
     for module in pkgutil.iter_modules(importlib.import_module(package).__path__):
@@ -23,5 +23,5 @@ def exported_by_modules(package: str, name: str, required: Sequence[str]) -> lis
 
 
 def loaded(function: str | Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function that is given as it is, or by its name "package.module:function"."""
+    """Return a function that is given either as itself or by its name "package.module:function"."""
     return pkgutil.resolve_name(function) if isinstance(function, str) else function

@@ -1,6 +1,6 @@
 """Safe reading of files that others may have written: regular files only, within a size limit and inside their folder.
 
-A device or a pipe may never end or may block forever, and a link may lead to a private file.
+Other files are refused: reading a device or a pipe may never end, and a link may lead to a private file.
 """
 
 import hashlib
@@ -44,7 +44,7 @@ def open_file(path: Path, what: str, error: type[InputError]) -> BinaryIO:
 
 
 def read_file(path: Path, what: str, error: type[InputError], max_bytes: int = MAX_JSON_BYTES) -> bytes:
-    """Return the bytes of a file. Raises `error` as `open_file` does, and if it exceeds `max_bytes`."""
+    """Return the bytes of a file. Raises `error` as `open_file` does, and if the file is larger than `max_bytes`."""
     with open_file(path, what, error) as file:
         try:
             data = file.read(max_bytes + 1)
@@ -65,20 +65,20 @@ def file_sha256(path: Path, what: str, error: type[InputError] = SettingError) -
 
 
 def is_inside(path: Path, folder: Path) -> bool:
-    """Whether `path` lies in `folder`, after links in both are resolved."""
+    """Whether `path` lies in `folder` after the links in both paths are resolved."""
     return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
 def resolve_inside(folder: Path, name: str, error: type[InputError]) -> Path:
-    """Return the path of a file in a folder. Raises `error` if it is a link that leads out of the folder."""
+    """Return the path of a file in a folder. Raises `error` if the file is a link that leads out of the folder."""
     path = folder / name
     if not is_inside(path, folder):
-        raise error(f"{name} in {str(folder)!r} is a link to outside of its folder; it is not followed.")
+        raise error(f"{name} in {str(folder)!r} is a link that leads out of the folder, so it is not followed.")
     return path
 
 
 def outward_links(folder: Path) -> Iterator[Path]:
-    """Yield the links at or under a folder that lead out of it."""
+    """Yield the links in a folder and its subfolders that lead out of the folder."""
     for parent, folders, names in os.walk(folder):
         for entry in (Path(parent, name) for name in sorted([*folders, *names])):
             if entry.is_symlink() and not is_inside(entry, folder):
@@ -86,9 +86,9 @@ def outward_links(folder: Path) -> Iterator[Path]:
 
 
 def refuse_outward_links(folder: Path, error: type[InputError]) -> None:
-    """Raise `error` if a link in a folder leads out of it: copying or writing through it would act elsewhere."""
+    """Raise `error` if a link in a folder leads out of it: writing through such a link would change other folders."""
     for link in outward_links(folder):
         raise error(
-            f"{str(link)!r} is a link to outside of {str(folder)!r}; it is not followed. Put there what it leads to, "
-            "or remove it."
+            f"{str(link)!r} is a link that leads out of {str(folder)!r}, so it is not followed. Replace the link "
+            "by the file that it leads to, or remove it."
         )

@@ -1,7 +1,7 @@
 """Poses and boxes in AI2-THOR's frame, with the arithmetic of angles and distances.
 
-The frame: metres; x right, y up, z forward (left-handed); yaw in degrees, clockwise seen from
-above, 0 looking along +z and 90 along +x; horizon in degrees, positive looking down.
+The frame is in metres: x right, y up, z forward (left-handed). Yaw is in degrees, clockwise seen from above; at 0 the
+view is along +z, at 90 along +x. Horizon is in degrees, positive when looking down.
 """
 
 import math
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel, ConfigDict
 
 EYE_HEIGHT_M = 1.576
-"""Height of the standing agent's camera above the floor."""
+"""Height (m) of the standing agent's camera above the floor."""
 
 
 class Vec3(NamedTuple):
@@ -22,7 +22,7 @@ class Vec3(NamedTuple):
 
 
 class Pose(BaseModel):
-    """Position and viewing direction of the agent: `position` is on the floor (y = floor height)."""
+    """Position and viewing direction of the agent. `position` is on the floor: its y is the height of the floor."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -39,7 +39,7 @@ class Pose(BaseModel):
 
 
 class Box(BaseModel):
-    """An upright box: `center`, full `size` along its local axes, rotated by `yaw` about the vertical."""
+    """An upright box: `center`, full `size` along its local axes, and rotation by `yaw` (deg) about the vertical."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -58,7 +58,7 @@ class Box(BaseModel):
         return self.center.y + self.size.y / 2
 
     def corners(self) -> list[Vec3]:
-        """Return the eight corners, bottom four first."""
+        """Return the eight corners, the four at the bottom first."""
         half_x, half_z = self.size.x / 2, self.size.z / 2
         return [
             self._out_of(local_x, y, local_z)
@@ -67,7 +67,7 @@ class Box(BaseModel):
         ]
 
     def floor_distance(self, point: Vec3) -> float:
-        """Return the floor-plane distance (m) from `point` to the nearest point of the box; 0 inside."""
+        """Return the floor-plane distance (m) from `point` to the nearest point of the box; 0 if it is inside."""
         dx, dz = point.x - self.center.x, point.z - self.center.z
         local_x, local_z = rotate_floor(dx, dz, -self.yaw)
         return math.hypot(
@@ -81,29 +81,29 @@ class Box(BaseModel):
 
 
 def rotate_floor(x: Any, z: Any, yaw: float) -> tuple[Any, Any]:
-    """Return the floor vector (x, z), numbers or arrays, turned by `yaw` degrees clockwise seen from above."""
+    """Return the floor vector (x, z), turned by `yaw` degrees clockwise seen from above (numbers or arrays)."""
     sin, cos = math.sin(math.radians(yaw)), math.cos(math.radians(yaw))
     return x * cos + z * sin, z * cos - x * sin
 
 
 def heading(yaw: float) -> tuple[float, float]:
-    """Return the unit floor vector (x, z) that `yaw` looks along."""
+    """Return the unit floor vector (x, z) of the viewing direction at `yaw` (deg)."""
     return rotate_floor(0.0, 1.0, yaw)
 
 
 def yaw_towards(origin: Vec3, target: Vec3) -> float:
-    """Return the yaw in [0, 360) from `origin` to `target` in the floor plane."""
+    """Return the yaw (deg) in [0, 360) at which `target` is straight ahead of `origin`, in the floor plane."""
     return math.degrees(math.atan2(target.x - origin.x, target.z - origin.z)) % 360.0
 
 
 def wrap_deg(angle: float) -> float:
-    """Return `angle` in [0, 360)."""
+    """Return the angle in [0, 360) degrees that is equal to `angle` up to full turns."""
     wrapped = angle % 360.0
     return 0.0 if wrapped == 360.0 else wrapped
 
 
 def turn_between(from_yaw: float, to_yaw: float) -> float:
-    """Return the signed turn in (-180, 180], positive to the right."""
+    """Return the turn (deg) in (-180, 180] from one yaw to the other, positive to the right."""
     turn = (to_yaw - from_yaw) % 360.0
     return turn - 360.0 if turn > 180.0 else turn
 

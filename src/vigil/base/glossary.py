@@ -1,8 +1,8 @@
 """The glossary: the terms of reports, pages and documentation, each defined once.
 
-Reports show the glossary at their foot, `vigil view` and exported sites show it as a page, and the documentation has it
-as `docs/glossary.md` (written by `scripts/docs_tables.py`). Nothing is computed here: the formulas are in
-`vigil.scoring.outcomes` and `vigil.scoring.rates`.
+Reports show the glossary at their foot; `vigil view` and exported sites show it as a page. `scripts/docs_tables.py`
+writes it to `docs/glossary.md`. Nothing is computed here: the formulas are in `vigil.scoring.outcomes` and
+`vigil.scoring.rates`.
 """
 
 import re
@@ -10,19 +10,17 @@ from typing import NamedTuple
 
 
 class Term(NamedTuple):
-    """A term of the glossary: a short definition, which can be part of a sentence, and further sentences of
-    explanation.
-    """
+    """A term of the glossary: a short definition, which can be part of a sentence, and sentences that explain more."""
 
     name: str
     short: str
     more: str = ""
     aliases: tuple[str, ...] = ()
-    """Spellings of the term in table headings that differ from its name, without units."""
+    """Other spellings of the term in table headings, without units."""
 
     @property
     def anchor(self) -> str:
-        """Fragment of the URL that links to the term."""
+        """Part of the URL after `#` that links to the term."""
         return re.sub(r"[^a-z0-9_]+", "-", self.name.replace("Δ", "delta").lower()).strip("-")
 
     @property
@@ -442,7 +440,7 @@ RESULTS: dict[str, tuple[Term, ...]] = {
     "Closure stress": _CLOSURE,
     "Lists of chores": _CHORES,
 }
-"""Heading -> the terms that reports and pages use."""
+"""Heading -> the terms under this heading, for reports and pages."""
 SECTIONS: dict[str, tuple[Term, ...]] = {**RESULTS, "Words of the project and its code": _CODE}
 TERMS: dict[str, Term] = {term.name: term for terms in SECTIONS.values() for term in terms}
 _UNITS = re.compile(r"( \[95\u00a0%\]| %| \(pp\)| \(steps\))+$")
@@ -452,5 +450,5 @@ _BY_HEADING = {
 
 
 def term_of(heading: str) -> Term | None:
-    """Return the term that a column heading names, ignoring units; None if the heading is not a term."""
+    """Return the term whose name or alias is a column heading, ignoring units; None if there is no such term."""
     return _BY_HEADING.get(_UNITS.sub("", heading))

@@ -1,7 +1,7 @@
-"""Imports of a user's modules, which register families, categories or drafts. They are imported in this process and in
-every process that it starts.
+"""Imports of a user's modules, which register families, categories or drafts.
 
-The names of the modules are in an environment variable, which every process that VIGIL starts inherits and reads first.
+The modules are imported in this process and in every process that VIGIL starts. An environment variable has their
+names; the started processes inherit the variable, and import the modules before anything else.
 """
 
 import importlib
@@ -16,9 +16,9 @@ ENVIRONMENT_VARIABLE = "VIGIL_IMPORT"
 
 
 def import_modules(names: Iterable[str]) -> None:
-    """Import modules, in this process and in every process started from now on. Raises SettingError.
+    """Import modules, in this process and in every process that is started from now on. Raises SettingError.
 
-    Modules are also searched for in the current folder, as by `python -m`.
+    Modules are also searched for in the current folder, as `python -m` does.
     """
     if (here := os.getcwd()) not in sys.path and "" not in sys.path:
         sys.path.append(here)
@@ -33,7 +33,7 @@ def import_modules(names: Iterable[str]) -> None:
 
 
 def import_modules_from_environment() -> None:
-    """Import the modules that the environment names. Raises SettingError."""
+    """Import the modules that the environment variable `VIGIL_IMPORT` names. Raises SettingError."""
     if _modules_in_environment():
         import_modules(())
 

@@ -1,7 +1,7 @@
 """Strict JSON: the only reader of JSON files that may come from outside this package.
 
-It accepts standard JSON only (no NaN, Infinity or lone surrogates), nested at most 201 levels deep: the parser's fixed
-limit, which does not depend on Python's stack and far exceeds the nesting of the project's files.
+It accepts only standard JSON (no NaN, Infinity or lone surrogates), nested at most 201 levels deep. This is the fixed
+limit of the parser: it does not depend on Python's stack, and the project's files nest far less.
 """
 
 from typing import Any, TypeGuard
@@ -10,7 +10,7 @@ from pydantic_core import from_json
 
 
 def read_json(data: bytes | str) -> Any:
-    """Return the JSON value in `data`. Raises ValueError that says what is wrong and where."""
+    """Return the JSON value in `data`. Raises ValueError, whose message says what is wrong and where."""
     try:
         raw = data.encode() if isinstance(data, str) else data
     except UnicodeEncodeError as error:
@@ -32,7 +32,7 @@ def is_array(value: object) -> TypeGuard[list[Any]]:
 
 
 def _hint(data: bytes) -> str:
-    """Return a hint if NaN or Infinity is the only fault; empty otherwise."""
+    """Return a hint if NaN or Infinity is all that is wrong with `data`; otherwise empty."""
     try:
         from_json(data, allow_inf_nan=True)
     except ValueError:

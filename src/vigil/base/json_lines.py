@@ -1,9 +1,9 @@
-"""JSON-lines files: one JSON value per line, append-only. This module has the only reader and the only writer of such
-files.
+"""JSON-lines files: one JSON value per line, append-only. All such files are read and written by this module.
 
-A line counts if it ends with a newline, or is complete JSON without one: a process that was killed may have missed only
-the newline. Any other bytes after the last line are a partial line: readers skip it, and the writer moves it to a side
-file. Lines are read one at a time; a line, a file or a number of lines over the limits below raises an error.
+A line is complete if it ends with a newline. A last line without a newline is also complete if it is whole JSON,
+because a killed process may have failed to write only the newline. Any other bytes after the last complete line are a
+partial line: readers skip it, and the writer moves it to a side file. Lines are read one at a time. A line, a file or a
+number of lines above the limits below raises an error.
 """
 
 import fcntl
@@ -22,11 +22,11 @@ from vigil.base.json_files import read_json
 from vigil.errors import InputError, RecordError, first_error
 
 MAX_LINE_BYTES = 64 * MIB
-"""Maximum length of a line. A row with forty replies of the maximum length has about 10 MiB."""
+"""Maximum length of a line. For comparison, a row with forty replies of maximum length has about 10 MiB."""
 MAX_LINES = 1_000_000
 MAX_FILE_BYTES = 4096 * MIB
 MAX_SIDE_FILES = 10_000
-"""Maximum number of side files with partial lines next to one file."""
+"""Maximum number of side files (with partial lines) of one file."""
 _Row = TypeVar("_Row", bound=BaseModel)
 
 
@@ -49,7 +49,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """The content of a file: its complete lines and, if there is one, the partial line after them."""
+    """The content of a file: its complete lines, and the partial line after them, if any."""
 
     complete: tuple[Line, ...]
     partial_line: bytes
@@ -57,31 +57,31 @@ class Lines:
 
     @property
     def end(self) -> int:
-        """Offset of the end of the last complete line, in bytes; 0 if there is none."""
+        """Offset (bytes) of the end of the last complete line in the file; 0 if there is no complete line."""
         return self.complete[-1].end if self.complete else 0
 
     @property
     def lacks_newline(self) -> bool:
-        """Whether the last complete line lacks its newline."""
+        """Whether the last complete line ends without a newline."""
         return bool(self.complete) and not self.complete[-1].data.endswith((b"\n", b"\r"))
 
 
 class LineReader:
-    """Reader of a file's lines, one at a time. After the last complete line, it has the partial line that follows."""
+    """Reader of a file's lines, one at a time. After the last complete line, `partial_line` has the remaining bytes."""
 
     def __init__(self, file: BinaryIO, place: str, *, number: int = 0, start: int = 0) -> None:
-        """`file` is positioned after its first `number` lines (`start` bytes); `place` names it in messages."""
+        """`file` is positioned after its first `number` lines (`start` bytes). `place` names the file in messages."""
         self._file = file
         self._place = place
         self._number, self.end = number, start
-        """`end` is the offset of the end of the last complete line that was read, in bytes."""
+        """Number of the last complete line that was read, and the offset (bytes) of its end."""
         self.partial_line = b""
         """Bytes after the last complete line."""
         self.lacks_newline = False
-        """Whether the last complete line lacks its newline."""
+        """Whether the last complete line ends without a newline."""
 
     def __iter__(self) -> Iterator[Line]:
-        """Yield the complete lines. Raises RecordError when a limit is exceeded."""
+        """Yield the complete lines. Raises RecordError if a limit is exceeded."""
         while read := self._file.readline(MAX_LINE_BYTES + 1):
             for raw in read.splitlines(keepends=True):
                 self._check(raw)
@@ -102,7 +102,9 @@ class LineReader:
         }
         for fault, is_so in limits.items():
             if is_so:
-                raise RecordError(f"{self._place}: {fault}, the limit for a file of JSON lines. Is it one?")
+                raise RecordError(
+                    f"{self._place}: {fault}, the limit for a file of JSON lines. Is it a file of JSON lines?"
+                )
 
 
 def _read_all(file: BinaryIO, place: str) -> Lines:
@@ -111,7 +113,7 @@ def _read_all(file: BinaryIO, place: str) -> Lines:
 
 
 def read_lines(path: Path, max_lines: int | None = None) -> tuple[Line, ...]:
-    """Return the complete lines of a file, or the first `max_lines`; () if it does not exist. Raises RecordError."""
+    """Return the complete lines of a file, at most `max_lines`; () if the file does not exist. Raises RecordError."""
     if not os.path.lexists(path):
         return ()
     with open_file(path, repr(str(path)), RecordError) as file:
@@ -123,7 +125,7 @@ def parse_line(
 ) -> _Row:
     """Return the row in a line.
 
-    Raises `error` for an invalid row; its message names file, line and field and ends with `advice`.
+    Raises `error` if the row is invalid. The message names the file, line and field, and ends with `advice`.
     """
     validate = kind.validate_json if isinstance(kind, TypeAdapter) else kind.model_validate_json
     try:
@@ -144,9 +146,9 @@ def append_line(path: Path, line: bytes) -> None:
 
 
 def is_being_written(path: Path) -> bool | None:
-    """Whether a process has the file open for appending; None if that cannot be found out.
+    """Whether a process has the file open for appending; None if this cannot be found out.
 
-    The check takes the writer's lock for an instant, so repeat it only when the file has changed.
+    The check holds the writer's lock for a moment, so repeat it only when the file has changed.
     """
     try:
         with open_file(path, repr(str(path)), RecordError) as file:
@@ -161,11 +163,11 @@ def is_being_written(path: Path) -> bool | None:
 class AppendFile:
     """A JSON-lines file that is locked, so that only one process at a time writes to it.
 
-    Only `repair_tail`, `append` and `truncate` change it.
+    Only its methods `repair_tail`, `append` and `truncate` change the file.
     """
 
     def __init__(self, path: Path, *, waits: bool = False, makes_folder: bool = False) -> None:
-        """Open or create the file. If another process is writing to it, wait (`waits`) or raise RecordError."""
+        """Open or create the file. If another process writes to it, wait if `waits`, otherwise raise RecordError."""
         self.path = path
         self._file, self.made_folder = _open_locked(path, waits, makes_folder)
         try:
@@ -176,11 +178,11 @@ class AppendFile:
             raise
         """Content of the file when it was opened; emptied by `repair_tail`."""
         self.partial_line_file: Path | None = None
-        """Side file to which the partial last line was moved; None if there was none."""
+        """Side file to which the partial last line was moved; None if there was no partial line."""
         self._is_repaired = False
 
     def repair_tail(self) -> None:
-        """Make the file end with a newline, moving a partial last line to a side file. Raises RecordError."""
+        """Make the file end with a newline. Move a partial last line to a side file. Raises RecordError."""
         if self._is_repaired:
             return
         try:
@@ -193,13 +195,13 @@ class AppendFile:
                 self._write(b"\n")
         except OSError as error:
             raise RecordError(
-                f"The partial last line of {str(self.path)!r} cannot be moved: {error.strerror}. It is still there; "
-                "fix this and give the same command again."
+                f"The partial last line of {str(self.path)!r} cannot be moved to another file: {error.strerror}. "
+                "The line is still in the file; fix the cause and give the same command again."
             ) from None
         self._is_repaired, self.lines = True, Lines((), b"")
 
     def append(self, *lines: bytes) -> None:
-        """Append lines, each with its newline: all are on disk on return, or none is. Raises RecordError."""
+        """Append lines, each with its newline. On return all of them are on disk; on RecordError none is."""
         self.repair_tail()
         before = os.fstat(self._file.fileno()).st_size
         try:
@@ -210,7 +212,7 @@ class AppendFile:
             raise write_error(self.path, error) from error
 
     def truncate(self, end: int) -> None:
-        """Discard everything after the first `end` bytes of the file, which must end at the end of a line."""
+        """Remove everything after the first `end` bytes of the file; `end` must be the end of a line."""
         self._file.truncate(end)
         complete = tuple(line for line in self.lines.complete if line.end <= end)
         self.lines = Lines(complete, b"")
@@ -237,7 +239,7 @@ class AppendFile:
 
 
 def write_error(path: Path, error: OSError) -> RecordError:
-    """Return the error for a file of a run that cannot be written."""
+    """Return the error to raise if a file of a run cannot be written."""
     return RecordError(
         f"Cannot write to {str(path)!r}: {error.strerror}. What was written before is kept; fix this and give the "
         "same command again."
@@ -245,7 +247,7 @@ def write_error(path: Path, error: OSError) -> RecordError:
 
 
 def unused_side_path(path: Path) -> Path:
-    """Return an unused path next to a file for its partial last line. Raises RecordError."""
+    """Return a path for the side file with a file's partial line; no file has this path yet. Raises RecordError."""
     for number in range(1, MAX_SIDE_FILES):
         side = path.with_name(f"{path.name}.partial-{number}")
         if not side.exists():
@@ -264,8 +266,8 @@ def _is_json(data: bytes) -> bool:
 def _open_locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool]:
     """Return the locked file, and whether this call made the file's folder.
 
-    A process that ends without a record removes the folder that it made. If another process does so while this process
-    waits for the lock, the folder and the file are made again.
+    A process that ends without writing a record removes the folder that it made. If another process removes the folder
+    while this process waits for the lock, the folder and the file are made again.
     """
     while True:
         made_folder = makes_folder and _make_folder(path.parent)
@@ -287,8 +289,9 @@ def _open_locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO,
         except OSError as error:
             file.close()
             raise RecordError(
-                f"{str(path)!r} cannot be locked: {error.strerror}. This file system has no locks, which keep two "
-                "processes from writing to one file. Choose a folder on another one, such as a local disk."
+                f"{str(path)!r} cannot be locked: {error.strerror}. This file system does not support locks, which "
+                "keep two processes from writing to one file. Choose a folder on another file system, such as a "
+                "local disk."
             ) from None
         if _is_same_file(path, file):
             file.seek(0)
@@ -316,7 +319,7 @@ def _make_folder(folder: Path) -> bool:
 
 
 def _is_same_file(path: Path, file: BinaryIO) -> bool:
-    """Whether an open file is the file that is now at the path."""
+    """Whether the file at `path` is still the file that was opened as `file`."""
     try:
         return os.path.samestat(path.stat(), os.fstat(file.fileno()))
     except FileNotFoundError:

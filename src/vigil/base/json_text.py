@@ -1,4 +1,4 @@
-"""JSON in a reply, strictly: no duplicate keys, no NaN, no lone surrogates, at most MAX_DEPTH levels.
+"""Strict parsing of JSON in a reply: no duplicate keys, no NaN, no lone surrogates, at most MAX_DEPTH levels.
 
 The nesting depth is found by scanning the brackets before anything is decoded, so that the limit is the same on every
 machine and does not depend on Python's stack. Source: `protocol.md` section 2.3.
@@ -13,14 +13,14 @@ from vigil.base.json_files import is_array, is_object
 MAX_DEPTH = 64
 """Maximum nesting of objects and lists; the outermost is level 1, and numbers and strings add no level."""
 MAX_INT_DIGITS = 300
-"""Maximum digits of an integer; longer ones become infinite floats, which no argument accepts."""
+"""Maximum number of digits of an integer. A longer integer becomes an infinite float, which no argument accepts."""
 
 _TOKEN = re.compile(r'"(?:[^"\\]++|\\.)*+"?|[\[\]{}]', re.DOTALL)
-"""Pattern of a string (which may hold brackets) or a bracket. Possessive, to prevent backtracking."""
+"""Pattern of a bracket or a whole string, which may hold brackets. Possessive quantifiers prevent backtracking."""
 
 
 class JsonFault(Exception):
-    """The reason why a text is not strict JSON, as a short code."""
+    """Error for a text that is not strict JSON; its message is a short code of the reason."""
 
     def __init__(self, reason: str, detail: str = "") -> None:
         super().__init__(reason)
@@ -44,7 +44,7 @@ def extent(text: str, start: int) -> tuple[int, int]:
 
 
 def decode(text: str, start: int = 0) -> tuple[Any, int]:
-    """Return the JSON value that begins at `start`, and where it ends. Raises JsonFault."""
+    """Return the JSON value that begins at `start`, and the position where the value ends. Raises JsonFault."""
     if text[start : start + 1] in ("{", "[") and extent(text, start)[1] > MAX_DEPTH:
         raise JsonFault("too_deep", f"more than {MAX_DEPTH} levels")
     try:
@@ -56,9 +56,9 @@ def decode(text: str, start: int = 0) -> tuple[Any, int]:
 
 
 def object_end(text: str, start: int) -> int:
-    """Return the end of the JSON object that begins at `start`; -1 if there is none.
+    """Return the end of the JSON object that begins at `start`; -1 if no object begins there.
 
-    An object with duplicate keys, NaN or too many levels is faulty, but still counts as an object.
+    An object that has duplicate keys, NaN or too many levels is invalid, but still counts as an object here.
     """
     if not text.startswith("{", start):
         return -1

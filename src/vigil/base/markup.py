@@ -1,11 +1,11 @@
-"""Markup: replaces the characters of a text that XML, SVG, HTML and LaTeX documents cannot contain."""
+"""Markup: replaces those characters of a text that XML, SVG, HTML and LaTeX documents cannot contain."""
 
 import re
 from typing import Any
 
 _INVALID = re.compile("[^\t\n\r\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that XML 1.0 does not allow (lone surrogates, U+FFFE, U+FFFF ...), and control characters that it
-allows."""
+"""Pattern of the characters to replace: those that XML 1.0 forbids (lone surrogates, U+FFFE, U+FFFF ...), and control
+characters, which it allows."""
 REPLACEMENT = "\ufffd"
 
 
@@ -15,7 +15,7 @@ def replace_invalid(text: str) -> str:
 
 
 def finalize(value: Any) -> Any:
-    """Return a value with invalid characters replaced, its string type preserved: Jinja's `finalize`."""
+    """Return a value with its invalid characters replaced. A string keeps its type. Jinja calls this as `finalize`."""
     if not isinstance(value, str) or (text := replace_invalid(value)) == value:
         return value
     return type(value)(text)

@@ -1,8 +1,8 @@
-"""Setting: the help, name and bounds of a value that users can set, attached to the value's type by `Annotated`.
+"""Setting: the help, name and bounds of a value that users can set. `Annotated` attaches them to the value's type.
 
-Each setting is declared once: as a field of a dataclass (`runner.settings.RunSettings`) or as an alias that several
-dataclasses and commands share. The command line makes its options from the declaration, and `check_settings` checks
-values that come from Python against the same bounds.
+Each setting is declared once: as a field of a dataclass (`runner.settings.RunSettings`), or as an alias that several
+dataclasses and commands share. The command line makes its options from the declarations. `check_settings` applies the
+same bounds to values that come from Python.
 """
 
 import math
@@ -19,31 +19,30 @@ class Setting:
     """The name, help and bounds of a setting."""
 
     help: str
-    """One line of help. For a switch that is on by default, the help says what turning it off does."""
+    """One line of help. For a switch that is on by default, the line says what happens if it is turned off."""
     name: str = ""
     """Name of the option, without the dashes; empty to use the name of the field."""
     other_name: str = ""
-    """Another name of the option; empty without one."""
+    """Second name of the option; empty if it has only one name."""
     minimum: float | None = None
     maximum: float | None = None
     metavar: str | None = None
-    """Placeholder for the value in the help; None to use the name of the type."""
+    """Word that stands for the value in the help; None to use the name of the type."""
     unset: str | None = None
-    """Behaviour when the value is None, as the help describes it."""
+    """Text for the help: what happens if the value is None."""
     env: str | None = None
     """Environment variable that sets the value if the option is not given."""
     read: Callable[[Any], Any] | None = None
-    """Function that parses the option's text, or the list of its texts if the option `repeats`. It raises
-    SettingError."""
+    """Function that parses the option's text, or a list of texts if the option `repeats`. Raises SettingError."""
     repeats: bool = False
-    """Whether the option may be given several times; `read` then takes the list of texts."""
+    """Whether the option may be given several times. If so, `read` gets the list of all texts."""
     is_option: bool = True
     """Whether the command line has an option for the setting."""
 
 
 @dataclass(frozen=True, slots=True)
 class DeclaredSetting:
-    """A setting with its name in Python, its type without `Annotated`, and its default (MISSING without one)."""
+    """A setting with its name in Python, its type without `Annotated`, and its default (MISSING if there is none)."""
 
     name: str
     kind: Any
@@ -57,11 +56,11 @@ class DeclaredSetting:
 
     @property
     def spoken(self) -> str:
-        """Name of the setting in messages: its option, or else its name in Python."""
+        """Name of the setting in messages: its option, or its name in Python if it does not have an option."""
         return f"--{self.option}" if self.setting.is_option else f"Setting {self.name}"
 
     def value(self, given: Any) -> Any:
-        """Return the setting's value, parsed from `given`; the default if `given` is None or an empty list.
+        """Return the setting's value, parsed from `given`. If `given` is None or an empty list, return the default.
 
         Raises SettingError.
         """
@@ -82,7 +81,7 @@ def declared_setting(name: str, annotation: Any, default: Any = MISSING) -> Decl
 
 
 def declared_settings(settings: type) -> Iterator[DeclaredSetting]:
-    """Yield the settings that a dataclass declares, in order. The dataclass's annotations must not be strings."""
+    """Yield the settings that a dataclass declares, in order. The annotations of its fields must not be strings."""
     for field in fields(settings):
         found = declared_setting(field.name, field.type, _default(field))
         if found is not None:
@@ -118,7 +117,7 @@ def _check_number(one: DeclaredSetting, value: float) -> None:
 
 
 def choices(kind: Any) -> tuple[str, ...]:
-    """Return the values that a `Literal` or optional `Literal` allows; () for any other type."""
+    """Return the values that `kind` allows if it is a `Literal` or an optional `Literal`; () for any other type."""
     if get_origin(kind) in (Union, UnionType):
         return next((found for part in get_args(kind) if (found := choices(part))), ())
     return get_args(kind) if get_origin(kind) is Literal else ()

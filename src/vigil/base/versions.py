@@ -1,9 +1,9 @@
 """Versions of the rules, the shapes and the reply grammar under which a pack, run or record was made.
 
-Packs, run headers and episode records name these versions, because the package's version number does not say whether a
-recorded action would still have the same effect. Each version is a whole number that is raised by one. 1 means
-unversioned: made before versions were recorded. `tests/base/test_versions.py` fails when the rules, shapes or grammar
-change but the number does not.
+Packs, run headers and episode records state these versions, because the package's version number does not say whether a
+recorded action would still have the same effect. Each version is a whole number, raised by one at a change. Version 1
+stands for all files that were made before versions were recorded. `tests/base/test_versions.py` fails if the rules,
+shapes or grammar change but the number does not.
 """
 
 from typing import Self
@@ -16,21 +16,25 @@ from vigil.errors import shorten
 RULES_VERSION = 3
 """Version of the protocol as implemented: contract, budgets, goals, and the simulator's behaviour.
 
-It is raised when an episode could end differently, or get another verdict, for the same replies and shapes. A raise
-needs a record under docs/decisions that says what changes and how many recorded verdicts change, regenerated golden
-records, and the packaged packs frozen again under new names."""
+It is raised if an episode with the same replies and shapes could end differently or get another verdict. Then a record
+under docs/decisions must say what changes and how many recorded verdicts change, golden records must be generated
+again, and the packaged packs must be frozen again under new names.
+"""
 SHAPES_VERSION = 5
 """Version of the shapes of a house's objects: the places of parts, solids, surfaces and joints.
 
-It is raised when any of them moves by more than `tests/golden/shapes.json` tolerates: what is in view, in reach or in
-the way may then change in every recorded episode. A raise needs the packaged packs frozen again."""
+It is raised if any of these moves by more than `tests/golden/shapes.json` tolerates. What is in view, in reach or in
+the way may then change in every recorded episode, so the packaged packs must be frozen again.
+"""
 GRAMMAR_VERSION = 2
-"""Version of the reply grammar in `vigil.protocol.replies`, which decides which texts are actions, and of which kind.
+"""Version of the reply grammar in `vigil.protocol.replies`. The grammar decides which texts are actions, and which
+actions they are.
 
-It is raised when any text is parsed differently than before (`tests/golden/replies.json` pins some). A raise does not
-need new packs, but replies parsed under another grammar must not be compared with those parsed under this one."""
+It is raised if any text is parsed differently than before (`tests/golden/replies.json` has examples). New packs are not
+needed then, but replies parsed under different versions of the grammar must not be compared.
+"""
 UNVERSIONED = 1
-"""Version that is assumed for a file that does not state a version."""
+"""Version of a file that does not state a version."""
 MAX_SCHEMA_CHARS = 40
 
 
@@ -48,14 +52,12 @@ class PackVersions(BaseModel):
         return cls.model_validate({name: number for name, number in _CURRENT.items() if name in cls.model_fields})
 
     def differences(self) -> list[str]:
-        """Return the versions that differ from this package's, e.g. `rules 1 (here 2)`."""
+        """Return descriptions of the versions that differ from this package's, e.g. `rules 1 (here 2)`."""
         numbers = self.model_dump()
         return [f"{name} {numbers[name]} (here {_CURRENT[name]})" for name in numbers if self._differs(name)]
 
     def note(self, what: str) -> str | None:
-        """Return one line that says under which other versions `what` was made; None if its versions are those of
-        this package.
-        """
+        """Return one line with the versions under which `what` was made; None if they are this package's versions."""
         found = self.differences()
         if not found:
             return None
@@ -74,7 +76,7 @@ class Versions(PackVersions):
 
 
 def schema_mismatch(found: object, known: int) -> str | None:
-    """Return why a file of schema `found` cannot be read, and what to do; None if `found` equals `known`."""
+    """Return a message that a file of schema `found` cannot be read, and what to do; None if `found` equals `known`."""
     if found == known:
         return None
     is_newer = isinstance(found, int) and found > known
@@ -87,7 +89,7 @@ def schema_mismatch(found: object, known: int) -> str | None:
 
 
 def schema_validator(known: int) -> AfterValidator:
-    """Return a pydantic validator that accepts only the `known` value of the field `schema_version`."""
+    """Return a pydantic validator for the field `schema_version` that accepts only the value `known`."""
 
     def checked(found: int) -> int:
         fault = schema_mismatch(found, known)

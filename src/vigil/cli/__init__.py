@@ -39,14 +39,14 @@ def _before_a_verb(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """Take the options before a verb, and import what the environment names."""
+    """Handle the options before a verb, and import the modules that the environment names."""
     import_modules_from_environment()
 
 
 def main() -> None:
-    """Run the command line. Exits with 0, 1 (it failed), 2 (bad input) or 130 (interrupted)."""
+    """Run the command line. Exits with 0, 1 (the command failed), 2 (bad input) or 130 (interrupted)."""
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(line_buffering=True)  # so that a file of both outputs has them in their order
+        sys.stdout.reconfigure(line_buffering=True)  # so that a file with both outputs has their lines in order
     try:
         app()
     except InfrastructureError as error:
@@ -54,19 +54,19 @@ def main() -> None:
     except VigilError as error:
         _die(error, BAD_INPUT)
     except BrokenPipeError:
-        # The reader (head, less) has gone; nothing is left to say, also not when Python closes its streams.
+        # The reader (head, less) has ended: print nothing more, not even when Python closes its streams.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(FAILED)
     except OSError as error:
         if error.filename is None and error.errno != errno.ENOSPC:
-            raise  # no file of the user's
+            raise  # the error is not about a file of the user
         where = "" if error.filename is None else f"{str(error.filename)!r}: "
         _die(f"{where}{error.strerror}. Give a place that exists, has space and is writable.", BAD_INPUT)
     except KeyboardInterrupt:
         _say_interrupted()
         sys.exit(INTERRUPTED)
     except SystemExit as end:
-        if end.code == INTERRUPTED:  # typer's way of passing on ^C
+        if end.code == INTERRUPTED:  # Typer ends like this after Ctrl-C
             _say_interrupted()
         raise
 

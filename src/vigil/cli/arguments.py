@@ -13,7 +13,7 @@ from vigil.scoring.saved_run import find_runs
 
 
 def _import_modules(names: list[str] | None) -> list[str] | None:
-    """Import immediately, because later options may name what the modules register."""
+    """Import the modules immediately, because later options may name what the modules register."""
     import_modules(names or ())
     return names
 

@@ -1,4 +1,4 @@
-"""`vigil doctor`: what this machine has, and what is missing. `vigil thor-engine`: what AI2-THOR's client starts."""
+"""`vigil doctor`: what this machine has and what is missing. `vigil thor-engine`: the engine for AI2-THOR's client."""
 
 import json
 import platform
@@ -36,7 +36,9 @@ PACKAGES = ("vigil-bench", "mujoco", "shapely", "numpy", "pydantic", "inspect-ai
 def doctor(
     out: Annotated[
         Path | None,
-        typer.Option(help="PNG file to which the frame drawn by the check is written; not written if unset."),
+        typer.Option(
+            help="PNG file to which the check writes the frame that it draws. If unset, the frame is not saved."
+        ),
     ] = None,
     backend: Annotated[
         Literal["mujoco", "thor"],
@@ -123,14 +125,14 @@ def thor_engine(
 ) -> None:
     """In Python: Controller(local_executable_path="vigil thor-engine --render-quality fast", scene=house)
 
-    The client adds Unity's options to the command. In Python, `vigil.thor_engine()` returns such a command, and sets
-    DISPLAY, which the client requires.
+    The client adds Unity's options to the command. In Python, `vigil.thor_engine()` returns this command, and sets the
+    variable DISPLAY, which the client requires.
     """
     raise typer.Exit(serve_thor([*engine_options(backend, render_quality, assets), *context.args]))
 
 
 def _thor_facts() -> dict[str, str]:
-    """Return what AI2-THOR's own engine lacks on this machine, and whether its client works with another."""
+    """Return what is missing here for AI2-THOR's own engine, and whether its client works with VIGIL's engine."""
     found, chosen = examine(), chosen_engine()
     other = "our engine" if chosen.command is None else f"{chosen.name} engine"
     return {
@@ -158,7 +160,7 @@ def _try_client(command: str) -> str:
 
 
 def _thor_checks() -> dict[str, str]:
-    """Return which conformance checks hold with the chosen engine."""
+    """Return which conformance checks pass with the engine that is chosen for AI2-THOR."""
     with closing(make_simulator("thor", assets=AssetDatabase.default())) as simulator:
         harness = Harness(simulator)
         return {

@@ -122,7 +122,7 @@ def show(
     out: Annotated[Path, typer.Option(help="PNG file to which the picture is written.")],
     assets: AssetFile = None,
 ) -> None:
-    """On the plan, north (+z) is up. Doors are drawn as they swing, small objects as dots, and the start as a ring.
+    """On the plan, north (+z) is up. Doors show how far they are open; dots are small objects, and a ring is the start.
 
     Example: vigil houses show house.json --out plan.png
     """
@@ -142,7 +142,10 @@ def sweep_houses(
         typer.Option(help="Seeds from which houses are generated, as FIRST:END, e.g. 0:1000; END itself is not used."),
     ] = "0:20",
     rooms: Annotated[
-        str, typer.Option(help="Numbers of rooms, separated by commas; every seed gives a house of each.")
+        str,
+        typer.Option(
+            help="Numbers of rooms, separated by commas. For each seed, one house of each of these sizes is generated."
+        ),
     ] = "1,2,3,4,6,10",
     load: Annotated[
         bool, typer.Option(help="Whether to also build each house's scene and compile it in MuJoCo.")
@@ -182,7 +185,7 @@ def _own_loaded(house: House) -> None:
 
 
 def _unloaded(house: House) -> None:
-    """Replacement for loading when only the document is checked."""
+    """Do nothing: used in place of loading when only the house's document is checked."""
 
 
 def _whole_numbers(text: str, between: str, option: str, form: str, count: int | None) -> list[int]:
@@ -201,8 +204,10 @@ def export(
     material_database: Annotated[
         Path | None,
         typer.Option(
-            help="AI2-THOR's material-database.json, from which materials are chosen; the materials do not "
-            "change if unset."
+            help=(
+                "AI2-THOR's material-database.json, from which materials are chosen. If unset, the materials do "
+                "not change."
+            )
         ),
     ] = None,
     thor: Annotated[
@@ -218,7 +223,7 @@ def export(
     Example: vigil houses export --thor --asset-database asset-database.json house.json thor_house.json
     """
     if not thor:
-        raise SettingError("houses export needs a format: give --thor, the only one.")
+        raise SettingError("`vigil houses export` needs a format: give --thor, which is the only format.")
     if not out.parent.is_dir():
         raise SettingError(f"House file {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     house, assets = house_at(file, print_note), AssetDatabase.load(asset_database)
@@ -238,7 +243,7 @@ def export(
 
 
 def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
-    """Yield each house, or the error that it raises, with its name."""
+    """Yield (name, house) for each place; an error takes the place of a house that cannot be read."""
     for place in places:
         if not is_dataset(place) and not place.endswith((".jsonl", ".gz")):
             try:
@@ -256,7 +261,7 @@ def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
 
 
 def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Mismatch]:
-    """Return the house's faults. Raises HouseError when it cannot be loaded whole and without a warning."""
+    """Return the house's faults. Raises HouseError when loading leaves out an object or gives a warning."""
     faults, flaws = check_house(house, database), []
     shapeless = next((fault for fault in faults if fault.rule in UNLOADABLE_RULES), None)
     if shapeless is not None:

@@ -40,7 +40,7 @@ from vigil.runner.shared_settings import (
 OneEpisode = Annotated[
     str | None,
     Setting(
-        "Id of the episode whose instruction is filled into the prompt; a placeholder stands there if unset.",
+        "Id of the episode whose instruction the prompt shows. If unset, the prompt shows a placeholder instead.",
         metavar="ID",
     ),
 ]
@@ -59,7 +59,7 @@ _COORDINATES = [
     for one in COORDINATES_BY_MODEL
 ]
 LISTED = tuple(name for name in PROVIDERS if name != "mockllm")
-"""Providers that answer without a server."""
+"""Providers that `vigil models` lists: all except Inspect's mock, which answers without a server."""
 
 
 def models(
@@ -83,7 +83,7 @@ def models(
 
 
 def calibrate(
-    model: Annotated[str, Setting("Model that is asked, as provider/model.", metavar="MODEL")],
+    model: Annotated[str, Setting("Model whose coordinates are to be found out, as provider/model.", metavar="MODEL")],
     base_url: BaseUrl = None,
     api_key_env: ApiKeyEnv = None,
     thinking: ThinkingOption = "default",
@@ -144,7 +144,7 @@ def keys_of(name: str) -> tuple[str, ...]:
 
 
 def switch_of(provider: Provider) -> str:
-    """Return the field that turns thinking on and off, with both values; empty if unknown."""
+    """Return the field that turns thinking on and off, with both of its values; empty if the field is unknown."""
     if provider.thinking is None:
         return ""
     on, off = (flatten_fields(fields)[0] for fields in (provider.thinking.on, provider.thinking.off))
@@ -175,7 +175,7 @@ def _facts(name: str) -> dict[str, str]:
 
 
 def _lines(facts: Sequence[Mapping[str, str]]) -> list[str]:
-    """Return facts as lines of columns, without wrapping, so that addresses can be copied."""
+    """Return facts as lines with columns. They are not wrapped, so that addresses can be copied."""
     rows = [tuple(facts[0]), *(tuple(one.values()) for one in facts)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]

@@ -15,11 +15,11 @@ Function = Callable[..., None]
 
 
 def with_options(verb: Function) -> Function:
-    """Return a verb's function with the signature that Typer reads.
+    """Return a verb's function with a signature that Typer can read.
 
-    A parameter whose type is a dataclass of settings becomes an option for each of its settings. One that declares a
-    `Setting` becomes an option. Typer's own options and arguments stay as they are. A setting that is on by default
-    gets the option `--no-NAME`.
+    If the type of a parameter is a dataclass of settings, each of its settings becomes an option. A parameter that
+    declares a `Setting` becomes an option. Typer's own options and arguments stay as they are. A setting that is on by
+    default gets the option `--no-NAME`.
     """
     parameters = inspect.signature(verb, eval_str=True).parameters
     groups = {
@@ -52,7 +52,7 @@ def _own(parameter: inspect.Parameter) -> DeclaredSetting | None:
 
 
 def _parameters(parameter: inspect.Parameter, group: list[DeclaredSetting] | None) -> Iterator[inspect.Parameter]:
-    """Yield the parameters that Typer sees for a parameter."""
+    """Yield the parameters that Typer sees in place of `parameter`."""
     one = _own(parameter)
     if group is None and one is None:
         yield parameter.replace(kind=parameter.KEYWORD_ONLY)
@@ -96,5 +96,5 @@ def _shown(one: DeclaredSetting) -> Any:
 
 
 def _value(one: DeclaredSetting, given: Any) -> Any:
-    """Return the setting's value for Typer's value."""
+    """Return the setting's value from the value that Typer read."""
     return not given if one.default is True and given is not None else one.value(given)

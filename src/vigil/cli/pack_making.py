@@ -1,4 +1,4 @@
-"""`vigil pack propose`, `build`, `make` and `remake`: from houses to drafts, from drafts and reviews to a pack."""
+"""`vigil pack propose`, `build`, `make` and `remake`: make drafts in houses, and packs from drafts and reviews."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -59,7 +59,13 @@ SECRET_RECIPE = (
 
 def propose(
     out: Annotated[
-        Path, typer.Option(help="File to which the valid drafts are written (JSONL); the same command continues it.")
+        Path,
+        typer.Option(
+            help=(
+                "File to which the valid drafts are written (JSONL). If the command was interrupted, give it again to "
+                "continue the file."
+            )
+        ),
     ],
     common: Common,
     proposing: Proposing,
@@ -99,13 +105,13 @@ def propose(
             endpoint = Endpoint(model_access(model, proposing.base_url, {}, proposing.api_key_env))
             proposer = model_proposer(stack.enter_context(open_completion(endpoint)), proposing.per_house, model)
             asked = replace(FAMILY_GRAMMAR, author=model, make_proposer=lambda seed: proposer)
-            settings, workers = replace(settings, grammar=asked), 1  # a proposer that asks a model stays here
+            settings, workers = replace(settings, grammar=asked), 1  # a model is asked from this process
         generate_drafts(file, sources, settings, workers=workers, on_progress=progress_callback(show))
     print_drafts(file)
 
 
 def _requested_sources(proposing: Proposing, specs: list[str], secret: int | None) -> Sequence[HouseSource]:
-    """Return houses from files, or houses to generate: for `--seeds`, or with a secret seed for those numbers."""
+    """Return the houses in which to propose: houses from files, or houses to generate for the numbers in `--seeds`."""
     if bool(proposing.houses) == (proposing.seeds is not None):
         raise SettingError("Give either --houses or --seeds.")
     if proposing.seeds is None:
@@ -138,9 +144,10 @@ def make(out: OutFolder, content: Content, drawing: Drawing, drafting: Drafting)
     vigil pack make --name real --houses procthor-10k:val --count 200 --per-family 25 --out packs/real
     vigil pack make --name stress --suite closure --seed 918273645 --per-family 20 --out packs/stress
 
-    It draws more houses until the pack is complete or --max-houses are used, and says what is missing; the same
-    command with a larger --max-houses goes on. With --houses the seed, 0 by default, is not secret, and OUT.recipe.json
-    is written, which names all houses with their hashes: `vigil pack remake` makes the same bytes from it.
+    The command uses more houses until the pack is complete or --max-houses are used, and prints what is missing. To
+    continue, give the same command with a larger --max-houses. With --houses, the seed (0 by default) is not secret,
+    and the file OUT.recipe.json is written, too. It names all houses with their hashes, and `vigil pack remake` makes
+    the same pack from it, byte for byte.
     """
     _check_seed(content, drawing)
     content.check_suite(
@@ -174,12 +181,13 @@ def make(out: OutFolder, content: Content, drawing: Drawing, drafting: Drafting)
 
 
 def _check_seed(content: Content, drawing: Drawing) -> None:
-    """Raise SettingError if a seed is missing, or a secret one would be in a recipe."""
+    """Raise SettingError if a seed is missing, or if a secret seed would be written to a recipe."""
     if drawing.houses and content.seed_file is not None:
         raise SettingError(SECRET_RECIPE)
     if content.chosen_seed is None and not drawing.houses:
         raise SettingError(
-            "Give either --seed or --seed-file, which generate houses, or --houses with files or a dataset of them."
+            "Give one of these options: --seed or --seed-file to generate houses, or --houses with files or a "
+            "dataset of houses."
         )
 
 

@@ -47,7 +47,13 @@ from vigil.sim import make_simulator
 def baselines(
     pack: PackArgument,
     log_dir: Annotated[
-        Path, typer.Option(help="Folder in which the runs of the agents are recorded; the same command continues them.")
+        Path,
+        typer.Option(
+            help=(
+                "Folder in which the runs of the agents are recorded. If the command was interrupted, give it again "
+                "to continue these runs."
+            )
+        ),
     ],
     card: Annotated[
         bool, typer.Option("--card", help="Also write the results into the pack's folder and onto its card.")
@@ -93,14 +99,16 @@ def levels(
     pack: PackArgument,
     out: Annotated[
         Path | None,
-        typer.Option(help="File to which the levels are written, one line per episode; only printed if unset."),
+        typer.Option(
+            help="File to which the levels are written, one line per episode. If unset, they are only printed."
+        ),
     ] = None,
     workers: Workers = None,
     assets: AssetFile = None,
 ) -> None:
     """Example: vigil pack levels vigil_mini --out mini.levels.jsonl
 
-    `vigil report` finds a file `levels.jsonl` in a pack's folder by itself; any other file needs its option --levels.
+    `vigil report` finds the file `levels.jsonl` in a pack's folder by itself. Give it any other file with --levels.
     """
     loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
     print_notes(loaded.manifest.version_notes)
@@ -115,7 +123,7 @@ def levels(
 
 
 def _print_levels(pack: Pack, found: list[EpisodeLevel]) -> None:
-    """Print the number of episodes of each family and level, and the means of the index's terms."""
+    """Print the number of episodes by family and level, and the means of the terms of the index of difficulty."""
     family_of = {episode.id: episode.family for episode in pack.episodes}
     counts = Counter((family_of[each.episode_id], each.level) for each in found)
     table = Table("family", *LEVELS, "index", *COSTS)
@@ -182,7 +190,7 @@ def _correlation_json(found: Correlation) -> dict[str, object]:
 
 
 def _number(value: float) -> float | None:
-    """Return a number for JSON: None for NaN."""
+    """Return a number as JSON allows it: None for NaN."""
     return value if np.isfinite(value) else None
 
 

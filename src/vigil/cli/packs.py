@@ -110,7 +110,7 @@ def _print_families(pack: Pack) -> None:
 
 
 def _print_levels(pack: Pack) -> None:
-    """Print the number of episodes of each family and level, if the pack has levels."""
+    """Print the number of episodes by family and level, if the pack has levels."""
     levels = read_pack_levels(pack.folder)
     if not levels:
         return
@@ -161,7 +161,7 @@ def verify(
 
 
 def _with_assets(pack: str, assets: Path | None) -> tuple[Pack, AssetDatabase]:
-    """Return a pack and the asset database that it was made with. Raises PackMismatch when a different one is given."""
+    """Return a pack and its asset database. Raises PackMismatch if the pack was made with another database."""
     loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
     print_notes(loaded.manifest.version_notes)
     loaded.check_assets(database)

@@ -1,4 +1,4 @@
-"""Progress of long work, on standard error: a bar in a terminal, elsewhere a plain line from time to time."""
+"""Progress of long work, on standard error: a bar in a terminal; elsewhere, a plain line from time to time."""
 
 import math
 import sys
@@ -15,14 +15,14 @@ from vigil.cli.text import console, duration, percent
 from vigil.runner.progress import OnProgress, RunProgress
 
 PLAIN_SECONDS = 10.0
-"""Minimum time between two plain lines except the last, in seconds."""
+"""Minimum time between two plain lines, in seconds; the last line is printed at once."""
 QUIET_SECONDS = 25.0
-"""Time between the lines for work that reports no progress, in seconds."""
+"""Time after which a line says that the work goes on, if no progress was reported, in seconds."""
 RETRY_REASON_CHARS = 70
 
 
 class ShowProgress(Protocol):
-    """A display of how much is done."""
+    """Function that shows how much of the work is done."""
 
     def __call__(self, done: int, total: int, facts: str = "") -> None: ...  # noqa: D102
 
@@ -35,7 +35,7 @@ class _PlainProgress:
         self._began_s = time.monotonic()
         self._line_s = -math.inf
         self._first: tuple[float, int] | None = None
-        """Time of the first report, and how much an earlier session had done by then."""
+        """Time of the first report, and the amount of work that was already done then."""
         self._text = ""
 
     def update(self, done: int, total: int, facts: str) -> str:
@@ -50,23 +50,24 @@ class _PlainProgress:
         return left
 
     def print_line(self, least_s: float, more: str = "") -> None:
-        """Print the progress, unless that was done less than `least_s` seconds ago."""
+        """Print the progress, unless a line was printed less than `least_s` seconds ago."""
         now_s = time.monotonic()
         if now_s - self._line_s >= least_s:
             self._line_s = now_s
             print(self._text + more, file=sys.stderr, flush=True)
 
     def print_heartbeat(self) -> None:
-        """Print that the work goes on, unless something was printed recently."""
+        """Print that the work goes on, unless a line was printed recently."""
         since = duration(time.monotonic() - self._began_s)
         self.print_line(QUIET_SECONDS, f"  (at it for {since})" if self._text else f"{self._label}: begun {since} ago")
 
 
 @contextmanager
 def progress(label: str, *, may_fork: bool = False) -> Iterator[ShowProgress]:
-    """Yield a callback for the number done and the total; nothing is shown before its first call, or for short work.
+    """Yield a callback that shows the number done and the total. Short work does not show anything.
 
-    Where the process `may_fork`, no other thread runs: a bar changes only when the callback is called.
+    With `may_fork`, no other thread runs, because the process forks. The bar then changes only when the callback is
+    called.
     """
     output = console(stderr=True)
     is_live = sys.stderr.isatty() and output.is_interactive
@@ -113,7 +114,7 @@ def run_progress(label: str) -> Iterator[OnProgress]:
 
 
 def progress_facts(run: RunProgress) -> str:
-    """Return the facts of a run's progress other than the number of episodes."""
+    """Return a text with a run's rates, cost, errors and latest retry."""
     return "  ".join(
         (
             f"W {percent(run.W)}",

@@ -1,4 +1,4 @@
-"""`vigil render`: pictures of a house, of an episode's start, of an asset, of all assets."""
+"""`vigil render`: pictures of a house, of the start of an episode, of one object, or of all categories of objects."""
 
 from contextlib import closing
 from pathlib import Path
@@ -32,7 +32,10 @@ def render(
     house: Annotated[
         str | None,
         typer.Option(
-            help=f"House to draw: a file, or {DATASET}:SPLIT:INDEX for a house of ProcTHOR-10K; --pose says from where."
+            help=(
+                f"House to draw: a file, or {DATASET}:SPLIT:INDEX for a house of ProcTHOR-10K; --pose sets the "
+                "position of the camera."
+            )
         ),
     ] = None,
     pose: Annotated[
@@ -118,7 +121,7 @@ def _asset(category: str, variant: int, state: State | None) -> np.ndarray:
 def _pose(text: str | None, house: House) -> Pose:
     if text is None:
         if house.start is None:
-            raise SettingError(f"House {house.name!r} proposes no start pose: give --pose x,z,yaw[,horizon].")
+            raise SettingError(f"House {house.name!r} does not have a start pose: give --pose x,z,yaw[,horizon].")
         return house.start
     try:
         x, z, yaw, *rest = (float(part) for part in text.split(","))

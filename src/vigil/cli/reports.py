@@ -135,7 +135,8 @@ def figure(
         str, typer.Argument(help=f"Figure to draw: {', '.join((*FIGURES, *BELIEF_FIGURES, *WITH_FRAMES))}.")
     ],
     runs: Annotated[
-        list[Path] | None, typer.Argument(help="Folders of the runs to draw; the figure trajectory has a row for each.")
+        list[Path] | None,
+        typer.Argument(help="Folders of the runs to draw; the figure trajectory shows each run in a row of frames."),
     ] = None,
     out: Annotated[
         Path,
@@ -146,7 +147,7 @@ def figure(
     ] = None,
     epoch: Epoch = 1,
     columns: Annotated[
-        int, typer.Option(min=2, max=40, help="Maximum number of frames in a row, for the figure trajectory.")
+        int, typer.Option(min=2, max=40, help="Maximum number of frames that the figure trajectory shows for each run.")
     ] = 6,
     pack: PackLocation = None,
     with_paper: WithPaper = True,
@@ -156,8 +157,10 @@ def figure(
         bool,
         typer.Option(
             "--runs",
-            help="Optional word before the folders of the runs, which makes the command easier to read. "
-            "It changes nothing.",
+            help=(
+                "Optional word that may be written before the folders of the runs, to make the command easier to "
+                "read. It has no effect."
+            ),
         ),
     ] = False,
 ) -> None:

@@ -39,7 +39,10 @@ Shards = Annotated[
 def run(
     settings: RunSettings,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Do not play; print how many calls and tokens the run would need at most.")
+        bool,
+        typer.Option(
+            "--dry-run", help="Do not play; print the least and the most calls and tokens that the run could need."
+        ),
     ] = False,
     imports: Imports = None,
 ) -> None:
@@ -112,7 +115,7 @@ def _play(plan: RunPlan) -> None:
 
 
 def _with_warnings(show: OnProgress) -> OnProgress:
-    """Return `show`, extended to print warnings on standard error."""
+    """Return a function that calls `show` and also prints warnings on standard error."""
 
     def tell(where: RunProgress) -> None:
         show(where)

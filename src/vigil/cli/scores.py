@@ -47,7 +47,7 @@ CHORES_RATES = {
 }
 """Score of lists -> its heading."""
 CLOSURE_RATES = ("C", "correct_pairs")
-"""Rates that are shown with their intervals."""
+"""Rates of the closure-stress suite that are shown with intervals."""
 INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."
 JSON_SCHEMA = 1
 """Version of the document that `--json` prints."""
@@ -85,9 +85,9 @@ class _ScoredRun:
     spec: RunSpec
     scores: RunScores
     notes: tuple[str, ...]
-    """Notes that a reader must know before any number."""
+    """Notes that a reader must see before any number."""
     closure: "ClosureRun | None" = None
-    """Run's results on the closure-stress suite; None for other packs."""
+    """The run's results on the closure-stress suite; None for other packs."""
     chores: "ChoresRun | None" = None
     """Run's results on lists of chores; None for other packs."""
 
@@ -137,7 +137,7 @@ def _scored_run(path: Path, pack: str | Path | None) -> _ScoredRun:
 
 
 def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
-    """Return the runs with unique names: runs of one agent get their folders, and a note on how they differ."""
+    """Return the runs with unique names. Runs of one agent get their folder's name, and a note says how they differ."""
     found: list[_ScoredRun] = []
     for run in runs:
         namesakes = [each for each in runs if each.name == run.name]
@@ -157,7 +157,7 @@ def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
 
 
 def run_label(header: RunHeader) -> str:
-    """Return the name of a run in tables; it tells hidden sight, memory and a custom prompt."""
+    """Return the name of a run in tables, with marks if its agent is privileged, has memory or a custom prompt."""
     own_prompt = f" [{header.spec.profile.prompt_variant}]" if header.spec.profile.has_custom_prompt else ""
     source = header.spec.fork
     forked = "" if source is None else f" [from {source.run_id} at {source.at}]"
@@ -238,7 +238,7 @@ def _pair(rates: dict | None, is_full: bool) -> str:
 
 
 def _print_closure_tables(runs: Sequence["ClosureRun"]) -> None:
-    """Print one run's table with a row per kind; for several runs, a row per run."""
+    """Print the tables of the closure-stress suite: for one run a row per kind; for several runs a row per run."""
     if len(runs) == 1:
         print_fitting(lambda is_full: _kinds(runs[0], is_full))
     else:
@@ -326,6 +326,6 @@ def _warn(name: str, scores: RunScores) -> None:
 
 
 def _last_line(message: str) -> str:
-    """Return the gist of a message (perhaps a traceback) in one line."""
+    """Return the essential line of a message, which may be a traceback."""
     lines = message.strip().splitlines()
     return lines[-1][:MAX_REASON_CHARS] if lines else "(no message)"

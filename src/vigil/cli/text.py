@@ -13,14 +13,14 @@ COLUMNS = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other")
 
 
 def console(stderr: bool = False) -> Console:
-    """Return a console that shows text as it is; it does not fold tables when the output is not a terminal."""
+    """Return a console that shows text unchanged. It does not fold tables when the output is not a terminal."""
     stream = sys.stderr if stderr else sys.stdout
     width = None if stream.isatty() else PIPED_WIDTH
     return Console(stderr=stderr, width=width, highlight=False, markup=False, emoji=False)
 
 
 def print_notes(notes: Iterable[str]) -> None:
-    """Print what a reader must know before any result, once each, on standard error."""
+    """Print, on standard error, notes that a reader must see before any result; each note only once."""
     for note in dict.fromkeys(notes):
         print(f"note: {note}", file=sys.stderr, flush=True)
 
@@ -31,7 +31,7 @@ def print_note(note: str) -> None:
 
 
 def print_fitting(build: Callable[[bool], Table]) -> None:
-    """Print the full table, `build(True)`, if it fits the width of the terminal, else the narrow one."""
+    """Print the full table, `build(True)`, if it fits the terminal's width; otherwise the narrow `build(False)`."""
     output = console()
     full = build(True)
     width = Measurement.get(output, output.options.update(max_width=UNBOUNDED_WIDTH), full).maximum
@@ -44,7 +44,7 @@ def percent(rate: float | None) -> str:
 
 
 def with_interval(rates: dict, name: str) -> str:
-    """Return a rate with its 95 % interval."""
+    """Return the rate `name` with its 95 % interval, as a text."""
     if rates[name] is None:
         return "-"
     low, high = rates["intervals"][name]

@@ -15,19 +15,19 @@ from vigil.cli.options import with_options
 
 @dataclass(frozen=True, slots=True)
 class Verb:
-    """Location of a verb's function, and its line in the help; the function's docstring completes the help."""
+    """Where the function of a verb is, and the verb's line in the help. The function's docstring completes the help."""
 
     place: str
-    """Module of this package and function, e.g. "runs:run"."""
+    """Module of this package, colon, name of the function, e.g. "runs:run"."""
     help: str
     is_hidden: bool = False
     takes_more: bool = False
-    """Whether unknown options are left in the context's `args` instead of being an error."""
+    """Whether unknown options are not an error, but are put into the context's `args`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Verbs about one kind of thing, e.g. `vigil pack info`."""
+    """Verbs about one subject, under one name, e.g. `vigil pack info`."""
 
     help: str
     verbs: Mapping[str, Verb]
@@ -197,7 +197,7 @@ VERBS: dict[str, Verb | Group] = {
 
 
 _MORE = {"ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": ["--help"]}
-"""Context settings without `-h`, which would match options with one dash, e.g. Unity's `-screen-height`."""
+"""Context settings without the help option `-h`, which Unity's options such as `-screen-height` would trigger."""
 
 
 class Verbs(TyperGroup):
@@ -216,7 +216,7 @@ class Verbs(TyperGroup):
 
 
 def _listed(name: str, verb: Verb | Group) -> TyperCommand | TyperGroup:
-    """Return a stub of a verb for the list of commands; a group is returned complete."""
+    """Return a stub for the list of commands, without loading the verb; a group is returned complete."""
     if isinstance(verb, Group):
         return Verbs(name=name, help=verb.help, verbs=verb.verbs, no_args_is_help=True)
     return TyperCommand(name, help=verb.help, hidden=verb.is_hidden)

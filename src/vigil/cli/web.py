@@ -43,15 +43,17 @@ Token = Annotated[
     str,
     typer.Option(
         envvar="VIGIL_TOKEN",
-        help="Secret that visitors must give before they see the pages, 8 characters or more; nothing is "
-        "asked if unset.",
+        help=(
+            "Secret, of 8 characters or more, that visitors must give before they see the pages. If unset, "
+            "visitors do not need a secret."
+        ),
         show_default=False,
     ),
 ]
 RUNS = Path("runs")
 TERMINATED = 143
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-"""Variables without which a Linux machine has at most a browser in the terminal."""
+"""Environment variables of screens and browsers. If none is set on Linux, a browser could only open in the terminal."""
 
 
 def view(
@@ -109,7 +111,7 @@ def review(
     drafts: Annotated[
         Path | None, typer.Option(help="File with drafts to review instead of a pack, written by `vigil pack propose`.")
     ] = None,
-    file: Annotated[Path, typer.Option(help="File to which the verdicts are added, a line each.")] = Path(
+    file: Annotated[Path, typer.Option(help="File to which the verdicts are added, one line each.")] = Path(
         "reviews.jsonl"
     ),
     seed: Annotated[int, typer.Option(help="Random seed of the order in which episodes are shown.")] = 0,
@@ -140,7 +142,7 @@ def _of_pack(pack: str | Path, assets: Path | None) -> ReviewSet:
 
 
 def listen(address: Address) -> socket.socket:
-    """Return a socket that listens at the address. Raises SettingError when it is invalid, in use or lacks a token."""
+    """Return a socket that listens at the address. Raises SettingError if it is invalid, in use or needs a token."""
     address.check()
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
@@ -167,8 +169,8 @@ def serve(site: FastAPI, address: Address, listener: socket.socket, open_browser
     print(f"Serving {url} (Ctrl-C ends)", flush=True)
     if open_browser:
         threading.Timer(1.0, open_page, [url]).start()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))  # so that what is open is closed then too
-    gc.freeze()  # what is loaded by now stays; reading long runs need not look through it for garbage
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))  # so that open files and processes are closed, too
+    gc.freeze()  # the collector then ignores all objects loaded so far, while long runs are read
     config = uvicorn.Config(site, log_level="warning", server_header=False, ws="none")
     uvicorn.Server(config).run([listener])
 

@@ -75,9 +75,9 @@ def write_dataset(
 ) -> Path:
     """Write runs into `out`, a new or empty folder, and return the path of the card.
 
-    `pack` is the current folder of the runs' pack. Saved reasoning is included only `with_reasoning`.
+    `pack` is the current folder of the runs' pack. Stored reasoning is included only if `with_reasoning` is True.
 
-    Raises SettingError (also for a private pack that may not be revealed), RecordError or PackMismatch.
+    Raises SettingError (also if the pack is private and may not be revealed), RecordError or PackMismatch.
     """
     check_rows(runs, disclosure)
     if out.exists() and any(out.iterdir()):
@@ -97,7 +97,7 @@ def write_dataset(
 
 
 def check_rows(runs: Iterable[Run], disclosure: Disclosure) -> None:
-    """Raise SettingError if the rows of a run would reveal a private pack and `disclosure` does not allow it."""
+    """Raise SettingError if the rows of a run would reveal a private pack, and `disclosure` does not allow this."""
     for run in runs:
         what = "A row for each episode, with its id, its house and what was said,"
         check_revealed(run.header.spec.pack, run.is_private, what, reveals=disclosure.reveal_private_pack)

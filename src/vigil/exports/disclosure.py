@@ -1,4 +1,4 @@
-"""Disclosure: hidden facts that an export includes only on request."""
+"""Disclosure: the choice of hidden facts that an export includes, because the user requested them."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -17,7 +17,7 @@ AnswerKey = Annotated[
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Disclosure:
-    """Hidden facts to include in an export; by default none."""
+    """Which hidden facts to include in an export; none by default."""
 
     answer_key: AnswerKey = False
     reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP)] = False

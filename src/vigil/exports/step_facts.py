@@ -1,4 +1,4 @@
-"""Facts of a step: the feedback shown with its frame, and the arguments of the action."""
+"""Facts of a step: the feedback that was shown with its frame, and the arguments of its action."""
 
 from collections.abc import Iterator
 
@@ -10,7 +10,7 @@ from vigil.records.record import EpisodeRecord, StepRecord
 
 
 def steps_with_feedback(record: EpisodeRecord, profile: Profile) -> Iterator[tuple[Feedback | None, StepRecord]]:
-    """Yield each step with the feedback shown with its frame; None if there was no feedback."""
+    """Yield each step with the feedback that was shown with its frame (None without feedback)."""
     for before, step in zip([None, *record.steps], record.steps, strict=False):
         shown = None
         if before is not None and profile.has_feedback:
@@ -20,5 +20,5 @@ def steps_with_feedback(record: EpisodeRecord, profile: Profile) -> Iterator[tup
 
 
 def arguments_of(action: Action) -> dict[str, object]:
-    """Return the arguments of a parsed action; clicks are in pixels of the frame."""
+    """Return the arguments of a parsed action. The coordinates of clicks are in pixels of the frame."""
     return action.model_dump(exclude={"skill_name"}, exclude_none=True)

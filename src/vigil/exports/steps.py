@@ -45,9 +45,9 @@ STEP_COLUMNS: Mapping[str, tuple[pa.DataType, str]] = {
     ),
     "image": (IMAGE, "that frame, if the run saved it; the column exists only if a run saved frames"),
 }
-"""Columns of `steps`: name -> (type, description). The verdict is the only column with hidden state."""
+"""Columns of the table `steps`: name -> (type, description). The verdict is the only column that uses hidden state."""
 EXTRA_COLUMNS = frozenset({"reasoning", "image"})
-"""Columns that a dataset has only if a run saved their content."""
+"""Columns that the table has only if a run saved their content."""
 ROWS_PER_BATCH = 10_000
 FRAMES_PER_BATCH = 100
 _Row = dict[str, Any]
@@ -61,7 +61,7 @@ def has_frames(run: SavedRun) -> bool:
 def write_steps(run: SavedRun, name: str, out: Path, extra: Collection[str]) -> None:
     """Write the steps of a run's scored episodes, sorted by episode, epoch and step.
 
-    `name` is the run's name in the table; `extra` lists the EXTRA_COLUMNS to include.
+    `name` is the run's name in the table; `extra` lists those EXTRA_COLUMNS that are included.
     """
     schema = _schema(extra)
     rows = (row for key in sorted(run.table.rows) for row in _rows_of(run, name, key, extra))
@@ -72,12 +72,12 @@ def write_steps(run: SavedRun, name: str, out: Path, extra: Collection[str]) -> 
 
 
 def columns_with(extra: Collection[str]) -> dict[str, tuple[pa.DataType, str]]:
-    """Return the columns, with only those EXTRA_COLUMNS that are in `extra`."""
+    """Return the columns of the table; of the EXTRA_COLUMNS, only those in `extra`."""
     return {name: column for name, column in STEP_COLUMNS.items() if name not in EXTRA_COLUMNS or name in extra}
 
 
 def _schema(extra: Collection[str]) -> pa.Schema:
-    """Return the schema, with the metadata from which `datasets` recognises the column of images."""
+    """Return the schema, with the metadata by which the library `datasets` recognises the column of images."""
     kinds = {name: kind for name, (kind, _) in columns_with(extra).items()}
     features = {name: _feature(kind) for name, kind in kinds.items()}
     return pa.schema(kinds, metadata={"huggingface": json.dumps({"info": {"features": features}})})

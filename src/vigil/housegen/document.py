@@ -1,4 +1,4 @@
-"""Writer of the house document: plan, openings and objects as ProcTHOR's JSON (schema 1.0.0)."""
+"""Writes the house document: rooms, walls, openings and objects as JSON in ProcTHOR's format (schema 1.0.0)."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,26 +17,26 @@ from vigil.housegen.layout.walls import wall_pieces
 from vigil.protocol.house import SCHEMA, House, drawer_id
 
 AGENT_Y = 0.95
-"""Height (m) of the agent's position, which is the agent's middle, in ProcTHOR's documents."""
+"""Height (m) of the agent's position in ProcTHOR's documents; there, the position is the middle of the body."""
 
 
 @dataclass(slots=True)
 class HouseParts:
-    """Everything from which a document is written."""
+    """The parts of a house from which its document is written."""
 
     plan: RoomLayout
     openings: list[PlannedOpening]
     pieces: list[PlacedObject]
-    """Furniture and hanging objects; everything on or in them is their children."""
+    """Furniture and hanging objects; their children are the objects on and in them."""
     finishes: dict[int, RoomFinish]
-    """Materials of each room, by its number."""
+    """Number of a room -> the materials of its surfaces."""
     lights: list[dict[str, Any]]
     facade: str
     """Material of the outside walls."""
     ceiling: tuple[float, float, float]
     """Colour of the ceilings."""
     sky: str
-    """Name of the sky box."""
+    """Name of THOR's sky box."""
     start: Pose
     spec_name: str
     seed: int
@@ -74,9 +74,7 @@ def write_document(parts: HouseParts) -> dict[str, Any]:
 
 
 def generators_of(houses: Iterable[House]) -> str:
-    """Return the versions of this generator that made the houses, sorted, as one text; empty if this generator made
-    no house.
-    """
+    """Return a text with the sorted versions of this generator that made the houses; empty if it made no house."""
     makers = map(_generator, houses)
     return ", ".join(sorted({str(maker.get("version")) for maker in makers if maker.get("name") == "vigil"}))
 
@@ -88,13 +86,13 @@ def seed_of(house: House) -> int | None:
 
 
 def with_seed_removed(house: House, name: str) -> House:
-    """Return a house under another name, whose document does not state the seed."""
+    """Return a house with a new name and without the seed in its document."""
     seedless = {key: value for key, value in _generator(house).items() if key != "seed"}
     return House(name, {**house.data, "metadata": {**house.data["metadata"], "generator": seedless}})
 
 
 def generator_name(house: House) -> Literal["vigil", "procthor", "house"]:
-    """Return the name of a house's generator, for use in episode ids; "house" if the generator is unknown.
+    """Return the name of the generator that made a house, for episode ids; "house" if it is unknown.
 
     ProcTHOR's documents do not name a generator, but always have `roomSpecId`.
     """
@@ -105,7 +103,7 @@ def generator_name(house: House) -> Literal["vigil", "procthor", "house"]:
 
 
 def _generator(house: House) -> dict[str, Any]:
-    """Return what a document says of its generator; empty without a valid entry."""
+    """Return the document's entry about its generator; an empty dict if there is no valid entry."""
     generator = house.document.metadata.get("generator")
     return generator if isinstance(generator, dict) else {}
 
@@ -174,7 +172,7 @@ def _opening(opening: PlannedOpening) -> dict[str, Any]:
 
 
 def _number(pieces: list[PlacedObject]) -> None:
-    """Set every object's id, made of its category, its room and its number within the room."""
+    """Give every object an id that consists of its category, its room, and its number in that room."""
     counts: dict[int, int] = {}
     for top in pieces:
         for piece in top.with_contents():
@@ -184,7 +182,7 @@ def _number(pieces: list[PlacedObject]) -> None:
 
 
 def _drawer_of(piece: PlacedObject) -> str | None:
-    """Return the name of the drawer that an object lies in; None when it does not lie in one."""
+    """Return the name of the drawer in which an object lies; None if it is not in a drawer."""
     return None if piece.surface is None else piece.surface.joint
 
 

@@ -1,6 +1,5 @@
-"""`generate(seed, spec)`: runs the stages of the generator in order, and repeats them until a house passes the
-checks.
-"""
+"""Generates a house: `generate(seed, spec)` runs the stages of the generator, and repeats them until a house passes the
+checks."""
 
 import numpy as np
 
@@ -33,15 +32,15 @@ MAX_ATTEMPTS = 40
 MAX_ROOM_ATTEMPTS = 3
 """Greatest number of attempts at furnishing a room."""
 NEVER_REMOVED = frozenset({category for needed in ESSENTIAL.values() for category in needed} | {"Faucet"})
-"""Categories that a repair does not remove."""
+"""Categories of objects that are never removed to repair a house."""
 START_HORIZON = 30.0
 """Pitch (deg) of the agent at the start."""
 MAX_REPAIRS = 4
-"""Greatest number of rounds in which objects with faults are removed."""
+"""Greatest number of rounds in which objects are removed because they cause faults."""
 
 
 def generate(seed: int, spec: HouseSpec) -> House:
-    """Return the house of a seed: the same bytes in every process. Raises SettingError when no attempt succeeds."""
+    """Return the house of a seed and spec, with the same bytes in every process. Raises SettingError on failure."""
     name = f"{spec.name}_{seed}"
     faults: list[Fault] = []
     for attempt in range(MAX_ATTEMPTS):
@@ -58,7 +57,7 @@ def generate(seed: int, spec: HouseSpec) -> House:
 
 
 def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]]:
-    """Return the house after the objects that cause faults were removed, and the faults that remain."""
+    """Return the house without the objects that cause faults, and the faults that remain."""
     assets = AssetDatabase.default()
     house = House(name, document.write_document(parts))
     faults = check_house(house, assets)
@@ -77,7 +76,7 @@ def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]
 
 
 def _culprit(fault: Fault, pieces: dict[str, PlacedObject]) -> PlacedObject | None:
-    """Return the smallest object whose removal ends the fault; None when no such object may be removed."""
+    """Return the smallest object whose removal ends a fault; None if no object may be removed for this."""
     concerned = [pieces[name] for name in (fault.subject, fault.other) if name in pieces]
     if fault.other is not None and fault.other not in pieces and fault.subject not in pieces:
         return None
@@ -96,7 +95,7 @@ def _remove(pieces: list[PlacedObject], unwanted: set[int]) -> None:
 
 
 def _house_parts(seed: int, spec: HouseSpec, attempt: int) -> document.HouseParts | None:
-    """Return one attempt at the house; None when it fails, e.g. because essential furniture does not fit."""
+    """Return the parts of the house of one attempt; None if it fails, e.g. because essential furniture does not fit."""
     key = (spec.model_dump_json(), seed, attempt)
     plan = plan_rooms(spec, generator(*key, "plan"))
     openings = cut_openings(plan, generator(*key, "openings"))
@@ -132,9 +131,9 @@ def _furnish(
     spec: HouseSpec,
     key: tuple[str, int, int],
 ) -> list[PlacedObject] | None:
-    """Return all objects of the rooms, and add each room's floor to `floors`.
+    """Return all objects of the rooms, and store each room's floor in `floors`.
 
-    Return None when essential furniture does not fit.
+    Return None if essential furniture does not fit.
     """
     inventory = Inventory()
     standing: dict[int, list[PlacedObject]] = {}
@@ -167,7 +166,7 @@ def _furnish(
 def _free_start(
     plan: RoomLayout, floors: dict[int, Floor], pieces: list[PlacedObject], rng: np.random.Generator
 ) -> Pose | None:
-    """Return a pose at a free place in a random room, with most furniture in view; None without a free place."""
+    """Return a pose at a free place in a random room, with most furniture in view; None if there is no free place."""
     from scipy import ndimage  # noqa: PLC0415 - loads over 200 modules
 
     floor = floors[pick(rng, plan.rooms).number]
@@ -190,7 +189,7 @@ def _free_start(
 
 
 def _in_view(pieces: list[PlacedObject], x: float, z: float, yaw: float) -> int:
-    """Return the number of pieces of furniture that are in view and near enough to be recognised."""
+    """Return how many pieces of furniture are in view and near enough to be recognised."""
     dx, dz = heading(yaw)
     seen = 0
     for piece in pieces:

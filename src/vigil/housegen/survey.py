@@ -1,4 +1,4 @@
-"""Surveys of many seeds: their houses are generated and checked, and objects and processor times are counted."""
+"""Surveys of many seeds: generates and checks their houses, and counts objects and processor time."""
 
 import hashlib
 import time
@@ -20,7 +20,7 @@ from vigil.housegen.generate import generate
 from vigil.protocol.house import House, canonical_json
 
 PART_CATEGORIES = frozenset({"Drawer", "StoveBurner", "StoveKnob"})
-"""Categories that generated houses have only as parts of dressers and stoves."""
+"""Categories that occur in generated houses only as parts of dressers and stoves."""
 
 LoadHouse = Callable[[House], object]
 """Function that loads a house, e.g. in a simulator. Raises HouseError."""
@@ -28,15 +28,15 @@ LoadHouse = Callable[[House], object]
 
 @dataclass(frozen=True, slots=True)
 class HouseReport:
-    """Facts about one generated house; `name` is None when generation or loading failed."""
+    """Facts about one generated house; `name` is None if it could not be generated or loaded."""
 
     rooms: int
     problems: tuple[str, ...]
     name: str | None = None
     seconds: float = 0.0
-    """Processor time (s) of the generation."""
+    """Processor time (s) that the generation took."""
     fingerprint: str = ""
-    """Hash of everything visible in the house."""
+    """Hash of everything that is visible in the house."""
     objects: int = 0
     category_counts: Counter[str] = field(default_factory=Counter)
     """Number of objects of each category, including doors and windows."""
@@ -49,22 +49,22 @@ class Survey:
     houses: Counter[int] = field(default_factory=Counter)
     """Number of generated houses, by number of rooms."""
     seconds: dict[int, list[float]] = field(default_factory=dict)
-    """Processor times (s) of the generations, by number of rooms."""
+    """Processor times (s) that houses took to generate, by number of rooms."""
     problems: list[str] = field(default_factory=list)
-    """Messages about houses that failed to generate or load, have a fault, or equal another house."""
+    """Messages about houses that could not be generated or loaded, have a fault, or are equal to another house."""
     category_counts: Counter[str] = field(default_factory=Counter)
     """Number of objects of each category, in all houses."""
     objects: dict[int, list[int]] = field(default_factory=dict)
-    """Number of objects of each house, by number of rooms."""
+    """Numbers of objects in the houses, by number of rooms."""
     fingerprints: dict[str, str] = field(default_factory=dict)
-    """Name of the first house with each fingerprint."""
+    """Fingerprint -> name of the first house that has it."""
 
     def rare_categories(self, least: int) -> list[str]:
-        """Return the categories with fewer objects than `least`, other than parts of furniture."""
+        """Return the categories with fewer than `least` objects, except categories of parts of furniture."""
         return [name for name in CATALOG if name not in PART_CATEGORIES and self.category_counts[name] < least]
 
     def lines(self) -> list[str]:
-        """Return the survey's report as lines, one for each number of rooms."""
+        """Return the survey's report: one line for each number of rooms."""
         report: list[str] = []
         for rooms in sorted(self.houses):
             seconds, objects = np.array(self.seconds[rooms]), np.array(self.objects[rooms])
@@ -76,7 +76,7 @@ class Survey:
         return report
 
     def add(self, report: HouseReport) -> list[str]:
-        """Count one more house; return its problems, which include equality to an earlier house."""
+        """Add a house; return its problems, one of which may be that it is equal to an earlier house."""
         problems = list(report.problems)
         if report.name is not None:
             twin = self.fingerprints.setdefault(report.fingerprint, report.name)
@@ -97,10 +97,10 @@ def survey(
     on_house: Callable[[list[str]], None],
     workers: int = 1,
 ) -> Survey:
-    """Return the survey of the houses of all `seeds` and numbers of `rooms`. The result does not depend on `workers`.
+    """Survey the houses of all `seeds` for all numbers of `rooms`. The result does not depend on `workers`.
 
-    With several `workers` (processes), `load` must be picklable. `on_house` is called with the problems of each house,
-    in order.
+    With several `workers` (processes), `load` must be picklable. `on_house` is called for each house in order, with its
+    problems.
     """
     result = Survey()
     wanted = [(count, seed) for count in rooms for seed in seeds]
@@ -110,7 +110,7 @@ def survey(
 
 
 def survey_seed(load: LoadHouse, wanted: tuple[int, int]) -> HouseReport:
-    """Generate, load and check the house of `wanted` (number of rooms, seed), and return the report."""
+    """Generate, load and check one house, given as `wanted` (number of rooms, seed); return its report."""
     rooms, seed = wanted
     started = time.process_time()
     try:

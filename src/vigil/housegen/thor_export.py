@@ -1,9 +1,9 @@
-"""Export of a house: AI2-THOR's assets and material names replace the project's own.
+"""Export of a house: replaces the project's own assets and material names by those of AI2-THOR.
 
-Each object gets the asset of THOR, of the same category, that is nearest in size; an object that already has an asset
-of THOR does not change. Positions change as little as the new sizes allow: backs remain at their wall, and objects on
-their carriers. Objects without an asset of their category are left out and listed. The result has the form that
-AI2-THOR reads (ProcTHOR's, schema 1.0.0); it has not been run there.
+Each object gets THOR's asset of the same category that is nearest in size; objects that already have an asset of THOR
+do not change. Positions change as little as the new sizes allow: backs remain at their wall, and objects on their
+carriers. Objects for whose category THOR has no asset are left out and listed. The result has the format that AI2-THOR
+reads (ProcTHOR's, schema 1.0.0), but it has not been tried in AI2-THOR.
 """
 
 import copy
@@ -27,38 +27,36 @@ from vigil.protocol.house import Door, House, HouseObject, Window
 from vigil.scene.outlines import floor_of, footprint
 
 OVERSIZE = 1.6
-"""Factor by which a side that is too large counts more than a side that is too small, because larger objects run
-into their neighbours."""
+"""How much more a side that is too large counts than a side that is too small; larger objects hit their neighbours."""
 AT_WALL_M = 0.35
-"""Distance (m) from a wall up to which an object's back counts as at the wall and remains there."""
+"""An object whose back is at most this far (m) from a wall stands at the wall and stays there."""
 SLIDES = tuple(sign * step / 20 for step in range(16) for sign in (1, -1))
-"""Distances (m) by which an object is moved along the wall, in order, to bring all of it into the room."""
+"""Distances (m) along the wall that an object is moved, in this order, to bring all of it into the room."""
 ON_TOP_M = 0.03
-"""Height difference (m) up to which a child counts as lying on its carrier's top."""
+"""A child lies on its carrier's top if their heights differ by at most this (m)."""
 GAP_M = 0.01
-"""Least distance (m) of an object from the ceiling or from its carrier's top, and tolerance (m) for holes that
-begin at the floor."""
+"""Least gap (m) between an object and the ceiling or its carrier's top. A hole whose bottom is at most this high (m)
+begins at the floor."""
 
 _COUNTER_SHAPE = re.compile(r"[Cc]ountertop_(?:\d+_)?([A-Z][a-z]*)_\d+x\d+")
 
 
 @dataclass(slots=True)
 class ThorExport:
-    """The document for THOR, and the ids of the objects that are missing from it."""
+    """The document for THOR, and the ids of objects that are not in it."""
 
     data: dict[str, Any]
     left_out: list[str] = field(default_factory=list)
-    """Ids of the objects for whose category THOR has no asset, of the objects on them, and of openings that no
-    asset fits."""
+    """Ids of objects for which THOR has no asset, of objects on these, and of openings that no asset fits."""
     removed_collisions: list[str] = field(default_factory=list)
-    """Ids of small objects that were removed because the new sizes of other objects do not leave room for them."""
+    """Ids of small objects that were removed because other objects, with their new sizes, leave too little room."""
 
 
 def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str]]) -> ThorExport:
-    """Return the house with the assets of `thor`.
+    """Return the house with assets from the database `thor`.
 
-    `materials` are THOR's names of materials by kind; if empty, the names in the house do not change. Raises
-    SettingError when `thor` has none of the house's categories, or no asset that fits a door between two rooms.
+    `materials` are THOR's material names by kind; if it is empty, material names do not change. Raises SettingError if
+    `thor` has none of the house's categories, or has no asset that fits a door between two rooms.
     """
     house = with_merged_drawers(house)
     export = ThorExport(copy.deepcopy(house.data))
@@ -80,9 +78,10 @@ def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str
 
 
 def _drop_colliding(export: ThorExport, exported: House, thor: AssetDatabase, changed: set[str]) -> None:
-    """Remove carried objects that overlap another object (the smaller of the two) or reach out of the room.
+    """Remove carried objects that reach out of the room or overlap another object; of two that overlap, remove the
+    smaller.
 
-    Overlaps of unchanged objects are in the original house, too, and remain.
+    Overlaps between objects that did not change are in the original house, too, and remain.
     """
     inner = (node for node, up in exported.objects() if up is not None)
     carried = {node.id: thor.look_up(node.asset_id, node.name_in_house).size for node in inner}
@@ -112,12 +111,12 @@ def load_materials(path: Path) -> dict[str, list[str]]:
         isinstance(names, list) and all(isinstance(name, str) for name in names) for names in data.values()
     )
     if not is_table or not any(data.values()):
-        raise SettingError(f"Material database {str(path)!r} does not have names by kind. {wanted}")
+        raise SettingError(f"Material database {str(path)!r} does not map kinds of materials to names. {wanted}")
     return data
 
 
 class _Exporter:
-    """Replacement of the assets of one house."""
+    """Replaces the assets of one house."""
 
     def __init__(self, house: House, thor: AssetDatabase, export: ThorExport) -> None:
         self.house = house
@@ -130,10 +129,10 @@ class _Exporter:
         self.ceiling = max((point.y for wall in house.document.walls for point in wall.polygon), default=math.inf)
 
     def replace(self, node: HouseObject, data: dict[str, Any], above: tuple[Box, Box] | None) -> bool:
-        """Give an object and its children THOR's assets; return whether an asset of its category exists.
+        """Give an object and its children THOR's assets; return whether there is an asset for its category.
 
-        If no asset exists, all their ids are listed as left out. `above` has the carrier's box before and after its
-        replacement; None without a carrier.
+        If there is none, list the ids of the object and its children as left out. `above` is the box of the object's
+        carrier before and after its own replacement; None without a carrier.
         """
         entry = self.thor.look_up(node.asset_id, node.name_in_house)
         before = after = Box(center=node.position.vec, size=entry.size, yaw=node.rotation.y)
@@ -162,10 +161,10 @@ class _Exporter:
             self._leave_out(child)
 
     def _nearest(self, category: str, size: Vec3, asset_id: str) -> tuple[str, Vec3] | None:
-        """Return (asset id, size) of the asset itself if it is one of THOR's, else of the asset of the category that is
-        nearest in size; None if THOR has none.
+        """Return (asset id, size) of THOR's asset for an object; None if THOR has none for its category.
 
-        A countertop gets one of the same shape if THOR has any.
+        This is the object's own asset if THOR has it, else the asset of the category that is nearest in size. A
+        countertop gets a countertop of the same shape, if there is one.
         """
         if asset_id in self.thor:
             return asset_id, size
@@ -176,9 +175,7 @@ class _Exporter:
         return min(choices, key=lambda choice: (_size_difference(size, choice[1]), choice[0]), default=None)
 
     def _resized_in_place(self, before: Box, size: Vec3) -> Box:
-        """Return the box of an object on the floor or a wall after a change of its size, if possible inside the
-        room.
-        """
+        """Return the box with the new size of an object on the floor or a wall; the box is in the room, if possible."""
         (dx, dz), (x, y, z) = heading(before.yaw), before.center
         back = shapely.Point(x - dx * before.size.z / 2, z - dz * before.size.z / 2)
         if any(floor.exterior.distance(back) < AT_WALL_M for floor in self.floors):
@@ -196,10 +193,10 @@ class _Exporter:
         return box
 
     def replace_opening(self, opening: Door | Window, data: dict[str, Any]) -> bool:
-        """Give a door or window THOR's asset, and its hole the asset's size; return whether an asset fits.
+        """Give a door or window one of THOR's assets, and its hole the asset's size; return whether an asset fits.
 
-        If no asset fits, the opening's id is listed as left out. Raises SettingError when no asset fits a door between
-        two rooms, because the rooms would then be separated.
+        If none fits, list the opening's id as left out. If none fits a door between two rooms, raise SettingError
+        instead, because the rooms would not be connected.
         """
         if opening.asset_id in self.thor:
             return True
@@ -234,7 +231,7 @@ def _point(x: float, y: float) -> dict[str, float]:
 
 
 def _counter_shape(asset_id: str) -> str:
-    """Return the shape in a countertop's asset id, e.g. "I", "L", "C" or "Island"; "I" by default."""
+    """Return the shape that a countertop's asset id names, e.g. "I", "L", "C" or "Island"; "I" if it names none."""
     found = _COUNTER_SHAPE.search(asset_id)
     return found[1] if found else "I"
 
@@ -246,8 +243,9 @@ def _size_difference(size: Vec3, other: Vec3) -> float:
 
 
 def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box:
-    """Return the box of an object after a change of its size; the object is on or in `holder`, which has replaced
-    the carrier `below`.
+    """Return the box with the new size of an object that is on or in a carrier.
+
+    The carrier has been replaced: `below` is the carrier's box before that, and `holder` its box now.
     """
     x, z = rotate_floor(before.center.x - below.center.x, before.center.z - below.center.z, -below.yaw)
     dx, dz = rotate_floor(x * holder.size.x / below.size.x, z * holder.size.z / below.size.z, holder.yaw)
@@ -263,9 +261,7 @@ def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box
 
 
 def _rename_materials(data: dict[str, Any], materials: dict[str, list[str]]) -> None:
-    """Give floors, walls and the ceiling material names of THOR: the present name if THOR has it, else the most
-    similar name.
-    """
+    """Give floors, walls and the ceiling THOR's material names; a name that is not THOR's becomes a similar one."""
     names = sorted({name for kind in materials.values() for name in kind})
     for room in data["rooms"]:
         _rename(room["floorMaterial"], names, "wood floor")

@@ -25,9 +25,9 @@ def chat_message(message: Message) -> dict[str, Any]:
 
 
 def chat_sender(client: AsyncOpenAI, model: str) -> Send:
-    """Return a function that sends messages to `model`, once for each call. The retries of `client` must be turned off.
+    """Return a function that sends messages to `model` in one request. The retries of `client` must be turned off.
 
-    The returned function raises AttemptFailed.
+    The returned function raises AttemptFailed when the request fails.
     """
 
     async def send(messages: Sequence[Message]) -> Reply:

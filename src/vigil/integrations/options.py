@@ -33,7 +33,13 @@ class EpisodeOptions(BaseModel):
         None, description="suite of a stream's episodes: `chores`; those of the families if unset"
     )
     houses: tuple[int, int] | None = Field(
-        None, description="range of a stream's houses: the first, and the one after the last; all from 0 on if unset"
+        None,
+        description=(
+            "houses of a stream to use: the number of the first, and of the first that is not used; all houses if unset"
+        ),
+    )
+    profile: str = Field(
+        "baseline", description="profile: `baseline`, or `action_feedback`, which adds the two booleans of `feedback`"
     )
     profile: str = Field(
         "baseline",
@@ -44,7 +50,9 @@ class EpisodeOptions(BaseModel):
     reply_policy: ReplyPolicy = Field("strict", description="how a text is read: `strict` or `lenient`")
     backend: str = Field("mujoco", description="the simulator's backend")
     quality: Quality = Field("default", description="quality of frames: `default`, or `fast` with rougher edges")
-    asset_database: str | Path | None = Field(None, description="AI2-THOR's asset database, for houses with its assets")
+    asset_database: str | Path | None = Field(
+        None, description="file of AI2-THOR's asset database, for houses that use its assets"
+    )
 
     @field_validator("family", "difficulty", mode="before")
     @classmethod

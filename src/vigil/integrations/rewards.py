@@ -34,7 +34,7 @@ class Shaping(BaseModel):
         Field(
             ge=0,
             allow_inf_nan=False,
-            description="subtracted, when B holds, for each step from the first with the goal reached to the report",
+            description="subtracted for each step between reaching the goal and reporting it; only when B holds",
         ),
     ] = 0.0
 

@@ -1,7 +1,7 @@
 """Sources of episodes for training: a pack or a stream.
 
-The environment of Gymnasium draws episodes. That of verifiers reads rows; a process that has only a row may play the
-episode of the row. It loads the same pack, or for a stream makes the house again, once for about thirty episodes.
+The Gymnasium environment draws episodes. The verifiers environment reads rows; the episode that a row names may be
+played in another process. That process loads the same pack or, for a stream, makes the house of the row again.
 """
 
 import asyncio
@@ -33,9 +33,9 @@ from vigil.scoring.chore_answers import ListAnswer, list_answers
 
 PACK_CACHE_SIZE = 2
 HOUSE_CACHE_SIZE = 64
-"""Number of houses of a stream that are cached for episodes not played yet."""
+"""Greatest number of a stream's houses that are cached, for episodes that are still to be played."""
 MAX_FIRST_HOUSES = 2**31
-"""A seed selects the first house of an endless stream from this number of houses."""
+"""Number of houses among which a seed selects the first house of an endless stream."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ class PackSource:
         self.name = f"{pack.name}@{pack.sha256}"
         """Name and hash of the pack."""
         self.public_name = pack.name
-        """Name that reveals no secret seed."""
+        """Name for messages; it does not reveal a secret seed."""
         self.is_private = is_private(pack.manifest.meta)
         self.folder: Path | None = pack.folder
         """Folder of the pack that simulators load."""
@@ -78,14 +78,14 @@ class PackSource:
         return lambda: self._sampled(episode)
 
     def by_id(self, episode_id: str) -> SampledEpisode:
-        """Return any episode of the pack. Raises SettingError."""
+        """Return the episode with this id, even if it was not selected. Raises SettingError."""
         return self._sampled(self._pack.episode(episode_id))
 
     def _sampled(self, episode: Episode) -> SampledEpisode:
         return SampledEpisode(episode, self._pack.house_of(episode), self._answers.get(episode.id))
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Return the greatest length of an instruction, and all characters that may occur in one."""
+        """Return the length of the longest instruction, and all characters that may occur in an instruction."""
         instructions = [episode.instruction for episode in self._pack.episodes]
         return max(map(len, instructions)), _charset(instructions)
 
@@ -105,8 +105,8 @@ class PackSource:
 class StreamSource:
     """Episodes of a stream, in order.
 
-    In `draw`, a seed selects the first house; without a seed the stream starts at its first. A finite stream starts
-    again after its last house.
+    In `draw`, a seed selects the first house; without a seed the stream starts at its first house. A finite stream
+    starts again after its last house.
     """
 
     folder = None
@@ -123,16 +123,16 @@ class StreamSource:
         self._items: Iterator[StreamItem] | None = None
         self._houses: LRUCache[int, Future[StreamHouse]] = LRUCache(HOUSE_CACHE_SIZE)
         self._pool: HousePool | None = None
-        """Processes that make the houses of rows again."""
+        """Processes that make the house of a row again; None until a row needs it."""
         self.name = address_of(self._seed)
         """Address and version of the stream."""
         self.public_name = f"{STREAM}..."
-        """Name that reveals no secret seed."""
+        """Name for messages; it does not reveal a secret seed."""
         self.is_private = is_secret(self._seed)
         self.is_endless = self._last is None and limit is None
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
-        """Choose the first house if `rng` was just seeded; return a function that waits for the next episode.
+        """Return a function that waits for the next episode. If `rng` was just seeded, choose a new first house before.
 
         The function may be called in another thread, before the next draw.
         """
@@ -146,12 +146,13 @@ class StreamSource:
     def by_id(self, episode_id: str) -> SampledEpisode:
         """Raise SettingError: the episodes of a stream cannot be looked up by id."""
         raise SettingError(
-            f"A stream is read in order, and {episode_id!r} is not the episode that was read last. `vigil pack stream` "
-            "writes episodes to a folder, from which they can be selected."
+            f"Episode {episode_id!r} cannot be played: the episodes of a stream come in order, and only the last "
+            "one can be played again by its id. `vigil pack stream` writes episodes to a folder, from which any "
+            "episode can be selected."
         )
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Return the greatest length and the characters that the protocol allows."""
+        """Return the maximum length of an instruction under the protocol, and all characters that may occur in it."""
         return MAX_INSTRUCTION_CHARS, _charset(())
 
     def rows(self) -> Iterator[TaskRow]:
@@ -159,7 +160,7 @@ class StreamSource:
         return islice(self._rows(), self._limit)
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Return the assignment of an episode; unless its house is cached, it is first made in the background.
+        """Return the assignment of an episode. If its house is not cached, the house is first made in the background.
 
         Raises SettingError or SimulatorError.
         """
@@ -192,7 +193,7 @@ class StreamSource:
         self._items = iter(self._stream)
 
     def _next_in_stream(self) -> SampledEpisode:
-        """Return the next episode. Raises SettingError if there is none, or SimulatorError."""
+        """Return the next episode. Raises SettingError if the stream has no episodes, or SimulatorError."""
         assert self._items is not None
         item = next(self._items, None)
         if item is None:
@@ -200,7 +201,8 @@ class StreamSource:
             item = next(self._items, None)
         if item is None:
             raise SettingError(
-                f"Stream {self._seed}: the houses {self._first} to {self._last} do not have an episode that fits."
+                f"Stream {self._seed}: the houses {self._first} to {self._last} do not have an episode that passes "
+                "the filters."
             )
         return SampledEpisode(item.episode, item.house, item.answer)
 
@@ -230,7 +232,7 @@ def source_of(options: EpisodeOptions, workers: int, limit: int | None = None) -
 
 @lru_cache(maxsize=PACK_CACHE_SIZE)
 def _cached_pack(folder: Path, sha256: str) -> Pack:
-    """Return a pack, shared by the environments of a process while the pack's manifest is unchanged."""
+    """Return the pack in `folder`. While its manifest is unchanged, all environments of a process share the pack."""
     del sha256  # part of the cache key: distinguishes a pack from an earlier one in the same folder
     return Pack.load(folder)
 

@@ -1,1 +1,1 @@
-"""Frozen packs: their files, names and freezing. The packaged packs are in `data`."""
+"""Frozen packs: their files, their names, and the code that freezes them. The package's packs are in `vigil/data`."""

@@ -1,6 +1,4 @@
-"""Even draw: orders episodes so that, for any N, the first N have about equally many of each family or kind of a
-suite.
-"""
+"""Even draw: orders episodes so that the first N, for any N, are spread evenly over families or kinds of a suite."""
 
 import hashlib
 from collections import deque
@@ -13,28 +11,28 @@ from vigil.protocol.families import FAMILIES
 
 
 class SuiteEntry(BaseModel):
-    """The kind and pair of an episode of a suite: the facts by which episodes are drawn and ordered."""
+    """The kind and pair of an episode of a suite. Episodes are drawn and ordered by these facts."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
     episode_id: str
     kind: str
     pair: str | None = None
-    """Name of the pair, equal for both twins; None for an episode without a twin."""
+    """Name of the pair, the same for both twins; None for an episode without a twin."""
 
 
 def draw_evenly(episodes: Iterable[Episode]) -> list[Episode]:
-    """Return the episodes in an order in which the first N, for any N, are balanced over families (see
-    `balanced_units`).
-    """
+    """Return the episodes in an order in which any first N are spread evenly over families (`balanced_units`)."""
     return [episode for unit in balanced_units(episodes, {}) for episode in unit]
 
 
 def balanced_units(episodes: Iterable[Episode], entries: Mapping[str, SuiteEntry]) -> Iterator[list[Episode]]:
-    """Yield units of episodes (twins together), each from the family or kind with the fewest episodes so far.
+    """Yield units (single episodes or two twins). Each unit is of the family or kind that has the fewest episodes so
+    far.
 
-    Ties are resolved by the order of the table of families. Within a family, units are sorted by the SHA-256 of their
-    ids: a pseudo-random order that is the same on every machine. The first N units are always part of the first N + 1.
+    If several families have equally few episodes, the first of them in the table of families is taken. Within a family,
+    units are sorted by the SHA-256 of their ids: a pseudo-random order that is the same on every machine. So the first
+    N + 1 units always contain the first N.
     """
     units: dict[str, list[Episode]] = {}
     waiting: dict[str, deque[list[Episode]]] = {}

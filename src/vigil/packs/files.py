@@ -1,6 +1,6 @@
 """Files of a pack: the manifest, and the reading of the files that the manifest lists.
 
-A file's hash is verified at every reading, so that a file that was changed after freezing is never used.
+A file's hash is checked at every reading, so that a file that was changed after freezing is never used.
 """
 
 import hashlib
@@ -37,25 +37,25 @@ class Manifest(BaseModel):
     name: str = Field(pattern=NAME_PATTERN)
     version: str = "1"
     versions: PackVersions = PackVersions()
-    """Versions of the package that made the pack; the pack's solutions are valid under these versions."""
+    """Versions of the package that made the pack. The solutions are known to be valid only under these versions."""
     description: str = ""
     episodes: int
     houses: int
     families: dict[Family, int]
     meta: dict[str, Any] = Field(default_factory=dict)
-    """Free-form facts about how the pack was made: generator versions, seeds, counts by template."""
+    """Any further facts about how the pack was made: generator versions, seeds, counts by template."""
     files: dict[str, str]
     """Relative path -> SHA-256 of the file's bytes."""
 
     @property
     def suite(self) -> str | None:
-        """Name of the suite that the pack belongs to; None for a pack that only has the eight families."""
+        """Name of the suite that the pack belongs to; None for a pack that is not of a suite."""
         suite = self.meta.get("suite")
         return suite if isinstance(suite, str) else None
 
     @property
     def version_notes(self) -> tuple[str, ...]:
-        """Notes for readers if the pack was made under other versions than this package's; else empty."""
+        """Notes for readers if the pack was made under other versions than this package's; otherwise empty."""
         note = self.versions.note(f"Pack {self.name!r}")
         return () if note is None else (note,)
 
@@ -71,13 +71,13 @@ class PackFiles:
 
     @classmethod
     def of(cls, folder: Path, sha256: str | None = None) -> "PackFiles":
-        """Return the files of the pack in a folder. Raises PackMismatch, also if the pack's hash is not `sha256`."""
+        """Return the files of the pack in a folder. Raises PackMismatch, e.g. if the pack's hash is not `sha256`."""
         raw = _read(folder, MANIFEST, MAX_MANIFEST_BYTES)
         found = hashlib.sha256(raw).hexdigest()
         if sha256 not in (None, found):
             raise PackMismatch(
-                f"Pack {str(folder)!r} has SHA-256 {found[:12]}..., expected {str(sha256)[:12]}.... Give the pack that "
-                "the run was played on; another one's episodes cannot be compared."
+                f"Pack {str(folder)!r} has SHA-256 {found[:12]}..., expected {str(sha256)[:12]}.... Give the pack "
+                "that the run was played on; results on another pack cannot be compared."
             )
         return cls(folder, _manifest(folder, raw), found)
 
@@ -134,7 +134,7 @@ def _manifest(folder: Path, raw: bytes) -> Manifest:
         if not re.fullmatch(FILE_PATTERN, name):
             raise PackMismatch(
                 f"Pack {str(folder)!r}: {MANIFEST} lists {name[:100]!r}, which may be outside the pack, or not a "
-                "file. Names of files have letters, digits, '_', '.', '-', in folders by '/', e.g. "
+                "file. A file's name consists of letters, digits, '_', '.' and '-', with '/' after a folder, e.g. "
                 "houses/kitchen_1.json."
             )
     return manifest

@@ -1,6 +1,4 @@
-"""Freezing: writes episodes, solutions and houses into a pack's folder, atomically; the same input gives the same
-bytes.
-"""
+"""Freezing: writes episodes, solutions and houses into a pack's folder atomically. Equal input gives equal bytes."""
 
 import hashlib
 import json
@@ -34,9 +32,9 @@ def freeze(
 ) -> Pack:
     """Write a pack into `folder`, which must be new or empty, and return the pack. The same input gives the same bytes.
 
-    `extra` has further files by path; the manifest lists their hashes, too. Raises EpisodeError if an episode
-    contradicts its family, its house or the other episodes, and SettingError if the folder is not empty or the name is
-    invalid.
+    `extra` maps paths to the contents of further files; the manifest lists their hashes, too. Raises EpisodeError if an
+    episode contradicts its family, its house or the other episodes. Raises SettingError if the folder is not empty or
+    the name is invalid.
     """
     check_can_freeze(folder, name)
     ordered = sorted(episodes, key=lambda episode: episode.id)
@@ -64,7 +62,7 @@ def freeze(
 
 
 def _contents(episodes: list[Episode], solutions: list[Solution], houses: list[House]) -> dict[str, bytes]:
-    """Return the contents of a pack's files by path, without the manifest."""
+    """Return path -> content for all files of a pack except the manifest."""
     return {
         EPISODES: b"".join(_line(episode) for episode in episodes),
         SOLUTIONS: b"".join(_line(solution) for solution in solutions),
@@ -78,7 +76,7 @@ def _check_input(episodes: list[Episode], houses: Mapping[str, House], suite: st
         if faults:
             raise EpisodeError(f"Episode {episode.id!r}: {'; '.join(faults)}.")
         if name not in houses:
-            raise EpisodeError(f"Episode {episode.id!r}: house {name!r} was not given to be frozen with it.")
+            raise EpisodeError(f"Episode {episode.id!r}: its house {name!r} is not among the houses that were given.")
         check_house(episode, houses[name])
 
 
@@ -87,7 +85,7 @@ def _line(model: BaseModel) -> bytes:
 
 
 def check_can_freeze(folder: Path, name: str) -> None:
-    """Raise SettingError if a pack of that name cannot be frozen into `folder`."""
+    """Raise SettingError if a pack called `name` cannot be frozen into `folder`."""
     if not re.match(NAME_PATTERN, name):
         raise SettingError(f"Pack name {name!r}: expected up to 100 letters, digits, '_', '.', '-', e.g. held_out_v1.")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
@@ -97,7 +95,7 @@ def check_can_freeze(folder: Path, name: str) -> None:
 
 
 def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
-    """Write a pack atomically: into a temporary sibling folder, which is then renamed.
+    """Write a pack atomically: into a temporary folder next to `folder`, which is then renamed.
 
     Temporary folders that a killed process left behind are deleted.
     """

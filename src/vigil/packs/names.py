@@ -1,17 +1,15 @@
-"""Names of packaged packs: NAME_vN_M; NAME alone means the newest packaged version."""
+"""Names of packaged packs, e.g. `mini_v1_1`: a stem and a version. The stem alone means the newest packaged version."""
 
 import re
 from collections.abc import Iterable
 
 STREAM = "stream:"
-"""Prefix of the address of a stream of episodes, which is not the name of a pack."""
+"""Prefix of the address of a stream of episodes. A text with this prefix is not the name of a pack."""
 _VERSIONED = re.compile(r"(?P<stem>.+?)_v(?P<version>\d+(?:_\d+)*)")
 
 
 def newest_version(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is `name` (given without a version) with the highest version; None if there is
-    none.
-    """
+    """Return the known name with the highest version whose stem (name without version) is `name`, or None."""
     versions = {version_of(each): each for each in known if stem_of(each) == name}
     return versions[max(versions)] if name and versions else None
 
@@ -23,25 +21,25 @@ def newer_version(name: str, known: Iterable[str]) -> str | None:
 
 
 def stem_of(name: str) -> str | None:
-    """Return the name without its version; None if it has no version."""
+    """Return the stem of a name: the name without its version. None if the name does not have a version."""
     match = _VERSIONED.fullmatch(name)
     return match["stem"] if match else None
 
 
 def other_names(name: str, aliases: Iterable[str]) -> list[str]:
-    """Return the other names of a pack (its stem and its aliases), without duplicates."""
+    """Return the other names of a pack, without duplicates: its stem and its aliases."""
     return [other for other in dict.fromkeys((stem_of(name), *aliases)) if other and other != name]
 
 
 def version_words(name: str, version: str) -> str:
-    """Return the version in a pack's name, e.g. "1.1".
+    """Return the version in a pack's name as text, e.g. "1.1" for `mini_v1_1`.
 
-    If the name has none, return `version`, which the manifest states.
+    If the name does not have a version, return `version`, which comes from the manifest.
     """
     return ".".join(map(str, version_of(name))) or version
 
 
 def version_of(name: str) -> tuple[int, ...]:
-    """Return the version in a name, e.g. (1, 1) for `mini_v1_1`; () if it has none."""
+    """Return the version in a name, e.g. (1, 1) for `mini_v1_1`; () if the name does not have a version."""
     match = _VERSIONED.fullmatch(name)
     return tuple(map(int, match["version"].split("_"))) if match else ()

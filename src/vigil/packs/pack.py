@@ -5,7 +5,8 @@
     solutions.jsonl      one Solution a line, sorted by episode id
     houses/<name>.json   canonical JSON
 
-The pack's own hash is the SHA-256 of its manifest's bytes. Plain files, no code. Source: `protocol.md` section 7.
+The pack's own hash is the SHA-256 of its manifest's bytes. A pack has no code, only data.
+Source: `protocol.md` section 7.
 """
 
 from collections.abc import Iterable, Sequence
@@ -38,7 +39,7 @@ CHORES_SUITE: Literal["chores"] = "chores"
 CHORES_BUDGETS = (40, 240)
 """Smallest and largest step budget of a list of chores."""
 MAX_CACHED_HOUSES = 16
-"""Number of houses that a pack keeps in memory; others are read again from disk."""
+"""Number of houses that a pack caches in memory. Other houses are read from disk again when they are needed."""
 _Line = TypeVar("_Line", bound=BaseModel)
 
 
@@ -49,15 +50,15 @@ class Selection:
     families: tuple[Family, ...] = ()
     ids: tuple[str, ...] = ()
     limit: int | None = None
-    """Maximum number of episodes, drawn evenly (see `even_draw`). Twins are taken together or not at all."""
+    """Maximum number of episodes, drawn evenly (see `even_draw`). Of two twins, both or neither are taken."""
 
 
 class AssetSizes(Protocol):
-    """The part of an asset database that a pack needs to check whether it was made with the same database."""
+    """The part of an asset database that a pack needs to check that it was made with the same database."""
 
     @property
     def sha256(self) -> str | None:
-        """SHA-256 of the database file; None without one."""
+        """SHA-256 of the database file; None if there is no such file."""
         ...
 
     def __contains__(self, asset_id: str, /) -> bool: ...
@@ -77,9 +78,10 @@ class Pack:
 
     @classmethod
     def load(cls, path: str | Path, sha256: str | None = None) -> "Pack":
-        """Return the pack in a folder, or the packaged pack of that name; the hash of every file is verified.
+        """Return the pack in a folder, or the packaged pack of that name. The hash of every file is checked.
 
-        Raises PackMismatch, EpisodeError or HouseError; PackMismatch also if the pack's hash is not `sha256`.
+        Raises PackMismatch, EpisodeError or HouseError. If `sha256` is given and the pack's hash differs, raises
+        PackMismatch.
         """
         own_files = PackFiles.of(find_pack(path), sha256)
         for name in sorted(own_files.manifest.files):
@@ -110,7 +112,7 @@ class Pack:
         return {name: place.pair for name, place in self.suite_entries.items() if place.pair is not None}
 
     def house_of(self, episode: Episode) -> House:
-        """Return an episode's house as it was frozen; safe to call from several threads.
+        """Return an episode's house as it was frozen. Several threads may call this at the same time.
 
         Raises PackMismatch or HouseError.
         """
@@ -126,7 +128,7 @@ class Pack:
         return House.from_json(name, self._files.read(file), f"House file {str(self.folder / file)!r}")
 
     def check_assets(self, given: AssetSizes) -> None:
-        """Raise PackMismatch if objects would have other sizes than when the pack was made."""
+        """Raise PackMismatch if objects would have other sizes under `given` than when the pack was made."""
         if self.asset_database_sha256 is None and given.sha256 is not None and not self._names_asset_of(given):
             return  # a database changes nothing where no house has an asset of it
         fault = asset_mismatch(f"Pack {self.name!r}", self.asset_database_sha256, given.sha256)
@@ -135,7 +137,7 @@ class Pack:
 
     @property
     def asset_database_sha256(self) -> str | None:
-        """SHA-256 of the asset database that the pack was made with; None if it was made without one."""
+        """SHA-256 of the asset database with which the pack was made; None if it was made without an asset database."""
         return self.manifest.meta.get("asset_database_sha256")
 
     def _names_asset_of(self, given: AssetSizes) -> bool:
@@ -143,7 +145,7 @@ class Pack:
         return any(node.asset_id in given for episode in first.values() for node, _ in self.house_of(episode).objects())
 
     def episode(self, episode_id: str) -> Episode:
-        """Return the episode with that id. Raises SettingError with a suggestion."""
+        """Return the episode with that id. Raises SettingError, which suggests a similar id."""
         for episode in self.episodes:
             if episode.id == episode_id:
                 return episode
@@ -171,7 +173,7 @@ class Pack:
         return chosen
 
     def _first(self, episodes: Sequence[Episode], limit: int) -> list[Episode]:
-        """Return `limit` episodes, drawn evenly; one episode fewer if only one of two twins would fit."""
+        """Return `limit` episodes, drawn evenly. If only one of the last two twins fits, return one episode less."""
         found: list[Episode] = []
         for unit in balanced_units(episodes, self.suite_entries):
             if len(found) + len(unit) > limit:
@@ -187,13 +189,14 @@ class Pack:
         hashes = {episode.house.name: episode.house.sha256 for episode in self.episodes}
         if len(hashes) != self.manifest.houses:
             raise PackMismatch(
-                f"Pack {str(self.folder)!r}: the manifest promises {self.manifest.houses} houses, the episodes are in "
-                f"{len(hashes)}. Freeze it again."
+                f"Pack {str(self.folder)!r}: the manifest says {self.manifest.houses} houses, but the episodes are "
+                f"in {len(hashes)}. Freeze the pack again."
             )
         if len(self.episodes) != self.manifest.episodes or counts != self.manifest.families:
             raise PackMismatch(
-                f"Pack {str(self.folder)!r}: the manifest promises {self.manifest.episodes} episodes "
-                f"({self.manifest.families}), {EPISODES} holds {len(self.episodes)} ({counts}). Freeze it again."
+                f"Pack {str(self.folder)!r}: the manifest says {self.manifest.episodes} episodes "
+                f"({self.manifest.families}), but {EPISODES} holds {len(self.episodes)} ({counts}). Freeze the "
+                "pack again."
             )
         for episode in sorted(self.episodes, key=lambda episode: episode.house.name):
             if f"{HOUSES}/{episode.house.name}.json" not in self.manifest.files:
@@ -213,7 +216,7 @@ class Pack:
 
 
 def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | None:
-    """Return the error message if `what` was made with another asset database (hash `wanted`) than the one in use
+    """Return the error message if `what` was made with another asset database (hash `wanted`) than the database in use
     (hash `given`); None if the two hashes are equal.
     """
     if wanted == given:
@@ -228,7 +231,7 @@ def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | No
 
 def find_pack(path: str | Path) -> Path:
     """Return the folder of a pack: `path` itself, or the folder of the packaged pack of that name. A name without a
-    version means the newest version.
+    version means the pack's newest version.
 
     Raises PackMismatch.
     """
@@ -237,8 +240,8 @@ def find_pack(path: str | Path) -> Path:
         return folder
     if name.startswith(STREAM):
         raise PackMismatch(
-            f"{name!r} is a stream, not a pack. `vigil pack stream --seed SEED --count 200 --out FOLDER` writes its "
-            "first episodes as one; then give the folder."
+            f"{name!r} is a stream, not a pack. `vigil pack stream --seed SEED --count 200 --out FOLDER` writes "
+            "the stream's first episodes as a pack; then give FOLDER."
         )
     names = packaged_names()
     if name in names:
@@ -265,12 +268,12 @@ def packaged_names() -> list[str]:
 
 
 def manifest_of(path: str | Path) -> Manifest:
-    """Return the manifest of a pack without reading its other files. Raises PackMismatch."""
+    """Return the manifest of a pack. Other files of the pack are not read. Raises PackMismatch."""
     return PackFiles.of(find_pack(path)).manifest
 
 
 def manifest_sha256(folder: Path) -> str:
-    """Return the SHA-256 that identifies a pack. Raises PackMismatch if it has no manifest."""
+    """Return the SHA-256 that identifies a pack. Raises PackMismatch if the folder does not have a manifest."""
     return PackFiles.of(folder).sha256
 
 
@@ -282,13 +285,13 @@ def _aliases(folder: Path) -> list[str]:
 def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
     """Return the episodes of the pack with the hash `sha256`, without loading the pack's houses.
 
-    Raises PackMismatch if the pack at `path` has another hash, or its episodes differ from its manifest.
+    Raises PackMismatch if the pack at `path` has another hash, or its file of episodes does not match its manifest.
     """
     return PackFiles.of(find_pack(path), sha256).rows(EPISODES, Episode)
 
 
 def frozen_table(path: str | Path, name: str, model: type[_Line]) -> list[_Line]:
-    """Return the rows of a JSON-lines file of a pack, verified by hash. Raises PackMismatch or EpisodeError."""
+    """Return the rows of a JSON-lines file of a pack, after a hash check. Raises PackMismatch or EpisodeError."""
     return PackFiles.of(find_pack(path)).rows(name, model)
 
 
@@ -308,7 +311,7 @@ def count_rooms(folder: Path) -> dict[str, int]:
 
 
 def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:
-    """Return the number of episodes of each family, in the table's order; families without episodes are left out."""
+    """Return family -> number of its episodes (if any), in the order of the table of families."""
     counts = dict.fromkeys(FAMILIES, 0)
     for episode in episodes:
         counts[episode.family] += 1
@@ -319,8 +322,9 @@ def check_house(episode: Episode, house: House) -> None:
     """Raise PackMismatch or EpisodeError if an episode and its house do not match."""
     if house.sha256 != episode.house.sha256:
         raise PackMismatch(
-            f"Episode {episode.id!r}: house {house.name!r} has SHA-256 {house.sha256[:12]}..., the episode was made "
-            f"for {episode.house.sha256[:12]}.... Restore the house that it was made for, or author the episode again."
+            f"Episode {episode.id!r}: house {house.name!r} has SHA-256 {house.sha256[:12]}..., but the episode was "
+            f"made for {episode.house.sha256[:12]}.... Restore the house for which the episode was made, or make "
+            "the episode again."
         )
     parents = {change.placement.parent for change in episode.setup.objects.values() if change.placement}
     named = {
@@ -336,7 +340,7 @@ def check_house(episode: Episode, house: House) -> None:
 
 
 def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
-    """Return descriptions of how an episode's budgets, start horizon or kind of goal contradict its family.
+    """Return descriptions of how an episode contradicts its family: in its budgets, start horizon or kind of goal.
 
     `suite` is the suite of the episode's pack; None if the pack is not of a suite.
     """

@@ -16,25 +16,25 @@ from vigil.errors import SettingError
 MIN_SECRET_SEED = 2**64
 """Smallest secret seed; smaller ones can be found by trying all of them."""
 SEED_SHA256 = "seed_sha256"
-"""Key of the hash of a secret seed in a manifest's `meta`; only private packs have it."""
+"""Key in a manifest's `meta` under which the hash of a secret seed stands; only private packs have the key."""
 REVEAL = "--reveal-private-pack"
 REVEAL_HELP = "Allow output that shows instructions, ids, replies or frames of a private pack (refused by default)."
 NEW_SEED = "python3 -c 'import secrets; print(secrets.randbits(128))'"
 NAME_DIGITS = 20
-"""Number of hex digits of the keyed hash in the name of a private episode or house (80 bits)."""
+"""Number of hex digits of the keyed hash (80 bits) in the name of a private episode or house."""
 MAX_SEED_BYTES = 1024
 _SEED = re.compile(r"[0-9]{1,300}")
 
 
 def is_private(meta: Mapping[str, Any]) -> bool:
-    """Whether the pack whose manifest has this `meta` is private, i.e. its seed and content must stay secret."""
+    """Whether the pack whose manifest has this `meta` is private: its seed and content must stay secret."""
     return SEED_SHA256 in meta
 
 
 def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: str = REVEAL) -> None:
-    """Raise SettingError if the output `what` would reveal a private pack.
+    """Raise SettingError if the output `what` would show a private pack without the user's permission.
 
-    `reveals` is True if the user allowed this with the option `by`.
+    `reveals` is True if the user gave the permission with the option `by`.
     """
     if private and not reveals:
         raise SettingError(
@@ -56,25 +56,26 @@ def is_secret(seed: int) -> bool:
 
 
 def seed_sha256(name: str, *seeds: int) -> str:
-    """Return the SHA-256 of "NAME SEED".
+    """Return the SHA-256 of the text "NAME SEED", with one or more seeds.
 
-    It commits the author to the secret seed: anyone can check it once the seed is published.
+    The hash commits the author to the secret seed. When the seed is published, anyone can check that it is the same
+    seed.
     """
     return hashlib.sha256(" ".join([name, *map(str, sorted(seeds))]).encode()).hexdigest()
 
 
 def secret_name(seed: int, kind: str, what: bytes) -> str:
-    """Return the name of a house or episode, e.g. `house_1f0c...`, which reveals nothing without the seed."""
+    """Return the name of a house or episode, e.g. `house_1f0c...`. Without the seed, the name reveals nothing."""
     return f"{kind}_{_keyed(seed, kind, what).hex()[:NAME_DIGITS]}"
 
 
 def secret_subseed(seed: int, kind: str, what: bytes) -> int:
-    """Return a 128-bit seed for one part of a pack, derived from the secret seed; it does not reveal any other seed."""
+    """Return a 128-bit seed for one part of a pack, derived from the secret seed. It reveals no other seed."""
     return MIN_SECRET_SEED + int.from_bytes(_keyed(seed, f"seed of {kind}", what)[:16], "big")
 
 
 def read_seed(path: Path) -> int:
-    """Return the secret seed in a file, which holds one whole number. Raises SettingError."""
+    """Return the secret seed in a file that contains one whole number. Raises SettingError."""
     try:
         with path.open("rb") as file:
             text = file.read(MAX_SEED_BYTES + 1).decode("ascii").strip()
@@ -91,9 +92,9 @@ def read_seed(path: Path) -> int:
 
 
 def chosen_seed(seed: int | None, file: Path | None) -> int | None:
-    """Return the seed, which is given as a number or in a file; None if neither is given.
+    """Return the seed that the user gave, as a number or in a file; None if neither is given.
 
-    Raises SettingError if both are.
+    Raises SettingError if both are given.
     """
     if seed is not None and file is not None:
         raise SettingError("--seed and --seed-file exclude each other. Leave one out.")

@@ -1,8 +1,8 @@
 """Actions of an agent: four skills with their arguments, the intents of clicks, and the statuses of reports.
 
 The literal tables `SKILLS`, `INTENTS` and `STATUSES` feed both the prompt (`vigil.protocol.prompt`) and the parser
-(`vigil.protocol.replies`), so that the two cannot drift apart. Source: `protocol.md` sections 2.2 and 2.3; the paper's
-tables `action_specs`, `intents`, `report_statuses`, whose descriptions are copied verbatim.
+(`vigil.protocol.replies`), so that the two always agree. Their descriptions are copied verbatim from the paper's tables
+`action_specs`, `intents` and `report_statuses`. Source: `protocol.md` sections 2.2 and 2.3.
 """
 
 import base64
@@ -34,7 +34,7 @@ Coordinates = Literal["pixel", "normalized_1000"]
 ReplyPolicy = Literal["strict", "lenient"]
 ReplySource = Literal["agent", "server", "library"]
 """Where a reply's text comes from: the agent itself (a script, a program, a person), the unmodified answer of a model's
-server, or a library's rendering of that answer, which may have cut or joined it."""
+server, or a library's rendering of the server's answer. A library may have left out or joined parts of the answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +45,9 @@ class Argument:
     type: Literal["enum", "number", "int", "string"]
     description: str
     values: tuple[str, ...] = ()
-    """Allowed words of an enum."""
+    """Allowed words, for an argument of type enum."""
     unless_drop: bool = False
-    """Whether the argument is required except for the intent `drop`."""
+    """Whether the argument may be missing if the intent is `drop`. For every other intent it is required."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ INTENT_ALIASES: dict[str, Intent] = {
     "put_on": "place",
     "release": "drop",
 }
-"""Other word accepted for an intent -> that intent, as in the published table. Only intents have aliases."""
+"""Alias of an intent -> the intent itself, as in the paper's table. Only intents have aliases."""
 
 STATUSES: dict[Status, str] = {
     "success": "Agent claims the task goal has been achieved",
@@ -183,13 +183,13 @@ class InvalidAction(_Action):
 
     kind: Literal["protocol_failure", "malformed_action"]
     reason: str
-    """Short code, e.g. `not_json`, `several_objects`, `unknown_skill`, `pixel_outside_frame`."""
+    """Short code of what is wrong, e.g. `not_json`, `several_objects`, `unknown_skill`, `pixel_outside_frame`."""
     detail: str = ""
     would_parse_leniently: bool = False
 
 
 class ParsedReply(_Action):
-    """A parsed reply: its action, and its other content, which is recorded verbatim and never scored."""
+    """A parsed reply: its action, and its other content, which is recorded verbatim but never scored."""
 
     action: Action
     thought: Any = None
@@ -198,14 +198,14 @@ class ParsedReply(_Action):
 
 
 class Usage(_Action):
-    """Number of tokens of one reply."""
+    """Numbers of tokens that one reply used."""
 
     input_tokens: int = 0
     output_tokens: int = 0
 
 
 class ReplyCut(_Action):
-    """Size and hash of a reply before it was cut for the record."""
+    """Size and hash of the whole reply, for a reply of which the record stores only a part."""
 
     text_bytes: int
     answer_bytes: int
@@ -215,10 +215,10 @@ class ReplyCut(_Action):
 
 
 class Reply(_Action):
-    """Return value of an agent's `act`: the raw text, with the provider's facts about it.
+    """Return value of an agent's `act`: the raw text, with the facts that the provider sent with the text.
 
     `text` accepts any string or bytes. If it is not valid UTF-8, the invalid parts are replaced by U+FFFD, `is_utf8` is
-    False, and `raw_base64` holds the original bytes (lone surrogates of a string are encoded like other characters).
+    False, and `raw_base64` holds the original bytes. The lone surrogates of a string are encoded like other characters.
     """
 
     text: str
@@ -232,15 +232,15 @@ class Reply(_Action):
     """Reasoning that the provider sent separately from the text. It is never part of a record; a run can store it in a
     file next to the records (`vigil.records.reasoning_file`)."""
     tool_call: str | None = Field(default=None, exclude_if=lambda name: name is None)
-    """Name of the tool that the model called instead of answering, according to the server. The field is omitted from
-    rows without a tool call, as in rows written before it existed."""
+    """Name of the tool that the model called instead of answering, according to the server. Rows without a tool call,
+    and rows written before this field existed, do not have the field."""
     usage: Usage | None = None
     seconds: float = 0.0
     provider_rejected: bool = False
-    """Whether the provider refused the request three times because of its content or length. This is a protocol
-    failure."""
+    """Whether the provider refused the request three times for its content or length. This is a protocol failure."""
     agent_ended: str = ""
-    """How an agent's program failed to answer: it ended, hung or wrote out of turn. This is a protocol failure."""
+    """How an agent's program failed to answer: it ended, hung, or wrote without being asked. This is a protocol
+    failure. Empty if it did not fail."""
     cut: ReplyCut | None = None
     """Size of the whole reply if `text` is only a part of it (`vigil.protocol.replies`); None if `text` is whole."""
 

@@ -19,7 +19,7 @@ MAX_FLOOR_M = 0.01
 MAX_COORDINATE_M = 200.0
 """Maximum coordinate (m) in an episode; the largest houses are about 50 m long."""
 MAX_TURN_DEG = 360.0
-"""Maximum rotation (deg) in an episode; more than a whole turn is taken for a typo."""
+"""Maximum rotation (deg) in an episode. A larger rotation is probably a typo and is refused."""
 
 
 class _Model(BaseModel):
@@ -27,14 +27,14 @@ class _Model(BaseModel):
 
 
 class HouseRef(_Model):
-    """A house by name, pinned by the SHA-256 of its canonical JSON."""
+    """Name of a house, with the SHA-256 of its canonical JSON, so that no other version of the house can be used."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")
     sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
 
 
 class Provenance(_Model):
-    """Origin of an episode, and its validation and review."""
+    """Origin of an episode, and the results of its validation and review."""
 
     author: str = ""
     template: str = ""
@@ -74,9 +74,9 @@ class Episode(_Model):
                 "the instruction of a list of chores has one numbered line for each chore, below its opening"
             )
         if (self.family == "CR") != (self.goal.constraint is not None):
-            raise ValueError("a goal has a constraint in family CR, and only there")
+            raise ValueError("a goal must have a constraint in family CR, and must not have one in any other family")
         if (self.family == "SM") != bool(self.goal.chain):
-            raise ValueError("a goal has a chain in family SM, and only there")
+            raise ValueError("a goal must have a chain in family SM, and must not have one in any other family")
         return self
 
     @model_validator(mode="after")
@@ -116,7 +116,7 @@ def _format_numbers(numbers: Sequence[float]) -> str:
 
 
 class Solution(_Model):
-    """A recorded sequence of actions, the closing report included, that solves an episode."""
+    """A recorded sequence of actions that solves an episode. The last action is the closing report."""
 
     episode_id: str
     actions: tuple[Action, ...]

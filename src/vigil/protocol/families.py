@@ -1,8 +1,8 @@
-"""The registry of families of tasks: those of the package (one file each in `vigil.authoring.families`) and custom
-ones.
+"""The registry of task families: the package's families (one file each in `vigil.authoring.families`) and custom
+families.
 
-The table `FAMILIES` is data: nothing branches on a family's name when an episode is scored. Source: `protocol.md`
-section 4 and the paper's table `family_specs`.
+The table `FAMILIES` is data: scoring has no code for a particular family. Source: `protocol.md` section 4 and the
+paper's table `family_specs`.
 """
 
 import re
@@ -23,8 +23,8 @@ _REQUIRED = ("summary", "kinds", "briefing", "level_bounds", "sample_goal")
 def _check_family(name: str) -> str:
     if name not in FAMILIES:
         raise ValueError(
-            f"there is no family {name!r}; the families are {', '.join(FAMILIES)}. A custom family is known where its "
-            "module is imported: `vigil run --import MODULE`, VIGIL_IMPORT=MODULE for any command"
+            f"there is no family {name!r}; the families are {', '.join(FAMILIES)}. To use a custom family, import "
+            "its module: `vigil run --import MODULE`, or for any command VIGIL_IMPORT=MODULE"
         )
     return name
 
@@ -41,14 +41,14 @@ PACKAGED_FAMILIES = frozenset(FAMILIES)
 
 
 def register_family(spec: FamilySpec) -> None:
-    """Add a custom family to `FAMILIES`, in this process only; its goals must be of the existing kinds.
+    """Add a custom family to `FAMILIES`, in this process only. The family can use only the existing kinds of goals.
 
-    Raises SettingError for a code that is taken or is not two capital letters, for an unknown kind of goal, and for a
-    `grading` whose two bounds do not rise.
+    Raises SettingError if the code is taken or is not two capital letters, if a kind of goal is unknown, or if the
+    bound `medium` of `grading` is not above its bound `easy`.
     """
     if not re.fullmatch(r"[A-Z]{2}", spec.code):
         raise SettingError(
-            f"Family {spec.code!r}: a family is named by two capital letters, as {', '.join(FAMILIES)} are."
+            f"Family {spec.code!r}: the code of a family must be two capital letters, like {', '.join(FAMILIES)}."
         )
     taken = FAMILIES.get(spec.code, spec)
     if taken != spec:

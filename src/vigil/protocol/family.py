@@ -1,4 +1,4 @@
-"""Description of a family of episodes: its facts, and the functions and settings from which its episodes are made."""
+"""Description of a family of episodes: its facts, and the functions and settings that make its episodes."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -16,7 +16,7 @@ class DraftKind:
     """One kind of a family's episodes, and the function that drafts episodes of this kind."""
 
     drafts: str | Callable[..., Any]
-    """Function from a `HouseContext` to drafts, or its name "package.module:function", loaded when it is needed."""
+    """Function that takes a `HouseContext` and returns drafts, or the function's name as "package.module:function"."""
     arguments: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Further arguments of the function. A value that is a `DraftKind` is replaced by the function of that kind."""
     in_starter: int = 0
@@ -27,7 +27,7 @@ class DraftKind:
 
 @dataclass(frozen=True, slots=True)
 class StreamGrading:
-    """Rule by which a stream grades a family's episodes as easy, medium or hard: one measured fact with two bounds."""
+    """Rule by which a stream grades a family's episodes as easy, medium or hard: a measured fact and two bounds."""
 
     by: Literal["actions", "distance_m"]
     """The measured fact: number of actions in the recorded solution, or distance (m) from the start to the target."""
@@ -41,8 +41,8 @@ class StreamGrading:
 class FamilySpec:
     """The facts about a family that the protocol, authoring, analysis and tests use.
 
-    The fields without a default are the contract of `protocol.md` section 4. Episodes of a family without `kinds` can
-    be scored and reported, but not drafted.
+    Section 4 of `protocol.md` fixes the fields that do not have a default. If a family does not have `kinds`, its
+    episodes can be scored and reported, but not drafted.
     """
 
     code: str
@@ -57,32 +57,30 @@ class FamilySpec:
     """Skills that the family requires; a recorded solution uses no other skills."""
     goal_kinds: tuple[str, ...]
     extra_goal_kinds: tuple[str, ...] = ()
-    """Kinds of goals that the family may use in addition to the paper's, such as several states at once."""
+    """Kinds of goals that the family may use although the paper does not have them, e.g. several states at once."""
     suite_goal_kinds: tuple[str, ...] = ()
-    """Kinds of goals that the family may use only in the packs of a suite (`vigil.packs.pack.protocol_faults`)."""
+    """Kinds of goals that the family may use only in packs of a suite (see `packs.pack.protocol_faults`)."""
     summary: str = ""
     """What the family's tasks ask for, in a few words."""
     position: int = 100
-    """Position of the family in tables. The paper's families have 1 to 8; families of equal position are sorted by
-    code."""
+    """Position of the family in tables: 1 to 8 for the paper's families. Equal positions are sorted by code."""
     kinds: Mapping[str, DraftKind] = field(default_factory=dict[str, DraftKind])
     """Name of a kind of episodes -> how the kind is drafted. Packs and streams draft every kind."""
     briefing: str = ""
-    """Request to a language model to propose tasks of this family."""
+    """Text that asks a language model to propose tasks of this family."""
     start_distance_m: tuple[float, float] = (0.0, math.inf)
     """Least and greatest distance (m) from the start to the target."""
     rules: tuple[str, ...] = ()
     """Names of rules for drafts (`vigil.authoring.review`) that apply to this family but not to every family."""
     end_words: str | None = None
-    """Regular expression for the words of an instruction that say when the task is done; None if the act itself does.
-    """
+    """Regular expression for words that an instruction needs to say when the task is done; None if it needs none."""
     stratum: Literal["template", "target_size", "distance", "label", "turning"] = "template"
-    """Fact about an episode. A pack has about equally many episodes for each value of this fact."""
+    """Fact about episodes over which a pack is balanced: each value of the fact has about equally many episodes."""
     grading: StreamGrading | None = None
     """Rule for the difficulty of episodes in streams; None if the target's size decides the difficulty."""
     level_bounds: tuple[float, float, float] | None = None
-    """Highest difficulty index (`vigil.scoring.levels`) of easy, medium and hard episodes. With None, the mean of the
-    other families' bounds is used."""
+    """Highest difficulty indices (`vigil.scoring.levels`) of an easy, a medium and a hard episode. If None, the mean of
+    the other families' bounds is used."""
     sample_goal: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """A simple goal as JSON from which tests make an episode; its objects are `target`, `table` and `obstacle`."""
 
@@ -93,7 +91,5 @@ class FamilySpec:
 
     @property
     def start_horizon(self) -> float | None:
-        """Camera pitch (deg) at the start; None if the author may choose it because the family requires the skill
-        `look`.
-        """
+        """Camera pitch (deg) at the start. None in families with the skill `look`: there, authors choose the pitch."""
         return None if "look" in self.skills else DEFAULT_HORIZON_DEG

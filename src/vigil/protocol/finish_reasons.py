@@ -1,8 +1,8 @@
 """Why a model stopped: one table of the finish and stop reasons of all providers, with their meanings.
 
-The provider's word is recorded, and this table decides what follows from it. If a reply has nothing usable and its word
-is missing or not in the table, the model is not blamed (`vigil.runner.models.ask`). Source: `protocol.md` section 2.3,
-and the references of the providers.
+A record stores the provider's word, and this table says what the word means. If a reply has no usable text and its word
+is missing or not in the table, the failure is not counted against the model (`vigil.runner.models.ask`). Source:
+`protocol.md` section 2.3, and the references of the providers.
 """
 
 from typing import Literal, NamedTuple
@@ -109,7 +109,8 @@ FINISH_REASONS: dict[str, FinishReason] = {
     "modelunloaded": FinishReason("failed", "LM Studio"),
     "userstopped": FinishReason("failed", "LM Studio"),
 }
-"""Case-folded word -> its meaning. What a provider itself does to an answer is never blamed on the model."""
+"""Finish reason in lower case -> its meaning. If the provider changed or stopped an answer, the model is not at
+fault."""
 
 
 def stop_cause(finish_reason: str | None) -> StopCause | None:

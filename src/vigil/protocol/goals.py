@@ -21,30 +21,31 @@ STRICTLY_OPEN = 0.99
 STRICTLY_CLOSED = 0.01
 TOLERANCE = 1e-6
 NEAR_M = 1.5
-"""Distance threshold (m) of `agent_near_target`, and distance from a target at which progress counts it as reached."""
+"""Default threshold (m) of `agent_near_target`; progress counts a target as reached within this distance."""
 MAX_PARTS = 24
-"""Maximum number of parts of an `all_of` goal; a home may have as many objects that can be opened."""
+"""Maximum number of parts of an `all_of` goal: enough for the goal to close everything in a home."""
 MIN_CHORES, MAX_CHORES = 3, 10
 MAX_CHORE_PARTS = 4
 
 
 class Constraint(BaseModel):
-    """What a constraint-resolving episode requires in addition to its goal."""
+    """The additional condition that an episode of the family CR (constraint resolving) requires."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     kind: Literal["object_open", "object_closed", "object_on", "object_off", "object_moved", "object_released"]
-    """The condition to be met. `object_moved`: picked up, or away from its place at reset by `distance_m` or more in
-    the floor plane. `object_released`: no longer in the hand (the hand was emptied)."""
+    """The condition to be met. `object_moved` is met if the object is in the hand, or at least `distance_m` from its
+    place at the reset, in the floor plane. `object_released` is met if the object is not in the hand."""
     object_id: str
     latched: bool
-    """True for an event (it stays met once met), false for a state (it must hold at closure)."""
+    """Whether the constraint is an event, which stays met after it was met once. If False, it is a state, which must
+    hold when the episode is closed."""
     distance_m: float | None = Field(default=None, gt=0, allow_inf_nan=False)
 
     @model_validator(mode="after")
     def _distance_fits_kind(self) -> "Constraint":
         if (self.kind == "object_moved") != (self.distance_m is not None):
-            raise ValueError("`distance_m` belongs to `object_moved`, and `object_moved` needs it")
+            raise ValueError("`distance_m` must be given for `object_moved`, and for nothing else")
         return self
 
 
@@ -54,12 +55,12 @@ class _Goal(BaseModel):
     object_id: str
     """Id of the target."""
     constraint: Constraint | None = None
-    """Constraint that must be resolved too; CR only."""
+    """Constraint that must be resolved in addition to the goal; only in CR."""
     chain: tuple["ChainLink", ...] = ()
-    """Conditions to be met in this order before the goal itself; they count only for progress. SM only."""
+    """Conditions to be met in this order before the goal itself. They count only for progress; only in SM."""
 
     def ids(self) -> set[str]:
-        """Return the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that occur in the goal, its constraint or its chain."""
         constrained = () if self.constraint is None else (self.constraint.object_id,)
         return {self.object_id, *constrained}.union(*(link.ids() for link in self.chain))
 
@@ -78,7 +79,8 @@ class AgentNearTarget(_Goal):
 
 
 class ObjectInState(_Goal):
-    """The target is in the required state: open, closed, on or off, or it has been seen at any moment so far."""
+    """The target is open, closed, on or off, as required. If `is_visible` is required, the target has been seen at any
+    moment so far."""
 
     kind: Literal["object_state"] = "object_state"
     state: Literal["is_visible", "is_open", "is_toggled"]
@@ -87,7 +89,7 @@ class ObjectInState(_Goal):
     @model_validator(mode="after")
     def _visible_is_true(self) -> "ObjectInState":
         if self.state == "is_visible" and not self.value:
-            raise ValueError("a goal can ask that something is seen, not that it is not")
+            raise ValueError("a goal can ask that an object is seen, but not that an object is not seen")
         return self
 
 
@@ -98,10 +100,12 @@ class ObjectHeld(_Goal):
 
 
 class ObjectAtReceptacle(_Goal):
-    """The target lies on the receptacle: on its top or an open shelf, not inside or on one of its openable parts.
+    """The target lies on top of the receptacle or on an open shelf. To lie inside, or on a part that opens, does not
+    count.
 
-    With `inside`, the target must be in the receptacle, not on its top or rim. For W, the target need only be over an
-    interior surface (`ObjectState.over_inside`). For W_strict, it must rest on a surface of the receptacle itself.
+    If `inside` is True, the target must be in the receptacle, not on its top or rim. For W, it is enough that the
+    target is over an interior surface (`ObjectState.over_inside`). For W_strict, it must rest on a surface of the
+    receptacle itself.
     """
 
     kind: Literal["object_at_receptacle"] = "object_at_receptacle"
@@ -109,12 +113,12 @@ class ObjectAtReceptacle(_Goal):
     inside: bool = False
 
     def ids(self) -> set[str]:
-        """Return the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that occur in the goal, its constraint or its chain."""
         return super().ids() | {self.receptacle_id}
 
 
 class ReportStatus(_Goal):
-    """The target's queried state is observable when the episode is closed. The reported label is judged separately."""
+    """The target's queried state is observable when the episode is closed. The reported label is checked separately."""
 
     kind: Literal["report_status"] = "report_status"
     state: StateQuery
@@ -127,7 +131,7 @@ GoalPart = Annotated[ObjectInState | ObjectAtReceptacle, Field(discriminator="ki
 
 
 class AllOf(_Goal):
-    """Several objects are each in the required state or place; `object_id` is the first of them."""
+    """Several objects are each in the required state or place; `object_id` is the first of these objects."""
 
     kind: Literal["all_of"] = "all_of"
     parts: tuple[GoalPart, ...] = Field(min_length=2, max_length=MAX_PARTS)
@@ -136,15 +140,19 @@ class AllOf(_Goal):
     def _parts_are_distinct(self) -> "AllOf":
         ids = [part.object_id for part in self.parts]
         if len(set(ids)) < len(ids) or ids[0] != self.object_id:
-            raise ValueError("each part of `all_of` must be about another object, and the first part about `object_id`")
+            raise ValueError(
+                "each part of `all_of` must be about a different object, and the first part about `object_id`"
+            )
         if any(isinstance(part, ObjectInState) and part.state == "is_visible" for part in self.parts):
-            raise ValueError("the parts of `all_of` are places or states of things: open or closed, on or off")
+            raise ValueError(
+                "each part of `all_of` must be the place or the state of an object: open or closed, on or off"
+            )
         if any(part.constraint is not None or part.chain for part in self.parts):
-            raise ValueError("the parts of `all_of` have neither a constraint nor a chain of their own")
+            raise ValueError("a part of `all_of` must not have a constraint or a chain")
         return self
 
     def ids(self) -> set[str]:
-        """Return the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that occur in the goal, its constraint or its chain."""
         return super().ids().union(*(part.ids() for part in self.parts))
 
 
@@ -230,7 +238,7 @@ STATE_LABELS: dict[StateQuery, tuple[StateLabel, StateLabel]] = {
     "is_toggled": ("on", "off"),
     "is_open": ("open", "closed"),
 }
-"""State queried -> its labels (if true, if false)."""
+"""Kind of state -> its two labels: the label if the state is true, and the label if it is false."""
 
 
 def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float | None) -> StateLabel:
@@ -257,12 +265,12 @@ def _is_recognizable(state: ObjectState, pixels: int) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """The hidden facts after one step (or at the reset) on which the truth of a goal depends."""
+    """The hidden facts at one moment (after a step or at the reset) that decide whether a goal holds."""
 
     initial: WorldState
     world: WorldState
     closing: WorldState
-    """World shown in the frame that the last reply answered."""
+    """World at the time of the frame to which the agent gave its last reply."""
     last_ground: Effect | None
 
 
@@ -295,7 +303,10 @@ def _both_all(truths: Iterable[tuple[list[bool], list[bool]]]) -> tuple[list[boo
 
 
 def _holds(goal: SingleGoal, moment: Moment) -> tuple[bool, bool]:
-    """Return (semantic, strict) at one moment; strict counts only together with semantic."""
+    """Return whether the goal holds at one moment, as (with tolerances, without them).
+
+    The caller counts the second value only if the first is also true.
+    """
     state = moment.world.objects[goal.object_id]
     match goal:
         case TargetGrounded():
@@ -319,9 +330,9 @@ def _holds(goal: SingleGoal, moment: Moment) -> tuple[bool, bool]:
 
 
 def grounding_truth(object_id: str, category: str, ground: Effect | None) -> tuple[bool, bool]:
-    """Return whether a click is on an object, as (semantic, strict).
+    """Return whether a click is on an object, as (with tolerance, without).
 
-    Semantic also accepts a click within 3 px of the object, if it is not on another object of the same category.
+    With tolerance, a click within 3 px of the object also counts, unless it hits another object of the same category.
     """
     if ground is None:
         return False, False
@@ -352,7 +363,7 @@ def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
 
 
 def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
-    """Return for each moment whether the queried state has changed since the reset; False for goals without a query."""
+    """Return for each moment whether the queried state has changed since the reset; False without a query."""
     if not isinstance(goal, ReportStatus):
         return [False] * len(moments)
     states = [moment.world.objects[goal.object_id] for moment in moments]
@@ -387,7 +398,7 @@ def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
 
 
 def displacement_m(constraint: Constraint, moment: Moment) -> float:
-    """Return the object's distance (m) from its place at reset; the required distance while the object is held."""
+    """Return the object's distance (m) from its place at the reset; the required distance while it is held."""
     state, first = moment.world.objects[constraint.object_id], moment.initial.objects[constraint.object_id]
     if state.is_held:
         return constraint.distance_m or 0.0
@@ -395,5 +406,5 @@ def displacement_m(constraint: Constraint, moment: Moment) -> float:
 
 
 def latched(values: Sequence[bool]) -> list[bool]:
-    """Return for each position whether any value up to and including it is true."""
+    """Return for each position whether any value up to this position (inclusive) is true."""
     return list(accumulate(values, lambda before, now: before or now))

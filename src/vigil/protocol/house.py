@@ -1,8 +1,8 @@
 """House: a ProcTHOR house document (JSON, schema 1.0.0), loaded, saved and hashed.
 
-Unknown keys are preserved, so that a house that is loaded and saved again is the same document. Keys with a default in
-AI2-THOR may be missing or null. This module knows only the document: `vigil.scene.build` knows what the objects look
-like and do, and `vigil.scene.keys` lists what happens to the keys that this module does not read.
+Unknown keys are preserved, so that a house that is loaded and saved again is the same document. Keys that have a
+default in AI2-THOR may be missing or null. This module handles only the document: `vigil.scene.build` defines what the
+objects look like and do, and `vigil.scene.keys` lists what happens to the keys that this module does not read.
 """
 
 import hashlib
@@ -26,13 +26,13 @@ MAX_OBJECTS = 5000
 MAX_OPENINGS = 300
 """Maximum number of doors and windows; far more than a house of ten rooms has."""
 MAX_MAGNITUDE = 10_000.0
-"""Maximum coordinate (m) or angle (degrees) in a house; a larger one is a typo or hostile input."""
+"""Maximum coordinate (m) or angle (degrees) in a house. A larger value is a typo or hostile input."""
 MAX_NESTING = 16
 """Maximum nesting depth of objects; ProcTHOR's houses nest three deep."""
 LEVEL_TOLERANCE_M = 1e-4
-"""Height tolerance (m) within which corners of a wall count as equally low."""
+"""Height difference (m) up to which corners of a wall count as equally low."""
 EXTERIOR = "exterior"
-"""Room name that means the outside, as null and "" do."""
+"""Room name that means the outside of the house. A room that is null or "" also means the outside."""
 ROOM_KINDS = {kind.lower(): kind for kind in ("Kitchen", "LivingRoom", "Bedroom", "Bathroom")}
 SCHEMA = "1.0.0"
 
@@ -51,7 +51,7 @@ class _Node(_Values):
 
 
 class Point(_Values):
-    """x, y, z in metres (THOR's frame); y defaults to 0 for points of a floor."""
+    """Point x, y, z in metres (THOR's frame). For points of a floor, y may be missing and is then 0."""
 
     x: float = Field(allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
     y: float = Field(default=0.0, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
@@ -64,13 +64,13 @@ class Point(_Values):
 
 
 class HolePoint(Point):
-    """x along a wall and y up, in metres; z is not used."""
+    """Corner of a hole in a wall: x along the wall and y up, in metres; z is not used."""
 
     z: float = Field(default=0.0, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
 
 
 class Rotation(HolePoint):
-    """Euler angles in degrees; `degrees` about an `axis` are converted to them."""
+    """Euler angles in degrees. A rotation by `degrees` about an `axis` is converted to Euler angles."""
 
     x: float = Field(default=0.0, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
 
@@ -120,12 +120,12 @@ class Room(_Node):
 
     @property
     def kind(self) -> str:
-        """Room type in ProcTHOR's spelling if ProcTHOR has it (a "living room" is a LivingRoom), else as written."""
+        """Room type in ProcTHOR's spelling (a "living room" is a LivingRoom); other types are unchanged."""
         return ROOM_KINDS.get(re.sub(r"[^a-z]", "", self.room_type.lower()), self.room_type)
 
 
 class Wall(_Node):
-    """A wall panel: a vertical quad seen from one side; `empty` if it is an open boundary between two rooms."""
+    """A wall panel: a vertical quad, visible from one side. If `empty`, it is an open boundary of two rooms."""
 
     id: str
     room_id: str = ""
@@ -135,7 +135,7 @@ class Wall(_Node):
 
     @property
     def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """First two bottom corners (x, z) of the wall; the same corner twice if the wall has only one."""
+        """First two bottom corners (x, z) of the wall. If the wall has only one bottom corner, both are this corner."""
         bottom = min(corner.y for corner in self.polygon)
         low = [(corner.x, corner.z) for corner in self.polygon if corner.y <= bottom + LEVEL_TOLERANCE_M]
         return low[0], low[min(1, len(low) - 1)]
@@ -147,7 +147,7 @@ class Wall(_Node):
 
 
 class Opening(_Node):
-    """A hole in a pair of wall panels with the door or window in it. Coordinates run along `wall0`."""
+    """A hole in a pair of wall panels, with the door or window in the hole. Coordinates are along `wall0`."""
 
     id: str
     asset_id: str
@@ -189,7 +189,7 @@ class HouseObject(_Node):
 
     @property
     def name_in_house(self) -> str:
-        """Name of the object in the house: Holodeck's houses have a separate `object_name`."""
+        """Name of the object in the house. It is `object_name` in Holodeck's houses, which have this separate key."""
         return self.object_name or self.id
 
 
@@ -232,8 +232,8 @@ class House:
         older = find_outdated_part(data)
         if older is not None:
             raise HouseError(
-                f"House {name!r} is of an older schema than {SCHEMA}: {older}. Bring it to {SCHEMA}, as ProcTHOR's own "
-                "`scripts/upgrade_house.py` does."
+                f"House {name!r} is of an older schema than {SCHEMA}: {older}. Convert the house to {SCHEMA} with "
+                "ProcTHOR's `scripts/upgrade_house.py`."
             )
         try:
             self.document = HouseDocument.model_validate(data)
@@ -243,17 +243,15 @@ class House:
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the canonical JSON (sorted keys, without white space). Raises HouseError if the document is not
-        valid JSON.
-        """
+        """SHA-256 of the canonical JSON (sorted keys, no white space). Raises HouseError if the data is not JSON."""
         return hashlib.sha256(self._canonical()).hexdigest()
 
     @property
     def start(self) -> Pose | None:
-        """The start pose that the document proposes, on the floor; None without one.
+        """The start pose that the document proposes, on the floor; None if the document does not propose a pose.
 
-        It is `metadata.agent`, else the default of `metadata.agentPoses`. Raises HouseError if the value there is not a
-        pose.
+        The pose is `metadata.agent`, or else the default of `metadata.agentPoses`. Raises HouseError if the value in
+        the document is not a pose.
         """
         agent, poses = (self.document.metadata.get(key) for key in ("agent", "agentPoses"))
         if agent is None and is_object(poses):
@@ -273,7 +271,7 @@ class House:
     def may_contain(self, object_id: str) -> bool:
         """Whether the document has an object or opening with that id, or furniture that may have a drawer with that id.
 
-        The document does not say which drawers a piece of furniture has; its shape does.
+        The document does not list the drawers of furniture: the furniture's shape decides which drawers it has.
         """
         return object_id in self.ids or any(
             object_id.startswith(start) and object_id.removeprefix(start).isdecimal() for start in self._drawer_starts
@@ -322,7 +320,7 @@ class House:
     def load(cls, path: Path, sha256: str | None = None) -> "House":
         """Return the house in a JSON file; its name is the file's stem.
 
-        Raises HouseError, also if the house's hash is not `sha256`.
+        Raises HouseError if the file is not a valid house, or if `sha256` is given and the house has another hash.
         """
         what = f"House file {str(path)!r}"
         if not path.exists():
@@ -337,9 +335,7 @@ class House:
 
     @classmethod
     def from_json(cls, name: str, data: bytes, what: str) -> "House":
-        """Return the house whose JSON is in `data`, the bytes of a file; `what` names the file in messages. Raises
-        HouseError.
-        """
+        """Return the house in `data`, the bytes of a JSON file that messages call `what`. Raises HouseError."""
         try:
             found = read_json(data)
         except ValueError as error:
@@ -362,7 +358,7 @@ def drawer_id(chest_id: str, name: str) -> str:
 
 
 def is_outside(room: str) -> bool:
-    """Whether a room's name, as doors, windows and walls refer to it, means the outside of the house."""
+    """Whether a room name in a door, window or wall means the outside of the house."""
     return not room or EXTERIOR in room
 
 
@@ -390,8 +386,8 @@ def _check_references(name: str, document: HouseDocument) -> None:
         node, depth = stack.pop()
         if depth > MAX_NESTING:
             raise HouseError(
-                f"House {name!r}: object {node.id!r} lies {depth} deep in other things, more than the limit of "
-                f"{MAX_NESTING}. Is an object its own child?"
+                f"House {name!r}: object {node.id!r} is inside or on {depth} objects, one in the other, more than "
+                f"the limit of {MAX_NESTING}. Is an object its own child?"
             )
         if node.id in seen:
             raise HouseError(f"House {name!r}: two objects have the id {node.id!r}; ids must be unique.")

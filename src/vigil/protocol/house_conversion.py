@@ -1,4 +1,4 @@
-"""Other forms of house documents: detects schemas older than 1.0.0, and converts rotations about an axis."""
+"""Detection of house documents with a schema older than 1.0.0, and conversion of rotations about an axis."""
 
 import math
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from vigil.base.geometry import Vec3
 from vigil.base.json_files import is_array, is_object
 
 _MATERIALS = ("floorMaterial", "ceilingMaterial", "material")
-"""Keys whose value is an object with a name in 1.0.0 and was only the name before."""
+"""Keys of materials. In schema 1.0.0 the value is an object with a name; in older schemas it is only the name."""
 _RENAMED = {"polygon": "p0", "holePolygon": "boundingBox"}
 """Key in 1.0.0 -> the older key that it replaced."""
 _CAMEL = frozenset(["proceduralParameters", "floorPolygon", "floorMaterial", "holePolygon", "assetId", "roomType"])
@@ -19,9 +19,8 @@ _LISTS = ("rooms", "walls", "doors", "windows", "objects")
 
 
 def find_outdated_part(data: dict[str, Any]) -> str | None:
-    """Return a description of the first part of a house document that has an older schema than 1.0.0; None if all are
-    new.
-    """
+    """Return a description of the first part of a house document that is older than schema 1.0.0; None if all is
+    new."""
     for place, node in _nodes(data):
         for key in _MATERIALS:
             if isinstance(node.get(key), str):
@@ -37,7 +36,7 @@ def find_outdated_part(data: dict[str, Any]) -> str | None:
 
 
 def _nodes(data: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield (place, part) for the parts of a document in which the schemas differ."""
+    """Yield (place, part) for those parts of a document that are written differently in old and new schemas."""
     yield "", data
     parameters = data.get("proceduralParameters")
     if is_object(parameters):
@@ -51,7 +50,7 @@ def _nodes(data: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def euler_from_axis_angle(axis: Vec3, degrees: float) -> Vec3:
-    """Return the Euler angles (deg), applied z, then x, then y, of a rotation about an axis of any length."""
+    """Return the Euler angles (deg; about z, then x, then y) of a rotation about `axis`, a vector of any length."""
     length = math.hypot(*axis)
     x, y, z = (side / length for side in axis) if length > 0.0 else (0.0, 1.0, 0.0)
     sin, cos = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))

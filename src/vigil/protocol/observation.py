@@ -1,6 +1,6 @@
-"""What an agent may see of a step: one RGB frame and, in one profile, two booleans.
+"""What an agent may see at a step: one RGB frame and, in one profile, two booleans.
 
-These types must not contain hidden state. `protocol.md` section 2.1.
+These types must not contain hidden state. Source: `protocol.md` section 2.1.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict
 FRAME_WIDTH = 640
 FRAME_HEIGHT = 480
 Quality = Literal["default", "fast"]
-"""Rendering quality: `default` has smooth edges and contact shadows, `fast` draws twice as many frames per second."""
+"""Rendering quality: `default` has smooth edges and contact shadows; `fast` omits both and draws in half the time."""
 
 
 class Feedback(BaseModel):
@@ -36,7 +36,7 @@ class Cues(BaseModel):
 
 
 class Observation:
-    """One step's observation. The frame is drawn when `rgb` is first read, and only then."""
+    """The observation at one step. The frame is drawn only when `rgb` is first read."""
 
     __slots__ = ("_draw", "_rgb", "cues", "feedback")
 
@@ -50,7 +50,7 @@ class Observation:
 
     @property
     def rgb(self) -> np.ndarray:
-        """The current frame: (480, 640, 3) uint8, origin top left; read-only, because its hash is recorded."""
+        """The current frame: (480, 640, 3) uint8, origin top left. It is read-only, because its hash is recorded."""
         if self._rgb is None:
             self._rgb = self._draw().view()
             self._rgb.flags.writeable = False
@@ -58,5 +58,5 @@ class Observation:
 
     @property
     def is_drawn(self) -> bool:
-        """Whether the frame has been drawn, that is, read by the agent."""
+        """Whether the frame has been drawn. It is drawn when the agent first reads it."""
         return self._rgb is not None

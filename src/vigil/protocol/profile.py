@@ -16,7 +16,7 @@ PromptVariant = Literal["default", "neutral_report"]
 """Prompt variants of the paper; any other prompt comes from a file and is named after its hash."""
 ImageFormat = Literal["png", "jpeg"]
 SystemRole = Literal["system", "user"]
-"""Role of the system prompt: a separate message, or the beginning of the first user message."""
+"""Where the system prompt is sent: in a separate `system` message, or at the beginning of the first `user` message."""
 
 BASELINE, ACTION_FEEDBACK = PROFILE_NAMES["baseline"], PROFILE_NAMES["action_feedback"]
 ITEMISED_REPORT = PROFILE_NAMES["itemised_report"]
@@ -27,14 +27,14 @@ JPEG_QUALITY = 90
 
 
 class Profile(BaseModel):
-    """One condition of evaluation; part of a run's identity."""
+    """The condition under which an agent is evaluated. It is part of a run's identity."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str = BASELINE
     """Full name of a row of `vigil.protocol.profiles.rows`."""
     prompt_variant: str = "default"
-    """Name of the prompt variant: one of the paper's, or a name made from the hash of `prompt_template`."""
+    """Name of the prompt variant: a variant of the paper, or a name made from the hash of `prompt_template`."""
     prompt_template: str | None = None
     """Text of a prompt file; None for the paper's variants."""
     coordinates: Coordinates = "pixel"
@@ -52,7 +52,7 @@ class Profile(BaseModel):
             return self
         check_template(self.prompt_template)
         if self.prompt_variant != variant_of(self.prompt_template):
-            raise ValueError(f"prompt_variant {self.prompt_variant!r} is not that of prompt_template")
+            raise ValueError(f"prompt_variant {self.prompt_variant!r} does not belong to prompt_template")
         return self
 
     @field_validator("name")
@@ -89,7 +89,7 @@ class Profile(BaseModel):
 
 
 class ModelCoordinates(NamedTuple):
-    """The coordinate mode of models whose name matches a pattern, with its source."""
+    """The coordinate mode of the models whose name matches a pattern, and the source of this fact."""
 
     pattern: str
     coordinates: Coordinates
@@ -121,16 +121,16 @@ COORDINATES_BY_MODEL: tuple[ModelCoordinates, ...] = (
     ModelCoordinates(r"claude", "pixel", "https://platform.claude.com/docs/en/build-with-claude/vision-coordinates"),
     ModelCoordinates(r"gpt-\d", "pixel", "https://platform.openai.com/docs/guides/tools-computer-use"),
 )
-"""Published table. The first pattern found in a model's case-folded name decides; if none is found, the mode is
-`pixel`."""
+"""The paper's table of coordinate modes by model. The first pattern that is found in the model's name (in lower case)
+decides. If none is found, the mode is `pixel`."""
 
 
 def coordinates_for(model: str) -> Coordinates:
-    """Return the coordinate mode that `model` was trained with; `pixel` if the table does not have it."""
+    """Return the coordinate mode that `model` was trained with; `pixel` if the table does not list the model."""
     return known_coordinates(model) or "pixel"
 
 
 def known_coordinates(model: str) -> Coordinates | None:
-    """Return the coordinate mode of `model` in the table; None if no pattern matches the model."""
+    """Return the coordinate mode of `model` in `COORDINATES_BY_MODEL`; None if no pattern matches the model."""
     name = model.casefold()
     return next((one.coordinates for one in COORDINATES_BY_MODEL if re.search(one.pattern, name)), None)

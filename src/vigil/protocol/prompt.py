@@ -1,8 +1,8 @@
 """The prompt: the system text that every agent gets, and the text around each frame.
 
-It has four blocks in fixed order, verbatim from the paper; block 2 is rendered from the tables in
-`vigil.protocol.actions`. A custom prompt may use all blocks but the first (`vigil.protocol.prompt_file`). This module
-has no access to hidden state. Source: `protocol.md` sections 2.1, 2.4 and 3.
+The system text has four blocks in fixed order, verbatim from the paper; block 2 is made from the tables in
+`vigil.protocol.actions`. A custom prompt may use all blocks except the first (`vigil.protocol.prompt_file`). This
+module has no access to hidden state. Source: `protocol.md` sections 2.1, 2.4 and 3.
 """
 
 import hashlib
@@ -68,7 +68,7 @@ class Turn(NamedTuple):
 
 
 def policy_text(profile: Profile) -> str:
-    """Return the system prompt with an empty instruction slot."""
+    """Return the system prompt with an empty instruction."""
     blocks = {
         ACTIONS_SLOT: _action_schema(has_claims=profile.has_claims),
         GROUNDING_SLOT: _grounding_rules(profile),
@@ -88,7 +88,7 @@ def system_prompt(instruction: str, profile: Profile) -> str:
 
 
 def policy_version(profile: Profile) -> str:
-    """Return the version string of the prompt, which names its template family and its report vocabulary."""
+    """Return the version string of the prompt. It names the prompt's template family and report vocabulary."""
     own = "" if profile.row.is_papers else f"/{profile.row.short}"
     return f"{POLICY}.v{POLICY_REVISION}/{profile.prompt_variant}/{profile.coordinates}{own}[{','.join(STATUSES)}]"
 
@@ -99,7 +99,7 @@ def policy_sha256(profile: Profile) -> str:
 
 
 def rendered_sha256(instruction: str, profile: Profile) -> str:
-    """Return the SHA-256 of the prompt with the instruction filled in."""
+    """Return the SHA-256 of the system prompt with the instruction."""
     return _sha256(system_prompt(instruction, profile))
 
 
@@ -127,14 +127,14 @@ def past_turn(
 ) -> Turn:
     """Return a past step for the dialogue history: its frame stub and the answer.
 
-    The answer is without reasoning, and cut if it is too long.
+    An answer that is longer than the history allows is cut.
     """
     answer, _ = split_reasoning(reply_text)
     return Turn(frame_stub("past", feedback, cues, number), answer[: profile.history_reply_chars])
 
 
 def is_truncated_in_history(answer: str, profile: Profile) -> bool:
-    """Whether an answer is longer than the history allows, so that it is cut there."""
+    """Whether an answer is longer than the history allows, and is therefore cut in the history."""
     return len(answer) > profile.history_reply_chars
 
 

@@ -1,7 +1,7 @@
 """Prompt file: a custom system prompt with placeholders, and the name of its prompt variant.
 
-A placeholder is a word in capitals within angle brackets. There are four, and none of them reveals hidden state: the
-instruction, and the three blocks that every agent gets.
+A placeholder is a word in capitals within angle brackets. The four placeholders stand for the instruction and for the
+three blocks that every agent gets. None of them reveals hidden state.
 """
 
 import hashlib
@@ -17,14 +17,14 @@ ACTIONS_SLOT: Final = "<ALLOWED_ACTIONS>"
 GROUNDING_SLOT: Final = "<GROUNDING_RULES>"
 OUTPUT_SLOT: Final = "<OUTPUT_FORMAT>"
 BLOCK_SLOTS = (ACTIONS_SLOT, GROUNDING_SLOT, OUTPUT_SLOT)
-"""Optional placeholders; only the instruction is required."""
+"""Optional placeholders. The only other placeholder, the instruction, is required."""
 MAX_BYTES = 64_000
 _SLOT = re.compile(r"<[A-Z][A-Z0-9_]*>")
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 
 
 def variant_of(template: str) -> str:
-    """Return the name of a template's prompt variant, which depends on its text."""
+    """Return the name of a template's prompt variant. The name depends only on the template's text."""
     return f"file-{hashlib.sha256(template.encode()).hexdigest()[:12]}"
 
 
@@ -48,7 +48,8 @@ def read_prompt_file(name: str) -> str:
 
 
 def check_template(template: str) -> None:
-    """Raise ValueError unless a template has the instruction once and only known placeholders, each at most once."""
+    """Raise ValueError unless a template has the instruction's placeholder exactly once, each other known placeholder
+    at most once, and no unknown placeholder."""
     size = len(template.encode("utf-8", "surrogatepass"))
     if size > MAX_BYTES:
         raise ValueError(f"{size:,} bytes are too many for a prompt. The limit is {MAX_BYTES:,}.")
@@ -60,8 +61,8 @@ def check_template(template: str) -> None:
         known = (INSTRUCTION_SLOT, *BLOCK_SLOTS)
         if slot[0] not in known:
             raise ValueError(
-                f"{_place(template, slot)}: {slot[0]} is not a placeholder.{did_you_mean(slot[0], known)} There are "
-                f"{', '.join(known)}; write other words in brackets in lower case."
+                f"{_place(template, slot)}: {slot[0]} is not a placeholder.{did_you_mean(slot[0], known)} The "
+                f"placeholders are {', '.join(known)}; write other words in angle brackets in lower case."
             )
         if slot[0] in seen:
             raise ValueError(f"{_place(template, slot)}: {slot[0]} occurs twice. Remove one of them.")

@@ -1,7 +1,8 @@
 """Reasoning at the start of a reply, which is not part of the answer.
 
-Many servers send a model's reasoning in the same text as its answer, ended by a marker; several omit the opening marker
-because their chat template has already written it into the prompt. Source: `protocol.md` section 2.3.
+Many servers send a model's reasoning in the same text as its answer, and a closing marker between the two. Several
+servers omit the opening marker, because their chat template has already written it into the prompt. Source:
+`protocol.md` section 2.3.
 """
 
 import re
@@ -20,13 +21,16 @@ _MARKER = re.compile(r"<(?:think(?:\s[^<>]*+)?|/think)>|◁/?think▷")
 
 
 def split_reasoning(text: str) -> tuple[str, int]:
-    """Return the answer without the reasoning before it, and the number of characters of that reasoning.
+    """Return the answer without the reasoning before it, and the number of characters of the reasoning.
 
-    The answer begins at the first JSON object that is at the start of the text or directly after a closing marker, and
-    is not part of the reasoning. An object is part of the reasoning if a closing marker after it has no opening marker
-    between them. So in `{...}</think>{...}` the first object is a draft, but in `{...}<think>...</think>{...}` both are
-    answers. Without such an object the text is cut at the last closing marker that is followed by a brace; without such
-    a marker, at the last draft; without a draft, at the last closing marker. A text that is one JSON value is not cut.
+    A candidate is a JSON object at the start of the text or directly after a closing marker. If another closing marker
+    follows the candidate, without an opening marker between them, the candidate is a draft, i.e. part of the reasoning.
+    The answer begins at the first candidate that is not a draft. So in `{...}</think>{...}` the first object is a
+    draft, but in `{...}<think>...</think>{...}` both objects belong to the answer.
+
+    If every candidate is a draft, or there are none, the answer begins after the last closing marker that has a brace
+    somewhere after it. If no closing marker has a brace after it, the answer begins at the last draft or, without a
+    draft, after the last closing marker. A text that is one JSON value is not cut.
     """
     closings = [marker.end() for marker in _MARKER.finditer(text) if _is_closing(marker)]
     if not closings or is_one_value(text):
@@ -57,7 +61,7 @@ def _cut(text: str, closings: list[int]) -> int:
 
 
 def _objects(text: str, starts: tuple[int, ...]) -> Iterator[tuple[int, int]]:
-    """Yield (start, end) for each of `starts` that is directly followed by an object, which ends at `end`."""
+    """Yield (start, end) for each position in `starts` at which a JSON object begins; the object ends at `end`."""
     for start in starts:
         space = len(text) - start - len(text[start:].lstrip())
         end = object_end(text, start + space)

@@ -1,8 +1,9 @@
-"""Replies: parses an agent's raw text into an action, or the reason why it is not one.
+"""Replies: parses an agent's raw text into an action, or the reason why it is not an action.
 
-The grammar is strict and repairs nothing; the `lenient` policy is a named variant that gives a run another identity.
-Words of a closed vocabulary (skill, mode, direction, intent, status) are stripped and case-folded; only intents have
-aliases. No reply raises an exception, whatever its bytes. Source: `protocol.md` section 2.3.
+The grammar is strict, and invalid replies are not repaired. Under the reply policy `lenient` more texts count as
+actions; the policy is part of the identity of a run. Words of a closed vocabulary (skill, mode, direction, intent,
+status) are stripped and case-folded; only intents have aliases. No reply raises an exception, whatever its bytes.
+Source: `protocol.md` section 2.3.
 """
 
 import math
@@ -40,7 +41,7 @@ from vigil.protocol.profile import Profile
 from vigil.protocol.reasoning import is_unclosed, split_reasoning
 
 MAX_REPLY_BYTES = 64 * 1024
-"""Maximum size of the answer: everything except the reasoning, including white space."""
+"""Maximum size of the answer in bytes: everything in the reply except the reasoning, including white space."""
 MAX_LENIENT_TRIES = 64
 _STANDARD = Profile()
 
@@ -72,12 +73,12 @@ class _Form(Generic[_Read]):
 
 @dataclass(frozen=True, slots=True)
 class ReadReply:
-    """A reply taken apart."""
+    """A reply, separated into its parts."""
 
     answer: str
     """Text of the reply without the reasoning before it."""
     parsed: ParsedReply | InvalidAction
-    """The action in the answer, or the reason why there is none."""
+    """The action in the answer, or the reason why the answer is not an action."""
 
     @property
     def action(self) -> Action | None:
@@ -86,7 +87,7 @@ class ReadReply:
 
     @property
     def invalid(self) -> InvalidAction | None:
-        """The reason why the reply is not an action; None if it is one."""
+        """The reason why the reply is not an action; None if the reply is an action."""
         return self.parsed if isinstance(self.parsed, InvalidAction) else None
 
     @property
@@ -96,7 +97,8 @@ class ReadReply:
 
 
 def read_reply(reply: Reply, profile: Profile = _STANDARD) -> ReadReply:
-    """Return the answer of a reply and what it means, taking the provider's facts about it into account."""
+    """Return the answer in a reply, with the action that it means. Facts from the provider (a rejection, the finish
+    reason) can make the reply invalid."""
     answer = split_reasoning(reply.text)[0]
     form = _action_form(profile.coordinates, has_claims=profile.has_claims)
     return ReadReply(answer, _meaning(reply, answer, form, profile.reply_policy))
@@ -141,7 +143,7 @@ def _describe_empty(reply: Reply) -> str:
 def parse_text(
     text: str | bytes, coordinates: Coordinates = "pixel", policy: ReplyPolicy = "strict", *, has_claims: bool = False
 ) -> ParsedReply | InvalidAction:
-    """Return the action in a raw reply, or why there is none; never raises."""
+    """Return the action in a raw reply, or the reason why there is no action. Never raises an exception."""
     try:
         whole = text.decode("utf-8") if isinstance(text, bytes) else text
         whole.encode("utf-8")  # the reasoning too: a string may hold lone surrogates, which UTF-8 cannot encode
@@ -253,7 +255,7 @@ def _objects_in(text: str, keys: tuple[str, ...]) -> list[dict[str, Any]]:
 
 
 def _is_list(text: str) -> bool:
-    """Whether the text begins with a JSON list that holds objects."""
+    """Whether the text begins with a JSON list that contains objects."""
     text = text.strip()
     try:
         value, end = _decode(text)
@@ -263,7 +265,7 @@ def _is_list(text: str) -> bool:
 
 
 def _past_brace(text: str, start: int) -> int:
-    """Return the position after the brace that closes the one at `start`; -1 if none does."""
+    """Return the position after the brace that closes the brace at `start`; -1 if no brace closes it."""
     depth = 0
     for brace in _BRACE.finditer(text, start):
         depth += 1 if brace[0] == "{" else -1
@@ -388,8 +390,8 @@ def _ill_typed(argument: Argument, value: Any) -> ReplyFault:
 
 
 def looks_like_other_coordinates(invalid: InvalidAction) -> bool:
-    """Whether an invalid action has fractions or a pixel outside the frame, so that the agent may use other
-    coordinates.
+    """Whether an invalid action has fractions as coordinates, or a pixel outside the frame. The agent may then use
+    another coordinate mode.
     """
     is_fraction = invalid.reason == "ill_typed" and invalid.detail in ("x: float", "y: float")
     return is_fraction or invalid.reason == "pixel_outside_frame"

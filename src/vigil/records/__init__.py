@@ -1,1 +1,1 @@
-"""Data written by a run: records, their files, shards and costs. It uses no simulator, network or clock."""
+"""Data written by a run: records, their files, shards and costs. This package uses no simulator, network or clock."""

@@ -1,7 +1,7 @@
 """Costs: the tokens of a run's replies, and their cost at given prices.
 
-Only tokens that providers reported for replies in records are counted. The check before a run, failed requests and
-repeated attempts used tokens too, but are not in any record.
+Only the tokens that providers reported for the replies in records are counted. The check before a run, failed requests
+and repeated attempts also used tokens, but these are not in any record.
 """
 
 import math
@@ -26,11 +26,11 @@ class Tokens:
     reported: int = 0
     """Number of replies whose tokens are known."""
     unreported: int = 0
-    """Number of replies whose tokens are unknown: those of scripts, programs and servers that do not report tokens."""
+    """Number of replies whose tokens are unknown, because scripts, programs and some servers do not report tokens."""
 
     @classmethod
     def of(cls, usages: Iterable[Usage | None]) -> "Tokens":
-        """Return the total of the usages of replies; None is a reply without reported usage."""
+        """Return the sum of the usages of replies. A usage is None if the provider did not report it."""
         found = list(usages)
         reported = [usage for usage in found if usage is not None]
         return cls(
@@ -53,23 +53,23 @@ class Tokens:
 
 
 class RunTokens:
-    """The tokens of a run's replies, added up as rows are read."""
+    """The tokens of a run's replies, summed while rows are read."""
 
     def __init__(self) -> None:
         self.total = Tokens()
         self.superseded = Tokens()
-        """Tokens of superseded rows: those of episodes that ended as an error and were then played again."""
+        """Tokens of superseded rows: rows of episodes that ended as an error and were then played again."""
         self._effective: dict[Hashable, Tokens] = {}
 
     def add(self, key: Hashable, tokens: Tokens) -> None:
-        """Add the tokens of a row that becomes the effective one for its key; an earlier row is superseded."""
+        """Add the tokens of a row that becomes the effective row for its key and supersedes any earlier row."""
         self.total += tokens
         self.superseded += self._effective.get(key, Tokens())
         self._effective[key] = tokens
 
 
 class Prices(BaseModel):
-    """Prices of a million input and output tokens, in any currency."""
+    """Prices of a million input tokens and of a million output tokens, in any currency."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -77,7 +77,7 @@ class Prices(BaseModel):
     output: float = Field(ge=0)
 
     def cost(self, tokens: Tokens) -> float | None:
-        """Return the cost of the known tokens; None if no reply has known tokens."""
+        """Return the cost of those tokens that are known; None if no reply has known tokens."""
         return self.cost_of(tokens.input, tokens.output) if tokens.reported else None
 
     def cost_of(self, input_tokens: int, output_tokens: int) -> float:
@@ -89,7 +89,7 @@ class Prices(BaseModel):
 
 
 def parse_prices(text: str) -> Prices:
-    """Return the prices in a text such as "2.5,10". Raises SettingError."""
+    """Return the prices in a text such as "2.5,10" (input, output). Raises SettingError."""
     try:
         low, high = (float(part) for part in text.split(","))
     except ValueError:
@@ -100,9 +100,7 @@ def parse_prices(text: str) -> Prices:
 
 
 def describe_costs(prices: Prices | None, tokens: RunTokens) -> str:
-    """Return a description of the tokens and cost of a run's replies, and of what is unknown; without prices, only
-    of tokens.
-    """
+    """Return a text with the tokens of a run's replies, their cost (if there are prices), and what is unknown."""
     total = tokens.total
     if not total.reported:
         return "not known: no reply in the records reports its tokens"

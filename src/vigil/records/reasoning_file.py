@@ -1,7 +1,8 @@
-"""Reasoning that came separately from a reply, stored next to the records of a run if requested.
+"""Stored reasoning: a file next to the records with the reasoning that the provider sent separately from replies.
 
-The reasoning is stored for people and for training. A record has only its length. It is never part of a history, a
-request or a score: `vigil.protocol.actions.Reply` excludes it from serialization.
+The file is written if the user requests it, for people and for training. A record has only the reasoning's length.
+Reasoning is never part of a history, a request or a score: `vigil.protocol.actions.Reply` excludes it from
+serialization.
 """
 
 from pathlib import Path
@@ -13,7 +14,7 @@ from vigil.records.record import EpisodeRecord
 
 REASONING_FILE = "reasoning.jsonl"
 MAX_CHARS = 1024 * 1024
-"""Maximum number of characters stored of a reply's reasoning; if the reasoning is longer, only its end is stored."""
+"""Maximum number of characters stored of a reply's reasoning. Of longer reasoning, only the end is stored."""
 
 
 class EpisodeReasoning(BaseModel):
@@ -25,13 +26,14 @@ class EpisodeReasoning(BaseModel):
     epoch: int = Field(ge=1)
     attempt: int = Field(ge=1)
     steps: dict[int, str]
-    """Step index -> reasoning; steps without reasoning are left out."""
+    """Step index -> reasoning of the reply at this step; steps without reasoning are left out."""
 
 
 def store_reasoning(folder: Path, record: EpisodeRecord) -> EpisodeRecord:
-    """Write the reasoning of a record's replies, if any, to a file in `folder`; return the record without reasoning.
+    """Write the reasoning of a record's replies, if any, to a file in `folder`. Return the record without the
+    reasoning.
 
-    On return the reasoning is on disk. Raises RecordError if it cannot be written.
+    When the function returns, the reasoning is on disk. Raises RecordError if the file cannot be written.
     """
     tails = {step.index: step.reply.reasoning[-MAX_CHARS:] for step in record.steps if step.reply.reasoning}
     steps = {index: tail.encode("utf-8", "replace").decode() for index, tail in tails.items()}
@@ -44,7 +46,7 @@ def store_reasoning(folder: Path, record: EpisodeRecord) -> EpisodeRecord:
 
 
 def reasoning_by_step(folder: Path, record: EpisodeRecord) -> dict[int, str]:
-    """Return the stored reasoning of a record's replies by step; empty if none was stored. Raises RecordError."""
+    """Return step index -> stored reasoning for a record's replies; empty if none was stored. Raises RecordError."""
     mine = (record.episode_id, record.epoch, record.attempt)
     found = read_reasoning(folder, record.episode_id)
     stored = [one.steps for one in found if (one.episode_id, one.epoch, one.attempt) == mine]

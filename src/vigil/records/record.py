@@ -25,9 +25,9 @@ from vigil.protocol.world import Effect, WorldState
 from vigil.records.costs import Prices, Tokens
 
 SCHEMA_VERSION = 3
-"""Schema version of rows and headers; files with any other version are refused. The version is raised by one when a
-field is removed or changes its name, unit or meaning, so that an older reader would misunderstand a row. A new
-field with a default, which leaves old rows valid, does not raise it. `tests/release/test_old_files.py` checks this."""
+"""Schema version of rows and headers; files with any other version are refused. It is raised by one if a field is
+removed, or changes its name, unit or meaning, so that an older reader would misunderstand a row. It is not raised for a
+new field with a default, because old rows stay valid. `tests/release/test_old_files.py` checks this."""
 MAX_EPOCHS = 10_000
 """Maximum number of plays of one episode in a run."""
 EPISODES_FILE = "episodes.jsonl"
@@ -60,7 +60,7 @@ class StepRecord(_Record):
     effect: Effect | None = None
     """Effect in the simulator (hidden from the agent); None for reports and invalid actions."""
     world: WorldState
-    """State of the agent and the bound objects after the step (hidden from the agent)."""
+    """State of the agent and of the bound objects after the step (hidden from the agent)."""
     is_unconfirmed: bool = Field(default=False, exclude_if=lambda is_so: not is_so)
     """Whether the step is a report that the profile answered by a request to look again. Omitted unless it is."""
 
@@ -72,7 +72,7 @@ class StepRecord(_Record):
 
 
 class ErrorFact(_Record):
-    """An infrastructure failure: its origin and its message."""
+    """An infrastructure failure: where it happened, and its message."""
 
     boundary: Boundary
     message: str
@@ -98,7 +98,7 @@ class EpisodeRecord(_Record):
     """Versions of rules, shapes and grammar under which the episode was played."""
     run_id: str
     run_sha256: str = ""
-    """Hash of the run that the record belongs to (`RunHeader.sha256`); empty for a record outside a run."""
+    """Hash of the run to which the record belongs (`RunHeader.sha256`); empty for a record outside a run."""
     episode_id: str
     epoch: int = Field(default=1, ge=1)
     attempt: int = Field(default=1, ge=1)
@@ -119,7 +119,9 @@ class EpisodeRecord(_Record):
     @model_validator(mode="after")
     def _is_consistent(self) -> "EpisodeRecord":
         if (self.end == "error") != (self.error is not None):
-            raise ValueError("`error` belongs to an end by error, and such an end needs it")
+            raise ValueError(
+                "a record must have `error` if its episode ended as an error, and must not have it otherwise"
+            )
         if self.initial is None and self.end != "error":
             raise ValueError("only an error can end an episode before its reset")
         if [step.index for step in self.steps] != list(range(1, len(self.steps) + 1)):
@@ -146,7 +148,7 @@ class EpisodeRecord(_Record):
 
     @property
     def worlds(self) -> tuple[WorldState, ...]:
-        """Worlds at the reset and after every step. Raises RecordError if there was no reset."""
+        """Worlds at the reset and after every step. Raises RecordError if the world at the reset is missing."""
         if self.initial is None:
             raise RecordError(f"Record of episode {self.episode_id!r} has no initial world: it ended as an error.")
         return (self.initial, *(step.world for step in self.steps))
@@ -183,43 +185,43 @@ class ForkSource(_Record):
 
 
 class RunSpec(_Record):
-    """The settings that identify a run; a run can only be resumed with an equal spec."""
+    """The settings that identify a run. A run can only be resumed with the same settings."""
 
     agent: str
-    """Name of a scripted agent, `exec:COMMAND`, or `provider/model`."""
+    """The agent: the name of a scripted agent, `exec:COMMAND`, or `provider/model`."""
     agent_kind: AgentKind
     agent_files: dict[str, str] = Field(default_factory=dict)
-    """File name -> SHA-256 of the program and code that an `exec:COMMAND` names."""
+    """File name -> SHA-256, for the files with the program and code that an `exec:COMMAND` names."""
     keep_program: bool | None = None
-    """Whether an `exec:COMMAND` keeps one process and folder for all episodes of a worker; None if not recorded."""
+    """Whether an `exec:COMMAND` uses one process and folder for all episodes of a worker; None if not recorded."""
     frame_interval_seconds: float | None = None
-    """Period (s) of the frames for `exec:COMMAND`: each frame is sent a whole number of periods after the reply.
-    With 0 or None, a frame is sent as soon as it is ready."""
+    """Period (s) of the frames for `exec:COMMAND`: the time from a reply to the next frame is a whole number of
+    periods. If 0 or None, a frame is sent as soon as it is ready."""
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
     """Sampling settings that the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
     thinking: Thinking = "default"
-    """Thinking mode set by the user; the parameters sent for it are in `sampling`."""
+    """Thinking mode that the user set. The parameters that were sent for this mode are in `sampling`."""
     model_args: dict[str, Any] = Field(default_factory=dict)
     profile: Profile = Field(default_factory=Profile)
     versions: Versions = Versions()
-    """Versions of the package that plays the run."""
+    """Versions (rules, shapes, grammar) of the package that plays the run."""
     prompt_policy: str
-    """Version string of the prompt policy."""
+    """Version string of the prompt (`vigil.protocol.prompt.policy_version`)."""
     prompt_policy_sha256: str
     pack: str
     pack_sha256: str
     pack_versions: PackVersions = PackVersions()
     """Versions under which the pack was made."""
     episode_ids: tuple[str, ...]
-    """Sorted ids of the episodes to play; the run of a shard lists the episodes of all shards."""
+    """Sorted ids of the episodes to play. If the run is a shard, the ids of all shards are listed."""
     shard: Shard | None = None
-    """Shard of the episodes that this run plays; None if it plays all of them."""
+    """The part of the episodes that this run plays; None if it plays all of them."""
     epochs: int = Field(default=1, ge=1, le=MAX_EPOCHS)
     seed: int = 0
-    """Seed for scheduling and scripted agents only."""
+    """Seed for scheduling and for scripted agents; nothing else uses it."""
     simulator: str = "mujoco"
-    """Name of the backend, as on the command line."""
+    """Name of the simulator's backend, as on the command line."""
     asset_database_sha256: str | None = None
     """SHA-256 of the file with the sizes of THOR's assets; None if the project's own sizes are used."""
     render_quality: Quality = "default"
@@ -228,14 +230,14 @@ class RunSpec(_Record):
 
     @property
     def name_suffix(self) -> str:
-        """Suffix of the agent's name in tables if the agent could know more than its frames show; else empty."""
+        """Suffix of the agent's name in tables if the agent could learn more than its frames show; otherwise empty."""
         if self.agent_kind == "privileged":
             return " (privileged)"
         return " (program kept)" if self.agent_kind == "exec" and self.keep_program is not False else ""
 
     @property
     def program_notes(self) -> tuple[str, ...]:
-        """Notes for readers if a program could learn more than its frames show."""
+        """Notes for readers if the agent is a program that could learn more than its frames show."""
         notes: list[str] = []
         if self.agent_kind == "exec" and self.keep_program is not False:
             notes.append(
@@ -251,48 +253,48 @@ class RunSpec(_Record):
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of the settings that must not change in a run's folder: all except address, program and episodes.
+        """SHA-256 of the settings that must not change in a run's folder: all except the address, program and episodes.
 
-        Settings at their defaults are left out, so that a later version with more settings computes the same hash.
+        Settings with their default values are left out, so that a later version with more settings computes the same
+        hash.
         """
         same = self.model_dump(mode="json", exclude={"base_url", "agent_files", "episode_ids"}, exclude_defaults=True)
         return hashlib.sha256(canonical_json(same)).hexdigest()
 
     @property
     def settings(self) -> dict[str, Any]:
-        """All settings by path, e.g. `profile.coordinates`; lists become tuples."""
+        """All settings: path -> value, e.g. `profile.coordinates`; lists become tuples."""
         return dict(_flatten("", self.model_dump(mode="json")))
 
 
 class ProviderFacts(_Record):
-    """Facts from the answers of a model's provider, including those to the check before the run."""
+    """Facts from the answers of a model's provider, also from the answers to the check before the run."""
 
     replies: int = 0
     models: dict[str, int] = Field(default_factory=dict)
-    """Model name in the answers -> number of replies; shows what an alias referred to."""
+    """Model name in the answers -> number of replies with this name. It shows to which model an alias referred."""
     finish_reasons: dict[str, int] = Field(default_factory=dict)
     addresses: tuple[str, ...] = ()
-    """URLs of the requests, without logins and queries."""
+    """URLs of the requests, without logins and query strings."""
     thinking: Literal["on", "off", "unknown"] = "unknown"
-    """`on` if any answer came with reasoning, whatever the run set; otherwise what the run set."""
+    """Thinking mode: `on` if any answer came with reasoning; otherwise the mode that the run set."""
     thinking_set_by: str = ""
-    """Parameters that were sent to set thinking; empty if there were none."""
+    """Request parameters that set the thinking mode; empty if there were none."""
     replies_with_reasoning: int = 0
     check: dict[str, str] = Field(default_factory=dict)
-    """Results of the check before the run by part (`sight`, `contract`): `passed` or `failed: ...`; empty if it was
-    skipped."""
+    """Part of the check before the run (`sight`, `contract`) -> `passed` or `failed: ...`; empty if it was skipped."""
     clients: dict[str, str] = Field(default_factory=dict)
-    """Versions of the installed clients."""
+    """Name of an installed client library -> its version."""
 
 
 class Resumption(_Record):
-    """A later session of a run, in which it was resumed, with the circumstances of the session's rows."""
+    """A later session of a run, begun when the run was resumed: the circumstances under which its rows were written."""
 
     started: datetime
     rows_before: int
-    """Number of rows in the file when the session began; these rows are from earlier sessions."""
+    """Number of rows in the file when the session began. Earlier sessions wrote these rows."""
     episodes: int | None = None
-    """Number of planned episodes as of this session, which may be larger than before; None if not recorded."""
+    """Number of planned episodes in this session, which may be larger than before; None if not recorded."""
     commit: str | None = None
     is_dirty: bool | None = None
     renderer: str = ""
@@ -300,36 +302,35 @@ class Resumption(_Record):
     answered: ProviderFacts | None = None
     """Facts from the provider in this session; None unless a model played."""
     agent_files: dict[str, str] = Field(default_factory=dict)
-    """Hashes of the agent's files in this session, as in `RunSpec`; the files may have changed since the first
-    session."""
+    """Hashes of the agent's files in this session, as in `RunSpec`. They may have changed since the first session."""
 
 
 class RunHeader(_Record):
-    """Content of `run.json`: the settings of the run (its spec) and its circumstances."""
+    """Content of `run.json`: the settings of the run (`spec`), and the circumstances in which it was played."""
 
     schema_version: int = SCHEMA_VERSION
     run_id: str
-    """Name of the run's folder when the run started; not unique."""
+    """Name of the run's folder when the run started. Other runs may have the same name."""
     nonce: str = Field(pattern=r"^[0-9a-f]{32}$")
     """Random value drawn once per run, so that the run's hash is unique."""
     spec: RunSpec
     package_version: str
     commit: str | None = None
     is_dirty: bool | None = None
-    """Whether the checkout had uncommitted changes; None outside a checkout."""
+    """Whether the checkout of the code had uncommitted changes; None if the code was not in a checkout."""
     simulator_version: str = ""
     renderer: str = ""
     """GL renderer string; empty until it is known."""
     started: datetime
     ended: datetime | None = None
     host: dict[str, str] = Field(default_factory=dict)
-    """Facts about the machine and paths on it: platform, python ..., `pack_folder`, `asset_database`."""
+    """Facts about the machine (platform, python ...), and paths on the machine (`pack_folder`, `asset_database`)."""
     prices: Prices | None = None
-    """Prices of tokens that the user last gave; not part of the run's identity."""
+    """Prices of tokens, as the user last gave them. They are not part of the run's identity."""
     answered: ProviderFacts | None = None
     """Facts from the provider in the first session; None unless a model played."""
     resumed: tuple[Resumption, ...] = ()
-    """Later sessions in order; the fields above describe the first session."""
+    """Later sessions, in order. The other fields of the header describe the first session."""
 
     @property
     def sha256(self) -> str:
@@ -337,17 +338,17 @@ class RunHeader(_Record):
         return hashlib.sha256(f"{self.run_id}\n{self.nonce}\n{self.spec.sha256}".encode()).hexdigest()
 
     def stamp(self, record: EpisodeRecord) -> EpisodeRecord:
-        """Return the record as a row of this run, with the run's id and hash."""
+        """Return the record with the id and hash of this run, so that it becomes a row of the run."""
         return record.model_copy(update={"run_id": self.run_id, "run_sha256": self.sha256})
 
     @property
     def answering_models(self) -> tuple[str, ...]:
-        """Names under which the model answered in all sessions, sorted."""
+        """Model names in the answers of all sessions, sorted."""
         return tuple(sorted({name for answered in self._answered for name in answered.models}))
 
     @property
     def has_reasoning(self) -> bool:
-        """Whether any answer in any session came with reasoning, whatever the thinking mode."""
+        """Whether any answer in any session came with reasoning. The thinking mode that was set does not matter."""
         return self.replies_with_reasoning[0] > 0
 
     @property
@@ -362,7 +363,7 @@ class RunHeader(_Record):
 
     @property
     def hosts(self) -> tuple[dict[str, str], ...]:
-        """Machines of all sessions."""
+        """Facts about the machines of all sessions, one mapping per session."""
         return self.host, *(session.host for session in self.resumed)
 
     @property
@@ -381,7 +382,7 @@ class RunHeader(_Record):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes that readers need before the results of the run."""
+        """Notes about the run, to be read before its results."""
         source = self.spec.fork
         forked = (
             f"Run {self.run_id!r} continues plays of run {source.run_id!r} "
@@ -406,15 +407,14 @@ def _flatten(place: str, fields: dict[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 class RowResolver:
-    """Finds the effective row of each key (episode and epoch) as rows are read: the first row without error, else
-    the last row.
-    """
+    """Finds the effective row of each key (episode and epoch) while rows are read: the first row without an error. If
+    all rows of the key have an error, the last row is effective."""
 
     def __init__(self) -> None:
         self._done: set[Key] = set()
 
     def accept(self, record: EpisodeRecord) -> bool:
-        """Read a row and return whether it becomes the effective one for its key."""
+        """Read a row. Return whether it becomes the effective row for its key."""
         if self.is_done(record.key):
             return False
         if record.end != "error":
@@ -422,7 +422,7 @@ class RowResolver:
         return True
 
     def is_done(self, key: Key) -> bool:
-        """Whether `key` has a row without error, which no later row replaces."""
+        """Whether `key` already has a row without an error. No later row replaces this row."""
         return key in self._done
 
 
@@ -433,7 +433,7 @@ def effective_records(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeReco
 
 
 def _advice(header: dict[str, Any]) -> str:
-    """Return advice on an invalid header, which a version of vigil with other fields may have written."""
+    """Return advice on what to do about an invalid header, in case another version of vigil wrote it."""
     wrote = header.get("package_version")
     if not isinstance(wrote, str) or wrote == __version__:
         return "Restore it from a copy."

@@ -1,4 +1,4 @@
-"""Record files: reading the rows of an `episodes.jsonl`, and its only writer."""
+"""Record files: reads the rows of an `episodes.jsonl`. This module also has the only code that writes such a file."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -19,32 +19,30 @@ from vigil.records.row_check import REPEATED, UNREADABLE, LeftOutRow, RowCheck
 
 @dataclass(frozen=True, slots=True)
 class FileRow:
-    """One complete line of a file: a record, or the reason why it is not one."""
+    """One complete line of a file: a record, or the reason why the line is not a record."""
 
     line: Line
     found: EpisodeRecord | LeftOutRow
 
 
 def parse_rows(lines: Iterable[Line]) -> Iterator[FileRow]:
-    """Yield the row of each line, one at a time."""
+    """Yield the row of each line. Lines are parsed one at a time."""
     for line in lines:
         yield FileRow(line, _read(line))
 
 
 class RowFilter:
-    """Selects the effective rows as rows are read, and collects the rows that are left out, each with the reason."""
+    """Selects the effective rows while rows are read. It collects the rows that are left out, each with the reason."""
 
     def __init__(self, check: RowCheck | None) -> None:
-        """`check` says which rows belong to the run; without it all rows belong to the run."""
+        """`check` decides which rows belong to the run. If it is None, all rows belong to the run."""
         self._check = check
         self._resolver = RowResolver()
         self.tokens = RunTokens()
         self.left_out: list[LeftOutRow] = []
 
     def accept(self, row: FileRow) -> EpisodeRecord | None:
-        """Read a row and return its record if that becomes the effective record of its key; None if the row is left
-        out.
-        """
+        """Read a row. Return its record if it becomes the effective record of its key; None if it is left out."""
         found = row.found
         if isinstance(found, EpisodeRecord):
             found = self._fault(row.line.number, found) or found
@@ -62,7 +60,7 @@ class RowFilter:
 
 
 def read_records(path: Path) -> list[EpisodeRecord]:
-    """Return all complete rows of an `episodes.jsonl` in file order, of any run; the file is not changed.
+    """Return all complete rows of an `episodes.jsonl`, of any runs, in file order. The file is not changed.
 
     A partial last line is skipped. Raises RecordError on any other unreadable line.
     """
@@ -83,7 +81,7 @@ def missing_file_error(path: Path) -> RecordError:
 
 
 class RecordLog:
-    """The only writer of an `episodes.jsonl`.
+    """Writer of an `episodes.jsonl`. Nothing else writes to the file.
 
     `rows` has the effective rows by key. `tokens` has the tokens of effective and superseded rows. `count` is the
     number of lines in the file. `left_out` has the rows that do not count; it is known after `check`. `made_folder`
@@ -104,17 +102,17 @@ class RecordLog:
             raise
 
     def check(self, check: RowCheck) -> None:
-        """Leave out the rows that do not belong to the run. Call it once, before appending."""
+        """Leave out the rows that do not belong to the run. Call this method once, before the first `append`."""
         self._read_rows(check)
         self._read = ()
 
     @property
     def partial_line_file(self) -> Path | None:
-        """Side file to which a partial last line was moved; None if there was none."""
+        """Side file to which a partial last line was moved; None if there was no partial line."""
         return self._file.partial_line_file
 
     def append(self, record: EpisodeRecord) -> None:
-        """Append one row. Raises RecordError if its key already has a row without error."""
+        """Append one row. Raises RecordError if its key already has a row without an error."""
         if self.is_done(record.key):
             raise RecordError(f"Episode {record.episode_id!r} (epoch {record.epoch}) already has a row that counts.")
         self._file.append(dump_line(record))
@@ -123,12 +121,12 @@ class RecordLog:
         self.count += 1
 
     def is_done(self, key: Key) -> bool:
-        """Whether `key` has a row without error."""
+        """Whether `key` has a row without an error."""
         row = self.rows.get(key)
         return row is not None and row.end != "error"
 
     def close(self) -> None:
-        """Release the file."""
+        """Close the file and release its lock."""
         self._file.close()
 
     def _read_rows(self, check: RowCheck | None) -> None:
@@ -140,7 +138,7 @@ class RecordLog:
 
 
 def _read(line: Line) -> EpisodeRecord | LeftOutRow:
-    """Return the record in a line, or the reason why it is not one."""
+    """Return the record in a line, or the reason why the line is not a record."""
     try:
         record = EpisodeRecord.model_validate_json(line.data)
     except ValidationError as error:

@@ -1,7 +1,7 @@
 """Row checks: which rows of a record file belong to the run, and why the others are left out.
 
 All readers of records (score, report, view, export, verify, and a resumed run) use these checks. A row that is left out
-is never scored; its episode counts as not played. Source: `protocol.md` sections 2.3 and 7.
+is not scored, and its episode counts as not played. Source: `protocol.md` sections 2.3 and 7.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -21,14 +21,14 @@ REPEATED = "repeats an earlier row that counts"
 
 @dataclass(frozen=True, slots=True)
 class LeftOutRow:
-    """A row that is not scored."""
+    """A row that is left out, i.e. not scored."""
 
     line: int
     """Line number in the file, counted from 1."""
     reason: str
-    """Reason why the row is left out, in the same words for all rows with this reason, e.g. `is of another run`."""
+    """Reason why the row is left out, e.g. `is of another run`. All rows with the same reason have the same text."""
     detail: str
-    """Fault of this row in detail."""
+    """What exactly is wrong in this row."""
     episode_id: str = ""
 
     def __str__(self) -> str:
@@ -36,15 +36,15 @@ class LeftOutRow:
 
 
 class RowCheck:
-    """A check of whether rows belong to a run and follow the protocol."""
+    """Checks whether rows belong to a run and follow the protocol."""
 
     def __init__(self, header: RunHeader, episodes: Iterable[Episode]) -> None:
-        """`episodes` are all episodes of the run's pack; only those of the run are used."""
+        """`episodes` are all episodes of the run's pack. Episodes that the run does not plan are ignored."""
         self._header = header
         self._sha256 = header.sha256
         wanted = set(header.spec.episode_ids)
         self.episodes = {episode.id: episode for episode in episodes if episode.id in wanted}
-        """Episodes of the run by id; the run of a shard has the episodes of all shards."""
+        """Episodes of the run by id. If the run is a shard, these are the episodes of all shards."""
         self.played_ids = {episode.id for episode in shard_episodes(self.episodes.values(), header.spec.shard)}
         """Ids of the episodes that this run (or shard) plays."""
         self._prompts: dict[str, str] = {}
@@ -52,7 +52,7 @@ class RowCheck:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes about checks that were not possible, and about a run that is only a shard."""
+        """Notes for readers: which checks were not possible, and whether the run is only a shard."""
         run, spec = f"run {self._header.run_id!r}", self._header.spec
         unchecked = f"The prompts of {run} were not checked: this vigil has another text of {spec.prompt_policy!r}."
         partial = (
@@ -63,7 +63,7 @@ class RowCheck:
         return tuple(note for note, is_so in said.items() if is_so)
 
     def rejection(self, line: int, record: EpisodeRecord) -> LeftOutRow | None:
-        """Return why a row is left out; None if it belongs to the run."""
+        """Return why a row is left out; None if the row belongs to the run."""
         for reason, detail in self._faults(record):
             return LeftOutRow(line, reason, detail, record.episode_id)
         return None
@@ -100,7 +100,7 @@ class RowCheck:
 
 
 def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
-    """Return how the steps of a record contradict its end or the budgets, which makes a verdict impossible."""
+    """Return how the steps of a record contradict its ending or the budgets. Such a record cannot be scored."""
     reports = [step.index for step in record.steps if isinstance(step.action, Report) and not step.is_unconfirmed]
     steps, last, over = len(record.steps), episode.max_invalid + 1, _last_invalid(episode, record)
     faults = {
@@ -144,13 +144,13 @@ def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
 
 
 def _last_invalid(episode: Episode, record: EpisodeRecord) -> int | None:
-    """Return the step of the invalid reply that must end the episode; None if there are fewer."""
+    """Return the step of the invalid reply that must end the episode; None if there are too few invalid replies."""
     invalid = [step.index for step in record.steps if step.invalid is not None]
     return invalid[episode.max_invalid] if len(invalid) > episode.max_invalid else None
 
 
 def summarize_left_out(left_out: Sequence[LeftOutRow]) -> list[str]:
-    """Return one line per reason: the number of rows that are left out for this reason, and the first of these rows."""
+    """Return a line for each reason: how many rows are left out for this reason, and the first of these rows."""
     lines: list[str] = []
     for reason in dict.fromkeys(row.reason for row in left_out):
         rows = [row for row in left_out if row.reason == reason]

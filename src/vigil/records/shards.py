@@ -1,9 +1,9 @@
 """Shards: the parts of a run that several machines play, each into a separate folder.
 
-Shard i of n has whole episodes, with all their epochs. It depends only on the run's episodes, so that every machine
-computes the same shards; they are disjoint and together have all episodes. The numbers of episodes per family, and in
-total, differ by at most one between shards. Within a family, shards are consecutive in the order of play, so that each
-shard has few houses.
+A shard has whole episodes, with all their epochs. Every machine computes the same shards, because they depend only on
+the run's episodes. Each episode is in exactly one shard. The numbers of episodes per family, and in total, differ by at
+most one between shards. Within a family, a shard's episodes are consecutive in the order of play, so that each shard
+has few houses.
 """
 
 import hashlib
@@ -28,11 +28,11 @@ def parse_shard(text: str) -> Shard:
 
 
 def play_order(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = None) -> list[Episode]:
-    """Return episodes house by house, so that a house is loaded once. The second episode of each pair of twins comes
-    after all other episodes.
+    """Return episodes house by house, so that each house is loaded only once. The second episode of each pair of twins
+    comes after all other episodes.
 
     `pairs` maps episode ids to names of pairs. Which twin comes first is pseudo-random, so that the order does not
-    reveal which of them can be solved.
+    reveal which twin can be solved.
     """
     rounds: tuple[list[Episode], list[Episode]] = [], []
     begun: set[str] = set()
@@ -44,14 +44,14 @@ def play_order(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = No
 
 
 def shard_episodes(episodes: Iterable[Episode], shard: Shard | None) -> list[Episode]:
-    """Return the episodes of a shard, or all if it is None, sorted by id. Raises SettingError for an empty shard."""
+    """Return the episodes of a shard (None: all), sorted by id. Raises SettingError if there are none."""
     everything = sorted(episodes, key=lambda episode: episode.id)
     if shard is None:
         return everything
     if shard.of > len(everything):
         raise SettingError(
-            f"Shard {shard} of {len(everything)} episodes: some shards would have none. Give {len(everything)} shards "
-            "or fewer."
+            f"Shard {shard} of {len(everything)} episodes: some shards would not have any episode. Give "
+            f"{len(everything)} shards or fewer."
         )
     part: list[Episode] = []
     dealt = 0

@@ -1,4 +1,4 @@
-"""moderngl in the OpenGL context of this process."""
+"""Access to moderngl, which draws in the OpenGL context of this process."""
 
 import ctypes
 from functools import cache
@@ -9,22 +9,22 @@ import moderngl as package
 
 moderngl: Any = package
 GraphicsError: type[Exception] = package.Error
-"""Error of a missing OpenGL feature."""
+"""Error that is raised when OpenGL lacks a feature."""
 
 
 class _Loader:
-    """Addresses of OpenGL's functions in the current context."""
+    """Looks up the addresses of OpenGL's functions in the current context."""
 
     def __init__(self, library: str, function: str) -> None:
         address = getattr(ctypes.CDLL(library), function)
         self._address_of = ctypes.cast(address, ctypes.CFUNCTYPE(ctypes.c_size_t, ctypes.c_char_p))
 
     def load_opengl_function(self, name: str) -> int:
-        """Return the address of a function, 0 if the name is unknown."""
+        """Return the address of a function; 0 if the name is unknown."""
         return self._address_of(name.encode()) or 0
 
     def release(self) -> None:
-        """Do nothing: the maker of the context frees it."""
+        """Do nothing: the code that made the OpenGL context also frees it."""
 
 
 _LOADERS = {"egl": ("libEGL.so.1", "eglGetProcAddress"), "osmesa": ("libOSMesa.so.8", "OSMesaGetProcAddress")}
@@ -42,7 +42,7 @@ def context_in(backend: str) -> Any:
 
 @cache
 def program(backend: str, vertex: str, fragment: str, *definitions: str) -> Any:
-    """Return the program of two shader files with preprocessor definitions."""
+    """Return the program of a vertex and a fragment shader file, with preprocessor definitions."""
     return context_in(backend).program(
         vertex_shader=_source(vertex, definitions), fragment_shader=_source(fragment, definitions)
     )

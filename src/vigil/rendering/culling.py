@@ -1,7 +1,7 @@
-"""Geoms that need not be drawn: those outside the view, and those that no line of sight through the rooms reaches.
+"""Geoms that need not be drawn: those out of view, and those that no line of sight through the rooms reaches.
 
-Leaving them out changes only single pixels, along the seams between rooms. There the edge of the next room's wall or
-ceiling has the same depth as this room's, and would sometimes win.
+Drawing them as well would change only single pixels along the seams between rooms: there, the edge of the next room's
+wall or ceiling has the same depth as this room's, and might be drawn instead.
 """
 
 import itertools
@@ -18,7 +18,7 @@ _SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
 def invisible_geoms(scene: RenderScene, state: RenderState, viewer: Viewer) -> np.ndarray:
-    """Return whether each geom (geoms,) is certainly not in the picture."""
+    """Return a mask (geoms,) of the geoms that are certainly not in the picture."""
     sides = viewer.sides()
     farthest_in = state.positions @ sides[:, :3].T + sides[:, 3] + scene.radii[:, None] + MARGIN_M
     is_unseen = np.asarray((farthest_in < 0.0).any(axis=1))
@@ -34,13 +34,13 @@ def invisible_geoms(scene: RenderScene, state: RenderState, viewer: Viewer) -> n
 
 
 def _corners(boxes: np.ndarray, state: RenderState, geoms: np.ndarray) -> np.ndarray:
-    """Return the corners (8, n, 3) of the boxes (n, 6) around geoms (n,) in a state."""
+    """Return the corners (8, n, 3), in the world, of the boxes (n, 6) around geoms (n,) posed as in a state."""
     own = boxes[:, :3] + _SIGNS[:, None] * (boxes[:, 3:] + MARGIN_M)
     return np.einsum("kni,nji->knj", own, state.rotations[geoms]) + state.positions[geoms]
 
 
 def _sectors(portals: Portals, viewer: Viewer) -> list[tuple[int, Sector]] | None:
-    """Return the visible rooms with the directions to them; None if every room may be visible."""
+    """Return (room, directions to it) for the visible rooms; None if every room may be visible."""
     mirror = viewer.mirror
     if mirror is None:
         return portals.visible_rooms(_place(viewer.eye))
@@ -50,7 +50,7 @@ def _sectors(portals: Portals, viewer: Viewer) -> list[tuple[int, Sector]] | Non
 
 
 def _place(point: np.ndarray) -> Place:
-    """Return a point as a place of the plan."""
+    """Return a point as x, z and height, which `Portals` uses."""
     x, z, height = point.tolist()
     return x, z, height
 
@@ -58,9 +58,7 @@ def _place(point: np.ndarray) -> Place:
 def _is_elsewhere(
     scene: RenderScene, state: RenderState, sectors: list[tuple[int, Sector]], geoms: np.ndarray, spans: Spans
 ) -> np.ndarray:
-    """Return a mask (n,) of the geoms that lie in rooms, but in no room that the camera can see in the geom's
-    direction.
-    """
+    """Return a mask (n,) of the geoms that are in rooms, but in no room that is visible in the geom's direction."""
     reach = scene.radii[geoms] + MARGIN_M
     away = scene.portals.distances(state.positions[geoms, :2])
     touches = (away <= reach[:, None]) & (away.min(axis=1) <= IN_ROOM_M)[:, None]

@@ -1,4 +1,4 @@
-"""All triangles of a scene in one list, with the geom to which each belongs."""
+"""All triangles of a scene in one list, with the geom to which each of them belongs."""
 
 import itertools
 from dataclasses import dataclass
@@ -10,39 +10,40 @@ from vigil.rendering.meshes import LONGEST_EDGE_M, refined
 from vigil.rendering.scene import RenderScene, RenderState
 
 ATLAS_KINDS = ("wall", "floor", "ceiling")
-"""Structure whose light is stored in the lightmap atlas; that of all other geoms is stored at their vertices."""
+"""Kinds of structure whose light is stored in the lightmap atlas; other geoms store their light at their vertices."""
 HAND_BOXES = 4
 BOARD_EDGE_M = 0.12
-"""Longest edge of a skirting board. A short board with vertices only at its ends, both in corners, would be dark."""
+"""Longest edge (m) of a skirting board's triangles. With vertices only at its two ends, which are in corners, a short
+board would be dark."""
 _LONGEST_EDGES_M = {**dict.fromkeys((*ATLAS_KINDS, "ground"), np.inf), "skirting": BOARD_EDGE_M}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Geometry:
-    """Vertices in the frames of their geoms, and faces; after the scene's geoms come the boxes of the hand."""
+    """Vertices, in the frames of their geoms, and faces. The boxes of the hand come after the scene's geoms."""
 
     scene: RenderScene
     vertices: np.ndarray
-    """(n, 3) float32 metres."""
+    """Positions (n, 3) float32 in metres."""
     normals: np.ndarray
-    """(n, 3) float32, unit."""
+    """Unit normals (n, 3) float32."""
     uvs: np.ndarray
-    """(n, 2) float32, in repeats of the texture."""
+    """Texture coordinates (n, 2) float32, in repeats of the texture."""
     geoms: np.ndarray
-    """(n,) int32, the geom of each vertex."""
+    """Number (n,) int32 of each vertex's geom."""
     faces: np.ndarray
-    """(m, 3) int32."""
+    """Triangles (m, 3) int32 as numbers of vertices."""
     vertex_slices: list[slice]
-    """Vertices of each geom."""
+    """Geom -> its vertices."""
     face_slices: list[slice]
-    """Faces of each geom."""
+    """Geom -> its faces."""
     is_in_atlas: np.ndarray
-    """(geoms,) bool."""
+    """Whether (geoms,) each geom's light is stored in the lightmap atlas."""
     hand: np.ndarray
-    """Numbers of the boxes of the hand; each is a cube of 1 m about the origin."""
+    """Numbers of the boxes of the hand; each box is a cube of 1 m with its middle at the origin."""
 
     def world(self, state: RenderState, geom: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points and normals of a geom in a state, each (k, 3) float32."""
+        """Return the points and the normals of a geom in the world, each (k, 3) float32, posed as in a state."""
         part = self.vertex_slices[geom]
         turn = state.rotations[geom].astype(np.float32)
         return self.vertices[part] @ turn.T + state.positions[geom].astype(np.float32), self.normals[part] @ turn.T
@@ -83,7 +84,7 @@ def _slices(starts: np.ndarray) -> list[slice]:
 
 
 def _box() -> Mesh:
-    """Return a cube with sides of 1 m about the origin."""
+    """Return a cube with sides of 1 m and its middle at the origin."""
     vertices, normals, faces = [], [], []
     for axis, sign in itertools.product(range(3), (-0.5, 0.5)):
         across, up = np.eye(3)[(axis + 1) % 3] / 2, np.eye(3)[(axis + 2) % 3] / 2

@@ -1,4 +1,4 @@
-"""Triangles for drawing, small enough that light known at the vertices can vary across a large face."""
+"""Triangles for drawing, so small that light, which is known only at vertices, can vary across a large face."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -12,10 +12,10 @@ LONGEST_EDGE_M = 0.5
 
 
 def refined(meshes: Sequence[Mesh], longest: float = LONGEST_EDGE_M) -> list[Mesh]:
-    """Return the same surfaces with edges halved until none is longer than `longest` metres.
+    """Return the same surfaces with edges halved until no edge is longer than `longest` metres.
 
-    Whether an edge is halved depends only on that edge, so that neighbours agree and no seam opens. Refining many
-    meshes together is much faster than one at a time.
+    Whether an edge is halved depends only on the edge itself, so that triangles on both sides agree and no gap opens.
+    Refining many meshes together is much faster than refining them one by one.
     """
     # The diagonal of the box around a mesh is at least as long as its edges.
     is_coarse = [
@@ -29,7 +29,7 @@ def refined(meshes: Sequence[Mesh], longest: float = LONGEST_EDGE_M) -> list[Mes
 
 
 def _refined_together(mesh: Mesh, longest: float) -> tuple[Mesh, np.ndarray]:
-    """Return the refined mesh, and for each of its vertices (n,) a connected vertex of the first mesh."""
+    """Return the refined mesh and, for each of its vertices (n,), a vertex of the original mesh connected with it."""
     origins = np.arange(len(mesh.vertices))
     done = []
     while True:
@@ -44,7 +44,7 @@ def _refined_together(mesh: Mesh, longest: float) -> tuple[Mesh, np.ndarray]:
 
 
 def _apart(mesh: Mesh, origins: np.ndarray, counts: list[int]) -> Iterator[Mesh]:
-    """Yield the meshes that were refined together; `counts` are their numbers of vertices before."""
+    """Yield separately the meshes that were refined as one; `counts` are their numbers of vertices before refining."""
     owners = np.repeat(np.arange(len(counts)), counts)[origins]
     order = np.argsort(owners, kind="stable")
     places = np.empty(len(order), dtype=np.int32)
@@ -60,9 +60,9 @@ def _apart(mesh: Mesh, origins: np.ndarray, counts: list[int]) -> Iterator[Mesh]
 
 
 def _halved(mesh: Mesh, is_long: np.ndarray) -> tuple[Mesh, np.ndarray]:
-    """Return the mesh with the marked edges (m, 3) halved, and an end (k,) of the edge of each new vertex.
+    """Return the mesh with the edges in the mask `is_long` (m, 3) halved, and one end (k,) of each new vertex's edge.
 
-    Edge i runs from corner i to corner i + 1.
+    Edge i of a face goes from corner i to corner i + 1.
     """
     faces = mesh.faces
     first, last = faces[is_long].astype(np.int64), np.roll(faces, -1, axis=1)[is_long].astype(np.int64)
@@ -83,7 +83,7 @@ def _halved(mesh: Mesh, is_long: np.ndarray) -> tuple[Mesh, np.ndarray]:
 
 
 def _pieces(faces: np.ndarray, middles: np.ndarray) -> np.ndarray:
-    """Return the triangles (k, 3) after cutting each face at its middles (m, 3; -1: not cut) into one to four."""
+    """Return the triangles (k, 3) of faces cut at edges' middles; `middles` (m, 3) are vertices, -1 for no cut."""
     count = (middles >= 0).sum(axis=1)
     parts = [faces[count == 0]]
     for number, first in ((1, 0), (2, 1), (3, 0)):

@@ -1,4 +1,4 @@
-"""Mirrors: a camera behind a mirror draws the scene in front of it, and this picture is put onto the mirror."""
+"""Mirrors: the scene in front of a mirror is drawn by a camera behind it, and this picture is put onto the mirror."""
 
 from typing import Any
 
@@ -10,12 +10,12 @@ from vigil.rendering.ssao import release
 from vigil.rendering.viewer import NEAR_M, Mirror, Viewer
 
 MAX_MIRRORS = 2
-"""Greatest number of mirrors that show a picture (the nearest in view); other mirrors are only drawn as shiny."""
+"""Greatest number of mirrors that show a picture (the nearest in view); other mirrors are only shiny."""
 _FLAT = 0.99
 
 
 def mirrors_before(geometry: Geometry, state: RenderState, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
-    """Return the nearest mirrors among geoms (nearest first) whose face the viewer sees, at most `MAX_MIRRORS`."""
+    """Return the mirrors among the geoms, if the viewer sees their face; nearest first, at most `MAX_MIRRORS`."""
     found = []
     for geom in geoms.tolist():
         if not geometry.scene.materials[state.materials[geom]].is_mirror:
@@ -27,8 +27,9 @@ def mirrors_before(geometry: Geometry, state: RenderState, geoms: np.ndarray, vi
 
 
 def _mirror(geometry: Geometry, state: RenderState, geom: int, viewer: Viewer) -> Mirror | None:
-    """Return the mirror's plane, in which most of its surface that faces the eye lies; None if no part faces the
-    eye.
+    """Return the mirror of a geom; None if no part of the geom's surface faces the eye.
+
+    Its plane is the plane that contains most of the surface that faces the eye.
     """
     points, normals = geometry.world(state, geom)
     eye = viewer.eye
@@ -48,7 +49,7 @@ def _mirror(geometry: Geometry, state: RenderState, geom: int, viewer: Viewer) -
 def box_of(points: np.ndarray, viewer: Viewer) -> tuple[int, int, int, int]:
     """Return the part of the frame (left, lower edge, width, height; pixels) that contains points (n, 3).
 
-    A margin of one pixel is added. It is the whole frame if a point is level with the eye or behind it.
+    A margin of one pixel is added. If a point is level with the eye or behind it, return the whole frame.
     """
     size = np.array([viewer.width, viewer.height])
     placed = np.column_stack([points, np.ones(len(points))]) @ viewer.matrix().T
@@ -64,7 +65,7 @@ def box_of(points: np.ndarray, viewer: Viewer) -> tuple[int, int, int, int]:
 
 
 class MirrorTargets:
-    """Framebuffers of mirrored pictures of one size: with several samples for each pixel, then with one."""
+    """Framebuffers for mirrored pictures of one size: one with several samples for each pixel, others with one."""
 
     def __init__(self, context: Any, size: tuple[int, int], samples: int) -> None:
         self.pictures = [context.texture(size, 4) for _ in range(MAX_MIRRORS)]

@@ -1,4 +1,4 @@
-"""Draws a scene: its surfaces, the sky, glass, and at last the ambient occlusion where surfaces meet."""
+"""Draws a scene: first the surfaces, then the sky, then glass, and last the ambient occlusion where surfaces meet."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -16,7 +16,7 @@ from vigil.rendering.surfaces import Surfaces
 from vigil.rendering.viewer import FAR_M, NEAR_M, HeldGeoms, Viewer
 
 _CLIP_DISTANCE = 0x3000
-"""GL_CLIP_DISTANCE0, for which moderngl does not have a name."""
+"""GL_CLIP_DISTANCE0; moderngl has no name for it."""
 
 
 class Painter:
@@ -39,7 +39,7 @@ class Painter:
         point_lights: list[PointLight],
         held: HeldGeoms | None = None,
     ) -> np.ndarray:
-        """Return the picture (height, width, 3) uint8, top row first; `lamp` is the position of the room's lamp."""
+        """Return a picture (height, width, 3) uint8, top row first; `lamp` is the position of the lamp of the room."""
         self._surfaces.place(state, held)
         if held is not None:
             self._surfaces.hold(viewer, held)
@@ -72,7 +72,7 @@ class Painter:
     def identify(
         self, state: RenderState, viewer: Viewer, held: HeldGeoms | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the geom (height, width) int32 of each pixel, -1 for none, and its depth in metres (inf for none)."""
+        """Return each pixel's geom (height, width) int32 (-1 for none), and its depth in metres (inf for none)."""
         self._surfaces.place(state, held)
         size = viewer.width, viewer.height
         target = self._context.framebuffer(
@@ -112,14 +112,14 @@ class Painter:
         self._context.disable_direct(_CLIP_DISTANCE)
 
     def _begin(self, target: Any) -> None:
-        """Clear a framebuffer and draw into it from now on."""
+        """Clear a framebuffer and make it the one that is drawn into."""
         target.use()
         target.clear(depth=1.0)
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         self._context.depth_func = "<"
 
     def _target(self, make: Callable[..., Any], viewer: Viewer, *arguments: Any) -> Any:
-        """Return the target that `make` makes for pictures of the viewer's size, made once."""
+        """Return the target that `make` creates for pictures of the viewer's size; it is created only once."""
         size = viewer.width, viewer.height
         if (make, size) not in self._targets:
             self._targets[make, size] = make(self._context, size, *arguments)
@@ -127,7 +127,7 @@ class Painter:
 
 
 class _Sky:
-    """The sky and the landscape, behind everything else."""
+    """The sky and the landscape behind everything else."""
 
     def __init__(self, context: Any, backend: str) -> None:
         self._context = context

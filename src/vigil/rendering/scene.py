@@ -1,6 +1,6 @@
-"""The scene that is drawn: its unchanging description (`RenderScene`) and its changing state (`RenderState`).
+"""The scene that is drawn: a description that never changes (`RenderScene`), and a state that does (`RenderState`).
 
-Lengths are metres in a right-handed frame: x right, y forward, z up. A geom is one surface of one material.
+Lengths are metres in a right-handed frame: x right, y forward, z up. A geom is a surface with one material.
 """
 
 from collections.abc import Callable
@@ -14,14 +14,14 @@ from vigil.assets.kernel.materials import Material
 from vigil.scene.portals import Portals
 
 MAX_POINT_LIGHTS = 2
-"""Greatest number of point lights that the shader takes."""
+"""Greatest number of point lights that the shader can use."""
 
 
 class RayCaster(Protocol):
-    """Rays into triangles that do not move. Two threads may cast at once."""
+    """Casts rays at triangles that do not move. Two threads may use it at once."""
 
     def cast(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return the length (n,) float32 of rays (n, 3) float32 along unit directions; at least 100 m on a miss."""
+        """Return the length (n,) float32 of rays from origins (n, 3) along unit directions; 100 m or more on a miss."""
         ...
 
 
@@ -32,67 +32,67 @@ class PointLight:
     place: np.ndarray
     """Position (3,) of the lamp in metres."""
     colour: np.ndarray
-    """Colour (3,) of the light times its strength."""
+    """Colour (3,) of the light multiplied by its strength."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderState:
-    """The poses and the looks of a scene's geoms at a moment; the arrays may be views."""
+    """The poses and looks of a scene's geoms at one moment; the arrays may be views of other arrays."""
 
     positions: np.ndarray
     """Positions (geoms, 3) of the geoms in metres."""
     rotations: np.ndarray
     """Rotation matrices (geoms, 3, 3) of the geoms."""
     is_visible: np.ndarray
-    """(geoms,) whether each geom is drawn where it is in view."""
+    """Whether (geoms,) each geom is drawn when it is in view."""
     is_held: np.ndarray
-    """(geoms,) whether each geom is in the hand."""
+    """Whether (geoms,) each geom is in the hand."""
     materials: np.ndarray
-    """(geoms,) index of each geom's material."""
+    """Index (geoms,) of each geom's material."""
     lamp_colours: np.ndarray
-    """(rooms, 3) colour times strength of each room's lamp."""
+    """Colour (rooms, 3) of each room's lamp multiplied by its strength."""
 
     def copy(self) -> "RenderState":
         """Return the state with copied arrays."""
         return RenderState(*(getattr(self, each.name).copy() for each in fields(self)))
 
     def is_elsewhere(self, other: "RenderState") -> np.ndarray:
-        """Return whether each geom (geoms,) has another pose than in another state."""
+        """Return a mask (geoms,) of the geoms whose pose is not the same as in `other`."""
         is_turned = (self.rotations != other.rotations).any(axis=(1, 2))
         return is_turned | (self.positions != other.positions).any(axis=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderScene:
-    """The unchanging description of a scene. The first geoms are its structure."""
+    """The description of a scene, which does not change. Its first geoms are the structure."""
 
     meshes: list[Mesh]
-    """With uvs in repeats of the texture."""
+    """Meshes of the scene; their uvs count repeats of the texture."""
     geom_meshes: np.ndarray
-    """(geoms,) index of each geom's mesh."""
+    """Index (geoms,) of each geom's mesh."""
     structure_kinds: tuple[str, ...]
-    """Kind of each structural geom: `wall`, `floor`, `ceiling`, `skirting`, `exterior` or `ground`."""
+    """Kind of each geom of the structure: `wall`, `floor`, `ceiling`, `skirting`, `exterior` or `ground`."""
     structure_rooms: np.ndarray
-    """(geoms,) number of the only room from which a structural geom is visible; -1 for all others."""
+    """Number (geoms,) of the only room from which a geom of the structure is visible; -1 for other geoms."""
     furniture: np.ndarray
-    """(geoms,) number of the object to which each geom belongs, a drawer to its chest; -1 for structure."""
+    """Number (geoms,) of the object to which each geom belongs; for a drawer, that of its chest; -1 for structure."""
     boxes: np.ndarray
-    """(geoms, 6) centre and half size of the box around each geom, in the geom's frame."""
+    """Centre and half size (geoms, 6) of the box around each geom, in the geom's frame."""
     radii: np.ndarray
-    """(geoms,) radius of the sphere around each geom; inf for an endless plane."""
+    """Radius (geoms,) of the sphere around each geom; inf for an endless plane."""
     materials: tuple[Material, ...]
     lamps: np.ndarray
-    """(rooms, 3) position of each room's lamp."""
+    """Position (rooms, 3) of each room's lamp."""
     portals: Portals
     static_occluders: np.ndarray
-    """Geoms that stop light: structure and the fixed parts of furniture, except glass and objects on top."""
+    """Geoms that block light: structure and the fixed parts of furniture, except glass and the objects on furniture."""
     caster: Callable[[np.ndarray, np.ndarray], RayCaster]
-    """Makes a ray caster of vertices (n, 3) and faces (m, 3)."""
+    """Function that makes a ray caster from vertices (n, 3) and faces (m, 3)."""
     initial: RenderState
-    """The poses at the start, with everything visible as if it were present, whole and off."""
+    """The state at the start, in which every thing counts as present, not broken and off."""
     cache: dict[str, Any] = field(default_factory=dict)
-    """Results that the renderer computes from the scene once."""
+    """Results that the renderer computes from the scene only once."""
 
     def with_furniture(self, is_chosen: np.ndarray) -> np.ndarray:
-        """Return which geoms (geoms,) belong to an object of which any geom is chosen (geoms,)."""
+        """Return a mask (geoms,) of all geoms that share an object with a geom in the mask `is_chosen` (geoms,)."""
         return np.isin(self.furniture, self.furniture[is_chosen])

@@ -6,7 +6,7 @@ import numpy as np
 
 SKY_PIXELS = 256
 LAWN_DEG, HILLS_DEG, EDGE_DEG = -0.9, 5.15, 0.35
-"""Heights above the horizon of the lawn's end and of the highest hill's top; angle over which parts are blended."""
+"""Angles (deg): heights above the horizon of the lawn's far end and of the highest hill, and width of blended edges."""
 _ZENITH, _HORIZON = np.array([0.42, 0.62, 0.86], np.float32), np.array([0.84, 0.90, 0.95], np.float32)
 _TREES, _NEAR_TREES = np.array([0.40, 0.50, 0.42], np.float32), np.array([0.30, 0.40, 0.26], np.float32)
 _GRASS = np.array([0.42, 0.53, 0.32], np.float32)
@@ -27,7 +27,7 @@ _FACES = np.array(
 
 @lru_cache(maxsize=1)
 def sky() -> bytes:
-    """Return the six faces of the cube map in turn, `SKY_PIXELS` wide and high, with three bytes for each pixel."""
+    """Return the six faces of the sky's cube map in turn: `SKY_PIXELS` wide and high, 3 bytes for each pixel."""
     place = ((np.arange(SKY_PIXELS) + 0.5) / SKY_PIXELS * 2.0 - 1.0).astype(np.float32)
     faces = []
     for right, down, outward in _FACES:
@@ -39,7 +39,7 @@ def sky() -> bytes:
 
 
 def _paint(x: np.ndarray, y: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return the colours (..., 3) in unit directions."""
+    """Return the colours (..., 3) of the view in unit directions (x, y, up)."""
     colours = np.broadcast_to(_GRASS, (*up.shape, 3)).copy()
     height = np.degrees(np.arcsin(up))
     above = height > LAWN_DEG - EDGE_DEG
@@ -48,7 +48,7 @@ def _paint(x: np.ndarray, y: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 
 def _paint_above(x: np.ndarray, y: np.ndarray, up: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Return the colours (n, 3) of the sky and of the landscape before it, down to the edge of the lawn."""
+    """Return the colours (n, 3) of the sky and of the landscape in front of it, above the edge of the lawn."""
     colour = _blend(_HORIZON, _ZENITH, np.clip(height / 55.0, 0.0, 1.0) ** 0.7)
     colour = _blend(colour, _CLOUD, _clouds(x, y, up))
     low = np.flatnonzero(height < HILLS_DEG + EDGE_DEG)
@@ -57,7 +57,7 @@ def _paint_above(x: np.ndarray, y: np.ndarray, up: np.ndarray, height: np.ndarra
 
 
 def _before_sky(colour: np.ndarray, azimuth: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Return the colours (n, 3) with hills, trees and the lawn in front."""
+    """Return the colours (n, 3) of the sky with hills, trees and the lawn drawn in front."""
     hills = 3.2 + 1.1 * np.sin(3 * azimuth + 0.4) + 0.6 * np.sin(7 * azimuth + 2.0) + 0.25 * np.sin(23 * azimuth)
     trees = 1.5 + 0.5 * np.sin(5 * azimuth + 1.0) + 0.35 * np.sin(17 * azimuth) + 0.25 * np.sin(41 * azimuth + 0.7)
     colour = _blend(colour, _blend(_TREES, _HORIZON, np.array(0.45, np.float32)), _edge(hills - height))
@@ -66,7 +66,7 @@ def _before_sky(colour: np.ndarray, azimuth: np.ndarray, height: np.ndarray) -> 
 
 
 def _clouds(x: np.ndarray, y: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return the opacity of the clouds, 0..0.75."""
+    """Return the opacity of the clouds in unit directions, from 0 to 0.75."""
     depth = np.maximum(up, 0.05)
     u, v = x / depth, y / depth
     waves = sum(

@@ -1,4 +1,4 @@
-"""The last passes of a frame: ambient occlusion darkens the picture where surfaces are near each other."""
+"""The last passes of a frame: ambient occlusion, which darkens the picture where surfaces are close to each other."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from vigil.rendering.viewer import FAR_M, NEAR_M, Viewer
 
 
 class Canvas:
-    """Framebuffers of pictures of one size: with several samples for each pixel, then with one."""
+    """Framebuffers for pictures of one size: one with several samples for each pixel, others with one sample."""
 
     def __init__(self, context: Any, size: tuple[int, int], samples: int) -> None:
         self.colours, self.depth = context.texture(size, 4), context.depth_texture(size)
@@ -44,7 +44,7 @@ class AmbientOcclusion:
         self._screens = [context.vertex_array(each, []) for each in self._programs]
 
     def apply(self, canvas: Canvas, viewer: Viewer, lamp: np.ndarray) -> None:
-        """Write the darkened picture of a canvas into `shaded`; `lamp` is the position of the room's lamp."""
+        """Write the darkened picture of a canvas to `shaded`; `lamp` is the position of the lamp of the room."""
         self._context.enable_only(moderngl.NOTHING)
         distance, nearness, smooth, combine = self._programs
         canvas.depth.use(4)
@@ -73,7 +73,7 @@ class AmbientOcclusion:
 
 
 def release(target: Any) -> None:
-    """Free a framebuffer and its attachments."""
+    """Free a framebuffer and the pictures attached to it."""
     for part in (*target.color_attachments, target.depth_attachment):
         if part is not None:
             part.release()

@@ -16,26 +16,26 @@ from vigil.rendering.texture_array import TextureArray
 from vigil.rendering.viewer import HeldGeoms, Mirror, Viewer
 
 GLOSSY = 0.35
-"""Least gloss of a surface that reflects its surroundings."""
+"""Surfaces with at least this gloss reflect their surroundings."""
 OWN_LIGHT = 0.9
-"""Factor on the emission of a material that gives light."""
+"""Factor on the emission of a material that gives light, such as a screen."""
 GRIPPER_COLOURS = np.array([[0.24, 0.25, 0.27, 1.0]] * 2 + [[0.93, 0.46, 0.12, 1.0]] * 2, np.float32)
-"""Colours of the two fingers, and of the pads at their tips."""
+"""Colours of the hand's boxes: two fingers, then the two pads at their tips."""
 _ROWS = 5
-"""Texels of a geom in the table: three rows of its matrix, two of its look."""
+"""Number of texels for a geom in the table of geoms: three with the rows of its matrix, two with its look."""
 _NO_CLIP = 0.0, 0.0, 0.0, 1.0
 textures = TextureArray()
 
 
 @dataclass(frozen=True, slots=True)
 class SurfaceKind:
-    """A kind of surfaces, all drawn by one program."""
+    """A kind of surfaces that are drawn by the same shader program."""
 
     is_in_atlas: bool
     is_glossy: bool
 
     def definitions(self, point_lights: int) -> tuple[str, ...]:
-        """Return the preprocessor definitions of the shaders for a number of point lights."""
+        """Return the preprocessor definitions of the shader program for this number of point lights."""
         names = ["IN_ATLAS"] * self.is_in_atlas + ["GLOSSY"] * self.is_glossy
         return (*names, f"POINT_LIGHTS {point_lights}")
 
@@ -68,11 +68,11 @@ class Surfaces:
         self._table.filter = moderngl.NEAREST, moderngl.NEAREST
 
     def hold(self, viewer: Viewer, held: HeldGeoms) -> None:
-        """Write the light on the held things."""
+        """Compute and write the light on held things."""
         self._write_light(self._lighting.in_hand(self._state, held.geoms, viewer.axes[:, 1]))
 
     def place(self, state: RenderState, held: HeldGeoms | None) -> None:
-        """Write the poses and the looks of all geoms."""
+        """Write the poses and looks of all geoms into the table."""
         self._state, count = state, len(state.positions)
         table = np.zeros((len(self._geometry.face_slices), _ROWS, 4), np.float32)
         table[:count, :3, :3] = state.rotations
@@ -88,23 +88,23 @@ class Surfaces:
         self._table.use(0)
 
     def shown(self, viewer: Viewer) -> np.ndarray:
-        """Return the geoms that may be in view."""
+        """Return the numbers of the geoms that may be in view."""
         return np.flatnonzero(self._state.is_visible & ~invisible_geoms(self._scene, self._state, viewer))
 
     def mirrors(self, viewer: Viewer, shown: np.ndarray) -> list[Mirror]:
-        """Return the mirrors among the geoms shown that the viewer looks into."""
+        """Return the mirrors among the shown geoms into which the viewer looks."""
         away = ((self._state.positions[shown] - viewer.eye) ** 2).sum(axis=1)
         return mirrors_before(self._geometry, self._state, shown[np.argsort(away, kind="stable")], viewer)
 
     def draw_mirrored(self, mirror: Mirror, picture: Any, viewer: Viewer) -> None:
-        """Draw a mirror with its picture."""
+        """Draw a mirror with the picture that it reflects."""
         made = self._array("mirror.frag").program
         made["mirrored"].value, made["size"].value = 3, (viewer.width, viewer.height)
         picture.use(3)
         self._draw_plain("mirror.frag", np.array([mirror.geom]), viewer)
 
     def light(self, shown: np.ndarray) -> None:
-        """Cast and write the light on geoms before they are drawn."""
+        """Compute the light on shown geoms and write it to OpenGL, before they are drawn."""
         has_new_planes, changed = self._cast(shown)
         if has_new_planes:
             self._planes.write(self._lighting.planes.tobytes())
@@ -113,7 +113,7 @@ class Surfaces:
     def draw(
         self, viewer: Viewer, shown: np.ndarray, lamp: np.ndarray, point_lights: list[PointLight]
     ) -> Iterator[bool]:
-        """Draw the opaque geoms, then yield for the background, then draw the transparent geoms."""
+        """Draw the opaque geoms, yield so that the caller can draw the background, then draw the transparent geoms."""
         groups = self._groups(viewer, shown)
         starts = self._write_corners(list(groups.values()))
         textures.texture(self._context).use(1)
@@ -133,7 +133,7 @@ class Surfaces:
         self._context.fbo.depth_mask = True
 
     def draw_owners(self, viewer: Viewer) -> None:
-        """Draw the number of each geom."""
+        """Draw the number of the geom at each pixel."""
         self._draw_plain("identity.frag", self.shown(viewer), viewer)
 
     def _draw_plain(self, fragment: str, geoms: np.ndarray, viewer: Viewer) -> None:
@@ -151,7 +151,7 @@ class Surfaces:
         self._table.release()
 
     def _cast(self, shown: np.ndarray) -> tuple[bool, list[slice]]:
-        """Cast light on geoms, and meanwhile write new textures, since light does not need OpenGL."""
+        """Compute the light on shown geoms; meanwhile write new textures to OpenGL, which the light does not need."""
         if textures.is_complete:
             return self._lighting.update(self._state, shown)
         with ThreadPoolExecutor(1) as other:
@@ -164,7 +164,7 @@ class Surfaces:
             self._light.write(self._lighting.vertices[part].tobytes(), offset=4 * part.start)
 
     def _groups(self, viewer: Viewer, shown: np.ndarray) -> dict[SurfaceKind | None, np.ndarray]:
-        """Return the opaque geoms of each kind, near ones first; at last, under None, the others, far ones first."""
+        """Return the opaque geoms of each kind, the nearest first, and under None the others, the farthest first."""
         looks = self._looks[self._state.materials]
         is_shown = np.zeros(len(looks), dtype=bool)
         is_shown[shown] = True
@@ -182,7 +182,7 @@ class Surfaces:
         return groups
 
     def _write_corners(self, groups: list[np.ndarray]) -> list[tuple[int, int]]:
-        """Write the corners of the geoms of each group. Return where each group starts, and its length."""
+        """Write the corners of the geoms of each group; return (start, length) of each group."""
         slices, faces = self._geometry.face_slices, self._geometry.faces
         parts = [[faces[slices[geom]] for geom in group] for group in groups]
         counts = [3 * sum(len(each) for each in part) for part in parts]
@@ -191,7 +191,7 @@ class Surfaces:
         return list(zip(np.cumsum([0, *counts[:-1]]).tolist(), counts, strict=True))
 
     def _array(self, kind: SurfaceKind | str, point_lights: int = 0) -> Any:
-        """Return the vertex array for a kind of surface, or for a fragment shader that needs only positions."""
+        """Return the vertex array for a kind of surface, or for a fragment shader that needs positions only."""
         if (kind, point_lights) not in self._arrays:
             owners = self._owners, "1i", "geom"
             if isinstance(kind, str):
@@ -226,7 +226,7 @@ def _matrix(viewer: Viewer) -> bytes:
 
 
 def _looks(scene: RenderScene) -> np.ndarray:
-    """Return (materials, 2, 4): colour and opacity; layer of the texture, emission, gloss, metalness."""
+    """Return rows (materials, 2, 4): colour and opacity; then texture layer, emission, gloss and metalness."""
     looks = np.zeros((len(scene.materials), 2, 4), np.float32)
     for number, look in enumerate(scene.materials):
         looks[number, 0] = look.rgba

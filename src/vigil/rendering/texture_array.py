@@ -1,4 +1,4 @@
-"""The textures of all scenes of this process, as the layers of one array texture."""
+"""The textures of all scenes of this process, stored as layers of one array texture."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ SIDE = 256
 
 
 class TextureArray:
-    """Layers of `SIDE` by `SIDE` pixels; the first is white, for materials without a texture."""
+    """Layers of `SIDE` x `SIDE` pixels. The first layer is white, for materials without a texture."""
 
     def __init__(self) -> None:
         self._layers: dict[int, int] = {}
@@ -21,7 +21,7 @@ class TextureArray:
         self._count = 0
 
     def layer_of(self, picture: np.ndarray | None) -> int:
-        """Return the layer of a picture (h, w, 3) uint8; a new one is added, and never freed."""
+        """Return the layer of a picture (h, w, 3) uint8. A new picture gets a new layer, which is never freed."""
         if picture is None:
             return 0
         if id(picture) not in self._layers:
@@ -32,11 +32,11 @@ class TextureArray:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all layers added so far are in OpenGL."""
+        """Whether OpenGL has all layers that were added."""
         return self._count == len(self._bytes)
 
     def texture(self, context: Any) -> Any:
-        """Return the OpenGL texture with all layers added so far."""
+        """Return the OpenGL texture with all layers that were added."""
         if not self.is_complete:
             if self._texture is not None:
                 self._texture.release()
@@ -49,9 +49,9 @@ class TextureArray:
 
 
 def _fitted(picture: np.ndarray) -> np.ndarray:
-    """Return the picture (`SIDE`, `SIDE`, 4) with its first row at the bottom, where v is 0.
+    """Return the picture scaled to (`SIDE`, `SIDE`, 4), with its first row at the bottom, where v is 0.
 
-    It has four channels because software renderers read three much more slowly.
+    It has four channels, because software renderers read three channels much more slowly.
     """
     if picture.shape[:2] != (SIDE, SIDE):
         picture = np.asarray(Image.fromarray(picture).resize((SIDE, SIDE), Image.Resampling.BOX))

@@ -1,4 +1,4 @@
-"""The camera of a picture, and the geoms held in front of it. Coordinates are those of `vigil.rendering.scene`."""
+"""The camera of a picture, and the geoms in the hand. Coordinates are those of `vigil.rendering.scene`."""
 
 from dataclasses import dataclass, replace
 
@@ -13,26 +13,26 @@ class Mirror:
 
     geom: int
     point: np.ndarray
-    """(3,) a point of the plane."""
+    """A point (3,) of the mirror's plane."""
     normal: np.ndarray
-    """(3,) unit."""
+    """Unit normal (3,) of the plane."""
     box: tuple[int, int, int, int]
     """Left, lower edge, width and height (pixels) of the part of the frame that contains the mirror."""
     points: np.ndarray
-    """(n, 3) vertices; the mirror lies within their convex hull."""
+    """Vertices (n, 3); the mirror is inside their convex hull."""
 
     @property
     def face(self) -> np.ndarray:
-        """The vertices (n, 3), projected onto the plane."""
+        """The vertices (n, 3), projected onto the mirror's plane."""
         return self.points - self._heights() * self.normal
 
     @property
     def reach(self) -> np.ndarray:
-        """The vertices and their mirror images (2n, 3); each line of sight by way of the mirror passes between them."""
+        """The vertices and their mirror images (2n, 3); every line of sight in the mirror passes between them."""
         return np.concatenate([self.points, self.points - 2.0 * self._heights() * self.normal])
 
     def _heights(self) -> np.ndarray:
-        """Return the distance of the vertices before the plane, (n, 1) metres."""
+        """Return how far (n, 1; metres) each vertex is in front of the plane."""
         return ((self.points - self.point) @ self.normal)[:, None]
 
 
@@ -43,12 +43,12 @@ class Viewer:
     eye: np.ndarray
     """Position (3,) of the camera in metres."""
     axes: np.ndarray
-    """Axes (3, 3) of the camera, with the columns right, up and backward."""
+    """Matrix (3, 3) with the camera's axes right, up and backward as columns."""
     fovy_deg: float
     width: int
     height: int
     mirror: Mirror | None = None
-    """The mirror through which the camera looks from behind; only things in front of the mirror are drawn."""
+    """Mirror behind which the camera is; only things in front of the mirror are drawn. None for a usual camera."""
 
     @property
     def slopes(self) -> tuple[float, float]:
@@ -57,7 +57,7 @@ class Viewer:
         return up * self.width / self.height, up
 
     def matrix(self) -> np.ndarray:
-        """Return the matrix (4, 4) from the world to OpenGL's clip space."""
+        """Return the matrix (4, 4) that maps the world to OpenGL's clip space."""
         across, up = self.slopes
         depth = FAR_M - NEAR_M
         lens = np.array(
@@ -74,20 +74,18 @@ class Viewer:
 
     @property
     def clip(self) -> np.ndarray | None:
-        """Plane (4,) of a camera behind a mirror: only points with clip · (x, y, z, 1) > 0 are drawn; else None."""
+        """Plane (4,) of the mirror: only points with clip · (x, y, z, 1) > 0 are drawn. None without a mirror."""
         if self.mirror is None:
             return None
         return np.array([*self.mirror.normal, -float(self.mirror.normal @ self.mirror.point)])
 
     @property
     def box(self) -> tuple[int, int, int, int]:
-        """Left, lower edge, width and height (pixels) of the part of the picture that is used."""
+        """Part of the picture that is used: left, lower edge, width and height (pixels)."""
         return (0, 0, self.width, self.height) if self.mirror is None else self.mirror.box
 
     def sides(self) -> np.ndarray:
-        """Return the planes (n, 4) around the view. side · (x, y, z, 1) is the distance (m) of a point from a
-        plane, positive inside.
-        """
+        """Return the planes (n, 4) around the view; side · (x, y, z, 1) is a point's distance (m), positive inside."""
         right, up, backward = self.axes.T
         size, box = np.array([self.width, self.height]), np.array(self.box)
         low, high = ((2.0 * at / size - 1.0) * self.slopes for at in (box[:2], box[:2] + box[2:]))
@@ -105,7 +103,7 @@ class Viewer:
         return planes if self.clip is None else np.vstack([planes, self.clip])
 
     def behind(self, mirror: Mirror) -> "Viewer":
-        """Return the mirror image of the camera; its picture is flipped left to right."""
+        """Return the camera mirrored to the other side of a mirror; its picture is flipped left to right."""
         turned = np.eye(3) - 2.0 * np.outer(mirror.normal, mirror.normal)
         eye = self.eye - 2.0 * float((self.eye - mirror.point) @ mirror.normal) * mirror.normal
         return replace(self, eye=eye, axes=turned @ self.axes, mirror=mirror)
@@ -113,10 +111,10 @@ class Viewer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldGeoms:
-    """The geoms in the hand, each point of which is drawn at `scale` times its position plus `shift`."""
+    """The geoms in the hand. Each point of them is drawn at `scale` times its position plus `shift`."""
 
     geoms: np.ndarray
     scale: float
     shift: np.ndarray
     gripper: np.ndarray
-    """(boxes, 3, 4) matrices from the frame of each box of the hand to the world."""
+    """Matrices (boxes, 3, 4) from the frame of each box of the hand to the world."""

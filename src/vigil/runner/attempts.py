@@ -1,7 +1,7 @@
-"""`attempts.jsonl`: the attempts at episodes, each written to disk before its first frame is shown.
+"""`attempts.jsonl`: the attempts at episodes, each written to disk before the agent sees its first frame.
 
-A row in `episodes.jsonl` is written when an episode is over. An episode that is killed before that does not have a row,
-and the same command starts it again; this file counts both attempts. The number goes into the row as `attempt`.
+A row in `episodes.jsonl` is written when an episode is over. An episode that is killed before its end does not have a
+row, and the same command starts it again; this file counts both attempts. The row has the number of its attempt.
 """
 
 import json
@@ -35,7 +35,8 @@ class Attempt(BaseModel):
 
 
 def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
-    """Return the attempts of one run from a file that may have those of other runs, too; empty without a file.
+    """Return the attempts of the run `spec`; empty if there is no file. Attempts of other runs in the file are left
+    out.
 
     Raises RecordError when the file cannot be read.
     """
@@ -45,13 +46,13 @@ def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
 
 
 class AttemptLog:
-    """Attempts of one run. An earlier run in the folder with other settings is counted separately."""
+    """Attempts of one run. Attempts of an earlier run with other settings in the same folder do not count."""
 
     def __init__(self, path: Path, spec: RunSpec) -> None:
         """Read the file, if it exists. Raises RecordError when it cannot be read.
 
-        An incomplete last line does not count: a line is written before the agent sees its first frame, so that
-        attempt had not begun.
+        An incomplete last line does not count. A line is written before the agent sees its first frame, so the attempt
+        of an incomplete line had not begun.
         """
         self._path = path
         self._spec = spec.sha256
@@ -62,7 +63,7 @@ class AttemptLog:
         return self._count[key]
 
     def begin(self, key: Key) -> None:
-        """Record on disk that an episode begins. Raises RecordError when it cannot be written."""
+        """Record on disk that an episode begins. Raises RecordError when the line cannot be written."""
         fields = {
             "episode_id": key[0],
             "epoch": key[1],

@@ -19,10 +19,11 @@ from vigil.runner.plan import RunPlan
 
 @dataclass(frozen=True, slots=True)
 class CostEstimate:
-    """Bounds on the calls and tokens of a run, as (least, most); an agent that reports early is far below the most."""
+    """Bounds (least, most) on the calls and tokens of a run. An agent that reports early stays far below the upper
+    bounds."""
 
     episodes: int
-    """Number of episodes, times epochs."""
+    """Number of plays: episodes times epochs."""
     calls: tuple[int, int]
     """Number of calls: at least one for each play of an episode, and at most its budget of steps."""
     probes: tuple[int, int]
@@ -70,7 +71,7 @@ def _probed_steps(plan: RunPlan, episode: Episode) -> tuple[tuple[int, ...], tup
 
 
 def _output_tokens(spec: RunSpec) -> tuple[int, int]:
-    """Return the least and the most tokens of one reply, including reasoning."""
+    """Return (least, most) tokens of one reply, including reasoning."""
     least, most = REPLY_TOKENS
     if may_think(spec.thinking, spec.sampling.get("reasoning_effort"), spec.agent):
         least, most = least + REASONING_TOKENS[0], most + REASONING_TOKENS[1]
@@ -81,7 +82,7 @@ def _output_tokens(spec: RunSpec) -> tuple[int, int]:
 def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[int, int]) -> list[float]:
     """Return the tokens sent in each of the first `calls` calls of an episode.
 
-    `sizes` are the tokens of an answer and of a frame. Reasoning is not included, because it is not sent again.
+    `sizes` has the tokens of an answer and of a frame. Reasoning is not counted, because later calls do not repeat it.
     """
     conversation = Conversation(profile, episode.instruction)
     reply = "x" * int(sizes[0] * CHARS_PER_TOKEN)

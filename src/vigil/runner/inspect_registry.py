@@ -1,4 +1,4 @@
-"""Names that Inspect finds through the entry point, so that `inspect eval vigil/vigil --model provider/model` works."""
+"""Names that Inspect finds through the package's entry point, so that `inspect eval vigil/vigil --model ...` works."""
 
 from vigil.runner.inspect_task import vigil, vigil_score
 

@@ -1,8 +1,8 @@
 """Runs of models as Inspect evaluations, for `vigil run` and for `inspect eval`.
 
 Inspect brings the providers, the limit on connections, and a log for its viewer. The messages (a fixed history
-contract), the retries (`vigil.runner.models.ask`), the Env and the records are this project's. In `vigil run` the
-records in `episodes.jsonl` decide, not Inspect's log.
+contract), the retries (`vigil.runner.models.ask`), the Env and the records are VIGIL's own. The results of `vigil run`
+are the records in `episodes.jsonl`, not Inspect's log.
 """
 
 import asyncio
@@ -55,7 +55,7 @@ from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.scoring.outcomes import score
 
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
-"""Prefix of registered names.
+"""Prefix of the names that are registered with Inspect.
 
 Inspect adds the package's name by itself, except in an editable install whose distribution is named differently.
 """
@@ -67,10 +67,10 @@ _SHARED_SETTINGS = {
 TASK_SETTINGS = {
     one.option.replace("-", "_"): one for one in declared_settings(RunSettings) if one.name in _SHARED_SETTINGS
 }
-"""Settings of a run that Inspect does not have, by the names of their options."""
+"""Name of an option -> setting of a run, for the settings that Inspect does not have."""
 _KEYWORD_ONLY = inspect.Parameter.KEYWORD_ONLY
 PLACEHOLDER_MODEL = "mockllm/model"
-"""Model in settings that are made before Inspect's model is known."""
+"""Model name that stands in the settings until the name of Inspect's model is known."""
 PlayOne = Callable[[Assignment], Awaitable[EpisodeRecord]]
 """Function that plays one episode with a model. Raises VigilError to stop the run."""
 
@@ -85,7 +85,7 @@ def evaluate(
 ) -> None:
     """Play all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt after an interruption.
 
-    Without samples (for a private pack) Inspect's log has only rates, and numbers instead of ids.
+    With `keep_samples=False` (for a private pack), Inspect's log has only rates, and numbers instead of episode ids.
     """
     stop: list[VigilError] = []
     closer = _ConnectionCloser(client.model, play_one, len(assignments))
@@ -114,7 +114,7 @@ def evaluate(
 
 @contextmanager
 def _rare_garbage_collection() -> Generator[None, None, None]:
-    """Run the garbage collector rarely: it took a quarter of this process's time, mostly for imported modules."""
+    """Run the garbage collector rarely; otherwise it takes a quarter of the time, mostly for imported modules."""
     gc.collect()
     gc.freeze()
     usual = gc.get_threshold()
@@ -135,7 +135,7 @@ class _ConnectionCloser:
         self._left = episodes
         self._alive = 0
         self.played = 0
-        """Number of episodes that have ended, including infrastructure errors."""
+        """Number of episodes that have ended, including those that ended with infrastructure errors."""
 
     async def play_one(self, assignment: Assignment) -> EpisodeRecord:
         self._left -= 1
@@ -172,7 +172,7 @@ def _task(
     is_numbered: bool = False,
     **more: Any,
 ) -> Task:
-    """Return Inspect's task; with `is_numbered` its samples have numbers, because ids must not be revealed."""
+    """Return Inspect's task. With `is_numbered`, its samples have numbers instead of ids, to keep ids secret."""
     by_id: dict[str, Assignment] = {}
     for number, assignment in enumerate(assignments, start=1):
         name = assignment.episode.id if assignment.epoch == 1 else f"{assignment.episode.id}@{assignment.epoch}"
@@ -222,7 +222,7 @@ def _agent(by_id: Mapping[str, Assignment], play_one: PlayOne, stop: list[VigilE
 
 @scorer(name=f"{_PREFIX}vigil_score", metrics={"*": [grouped(mean(), "family")]})
 def vigil_score() -> Scorer:
-    """Score a sample from its record alone, so that `inspect score` can do so again."""
+    """Score a sample from the record that it contains, so that `inspect score` can score it again."""
 
     async def score_sample(state: TaskState, target: Target) -> Score | None:
         if "record" not in state.metadata:
@@ -239,7 +239,7 @@ def vigil_score() -> Scorer:
 
 
 def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
-    """Return `make` with the signature that Inspect reads: TASK_SETTINGS, by the names of their options."""
+    """Return `make` with the signature in which Inspect looks for arguments: one argument for each of TASK_SETTINGS."""
     parameters = [inspect.Parameter(name, _KEYWORD_ONLY, default=one.default) for name, one in TASK_SETTINGS.items()]
     make.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess] - Inspect reads it
     return make
@@ -250,8 +250,9 @@ def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
 def vigil(**given: Any) -> Task:
     """A pack as an Inspect task: `inspect eval vigil/vigil --model provider/model -T pack=starter`.
 
-    Inspect's log decides here, with its own epochs, retries and resuming; `vigil run` keeps `episodes.jsonl` instead.
-    A key goes to its provider's own hosts alone; `api_key_env` names the variable with the key for any other address.
+    The results are in Inspect's log, and Inspect manages epochs, retries and resuming; only `vigil run` writes
+    `episodes.jsonl`. The key in a provider's usual variable is sent only to the provider's own hosts. For any other
+    address, `api_key_env` names the variable with the key.
     """
     try:
         settings = RunSettings(model=PLACEHOLDER_MODEL, **task_settings(given))
@@ -272,7 +273,7 @@ def vigil(**given: Any) -> Task:
 
 
 def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a run's settings, by field name, from the arguments of the task. Raises SettingError."""
+    """Return {field name: value}, a run's settings, from the arguments of the task. Raises SettingError."""
     found: dict[str, Any] = {}
     for name, text in given.items():
         if name not in TASK_SETTINGS:
@@ -287,14 +288,14 @@ def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class _InspectSession:
-    """Player inside an evaluation that `inspect eval` has started; simulators are made when first needed.
+    """Player inside an evaluation that `inspect eval` has started. Simulators are made when they are first needed.
 
-    A model is checked before its first episode, as in `vigil run`. Clients that are made here are closed, while the
-    event loop still runs, whenever no episode is being played.
+    A model is checked before its first episode, as in `vigil run`. Whenever no episode is being played, the model
+    clients that this session made are closed, because the event loop may end soon.
     """
 
     def __init__(self, plan: RunPlan, coordinates: Coordinates | None, api_key_env: str | None) -> None:
-        """`coordinates` of all models are None to use the published table's entry for each.
+        """If `coordinates` is None, each model uses the coordinate system that the published table has for it.
 
         `api_key_env` names the variable with the key for an address that is not the provider's.
         """
@@ -305,7 +306,7 @@ class _InspectSession:
         self._checked: set[str] = set()
         self._models: dict[str, Model] = {}
         self._made: set[str] = set()
-        """Names of the models whose clients were made here, not by Inspect."""
+        """Names of the models whose clients this session made. Inspect made the others."""
         self._alive = 0
         self._one_at_a_time = asyncio.Lock()
 
@@ -343,7 +344,7 @@ class _InspectSession:
         return self._models[name]
 
     async def _close_models(self) -> None:
-        """Close the clients made here; Inspect may still use its own."""
+        """Close the clients that this session made. Inspect may still use its own clients, so these stay open."""
         made = [self._models.pop(name) for name in sorted(self._made)]
         self._made.clear()
         for model in made:

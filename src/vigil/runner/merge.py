@@ -1,7 +1,7 @@
 """Joining the shards of a run into one run, as if one machine had played it: rows, attempts, frames and logs.
 
-The joined folder is written under a temporary name and renamed when it is complete. Its rows are those of the shards
-one after the other, and its header names every session that played them. The shards are not changed.
+The joined folder is written under a temporary name and renamed when it is complete. It has the rows of the first shard,
+then those of the second, and so on. Its header lists every session of every shard. The shards are not changed.
 """
 
 import shutil
@@ -42,7 +42,7 @@ _SHARD_SPECIFIC = {"shard.index", "base_url"}
 _UNKNOWN_UNTIL_PLAYED = {"simulator_version", "answering models"}
 """Facts that a shard does not have before it is played."""
 _PLAYER_FACTS = ("agent_files", "answering models")
-"""Facts about what answered; with `force` shards may differ in them."""
+"""Facts about the model or program that answered; with `force`, these may differ between shards."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,14 +61,14 @@ class MergeSettings:
 
 @dataclass(frozen=True, slots=True)
 class _ShardRun:
-    """One shard, read completely."""
+    """One shard, with its rows as they were read."""
 
     run: SavedRun
     shard: Shard
     lines: tuple[Line, ...]
     """Rows in the order of the file, including those of earlier attempts that failed."""
     missing: int
-    """Number of planned plays without a row, or whose row is an error."""
+    """Number of planned plays that do not have a row, or whose row is an error."""
 
     @property
     def header(self) -> RunHeader:
@@ -97,7 +97,7 @@ def merge_runs(out: Path, shards: Sequence[Path], settings: MergeSettings | None
 
 
 def _check_headers(headers: dict[Path, RunHeader], given: int, settings: MergeSettings) -> None:
-    """Raise RecordError unless the headers are of shards of one run, each given once."""
+    """Raise RecordError unless the headers are of different shards of one run; all of them, unless `partial`."""
     seen: dict[int, Path] = {}
     for folder, header in headers.items():
         shard = header.spec.shard
@@ -141,7 +141,7 @@ def _check_same(headers: dict[Path, RunHeader], settings: MergeSettings) -> None
 
 
 def _identity(header: RunHeader, settings: MergeSettings) -> dict[str, Any]:
-    """Return the facts, by name, that must be equal for all shards of one run."""
+    """Return {name: value} of the facts that must be equal for all shards of one run."""
     found = {name: value for name, value in header.spec.settings.items() if name not in _SHARD_SPECIFIC}
     found["package_version"] = header.package_version
     found["simulator_version"] = header.simulator_version
@@ -150,7 +150,7 @@ def _identity(header: RunHeader, settings: MergeSettings) -> dict[str, Any]:
 
 
 def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _ShardRun:
-    """Return a shard, whose rows are locked until `stack` is closed. Raises RecordError when a row is invalid."""
+    """Read a shard, and lock its rows until `stack` is closed. Raises RecordError when a row is invalid."""
     refuse_outward_links(folder, RecordError)
     run = open_run(folder, settings.pack)
     path = run.table.path
@@ -184,7 +184,7 @@ def _check_finished(parts: Sequence[_ShardRun]) -> None:
 
 
 def _joined_header(run_id: str, parts: Sequence[_ShardRun]) -> RunHeader:
-    """Return the header of the joined run: that of its first shard, with the sessions of all."""
+    """Return the header of the joined run: that of its first shard, with the sessions of all shards."""
     first = parts[0].header
     sessions: list[Resumption] = []
     rows = 0
@@ -208,7 +208,7 @@ def _joined_header(run_id: str, parts: Sequence[_ShardRun]) -> RunHeader:
 
 
 def _sessions(part: _ShardRun, before: int) -> Iterator[Resumption]:
-    """Yield the sessions of a shard, which follow `before` rows of the shards before it."""
+    """Yield the sessions of a shard. `before` is the number of rows of the earlier shards, which precede its rows."""
     header = part.header
     yield Resumption(
         started=header.started,
@@ -251,7 +251,7 @@ def _write(out: Path, header: RunHeader, parts: Sequence[_ShardRun]) -> None:
 
 
 def _attempt_lines(parts: Sequence[_ShardRun], spec_hash: str) -> list[bytes]:
-    """Return the lines of all shards' attempts, sorted by time, as attempts of the joined run."""
+    """Return the lines of all shards' attempts, sorted by time and written as attempts of the joined run."""
     found = [
         attempt.model_copy(update={"spec_sha256": spec_hash})
         for part in parts

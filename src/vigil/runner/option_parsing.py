@@ -1,4 +1,4 @@
-"""Settings of a run from the texts of a command line. Messages name the option but do not reveal secrets."""
+"""Settings of a run, read from the texts of a command line. Messages name the option but do not reveal secrets."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -10,27 +10,27 @@ from vigil.runner.models.redaction import Secrets, without_option_secrets
 
 
 def public_name(agent: str) -> str:
-    """Return an agent's name without the secrets in the command line of a program."""
+    """Return an agent's name without the secrets in a program's command line."""
     return Secrets.of_command("").redact(without_option_secrets(agent)) if is_exec(agent) else agent
 
 
 def single_value(option: str) -> Callable[[Sequence[str]], str]:
-    """Return a reader for an option that may be given only once; it raises SettingError on more values."""
+    """Return a function that reads an option that may be given only once; it raises SettingError on more values."""
 
     def read(texts: Sequence[str]) -> str:
         if len(texts) == 1:
             return texts[0]
         given = ", ".join(map(public_name, texts))
         raise SettingError(
-            f"{option} is given {len(texts)} times ({given}), but a run has one. Run each with a separate --log-dir, "
-            "then compare them: vigil score RUN RUN."
+            f"{option} is given {len(texts)} times ({given}), but a run takes only one. Run each with a separate "
+            "--log-dir, then compare them: vigil score RUN RUN."
         )
 
     return read
 
 
 def read_model_args(pairs: Sequence[str]) -> dict[str, Any]:
-    """Return K=V pairs as a mapping; a value that is not JSON is a string. Raises SettingError."""
+    """Return the pairs `K=V` as {K: V}; a value that is not JSON is a string. Raises SettingError."""
     found: dict[str, Any] = {}
     for pair in pairs:
         name, sign, value = pair.partition("=")

@@ -1,6 +1,6 @@
-"""Plan of a run: everything that its settings decide, worked out once, before anything is started.
+"""Plan of a run: everything that follows from its settings, worked out once, before anything is started.
 
-Only this module and the command line read `RunSettings`. What plays, writes or estimates a run reads its plan.
+Only this module and the command line read `RunSettings`. Code that plays, writes or estimates a run reads its plan.
 """
 
 import hashlib
@@ -36,19 +36,19 @@ from vigil.runner.workers.messages import WorkerPlan
 from vigil.sim import BACKENDS
 
 RUNS_FOLDER = Path("runs")
-"""Folder of runs for which none is set."""
+"""Parent folder of runs for which no folder is set."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Execution:
-    """How a run is carried out, which is not part of its identity. Fields named as in `RunSettings` mean the same."""
+    """Settings of a run that are not part of its identity. `RunSettings` explains fields of the same name."""
 
     folder: Path
     """Folder of the run."""
     input_paths: Mapping[str, str]
     """Paths of the run's inputs, for its header."""
     timeout_s: float
-    """Time limit of a worker's answer, in seconds."""
+    """Time limit, in seconds, of one answer of a worker."""
     first_wait_s: float
     workers: int | None
     executor: Literal["local", "ray"]
@@ -67,18 +67,18 @@ class RunPlan:
 
     pack: Pack
     episodes: tuple[Episode, ...]
-    """Episodes to play, sorted by id; for a shard, its part of them."""
+    """Episodes to play, sorted by id; for a shard, only the shard's part of them."""
     spec: RunSpec
     """Identity of the run: the condition, the player, and the ids of all shards' episodes."""
     worker: WorkerPlan
-    """Plan of each simulator worker, with the agent that plays inside; the run's folder adds its id and frames."""
+    """Plan of each simulator worker, with the agent that plays in it; the run's id and frame folder are set later."""
     endpoint: Endpoint | None
-    """Model that plays from the main process; None when an agent plays inside the workers."""
+    """Model that is asked from the main process; None when an agent plays inside the workers."""
     execution: Execution
     forks: ForkPlan | None
     """Plays that the episodes continue; None if they begin at their start."""
     secrets: Secrets = field(repr=False)
-    """Values that must not be in a file, message or table of the run."""
+    """Values that must not appear in a file, message or table of the run."""
 
 
 def plan_run(settings: RunSettings, loaded: Pack | None = None) -> RunPlan:
@@ -176,14 +176,14 @@ def _secrets(settings: RunSettings, endpoint: Endpoint | None) -> Secrets:
 
 
 def _same_fields(settings: RunSettings, plan: type) -> dict[str, Any]:
-    """Return the values of the settings that a part of the plan takes unchanged, under the same names."""
+    """Return {name: value} of those settings that are also fields of the class `plan`."""
     changed = {"pack", "profile", "agent", "timeout_s"}
     shared = {one.name for one in fields(plan)} & {one.name for one in fields(settings)} - changed
     return {name: getattr(settings, name) for name in shared}
 
 
 def _spec(settings: RunSettings, pack: Pack, **facts: Any) -> RunSpec:
-    """Return the identity of the settings' run; `facts` are the fields that do not follow from settings alone."""
+    """Return the identity of the run with these settings; `facts` are fields that do not follow from settings alone."""
     if facts["agent_kind"] == "exec" and settings.agent is not None:
         facts["agent_files"] = file_hashes(settings.agent, Path.cwd())
         facts["keep_program"] = settings.keep_program
@@ -227,7 +227,7 @@ def input_paths(pack: Pack, asset_database: Path | None) -> dict[str, str]:
 
 
 def profile_of(settings: RunSettings) -> Profile:
-    """Return the evaluation profile of the settings. Raises SettingError on an unknown one."""
+    """Return the evaluation profile of the settings. Raises SettingError if the profile is unknown."""
     asked = settings.profile
     if asked not in PROFILE_NAMES:
         hint = did_you_mean(asked, PROFILE_NAMES)
@@ -261,7 +261,8 @@ def endpoint_of(settings: RunSettings) -> Endpoint:
 
 
 def _sampling_of(settings: RunSettings) -> dict[str, Any]:
-    """Return the fields of each request other than its messages: those that were set, and the thinking switch.
+    """Return the fields that each request has besides its messages: the user's sampling settings, and the thinking
+    switch.
 
     Raises SettingError when settings contradict each other.
     """
@@ -291,7 +292,7 @@ def _check_player(settings: RunSettings) -> AgentKind:
 
 
 def _folder_name(spec: RunSpec) -> str:
-    """Return the name of a run's folder if none is set: it depends only on the run's identity."""
+    """Return the default name of a run's folder. It depends only on the run's identity."""
     identity = spec.model_copy(update={"base_url": None, "agent_files": {}}).model_dump_json()
     words = "".join(char if char.isalnum() or char in "._" else "-" for char in f"{spec.pack}-{spec.agent}")
     if spec.shard is not None:

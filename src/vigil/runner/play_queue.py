@@ -1,4 +1,4 @@
-"""Queue of the assignments that remain, in which a worker does not play both twins of a pair in a row."""
+"""Queue of the assignments that remain. It prevents a worker from playing both twins of a pair in succession."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping
@@ -7,17 +7,17 @@ from vigil.runner.workers.messages import Assignment
 
 
 class PlayQueue:
-    """Queue of assignments in order, except that it skips what a worker should not play next."""
+    """Queue of assignments. They are taken in order, but assignments that a worker should not play next are skipped."""
 
     def __init__(self, assignments: Iterable[Assignment], pairs: Mapping[str, str]) -> None:
-        """`pairs` maps each episode that has a twin to its pair."""
+        """`pairs` maps the id of each episode that has a twin to the name of the pair."""
         self._waiting = deque(assignments)
         self._pairs = pairs
 
     def take(self, last: Assignment | None) -> Assignment | None:
-        """Return the next assignment for a worker that has played `last`; None when nothing is left.
+        """Return the next assignment for a worker that has just played `last`; None when nothing is left.
 
-        The twin of `last`, and the same episode in another epoch, come later unless nothing else is left.
+        The twin of `last`, and the same episode in another epoch, are only taken if nothing else is left.
         """
         if not self._waiting:
             return None

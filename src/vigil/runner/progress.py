@@ -19,14 +19,14 @@ class RunProgress:
     """State of a run."""
 
     total: int
-    """Number of episodes, times epochs."""
+    """Number of planned plays: episodes times epochs."""
     done: int
     """Number of plays with a row that is not an error."""
     errors: int
     W: float | None
-    """Rate of W over the finished plays; None before the first."""
+    """Rate of W over the finished plays; None before the first play is finished."""
     B: float | None
-    """Rate of B over the finished plays; None before the first."""
+    """Rate of B over the finished plays; None before the first play is finished."""
     steps: int
     """Number of replies in this session."""
     elapsed_s: float
@@ -36,14 +36,14 @@ class RunProgress:
     cost: float | None
     """Cost of all replies in the run's records, including earlier sessions; None if unknown."""
     latest: Outcome | None
-    """Outcome of the episode that has just ended; None for an error, and before the first."""
+    """Outcome of the episode that has just ended; None for an error, and before the first episode has ended."""
     retry_reason: str | None = None
-    """Latest failure that is being retried since an episode last ended; None without one."""
+    """Latest failure that led to a retry after the last finished episode; None without a failure."""
     warning: str | None = None
     """Warning for the user, or None.
 
-    Each is given once: the first error, mostly invalid replies, a server that seems to cut the dialogue, and a model
-    that seems to use other coordinates.
+    There are four warnings, each given once: a first error, too many invalid replies, a server that seems to cut the
+    dialogue, and a model that seems to use other coordinates.
     """
 
 
@@ -54,7 +54,7 @@ EPISODES_BEFORE_WARNING = 10
 WARNING_SHARE = 0.5
 """Share of invalid replies above which there is a warning."""
 MAX_LISTED_REASONS = 3
-"""Maximum number of reasons that this warning names."""
+"""Maximum number of reasons that the warning about invalid replies names."""
 CLICKS_BEFORE_WARNING = 5
 """Least number of clicks outside the frame before a warning about coordinates."""
 WARNING_OUT_OF_FRAME_SHARE = 0.2
@@ -84,9 +84,9 @@ class ProgressCounter:
         self._retry_reason: str | None = None
         self._seen_episodes = self._seen_replies = 0
         self._reasons: Counter[str] = Counter()
-        """Number of invalid replies by reason; like the other counts it covers all sessions of the run."""
+        """Number of invalid replies for each reason, in all sessions of the run."""
         self._clicks = self._clicks_out_of_frame = 0
-        """Numbers of all clicks, and of those outside the frame or in fractions."""
+        """Number of all clicks, and number of clicks outside the frame or in fractions."""
         self._has_warned_of_invalid_replies = self._has_warned_of_cut = self._has_warned_of_coordinates = False
         self._started = time.monotonic()
         for record in records:
@@ -126,12 +126,12 @@ class ProgressCounter:
         )
 
     def note_retry(self, retry_reason: str) -> None:
-        """Report the reason why something is retried."""
+        """Report that a request or episode is tried again, and why."""
         self._retry_reason = retry_reason
         self._report(None)
 
     def _invalid_replies_warning(self) -> str | None:
-        """Return the warning about invalid replies, once, when more than half are invalid after the first episodes."""
+        """Return the warning that more than half of the replies are invalid, or None. It is returned only once."""
         invalid = self._reasons.total()
         is_due = self._seen_episodes >= EPISODES_BEFORE_WARNING and invalid > WARNING_SHARE * self._seen_replies
         if self._has_warned_of_invalid_replies or not is_due:
@@ -146,7 +146,7 @@ class ProgressCounter:
         )
 
     def _cut_dialogue_warning(self, record: EpisodeRecord) -> str | None:
-        """Return the warning about a server that cuts dialogues, once."""
+        """Return the warning that the server cuts dialogues, or None. It is returned only once."""
         found = None if self._has_warned_of_cut else find_shrunk_request(record, self._profile)
         if found is None:
             return None
@@ -158,7 +158,7 @@ class ProgressCounter:
         )
 
     def _coordinates_warning(self) -> str | None:
-        """Return the warning about a model that uses other coordinates than requested, once."""
+        """Return the warning that the model uses other coordinates, or None. It is returned only once."""
         is_due = self._clicks_out_of_frame >= CLICKS_BEFORE_WARNING
         is_due &= self._clicks_out_of_frame > WARNING_OUT_OF_FRAME_SHARE * self._clicks
         if self._has_warned_of_coordinates or not is_due:

@@ -32,15 +32,15 @@ from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.ray_worker import CPUS, RayProcess
 
 CONNECT_TIMEOUT_S = 10.0
-"""Time limit for an address to answer, in seconds."""
+"""Time, in seconds, that a cluster's address may take to answer."""
 NODE_TIMEOUT_S = 120.0
-"""Time limit for a node to report its facts, in seconds."""
+"""Time, in seconds, that a node may take to report its facts."""
 HTTP2_PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
-"""First bytes from a Ray client; Ray answers them in binary, other servers in text."""
+"""First bytes that a Ray client sends; Ray answers them in binary, other servers in text."""
 MAX_LISTED = 5
 """Maximum number of unfit nodes that a message names."""
 MISSING = "missing"
-"""Fact about a file that a node does not have."""
+"""Value of a fact about a file that a node does not have."""
 _HASH_DIGITS = 12
 
 
@@ -49,16 +49,17 @@ class RayCluster:
     """A cluster whose nodes can play the run."""
 
     plan: WorkerPlan
-    """Plan for the workers on its nodes."""
+    """Plan for the workers on the cluster's nodes."""
     cpus: int
-    """Number of workers for which it has CPUs."""
+    """Number of workers for which the cluster has CPUs."""
     start: StartProcess
     """Function that starts a worker's process."""
 
 
 @contextmanager
 def connect_cluster(address: str | None, plan: WorkerPlan) -> Generator[RayCluster, None, None]:
-    """Connect to the cluster at `address`, else at RAY_ADDRESS, else this machine's, else a new one.
+    """Connect to the cluster at `address`, or else at RAY_ADDRESS, or else on this machine; if there is none, start a
+    cluster.
 
     Raises SettingError when no cluster answers, or when one of its nodes cannot play the run.
     """
@@ -97,7 +98,7 @@ def node_facts(plan: WorkerPlan, folder: Path) -> dict[str, str]:
 
 
 def node_objection(plan: WorkerPlan, folder: Path, wanted: Mapping[str, str]) -> str:
-    """Return a sentence that says how this node differs from the facts in `wanted`; empty when it does not."""
+    """Return a sentence that says how this node differs from the facts in `wanted`; empty when it does not differ."""
     found = node_facts(plan, folder)
     wrong = [
         f"{name} is {found.get(name, MISSING)} there, {value} here"
@@ -111,7 +112,7 @@ def node_objection(plan: WorkerPlan, folder: Path, wanted: Mapping[str, str]) ->
 
 
 def _connect(address: str | None) -> None:
-    """Connect Ray to an address, or without one to any cluster. Raises SettingError when no cluster answers."""
+    """Connect Ray to `address`; with None, to any cluster. Raises SettingError when no cluster answers."""
     where = "A local Ray" if address is None else f"Ray at {address!r}"
     if address not in (None, "auto", "local"):
         _check_answers(address)
@@ -124,7 +125,7 @@ def _connect(address: str | None) -> None:
 
 
 def _check_answers(address: str) -> None:
-    """Raise SettingError when nothing, or something other than Ray, answers; Ray itself would try for two minutes."""
+    """Raise SettingError unless Ray answers at `address`. This is quick; Ray itself would try for two minutes."""
     host, _, port = address.rpartition(":")
     if not host or not port.isdecimal() or "/" in host:
         raise SettingError(
@@ -142,7 +143,7 @@ def _check_answers(address: str) -> None:
 
 
 def _nodes() -> list[dict[str, Any]]:
-    """Return the nodes that can hold a simulator. Raises SettingError when there is none."""
+    """Return the nodes that can hold a simulator. Raises SettingError when there are none."""
     nodes: list[dict[str, Any]] = ray.nodes()
     found = [node for node in nodes if node["Alive"] and node["Resources"].get("CPU", 0) >= CPUS]
     if not found:
@@ -151,7 +152,7 @@ def _nodes() -> list[dict[str, Any]]:
 
 
 def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
-    """Raise SettingError when a node cannot play the run; all are asked at once, and a lost node is left out."""
+    """Raise SettingError when a node cannot play the run. All nodes are asked at once; a lost node is left out."""
     asked = ray.remote(num_cpus=0, max_retries=0)(node_objection)
     coming: list[tuple[dict[str, Any], Any]] = []
     for node in nodes:
@@ -184,7 +185,7 @@ def _with_absolute_paths(plan: WorkerPlan) -> WorkerPlan:
 
 
 def _portable_path(pack: Path) -> Path:
-    """Return the absolute path of a pack, or the name of a packaged one."""
+    """Return the absolute path of a pack, or the name of a pack that comes with VIGIL."""
     return Path(pack.name) if pack.parent == PACKAGED else pack.absolute()
 
 

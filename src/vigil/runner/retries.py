@@ -2,12 +2,13 @@
 
 - A request that fails because of transport, a rate limit, an outage or a time-out is sent again `RetryPolicy.retries`
   times (`vigil.runner.models.ask`); then its episode ends as `error`.
-- A request that the provider rejects because of its content or length is sent `MAX_REJECTIONS` times in all. Then its
-  episode ends as `error` before the agent's first reply; after it, the rejection is a protocol failure of the agent.
+- A request that the provider rejects because of its content or length is sent `MAX_REJECTIONS` times in all. If the
+  agent has not replied yet in the episode, the episode then ends as `error`. Otherwise the rejection counts as a
+  protocol failure of the agent.
 - An episode that ends as `error`, but not because of a model, is played `ATTEMPTS` times in all (`vigil.runner.run`).
 - An episode whose worker is lost continues in another worker `MAX_RESTORES` times (`vigil.runner.workers.pool`).
 
-The same command plays an episode that ended as `error` again.
+If the same command is given again, it plays the episodes that ended as `error` again.
 """
 
 from collections.abc import Callable
@@ -25,7 +26,8 @@ MAX_RESTORES = 2
 
 @dataclass(frozen=True, slots=True)
 class RetryPolicy:
-    """Number of retries and waits between them: doubling, with jitter, and longer if the provider asks for it."""
+    """The number of retries, and the waits before them. Each wait is twice the previous wait, with random jitter,
+    unless the provider asks for another wait."""
 
     retries: int = 8
     first_wait_s: float = 1.0
@@ -34,14 +36,14 @@ class RetryPolicy:
     """Function that is called with a line about each failure before it is retried."""
 
     def wait_s(self, state: RetryCallState) -> float:
-        """Return the seconds to wait after a failed attempt: half of them fixed, half of them random."""
+        """Return the seconds to wait after a failed attempt. One half is fixed, the other random."""
         half = {"multiplier": self.first_wait_s / 2, "max": self.longest_wait_s / 2}
         own = (wait_exponential(**half) + wait_random_exponential(**half))(state)
         asked_s = getattr(_failure(state), "wait_s", None)
         return own if asked_s is None else max(own, min(asked_s, self.longest_wait_s))
 
     def report_retry(self, state: RetryCallState) -> None:
-        """Report a failed attempt before the wait."""
+        """Report a failed attempt before the wait for the next attempt."""
         self.on_retry(f"try {state.attempt_number + 1} in {state.upcoming_sleep:.0f} s after {_failure(state)}")
 
 

@@ -1,8 +1,8 @@
-"""Running a pack: a plan in, a folder of records out.
+"""Running a pack: carry out a plan, and write a folder of records.
 
-Scripted, privileged and `exec:` agents play inside the simulator workers, one episode at a time in each. Models play
-from the main process, many episodes at once (`vigil.runner.inspect_task`). The run's folder decides what remains to be
-played.
+Scripted, privileged and `exec:` agents play inside the simulator workers, one episode at a time in each worker. Models
+play from the main process, many episodes at once (`vigil.runner.inspect_task`). The records in the run's folder decide
+which episodes are still to be played.
 """
 
 import asyncio
@@ -54,9 +54,9 @@ class RunResult:
     folder: Path
     header: RunHeader
     episodes: tuple[Episode, ...]
-    """Episodes that the run plans to play; for a shard, its part of them."""
+    """Episodes that the run plans to play; for a shard, only the shard's part of them."""
     records: tuple[EpisodeRecord, ...]
-    """Effective rows, including errors."""
+    """Effective rows (for each play, the row that counts), including errors."""
     resumed: int
     """Number of rows from earlier sessions."""
     tokens: RunTokens
@@ -64,7 +64,7 @@ class RunResult:
     partial_line_file: Path | None = None
     """File with the incomplete last line of a killed run; None when there was none."""
     notes: tuple[str, ...] = ()
-    """Notes on rows from earlier sessions: which of them do not count, and why."""
+    """Notes that say which rows from earlier sessions do not count, and why."""
     probes: ProbeTable | None = None
     """Probes of all sessions; None if this session asked none."""
 
@@ -90,7 +90,7 @@ class _RunSession:
     """Log of the probes; None if the run asks none."""
 
     def pending(self) -> list[Assignment]:
-        """Return the assignments that remain, by epoch and house, with twins far from each other."""
+        """Return the assignments that remain, sorted by epoch and house, with twins far from each other."""
         forks = self.plan.forks
         return [
             Assignment(episode, epoch, fork=None if forks is None else forks.fork(episode))
@@ -119,7 +119,7 @@ class _RunSession:
         return Prober(asked, self.plan.spec.profile, ask, self.probes, header.sha256, redact)
 
     async def play(self, assignment: Assignment, player: Player) -> EpisodeRecord:
-        """Play an episode until it ends without error, at most ATTEMPTS times, waiting longer each time; save its row.
+        """Play an episode until it ends without error, at most ATTEMPTS times with growing waits, and save its row.
 
         Raises InfrastructureError after MAX_ERRORS_IN_A_ROW consecutive errors.
         """
@@ -142,7 +142,7 @@ class _RunSession:
         return record
 
     async def _attempt(self, assignment: Assignment, player: Player) -> EpisodeRecord:
-        """Play an episode once. Secrets are removed from an error's message; replies are evidence and stay."""
+        """Play an episode once. Secrets are removed from an error's message, not from replies, which are evidence."""
         key, attempts = (assignment.episode.id, assignment.epoch), self.folder.attempts
         this = replace(assignment, attempt=attempts.count(key) + 1)
         record = await player.play(this, lambda: attempts.begin(key))
@@ -154,8 +154,9 @@ class _RunSession:
     def _is_played_again(self, record: EpisodeRecord) -> bool:
         """Return whether an episode is played again after this attempt.
 
-        A failure of a model is not retried here, because each request was retried before. Neither is an episode whose
-        program saw a frame before its worker was finally lost, because the program would know the episode.
+        A failure of a model is not retried here, because each request was already retried. An episode is not played
+        again, either, if its program saw a frame before the worker was finally lost: the program would know the
+        episode.
         """
         boundary = None if record.error is None else record.error.boundary
         has_seen_frame = self.folder.attempts.count(record.key) >= record.attempt
@@ -176,7 +177,7 @@ def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None)
 def play_run(plan: RunPlan, *, on_progress: OnProgress = lambda _: None) -> RunResult:
     """Play what remains of a planned run and return the result; `on_progress` is called with each new state.
 
-    Raises InputError (invalid settings, or another run in the folder), ModelAPIError when images do not reach the
+    Raises InputError for invalid settings or a folder with another run, ModelAPIError when images do not reach the
     model, SimulatorError when a simulator cannot start, and KeyboardInterrupt. All episodes played so far are saved.
     """
     execution = plan.execution
@@ -264,7 +265,7 @@ def _pool(run: _RunSession, most: int) -> Generator[SimulatorPool, None, None]:
 
 
 async def _play_in_workers(run: _RunSession, pool: SimulatorPool, assignments: Sequence[Assignment]) -> None:
-    """Play with the agent inside the workers, as many episodes at once as there are workers."""
+    """Play with the agent inside the workers; each worker plays one episode at a time."""
     waiting = PlayQueue(assignments, run.plan.pack.pairs)
     run_id, may_resume = run.folder.header.run_id, run.plan.spec.agent_kind == "exec"
 
@@ -279,7 +280,7 @@ async def _play_in_workers(run: _RunSession, pool: SimulatorPool, assignments: S
 def _play_with_model(
     run: _RunSession, endpoint: Endpoint, pool: SimulatorPool, assignments: Sequence[Assignment]
 ) -> None:
-    """Play with a model in this process."""
+    """Play with a model that is asked from this process."""
     # Inspect takes a second or two to import, and only runs of models need it.
     from vigil.runner.inspect_task import evaluate  # noqa: PLC0415
     from vigil.runner.models.inspect_model import ModelClient, preflight  # noqa: PLC0415

@@ -1,7 +1,7 @@
-"""A run's folder: `run.json` says what the run is, and the append-only `episodes.jsonl` decides what has been played.
+"""A run's folder: `run.json` says what the run is, and the append-only `episodes.jsonl` says what has been played.
 
-The same command continues a run, and a command that names more episodes extends it. A command with other settings is
-refused with a message that names the difference.
+The same command continues a run, and a command with more episodes extends it. A command with other settings is refused
+with a message that names the difference.
 """
 
 import hashlib
@@ -57,7 +57,7 @@ class RunFolder:
     def __init__(
         self, path: Path, header: RunHeader, log: RecordLog, notes: tuple[str, ...], agent_files: dict[str, str]
     ) -> None:
-        """`notes` say which rows could not be checked; `agent_files` are those of this session."""
+        """`notes` say which rows could not be checked; `agent_files` are the hashes of this session's program files."""
         self.path = path
         self.header = header
         self._log = log
@@ -76,11 +76,11 @@ class RunFolder:
         *,
         force: bool = False,
     ) -> "RunFolder":
-        """Return the folder of the run `spec`, new or to be continued; `input_paths` go into its header.
+        """Return the folder of the run `spec`: a new one, or one in which the run continues.
 
-        `force` continues a run even if its program has changed. `episodes` are those of the pack; rows that do not
-        belong to this run do not count. A folder without recorded rows may be reused. Raises RecordError when the
-        folder has another run.
+        `input_paths` go into the header. `force` continues a run even if the agent's program has changed. `episodes`
+        are all episodes of the pack; rows that do not belong to this run do not count. A folder without recorded rows
+        may be reused. Raises RecordError when the folder has another run.
         """
         rows = path / EPISODES_FILE
         refuse_outward_links(path, RecordError)
@@ -130,7 +130,7 @@ class RunFolder:
         return self.path / INSPECT_FOLDER
 
     def records(self) -> list[EpisodeRecord]:
-        """Return the effective rows, sorted by episode and epoch."""
+        """Return the effective rows (for each play, the row that counts), sorted by episode and epoch."""
         return [self._log.rows[key] for key in sorted(self._log.rows)]
 
     def is_done(self, episode_id: str, epoch: int) -> bool:
@@ -149,7 +149,7 @@ class RunFolder:
     def append(self, record: EpisodeRecord) -> None:
         """Write one row of this run and its saved reasoning; both are on disk when this returns.
 
-        Raises RecordError when it cannot be written.
+        Raises RecordError when they cannot be written.
         """
         self._log.append(store_reasoning(self.path, self.header.stamp(record)))
 
@@ -161,8 +161,9 @@ class RunFolder:
         recorded = self.header.simulator_version
         if recorded and recorded != facts.simulator:
             raise RecordError(
-                f"Run {str(self.path)!r} was begun with simulator {recorded!r}, but this is {facts.simulator!r}. "
-                "Continue it with the same version, or start a new run in another folder."
+                f"Run {str(self.path)!r} was begun with simulator {recorded!r}, but the simulator is now "
+                f"{facts.simulator!r}. Continue the run with the same version, or start a new run in another "
+                "folder."
             )
         self._update(simulator_version=facts.simulator, ended=None, **self._session(facts.renderer))
 
@@ -186,7 +187,7 @@ class RunFolder:
         return {"resumed": (*self.header.resumed, session)}
 
     def note_provider(self, answered: ProviderFacts) -> None:
-        """Add the facts about the provider that answered to this session in the header."""
+        """Add facts from the provider's answers to this session's entry in the header."""
         if not self._is_resumed:
             self._update(answered=answered)
             return
@@ -194,23 +195,23 @@ class RunFolder:
         self._update(resumed=(*earlier, session.model_copy(update={"answered": answered})))
 
     def note_prices(self, prices: Prices) -> None:
-        """Add the prices for the cost of the run to the header."""
+        """Add prices to the header. The cost of the run is computed from these prices."""
         if self.header.prices != prices:
             self._update(prices=prices)
 
     def note_end(self) -> None:
-        """Add the time at which the run ended to the header, unless it has one."""
+        """Add the run's end time to the header, unless the header already has it."""
         if self.header.ended is None:
             self._update(ended=datetime.now(UTC))
 
     def close(self) -> None:
-        """Release the folder to other processes; remove a new folder in which nothing was recorded or logged."""
+        """Release the folder to other processes. A new folder in which nothing was recorded or logged is removed."""
         try:
             files = (file for file in self.path.rglob("*") if file.is_file())
             others = (file for file in files if file.name not in (HEADER_FILE, EPISODES_FILE))
             is_empty = not self._log.count and not any(file.stat().st_size for file in others)
             if self._log.made_folder and is_empty:
-                # While it is locked; it is renamed first, so that no process opens a partly removed folder.
+                # Remove the folder while it is locked. Rename it first, so that no process opens it partly removed.
                 gone = self.path.with_name(f"{self.path.name}.empty-{os.getpid()}")
                 self.path.rename(gone)
                 shutil.rmtree(gone)
@@ -236,12 +237,12 @@ def write_header(path: Path, header: RunHeader) -> None:
 
 
 def new_nonce() -> str:
-    """Return a random string that distinguishes a run from others of the same name and settings."""
+    """Return a random string that distinguishes a run from other runs with the same name and settings."""
     return secrets.token_hex(16)
 
 
 def source_state() -> tuple[str | None, bool | None]:
-    """Return the commit of VIGIL's own checkout and whether it is dirty; (None, None) outside one."""
+    """Return the commit of VIGIL's checkout and whether it has changes; (None, None) outside of a checkout."""
     root = Path(__file__).parents[3]
     if not (root / ".git").exists():
         return None, None
@@ -263,7 +264,7 @@ def host_facts() -> dict[str, str]:
 
 
 def _processor() -> str:
-    """Return the processor's name and a hash of its features, on which the results of libraries depend."""
+    """Return the processor's name and a hash of its features; results of numerical libraries depend on the features."""
     try:
         text = CPU_FACTS.read_text()
     except OSError:
@@ -308,8 +309,9 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
     others = header.spec.versions.differences()
     if others:
         raise RecordError(
-            f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows of both could not be "
-            "compared. Continue it with the version of vigil that began it, or give another --log-dir for a new run."
+            f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows that were "
+            "played under different versions cannot be compared. Continue it with the version of vigil that began "
+            "it, or give another --log-dir for a new run."
         )
     header = _with_more_episodes(header, spec)
     differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))
@@ -332,9 +334,10 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
 
 
 def _with_more_episodes(header: RunHeader, spec: RunSpec) -> RunHeader:
-    """Return the header with the episodes of `spec`, if these include all of the header's and more.
+    """Return the header. If `spec` has all episodes of the header and more, the returned header has the episodes of
+    `spec`.
 
-    A shard does not grow, because more episodes would be divided into different shards.
+    A shard cannot be extended, because more episodes would be divided into different shards.
     """
     if header.spec.shard is None and set(header.spec.episode_ids) < set(spec.episode_ids):
         return header.model_copy(update={"spec": header.spec.model_copy(update={"episode_ids": spec.episode_ids})})
@@ -342,7 +345,7 @@ def _with_more_episodes(header: RunHeader, spec: RunSpec) -> RunHeader:
 
 
 def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
-    """Yield a text for each value at or below `place` that differs, except those of `_IGNORED_DIFFERENCES`."""
+    """Yield a text for each value at or below `place` that differs, without the fields `_IGNORED_DIFFERENCES`."""
     if is_object(there) and is_object(here):
         for name in sorted(there.keys() | here.keys()):
             if name not in _IGNORED_DIFFERENCES:
@@ -352,6 +355,6 @@ def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
 
 
 def abbreviated(value: Any) -> str:
-    """Return the text of a value for a message, or only the number of items of a longer list or tuple."""
+    """Return the text of a value for a message; for a long list or tuple, only the number of its items."""
     items: list[Any] = list(cast("list[Any]", value)) if isinstance(value, list | tuple) else []
     return f"{len(items)} of them" if len(items) > 3 else shorten(repr(cast("object", value)), MAX_PART_CHARS)

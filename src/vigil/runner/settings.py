@@ -1,4 +1,4 @@
-"""Settings of a run, as a user gives them. `vigil.runner.plan` works out what follows from them."""
+"""Settings of a run, as a user gives them. `vigil.runner.plan` computes everything that follows from them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -64,7 +64,7 @@ class RunSettings:
             repeats=True,
         ),
     ] = None
-    """A scripted agent, `exec:COMMAND`, or a privileged one that `agent_factory` makes."""
+    """Name of a scripted agent, `exec:COMMAND`, or name of a privileged agent that `agent_factory` makes."""
     agent_factory: PrivilegedFactory | None = None
     model: Annotated[
         str | None,
@@ -77,9 +77,10 @@ class RunSettings:
     ] = None
     base_url: BaseUrl = None
     api_key_env: ApiKeyEnv = None
-    """Environment variable with the key; None for the provider's variable, whose key is sent only to its hosts."""
+    """Environment variable with the key; None for the provider's usual variable, whose key is sent only to the
+    provider's hosts."""
     log_dir: LogDir = None
-    """Folder of the run; None for one under `runs/` that depends only on the settings."""
+    """Folder of the run; None for a folder under `runs/` whose name depends only on the settings."""
     limit: Annotated[
         int | None,
         Setting(
@@ -116,7 +117,7 @@ class RunSettings:
     prompt_variant: PromptVariantOption = "default"
     prompt_template: PromptFileOption = None
     coordinates: CoordinatesOption = None
-    """Coordinate system of the model's clicks; None for the published table's entry for the model."""
+    """Coordinate system of the model's clicks; None for the system that the published table has for the model."""
     reply_policy: Annotated[
         ReplyPolicy,
         Setting(
@@ -128,8 +129,8 @@ class RunSettings:
     shard: Annotated[
         Shard | None,
         Setting(
-            "Split the episodes into N parts and play only part I, e.g. 2/8. Several machines can so "
-            "share a run; `vigil merge` joins the parts.",
+            "Split the episodes into N parts and play only part I, e.g. 2/8, so that several machines can share a "
+            "run; `vigil merge` joins the parts.",
             metavar="I/N",
             read=parse_shard,
         ),
@@ -204,7 +205,7 @@ class RunSettings:
     probe_framing: ProbeFraming = "state"
     backend: Backend = "mujoco"
     simulator_factory: SimulatorFactory | None = None
-    """Factory of a custom simulator; `backend` is then only its name in the header. Must be picklable."""
+    """Function that makes a custom simulator; `backend` is then only its name in the header. It must be picklable."""
     asset_database: AssetFile = None
     reply_seconds: Annotated[
         int, Setting("Time limit of each reply of a model or program.", minimum=1, metavar="SECONDS")
@@ -213,8 +214,9 @@ class RunSettings:
     frame_interval_seconds: Annotated[
         float,
         Setting(
-            "Period at which a program can get frames: a frame is sent a whole number of periods after "
-            "the reply, so that its time reveals nothing. 0 sends each frame as soon as it is ready.",
+            "Length of an interval: a program gets the next frame a whole number of intervals after its reply, so "
+            "that the waiting time does not reveal what the reply did. With 0, each frame is sent as soon as it "
+            "is ready.",
             minimum=0,
             maximum=60,
             metavar="SECONDS",
@@ -231,18 +233,23 @@ class RunSettings:
         int, Setting("Random seed of the order in which episodes are played, and of the scripted agents.")
     ] = 0
     preflight: Annotated[
-        bool, Setting("Skip the check before the run that the model sees pictures and answers in the required form.")
+        bool,
+        Setting(
+            "Skip the check that is made before the run: that the model sees pictures and answers in the required form."
+        ),
     ] = True
     force: Annotated[
         bool,
         Setting(
-            "Play the run although a check failed: the model did not answer the example observation with "
-            "an action, or another model or program answers than when the run began."
+            "Play the run although a check failed: the model did not answer the example observation with an "
+            "action, or the model or program has changed since the run began."
         ),
     ] = False
     reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP, is_option=False)] = False
-    """Whether Inspect's log may hold the episodes of a private pack; only `inspect eval` takes it."""
-    retries: Annotated[int, Setting("Retries of a failed request.", minimum=0, is_option=False)] = 8
+    """Whether Inspect's log may hold the episodes of a private pack; only `inspect eval` has this setting."""
+    retries: Annotated[
+        int, Setting("Number of times that a failed request is sent again.", minimum=0, is_option=False)
+    ] = 8
     first_wait_s: float = 1.0
     """Wait before the first retry of a request, in seconds."""
     longest_wait_s: float = 60.0

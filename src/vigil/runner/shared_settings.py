@@ -1,4 +1,4 @@
-"""Settings that several verbs and dataclasses share, each declared once."""
+"""Settings that several commands and dataclasses share; each is declared once, here."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -65,7 +65,8 @@ ProfileOption = Annotated[
     ),
 ]
 PromptVariantOption = Annotated[
-    PromptVariant, Setting("Wording of the system prompt, one of the paper's two variants.", name="prompt-variant")
+    PromptVariant,
+    Setting("Which of the paper's two wordings of the system prompt the agent gets.", name="prompt-variant"),
 ]
 PromptFileOption = Annotated[
     str | None,
@@ -95,7 +96,7 @@ SystemRoleOption = Annotated[
 ThinkingOption = Annotated[
     Thinking,
     Setting(
-        "Whether the model thinks before it answers, set by the provider's own switch; default leaves the switch alone."
+        "Whether the model thinks before it answers: on and off set the provider's own switch; default does not set it."
     ),
 ]
 PricesOption = Annotated[

@@ -1,6 +1,6 @@
 """Verifying a whole run: workers simulate every recorded episode again from its recorded replies.
 
-Without the run's simulator only the records are checked: each reply must parse to its recorded action.
+With `records_only`, no simulator is needed: each reply must parse to its recorded action, and nothing else is checked.
 """
 
 import asyncio
@@ -35,7 +35,8 @@ class VerifySettings:
     frames: Annotated[
         bool,
         Setting(
-            "Also compare the saved frames with frames drawn again; these are equal only if the renderer is the same."
+            "Also draw the frames again and compare them with the saved frames. They can be equal only if the "
+            "renderer is the same."
         ),
     ] = False
     records_only: Annotated[
@@ -52,9 +53,9 @@ class VerifySettings:
     pack: PackLocation = None
     asset_database: AssetFile = None
     backend: str | None = None
-    """Simulator; None for that of the run."""
+    """Simulator; None for the simulator of the run."""
     exact: bool | None = None
-    """Whether numbers must be bit-identical; None means only on the type of machine that made the run."""
+    """Whether numbers must be bit-identical; if None, only on a machine with the run's facts (`SAME_HOST`)."""
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
@@ -76,18 +77,18 @@ class Verification:
     is_exact: bool
     """Whether numbers had to be bit-identical."""
     is_records_only: bool
-    """Whether only the records were checked, without a simulator and thus without hidden states."""
+    """Whether only the records were checked, without a simulator, so that hidden states were not compared."""
     differences: tuple[FactDifference, ...]
     frames: int = 0
     """Number of frames compared; 0 when not requested, or when no frame was viewed during the run."""
     notes: tuple[str, ...] = ()
-    """Notes on rows that do not belong to the run, and why."""
+    """Notes that say which rows do not belong to the run, and why."""
     left_out: int = 0
-    """Number of rows that do not belong to the run; they are not scored, and a file with any is not verified."""
+    """Number of rows that do not belong to the run and are not scored. If there are any, the run is not verified."""
 
     @property
     def is_verified(self) -> bool:
-        """Whether everything was reproduced as recorded, and the file does not have other rows."""
+        """Whether everything was reproduced as recorded, and every row of the file belongs to the run."""
         return self.checked > 0 and not self.differences and not self.left_out
 
 
@@ -99,7 +100,8 @@ def verify_run(
 ) -> Verification:
     """Return how the records of a run compare with a new simulation of their replies.
 
-    `on_progress` is called with (done, total). Raises RecordError, PackMismatch, SettingError or SimulatorError.
+    `on_progress` is called with the number of done records and of all records. Raises RecordError, PackMismatch,
+    SettingError or SimulatorError.
     """
     settings = settings or VerifySettings()
     saved = read_run(path, settings.pack)
@@ -183,7 +185,7 @@ class _Verifier:
     async def all(
         self, records: Sequence[EpisodeRecord], on_progress: Callable[[int, int], None]
     ) -> list[FactDifference]:
-        """Return the differences of all records, in their order."""
+        """Return the differences of all records, in the order of the records."""
         found: dict[int, list[FactDifference]] = {}
         by_house = sorted(enumerate(records), key=lambda pair: self.pack.episode(pair[1].episode_id).house.name)
         waiting = iter(by_house)

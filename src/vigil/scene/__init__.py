@@ -1,1 +1,1 @@
-"""Geometry of a house, computed from its document: things, solids, outlines and supports, without an engine."""
+"""Geometry of a house, computed from the house document without an engine: things, solids, outlines and supports."""

@@ -1,9 +1,9 @@
-"""Builds the scene of a house: objects get their assets, children rest on their carriers, and doors and windows fill
-their holes.
+"""Builds the scene of a house: gives objects their assets, lays children on their carriers, and puts doors and windows
+into the holes of walls.
 
-A house document gives the centres of bounding boxes. Children in ProcTHOR's houses hover a few centimetres over their
-carriers. The heights of children inside a parent's box (on a fridge's shelf, on a seat) are passed to the maker of the
-parent's asset, which puts surfaces at these heights.
+A house document gives the centre of each object's bounding box. In ProcTHOR's houses, children hover a few centimetres
+above their carriers. Children can also rest inside their parent's box (on a fridge's shelf, on a seat). The maker of
+the parent's asset is given the heights of these children, and puts surfaces there.
 """
 
 import math
@@ -30,29 +30,28 @@ from vigil.scene.things import Scene, Thing, WallPanel
 from vigil.scene.walls import panels_of, place_of_opening, rooms_of
 
 ON_BY_DEFAULT = frozenset({"LightSwitch"})
-"""Categories that are switched on if a house does not state it, so that rooms are lit."""
+"""Categories that are switched on unless the house says otherwise, so that rooms are lit."""
 HOVER_M = 0.07
-"""Heights of children that differ by less than this are one level; children in ProcTHOR's houses hover up to 6 cm."""
+"""Children whose heights differ by less than this lie on one level; children in ProcTHOR's houses hover up to 6 cm."""
 ADAPT_M, FALL_M = 0.25, 2.0
-"""Greatest distance (m) that a child may be lifted, and greatest distance (m) that it may fall, to rest on a surface.
+"""Greatest distances (m) that a child may be moved up (the first) or down (the second) to rest on a surface.
 
-The parent's asset need not have a surface at exactly the height that the house gives.
+The surface of the parent's asset can be higher or lower than the house says.
 """
 GUESSED_SIZE_SLACK_M = 0.5
-"""Greatest distance (m) that a thing of guessed size that belongs on the floor is lowered or lifted to the floor."""
+"""Greatest distance (m) that a thing of guessed size is moved up or down to the floor, if it belongs there."""
 SURFACE_EDGE_M = 0.1
-"""Greatest distance (m) of a child's middle outside a surface's rectangle at which the child can rest on the
-surface."""
+"""A child can rest on a surface if the child's middle is at most this far (m) outside the surface's rectangle."""
 OVERHANG_M = 0.01
 """How far (m) a thing behind a door or in a drawer may reach over the edge of the surface that it lies on."""
 LEVEL_STEP_M = 0.005
 """Step (m) to which the heights of levels are rounded, and least distance (m) of a level from the asset's top."""
 OPENNESS_STEP = 0.02
-"""Step of openness by which a leaf that reaches through a wall is closed until it no longer does."""
+"""A leaf that reaches through a wall is closed in steps of this openness until it no longer reaches through."""
 
 
 def build_scene(house: House, assets: AssetDatabase) -> Scene:
-    """Return the scene of a house; `Scene.notes` says what was guessed or not followed.
+    """Return the scene of a house; `Scene.notes` lists what was guessed, and what in the document was ignored.
 
     Raises HouseError on a duplicate id, a drawer that its furniture does not have, or an invalid floor or wall.
     """
@@ -69,16 +68,18 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
         _add(scene, node, [], assets, partitions)
     for opening in openings:
         if opening.id in scene.things:
-            raise HouseError(f"House {house.name!r}: opening {opening.id!r} has another's id; ids must be unique.")
+            raise HouseError(
+                f"House {house.name!r}: a door or window and an object have the same id {opening.id!r}; ids must "
+                "be unique."
+            )
         scene.things[opening.id] = opening
     return scene
 
 
 def _close_until_clear(thing: Thing, partitions: Partitions) -> list[str]:
-    """Close a leaf that reaches through a wall as far as needed, and return a note on it.
+    """Close a leaf that reaches through a wall until it no longer does; return a note, in a list, if it was closed.
 
-    The leaf gets the largest openness at which it is clear of walls. If this is not above `OPEN_ABOVE`, the leaf is
-    shut.
+    The leaf gets the largest openness at which it is clear of walls, or 0 if this openness is not above `OPEN_ABOVE`.
     """
     wanted = thing.openness
     if wanted == 0.0 or partitions.reaches_through(thing, wanted) is None:
@@ -92,12 +93,13 @@ def _close_until_clear(thing: Thing, partitions: Partitions) -> list[str]:
 def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDatabase, partitions: Partitions) -> None:
     """Add an object, and everything on and in it, to the scene.
 
-    `carriers` are the things that may carry it; the first is its parent in the document.
+    `carriers` are the things that may carry the object; the first is the object's parent in the document.
     """
     if node.id in scene.things:
         raise HouseError(
-            f"Object {node.id!r} has the id of a drawer that {scene.things[node.id].parent!r} has. "
-            "Name the drawer by an asset id that begins with that of its furniture, or give the object another id."
+            f"Object {node.id!r} has the same id as a drawer of {scene.things[node.id].parent!r}. If the object is "
+            "this drawer, give it an asset id that begins with the furniture's asset id; otherwise give the "
+            "object another id."
         )
     entry = assets.look_up(node.asset_id, node.name_in_house)
     if entry.note is not None:
@@ -194,10 +196,9 @@ def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tupl
 
 
 def rest_on_surface(thing: Thing, *carriers: Thing) -> None:
-    """Move `thing` onto the carriers' surface whose height is nearest to its bottom.
+    """Move `thing` onto the surface of a carrier: the surface whose height is nearest to the thing's bottom.
 
-    The thing's parent, surface and joint are set. Nothing changes when no surface below or above the thing is near
-    enough.
+    The thing's parent, surface and joint are set. If no surface is near enough, nothing changes.
     """
     bottom = bounding_box(thing).bottom
     low = Vec3(thing.position.x, bottom, thing.position.z)
@@ -216,9 +217,7 @@ def rest_on_surface(thing: Thing, *carriers: Thing) -> None:
 
 
 def _push_inside(thing: Thing, surface: Surface, frame: Motion) -> None:
-    """Move a thing that would stick out of a closed drawer or door to the place where it sticks out least or not at
-    all.
-    """
+    """Move a thing that would stick out of a closed drawer or door, so that it sticks out as little as possible."""
     box, local = bounding_box(thing), offset_from(frame, thing.position)
     turn = math.radians(box.yaw) - math.atan2(frame.turn[0, 2], frame.turn[2, 2])
     cos, sin = abs(math.cos(turn)), abs(math.sin(turn))

@@ -1,8 +1,8 @@
-"""Furniture whose drawers open one by one: each drawer becomes a separate thing of the scene.
+"""Furniture whose drawers open separately: each drawer becomes a thing of the scene.
 
-A house names a drawer by a child whose asset is a drawer of its parent's asset (`vigil.assets.drawers`). Drawers that
-the house does not name exist too, with the openness of the furniture. A drawer's position follows from the furniture,
-never from the document.
+A house names a drawer by a child object: the child's asset is a drawer of its parent's asset (`vigil.assets.drawers`).
+Drawers that the house does not name exist too, with the openness of the furniture. A drawer's position is computed from
+the furniture's, never read from the document.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from vigil.scene.things import Thing
 
 
 def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
-    """Return the children of an object that are its drawers, by drawer name.
+    """Return drawer name -> child, for those children of an object that are its drawers.
 
     Raises HouseError when two children are the same drawer.
     """
@@ -28,13 +28,15 @@ def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
         if chest_asset_id != node.asset_id:
             continue
         if name in found:
-            raise HouseError(f"{found[name].id!r} and {child.id!r} are both {name!r} of {node.id!r}. Name it once.")
+            raise HouseError(
+                f"{found[name].id!r} and {child.id!r} both name {name!r} of {node.id!r}. Name each drawer only once."
+            )
         found[name] = child
     return found
 
 
 def drawers_in(node: HouseObject, chest: Thing, full_asset: Asset) -> dict[str, Thing]:
-    """Return the drawers of a piece of furniture, by name.
+    """Return the drawers of a piece of furniture: drawer name -> thing.
 
     `full_asset` is the asset of the furniture with all drawers in it, while `chest.asset` is the body alone.
 
@@ -45,7 +47,7 @@ def drawers_in(node: HouseObject, chest: Thing, full_asset: Asset) -> dict[str, 
         if name not in names:
             has = f"has {', '.join(names)}" if names else "has no drawers"
             raise HouseError(
-                f"{child.id!r} is {name!r} of {node.id!r}, which {has}. Name a drawer that the furniture has, or none."
+                f"{child.id!r} names {name!r} of {node.id!r}, which {has}. Name only drawers that the furniture has."
             )
     return {name: _drawer(named.get(name), chest, full_asset, name, node.openness or 0.0) for name in names}
 

@@ -1,8 +1,7 @@
-"""Fidelity: whether the things of a scene are what their house asks for, in shape, place and state.
+"""Fidelity: whether the things of a scene have the shapes, places and states that their house asks for.
 
-The rules have names, and each violation has a measured figure. They require that nothing is shown by a stand-in, that
-shapes fill their boxes, that nothing hovers over its carrier or sinks into it, and that things that can be opened or
-switched have parts that show their state.
+Each rule has a name. No thing may be drawn as a plain box (a stand-in), shapes must fill their boxes, and nothing may
+hover above its carrier or sink into it. Parts must show whether a thing is open or switched on.
 """
 
 from collections.abc import Iterator
@@ -21,15 +20,15 @@ from vigil.scene.supports import drawers_of, surface_frame, surface_named
 from vigil.scene.things import Scene, Thing
 
 BOX_SHARE, BOX_M = 0.02, 0.001
-"""Greatest deviation of a shape from the wanted size, as a share of this size, and deviation (m) that is too small
-to be seen."""
+"""Greatest deviation of a shape from the size that the house asks for: this share of the size plus this many metres,
+which are too few to be seen."""
 GAP_M = 0.002
 MOST_TRIANGLES_ONE_ROOM, MOST_TRIANGLES = 30_000, 100_000
 
 
 @dataclass(frozen=True, slots=True)
 class Mismatch:
-    """A violation of a rule by a thing of a scene."""
+    """A thing that breaks a rule; `message` says how."""
 
     rule: str
     thing: str
@@ -40,10 +39,10 @@ class Mismatch:
 
 
 def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mismatch]:
-    """Return the mismatches of a newly built scene with its house, in the scene's order.
+    """Return the mismatches between a newly built scene and its house, in the order of the scene's things.
 
-    Furniture whose drawers are separate things need not fill its box, because the drawers are missing from it; each
-    drawer must fill its own box.
+    Furniture whose drawers are separate things need not fill its box, because the drawers are missing from it. Each of
+    these drawers must fill its own box.
     """
     asked = {node.id: assets.look_up(node.asset_id, node.name_in_house).size for node, _ in house.objects()}
     return [
@@ -63,15 +62,15 @@ def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mis
 
 
 def too_many_triangles(house: str, triangles: int, rooms: int) -> list[Mismatch]:
-    """Return a mismatch when a house is drawn with more triangles than a house with this number of rooms may have."""
+    """Return a mismatch when a house with this number of rooms is drawn with too many triangles; else an empty list."""
     most = MOST_TRIANGLES_ONE_ROOM if rooms == 1 else MOST_TRIANGLES
     return [Mismatch("triangles", house, f"{triangles}, at most {most}")] if triangles > most else []
 
 
 def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
-    """Yield the mismatch of a thing's size with the size in the house, if there is one.
+    """Yield a mismatch if a thing's size differs from the size that the house asks for.
 
-    The shut shape is compared; a shape that fits when open is also accepted, because AI2-THOR measures laptops open.
+    The thing is measured shut, and also open, because AI2-THOR measures laptops open; one of the two sizes must fit.
     """
     want = np.array(asked)
     sizes = [_extent(thing.asset, openness) for openness in ((0.0, 1.0) if thing.asset.joints else (0.0,))]
@@ -80,7 +79,7 @@ def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
 
 
 def _extent(asset: Asset, openness: float) -> np.ndarray:
-    """Return the size of the drawn parts of an asset that is switched off."""
+    """Return the size of what is drawn of an asset at an openness, without the parts that show only when it is on."""
     meshes = []
     for part in asset.parts:
         joint = joint_of(asset, part.joint)
@@ -95,9 +94,9 @@ def _metres(size: np.ndarray) -> str:
 
 
 def _gap(thing: Thing, scene: Scene) -> Iterator[tuple[str, str]]:
-    """Yield the mismatch of a thing that hovers over its carrier or sinks into it, if it does.
+    """Yield a mismatch if a thing hovers above its carrier or sinks into it.
 
-    A thing on a rail, or on a thing without surfaces, is not checked: it is where the house puts it.
+    A thing on a rail, or on a thing without surfaces, is not checked, because it stays where the house puts it.
     """
     if thing.is_structure or thing.is_drawer:
         return

@@ -1,6 +1,7 @@
-"""The floor of a scene: regions where a body can be, and the shortest walks in them.
+"""The floor of a scene: the regions where the agent's body can be, and the shortest walks in them.
 
-`FreeSpace` makes the regions. `WalkableMap`, `ShortestPaths` and `grid_graph` know polygons and grids only.
+`FreeSpace` computes the regions from things and walls. `WalkableMap`, `ShortestPaths` and `grid_graph` only use
+polygons and grids.
 """
 
 import math
@@ -23,27 +24,27 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 MARGIN_M = 0.03
-"""Distance (m) that planned walks keep from obstacles in addition to the body's radius."""
+"""Distance (m), in addition to the body's radius, that planned walks stay away from obstacles."""
 TIGHT_M = 0.001
-"""Distance (m) that exact walks keep from obstacles in addition to the body's radius."""
+"""Distance (m), in addition to the body's radius, that the regions of exact maps stay away from obstacles."""
 ARC_SEGMENTS = 16
-"""Segments per quarter circle of outlines that are grown."""
+"""Number of segments that approximate each quarter circle when an outline is grown."""
 ROOM_TO_MOVE_M = 0.4
-"""Length (m) of free floor that a start needs ahead or to a side."""
+"""Length (m) of free floor that an agent's start pose needs ahead or to one side."""
 PLAN_CACHE_SIZE = 32
 """Number of arrangements of things for which the free floor is cached."""
 SIDES_DEG = (0.0, -90.0, 90.0)
 PLACES_M = 0.05
-"""Distance (m) between the places of `places_within`."""
+"""Distance (m) between neighbouring places that `places_within` returns."""
 SAME_PLACE_M = 1e-6
-"""Distance (m) from a region within which a place counts as inside."""
+"""A place at most this far (m) from a region counts as inside the region."""
 _RADII = (BODY_RADIUS_M + TIGHT_M, BODY_RADIUS_M + MARGIN_M)
 CELL_M = 0.05
 SNAP_M, TRIED_ENTRIES = 0.45, 200
-"""Greatest distance (m) from a place to the cell where its walks begin, and number of cells tried."""
+"""A walk from a place begins at a cell nearby: greatest distance (m) of this cell, and number of cells tried."""
 SAME_POINT_M = 1e-9
 PATH_CACHE_SIZE = 8
-"""Number of places whose shortest walks a map caches."""
+"""Number of start places whose shortest walks a map caches."""
 _STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 Point2 = tuple[float, float]
@@ -58,9 +59,10 @@ class WalkableMap:
         tight: BaseGeometry | None = None,
         cell_m: float = CELL_M,
     ) -> None:
-        """Make a map of two regions; `roomy` may be a function that is called when the region is first needed.
+        """Make a map of two regions for the body's axis.
 
-        `roomy` keeps a margin from obstacles; `tight` is all that the simulator allows (default: the same).
+        `roomy` has a margin to obstacles; it may be a function, which is called when the region is first needed.
+        `tight` is everything that the simulator allows (default: the same as `roomy`).
         """
         self._given = roomy
         self.tight = self.roomy if tight is None else tight
@@ -70,7 +72,7 @@ class WalkableMap:
 
     @cached_property
     def roomy(self) -> BaseGeometry:
-        """The region that keeps a margin from obstacles."""
+        """The region for the body's axis with a margin to obstacles."""
         region = self._given() if callable(self._given) else self._given
         shapely.prepare(region)
         return region
@@ -107,19 +109,19 @@ class WalkableMap:
 
     @cached_property
     def exact(self) -> "WalkableMap":
-        """The map without margin, which has all places that the simulator allows."""
+        """A map of all places that the simulator allows, without the margin."""
         return WalkableMap(self.tight, self.tight, self._cell_m)
 
     def can_stand(self, point: Point2) -> bool:
-        """Return whether the body's axis may be at a point (x, z), without margin."""
+        """Return whether the body's axis may be at a point (x, z), even in the margin around obstacles."""
         return bool(shapely.contains_xy(self.tight, *point))
 
     def is_straight(self, start: Point2, end: Point2) -> bool:
-        """Return whether the body can go straight from one point to another with a margin."""
+        """Return whether the body can go in a straight line from one point to another and stay in the roomy region."""
         return self.roomy.covers(shapely.LineString([start, end])) if start != end else self.can_stand(start)
 
     def entry(self, point: Point2) -> int | None:
-        """Return the index of the nearest cell to which the body can go straight from `point`; None if none is near."""
+        """Return the index of the nearest cell to which the body can walk straight from `point`; None if it cannot."""
         if not len(self.cells):
             return None
         apart = np.hypot(self.cells[:, 0] - point[0], self.cells[:, 1] - point[1])
@@ -132,14 +134,14 @@ class WalkableMap:
         return None
 
     def walks_from(self, start: Point2) -> "ShortestPaths":
-        """Return the shortest walks from `start` (x, z) to all cells, cached."""
+        """Return the shortest walks from `start` (x, z) to all cells. The walks are cached."""
         if start not in self._walks:
             self._walks[start] = ShortestPaths(self, start)
         return self._walks[start]
 
 
 class ShortestPaths:
-    """The shortest walks from one place: the length (m) to each cell (inf without a way) and the corners."""
+    """The shortest walks from one place to all cells: their lengths (m; inf if a cell is out of reach) and corners."""
 
     def __init__(self, plan: WalkableMap, start: Point2) -> None:
         from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules
@@ -156,7 +158,7 @@ class ShortestPaths:
         self._before = before
 
     def corners_to(self, cell: int) -> list[Point2] | None:
-        """Return the corners (x, z) of the walk to a cell, the cell's centre last; None if there is no way."""
+        """Return the corners (x, z) of the walk to a cell, up to the cell's centre; None if it is out of reach."""
         if not math.isfinite(self.lengths[cell]):
             return None
         trail = []
@@ -168,7 +170,7 @@ class ShortestPaths:
 
 
 def _straightened(plan: WalkableMap, start: Point2, trail: Sequence[Point2]) -> list[Point2]:
-    """Return few of the trail's points such that the body can go straight from each to the next."""
+    """Return a few of the trail's points, such that the body can go straight from each point to the next."""
     corners: list[Point2] = []
     here, at = start, 0
     while at < len(trail):
@@ -188,10 +190,10 @@ def _straightened(plan: WalkableMap, start: Point2, trail: Sequence[Point2]) -> 
 def grid_graph(
     is_open: np.ndarray, step_m: float, costs: np.ndarray | None = None, *, cuts_corners: bool = False
 ) -> "csr_array":
-    """Return the steps between neighbouring open cells of a grid as a graph over all cells, in row-major order.
+    """Return a graph of a grid: its nodes are all cells in row-major order, its edges join neighbouring open cells.
 
-    An edge has the length (m) of its step, times the mean of both cells' `costs` per metre if these are given. A
-    diagonal step needs both cells next to the step open, too, unless it `cuts_corners`.
+    An edge's weight is its length (m), multiplied by the mean of both cells' `costs` (per metre) if these are given. A
+    diagonal edge exists only if the two cells next to it are open, too, unless `cuts_corners`.
     """
     from scipy.sparse import coo_array  # noqa: PLC0415 - loads over 200 modules
 
@@ -211,7 +213,7 @@ def grid_graph(
 
 
 def largest_part(free: np.ndarray) -> np.ndarray:
-    """Return the largest part of a grid's free cells that is connected along the axes; all False without free cells."""
+    """Return a mask of the largest group of free cells that touch along the axes; all False if no cell is free."""
     from scipy import ndimage  # noqa: PLC0415 - loads over 200 modules
 
     labels, count = ndimage.label(free)  # type: ignore[misc]
@@ -219,7 +221,7 @@ def largest_part(free: np.ndarray) -> np.ndarray:
 
 
 def _neighbours(grid: np.ndarray, down: int, aside: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return two views of a grid, in which equal positions hold a cell and its neighbour one step down and aside."""
+    """Return two views of a grid: the cells, and for each its neighbour `down` rows below and `aside` columns right."""
     rows, columns = grid.shape
     if aside >= 0:
         return grid[: rows - down, : columns - aside], grid[down:, aside:]
@@ -227,7 +229,7 @@ def _neighbours(grid: np.ndarray, down: int, aside: int) -> tuple[np.ndarray, np
 
 
 class FreeSpace:
-    """The free floor of a scene, with answers cached for the arrangements of things that were asked about."""
+    """The free floor of a scene. Results are cached for each arrangement of things."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -248,7 +250,7 @@ class FreeSpace:
         return self._plans[key]
 
     def bare(self) -> BaseGeometry:
-        """Return the floor on which nothing stands in the current state."""
+        """Return the part of the floor that no thing and no wall covers in the current state."""
         standing = self._standing()
         key = tuple(standing)
         if key not in self._bare:
@@ -257,7 +259,7 @@ class FreeSpace:
         return self._bare[key]
 
     def _standing(self) -> dict[tuple, "_FloorShapes"]:
-        """Return the outlines of all things that stand on the floor now, by thing and placement."""
+        """Return the outlines of all things that are present and not held, by the thing's id and placement."""
         found: dict[tuple, _FloorShapes] = {}
         for thing in self.scene.things.values():
             if thing.is_present and not thing.is_held:
@@ -271,7 +273,7 @@ class FreeSpace:
         return found
 
     def _free(self, radius: float, standing: list["_FloorShapes"]) -> BaseGeometry:
-        """Return the region for the axis of a body of a radius (m)."""
+        """Return the region in which the axis of a body with this radius (m) can be."""
         return self._floor.difference(
             shapely.unary_union([self._grown_walls[radius], *(each.grown[radius] for each in standing)])
         )
@@ -283,11 +285,11 @@ class _FloorShapes:
 
     shapes: list[BaseGeometry]
     grown: Mapping[float, BaseGeometry]
-    """Radius (m) of a body -> all outlines together, grown by it."""
+    """Radius (m) of a body -> the union of all outlines, grown by this radius."""
 
 
 def has_room_to_move(free: BaseGeometry, pose: Pose) -> bool:
-    """Return whether a body in a free region can go `ROOM_TO_MOVE_M` ahead or to a side from a pose."""
+    """Return whether a body at a pose in a free region can go `ROOM_TO_MOVE_M` ahead or to one side."""
     place = pose.position
     for side in SIDES_DEG:
         x, z = heading(pose.rotation + side)
@@ -298,7 +300,7 @@ def has_room_to_move(free: BaseGeometry, pose: Pose) -> bool:
 
 
 def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
-    """Return whether a body at `place` cannot come within reach of a box in a free region; False if it is outside."""
+    """Return whether a body at `place` cannot walk to within reach of a box; False if `place` is not in `free`."""
     here = shapely.Point(place)
     parts = [part for part in shapely.get_parts(free) if part.distance(here) < SAME_PLACE_M]
     outline = footprint(box)
@@ -306,7 +308,7 @@ def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
 
 
 def places_within(floor: BaseGeometry, box: Box, within_m: float) -> np.ndarray:
-    """Return places (n, 2) in x, z on a floor within a distance (m) of a box: a grid, and points along all edges."""
+    """Return places (n, 2) in x, z on a floor, at most `within_m` from a box: a grid, and points along its border."""
     near = floor.intersection(footprint(box).buffer(within_m, quad_segs=4 * ARC_SEGMENTS))
     if near.is_empty:
         return np.empty((0, 2))

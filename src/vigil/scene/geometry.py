@@ -1,7 +1,7 @@
 """Solid geometry of things: how position, rotation and openness move an asset's prisms, boxes and surfaces.
 
-Only this module maps an asset's frame to the house's frame (`vigil.base.geometry`). It uses neither an engine nor
-state.
+Only this module maps an asset's frame to the house's frame (`vigil.base.geometry`). The module needs no engine and
+stores no state.
 """
 
 import math
@@ -18,7 +18,7 @@ from vigil.base.geometry import Box, Vec3, rotate_floor, wrap_deg
 from vigil.scene.things import Thing
 
 UPRIGHT_WITHIN = 1e-6
-"""Greatest difference from 1 of the vertical component of a prism's axis at which the prism counts as upright."""
+"""A prism counts as upright if the vertical component of its axis differs from 1 by at most this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,13 +26,13 @@ class Prism:
     """An upright convex prism in the house's frame."""
 
     polygon: np.ndarray
-    """Corners (n, 2) as x, z in metres; two for a prism without thickness."""
+    """Corners (n, 2) as x, z in metres; two corners for a prism without thickness."""
     bottom: float
     """Height (m) of the lower face."""
     top: float
     """Height (m) of the upper face."""
     joint: str | None = None
-    """Name of the joint that carries the solid; None for the body."""
+    """Name of the joint that carries this solid; None if the solid belongs to the thing's body."""
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -51,7 +51,7 @@ class Motion:
     """Translation (3,) in metres."""
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """Return points (n, 3) after the motion."""
+        """Return points (n, 3) moved by this motion."""
         return points @ self.turn.T + self.shift
 
     def after(self, first: "Motion") -> "Motion":
@@ -69,18 +69,18 @@ STILL = Motion(np.eye(3), np.zeros(3))
 
 @lru_cache(maxsize=4096)
 def axis_turn(axis: Vec3, angle_deg: float) -> np.ndarray:
-    """Return the rotation matrix (3, 3) about a unit axis, as `Joint` defines it.
+    """Return the matrix (3, 3) of a rotation about a unit axis, in the direction in which `Joint` counts angles.
 
-    The matrix is cached, so it must not be changed.
+    The matrix is cached, so the caller must not change it.
     """
     return turn_about(axis, angle_deg)
 
 
 @lru_cache(maxsize=4096)
 def rotation_matrix(rotation: Vec3) -> np.ndarray:
-    """Return the matrix (3, 3) of Euler angles (deg) applied z, then x, then y.
+    """Return the matrix (3, 3) of Euler angles (deg) that are applied z, then x, then y.
 
-    The matrix is cached, so it must not be changed.
+    The matrix is cached, so the caller must not change it.
     """
     turn_x, turn_y, turn_z = (axis_turn(axis, angle) for axis, angle in zip(_AXES, rotation, strict=True))
     return turn_y @ turn_x @ turn_z
@@ -90,7 +90,7 @@ _AXES = (Vec3(1.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0), Vec3(0.0, 0.0, 1.0))
 
 
 def euler_angles(turn: np.ndarray) -> Vec3:
-    """Return the Euler angles (deg) of a rotation matrix, the inverse of `rotation_matrix`."""
+    """Return the Euler angles (deg) of a rotation matrix; the inverse of `rotation_matrix`."""
     pitch = math.asin(max(-1.0, min(1.0, -float(turn[1, 2]))))
     if abs(turn[1, 2]) > 1.0 - 1e-9:
         return Vec3(math.degrees(pitch), wrap_deg(math.degrees(math.atan2(-turn[2, 0], turn[0, 0]))), 0.0)
@@ -105,7 +105,7 @@ def place_of(thing: Thing) -> Motion:
 
 
 def joint_motion(joint: Joint, openness: float) -> Motion:
-    """Return the motion, in the asset's frame, of the parts that a joint carries, from closed to the given openness."""
+    """Return the motion that takes the parts on a joint from closed to an openness, in the asset's frame."""
     if joint.kind == "slide":
         return Motion(np.eye(3), np.array(joint.axis) * joint.travel * openness)
     turn = axis_turn(joint.axis, joint.travel * openness)
@@ -114,16 +114,16 @@ def joint_motion(joint: Joint, openness: float) -> Motion:
 
 
 def joint_of(asset: Asset, name: str | None) -> Joint | None:
-    """Return an asset's joint of that name; None if `name` is None (the body) or unknown."""
+    """Return the asset's joint called `name`; None if `name` is None (the body) or unknown."""
     if name is None:
         return None
     return next((joint for joint in asset.joints if joint.name == name), None)
 
 
 def part_motion(thing: Thing, joint_name: str | None, openness: float | None = None) -> Motion:
-    """Return the motion from the closed asset's frame to the house for the parts that a joint carries.
+    """Return the motion from the closed asset's frame to the house, for the parts that a joint carries.
 
-    If `joint_name` is None, the motion is that of the body. If `openness` is None, it is the thing's present openness.
+    If `joint_name` is None, return the motion of the body. If `openness` is None, use the thing's present openness.
     """
     place, joint = place_of(thing), joint_of(thing.asset, joint_name)
     if joint is None:
@@ -134,14 +134,14 @@ def part_motion(thing: Thing, joint_name: str | None, openness: float | None = N
 def prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
     """Return the thing's solids in the house's frame.
 
-    If `openness` is None, it is the present openness. `along` is a carrier's motion, by which the solids are then
-    moved.
+    If `openness` is None, use the thing's present openness. `along` is a further motion of the solids, e.g. of a
+    carrier that takes the thing along.
     """
     return _prisms(thing, thing.asset.solids, openness, along)
 
 
 def moving_prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
-    """Return the solids that the thing's joints carry, as `prisms_of` does for all solids."""
+    """Return only the solids that the thing's joints carry; the parameters are those of `prisms_of`."""
     return _prisms(thing, [solid for solid in thing.asset.solids if solid.joint], openness, along)
 
 
@@ -159,7 +159,7 @@ def solid_corners(solid: Solid) -> np.ndarray:
 
 
 def _moved(solid: Solid, motion: Motion) -> Prism:
-    """Return a solid after a motion: exact while it is upright, else the upright prism around its corners."""
+    """Return a solid after a motion: exactly if it stays upright, else an upright prism that contains it."""
     points = motion(solid_corners(solid))
     bottom, top = float(points[:, 1].min()), float(points[:, 1].max())
     if _keeps_upright(motion.turn):
@@ -168,7 +168,7 @@ def _moved(solid: Solid, motion: Motion) -> Prism:
 
 
 def is_upright(thing: Thing) -> bool:
-    """Return whether the thing is upright, so that its prisms are exact."""
+    """Return whether the thing is upright; the prisms of an upright thing are exact."""
     return _keeps_upright(rotation_matrix(thing.rotation))
 
 
@@ -177,15 +177,16 @@ def _keeps_upright(turn: np.ndarray) -> bool:
 
 
 def convex_hull(points: np.ndarray) -> np.ndarray:
-    """Return the corners (n, 2) of the convex hull of points (m, 2); two for points on a line."""
+    """Return the corners (n, 2) of the convex hull of points (m, 2); two corners if all points lie on a line."""
     hull = shapely.MultiPoint(points).convex_hull
     corners = shapely.get_coordinates(hull)
     return corners[:-1] if isinstance(hull, shapely.Polygon) else corners
 
 
 def body_box(thing: Thing) -> Box:
-    """Return the upright box of the thing's body, without moving leaves; the box of the whole asset if the asset
-    has only moving parts.
+    """Return the upright box of the thing's body, without moving leaves.
+
+    If the asset has only moving parts, return the box of the whole asset.
     """
     if thing.asset.body is None:
         return bounding_box(thing)
@@ -200,13 +201,13 @@ def bounding_box(thing: Thing) -> Box:
 
 
 def box_distances(box: Box, places: np.ndarray) -> np.ndarray:
-    """Return the distances (n,) in metres of places (n, 2) from a box on the floor, as `Box.floor_distance` does."""
+    """Return the distances (n,) in metres on the floor plane from places (n, 2) to a box; see `Box.floor_distance`."""
     x, z = rotate_floor(places[:, 0] - box.center.x, places[:, 1] - box.center.z, -box.yaw)
     return np.hypot(np.maximum(np.abs(x) - box.size.x / 2, 0.0), np.maximum(np.abs(z) - box.size.z / 2, 0.0))
 
 
 def upright_box(thing: Thing, low: np.ndarray, high: np.ndarray) -> Box:
-    """Return the upright box, turned by the thing's yaw, around the box from `low` to `high` in its asset frame."""
+    """Return an upright box, turned by the thing's yaw, around the box from `low` to `high` in the asset frame."""
     turn_x, turn_z = axis_turn(_AXES[0], thing.rotation.x), axis_turn(_AXES[2], thing.rotation.z)
     tilt = turn_x @ turn_z
     size = np.abs(tilt) @ (high - low)
@@ -215,9 +216,10 @@ def upright_box(thing: Thing, low: np.ndarray, high: np.ndarray) -> Box:
 
 
 def penetration(a: Prism, b: Prism) -> float:
-    """Return the depth (m) to which two convex prisms overlap; 0 or less when they do not.
+    """Return the depth (m) to which two convex prisms overlap; 0 or less when they do not overlap.
 
-    The depth is the least over all separating axes, so the depth of a thin leaf is how far its edge reaches in.
+    The depth is the smallest overlap along all separating axes. For a thin leaf, it is how far the leaf's edge reaches
+    in.
     """
     depth = min(a.top - b.bottom, b.top - a.bottom)
     if depth <= 0.0:
@@ -229,7 +231,7 @@ def penetration(a: Prism, b: Prism) -> float:
 
 
 def penetrations(prisms: list[Prism], others: list[Prism]) -> np.ndarray:
-    """Return penetrations (m) of shape (len(prisms), len(others)); -1 where the bounds on the floor do not overlap."""
+    """Return penetrations (m) of shape (len(prisms), len(others)); -1 for a pair whose floor bounds do not overlap."""
     bounds = np.array([other.bounds for other in others]).reshape(-1, 4)
     depths = np.full((len(prisms), len(others)), -1.0)
     for row, prism in enumerate(prisms):
@@ -250,7 +252,7 @@ def _edge_normals(polygon: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=8192)
 def part_boxes(asset: Asset) -> tuple[tuple[str | None, np.ndarray, np.ndarray], ...]:
-    """Return (joint, lowest corner, highest corner) of the meshes that each joint carries; joint None is the body."""
+    """Return (joint, lowest corner, highest corner) of the meshes on each joint, and of the body (joint None)."""
     corners: dict[str | None, list[np.ndarray]] = {}
     for part in asset.parts:
         if len(part.mesh.vertices):
@@ -264,6 +266,6 @@ def part_boxes(asset: Asset) -> tuple[tuple[str | None, np.ndarray, np.ndarray],
 
 
 def box_corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the corners (8, 3) of a box; corner i takes x, y, z from `high` where the bits 4, 2, 1 of i are set."""
+    """Return the corners (8, 3) of a box; corner i has x, y, z of `high` where bit 4, 2, 1 of i is set."""
     picks = np.array([[(i >> 2) & 1, (i >> 1) & 1, i & 1] for i in range(8)], dtype=bool)
     return np.where(picks, high, low)

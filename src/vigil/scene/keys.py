@@ -1,9 +1,8 @@
-"""Keys of a house document that are not read: those that are safely ignored, and those that are reported.
+"""Keys of a house document that VIGIL does not use: some are ignored safely, the others are reported.
 
-The models in `vigil.protocol.house` have the keys that are read. This module lists the other keys of AI2-THOR's schema
-and of the houses that Holodeck writes; docs/houses.md has the table of all. An unknown key is reported. A known key
-that would change where an agent can walk, what is there or what can be done is also reported, unless its value has no
-effect.
+The models in `vigil.protocol.house` declare the keys that are used. This module lists the other keys of AI2-THOR's
+schema and of Holodeck's houses; docs/houses.md has a table of all keys. An unknown key is reported. A known key is also
+reported if it would change where an agent can walk, what is there or what can be done, unless its value has no effect.
 """
 
 from collections.abc import Iterator
@@ -36,7 +35,7 @@ SECTIONS: dict[str, type[BaseModel]] = {
     "lights": Light,
     "materials": MaterialRef,
 }
-"""Model of each part of a house document whose keys are checked."""
+"""Model of each part of a house document; the keys of these parts are checked."""
 IGNORED: dict[str, frozenset[str]] = {
     place: frozenset(keys.split())
     for place, keys in {
@@ -57,7 +56,7 @@ IGNORED: dict[str, frozenset[str]] = {
         "materials": "shader unlit tilingDivisorX tilingDivisorY metallic smoothness",
     }.items()
 }
-"""Keys of each part that are ignored: they say how AI2-THOR draws or computes, or repeat what other keys say."""
+"""Keys of each part that are ignored. They say how AI2-THOR draws or computes, or repeat what other keys say."""
 UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
     "house": {"roof": (None, "houses have no roof")},
     "rooms": {
@@ -78,12 +77,12 @@ UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
     "objects": {"boundingBox": ({}, "sizes are those of the assets")},
     "lights": {"enabled": (True, "the room is lit all the same")},
 }
-"""Keys of each part that are reported, each with its value without effect, and with a phrase for what happens
-instead."""
+"""Keys of each part that are reported: key -> (the value that has no effect, a phrase that says what happens instead).
+"""
 
 
 def unsupported_keys(house: House) -> list[str]:
-    """Return a line for each key of a house that is not followed or not known."""
+    """Return a line for each key of a house that is unsupported or unknown."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for place, node in _nodes(house.document):
         for key, value in (node.model_extra or {}).items():

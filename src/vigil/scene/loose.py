@@ -1,7 +1,7 @@
-"""Loose objects: small objects that are not children of the furniture that carries them, as in Holodeck's houses.
+"""Loose objects: small objects that the document does not list as children of the furniture that carries them.
 
-Each loose object becomes a child of the furniture below or around it. So the furniture's asset gets a shelf at the
-object's height, and it is known what the object lies on or in.
+Holodeck's houses have loose objects. Each loose object becomes a child of the furniture below or around it. The
+furniture's asset then gets a shelf at the object's height, and the scene knows what the object lies on or in.
 """
 
 import numpy as np
@@ -12,15 +12,14 @@ from vigil.base.geometry import rotate_floor
 from vigil.protocol.house import HouseObject
 
 ON_FLOOR_M = 0.07
-"""Greatest height (m) of the bottom of an object that counts as standing on the floor."""
+"""An object stands on the floor if the height (m) of its bottom is at most this."""
 OVER_M = 0.25
 """Greatest height (m) of an object's bottom above the top of its carrier."""
 
 
 def with_implied_parents(nodes: list[HouseObject], assets: AssetDatabase) -> tuple[list[HouseObject], list[str]]:
-    """Return the objects of a house, in which loose objects are now children of their carriers, and a note on each
-    moved object.
-    """
+    """Return the objects of a house with each loose object made a child of its carrier, and a note on each loose
+    object."""
     entries = {node.id: assets.look_up(node.asset_id, node.name_in_house) for node in nodes}
     kinds = {node.id: CATALOG[entries[node.id].category] for node in nodes}
     furniture = [node for node in nodes if kinds[node.id].is_receptacle and not kinds[node.id].is_pickupable]
@@ -45,9 +44,9 @@ def _is_loose(node: HouseObject, entry: AssetEntry) -> bool:
 
 
 def _carrier_of(node: HouseObject, furniture: list[HouseObject], entries: dict[str, AssetEntry]) -> HouseObject | None:
-    """Return the furniture in or on whose box an object lies.
+    """Return the furniture that an object lies in or on, judging by their boxes; None if there is none.
 
-    Of several, the one with the nearest top is returned; None without any.
+    Of several pieces of furniture, return the one whose top is nearest to the object's bottom.
     """
     bottom = node.position.y - entries[node.id].size.y / 2
     gaps: list[float] = []

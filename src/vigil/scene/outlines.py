@@ -1,6 +1,5 @@
-"""Outlines of floors, walls and things on the floor plane (x, z in metres), and which of them the agent's body can
-meet.
-"""
+"""Outlines of floors, walls and things on the floor plane (x, z in metres), and which of them can block the agent's
+body."""
 
 import numpy as np
 import shapely
@@ -14,22 +13,22 @@ from vigil.scene.things import RoomShape, Thing, WallPanel
 BODY_RADIUS_M = 0.2
 """Radius (m) of the agent's body, an upright cylinder."""
 BODY_LOW_M = 0.05
-"""Height (m) at which the agent's body begins; lower solids do not block it."""
+"""Height (m) of the bottom of the agent's body; solids below it do not block the body."""
 BODY_HIGH_M = 1.8
-"""Height (m) at which the agent's body ends; higher solids do not block it."""
+"""Height (m) of the top of the agent's body; solids above it do not block the body."""
 GRID_M = 0.25
 """Step (m) of the grid on which agents walk."""
 FLOOR_GROWTH_M = 0.005
-"""How far (m) the floor reaches under its walls, so that a body can pass where two rooms meet."""
+"""How far (m) the floor reaches under its walls, so that a body can cross the line where two rooms meet."""
 
 
 def floor_of(room: Room) -> shapely.Polygon:
-    """Return the floor of a document's room."""
+    """Return the floor polygon of a room of a house document."""
     return shapely.Polygon([(point.x, point.z) for point in room.floor_polygon])
 
 
 def room_floor(room: RoomShape) -> shapely.Polygon:
-    """Return the floor of a scene's room."""
+    """Return the floor polygon of a room of a scene."""
     return shapely.Polygon(room.polygon)
 
 
@@ -45,32 +44,32 @@ def footprint(box: Box) -> shapely.Polygon:
 
 
 def floor_corners(box: Box) -> np.ndarray:
-    """Return the corners (4, 2) of an upright box on the floor plane; the last two are those of its front."""
+    """Return the corners (4, 2) of an upright box on the floor plane; the last two are at the box's front."""
     return np.array([(corner.x, corner.z) for corner in box.corners()[:4]])
 
 
 def polygon_of(prism: Prism) -> shapely.Polygon | shapely.LineString:
-    """Return the prism's floor shape; a line when it has no width."""
+    """Return the prism's shape on the floor plane; a line when the prism has no width."""
     return shapely.Polygon(prism.polygon) if len(prism.polygon) > 2 else shapely.LineString(prism.polygon)
 
 
 def meets_body(prism: Prism) -> bool:
-    """Return whether a solid is at the height of the agent's body, so that the body can meet it."""
+    """Return whether a solid is partly at the height of the agent's body, so that it can block the body."""
     return prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M
 
 
 def thing_shapes(thing: Thing) -> list[BaseGeometry]:
-    """Return the floor shapes of the thing's solids that a body can meet."""
+    """Return the shapes, on the floor plane, of the thing's solids that can block a body."""
     return [polygon_of(prism) for prism in prisms_of(thing) if meets_body(prism)]
 
 
 def wall_shapes(panel: WallPanel) -> list[BaseGeometry]:
-    """Return the floor shapes of the panel around its holes, where a body can meet it."""
+    """Return the shapes, on the floor plane, of the parts of a panel that can block a body; holes are left out."""
     return [polygon_of(prism) for prism in wall_prisms(panel) if meets_body(prism)]
 
 
 def wall_prisms(panel: WallPanel) -> list[Prism]:
-    """Return the panel around its holes as prisms without thickness."""
+    """Return the parts of the panel around its holes, as prisms without thickness."""
     start, end = np.array(panel.start), np.array(panel.end)
     length = float(np.hypot(*(end - start)))
     if length < 1e-9:

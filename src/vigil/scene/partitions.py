@@ -1,7 +1,7 @@
 """Partitions between rooms, and whether a shape reaches through them.
 
-Partitions are the walls, taken without thickness. Windows and shut doors fill their holes and belong to the partitions;
-an open doorway is free. A shape that reaches at most `THROUGH_M` through a partition counts as on one side of it.
+Partitions are walls, windows and shut doors; an open doorway is free. A partition has no thickness. A shape that
+reaches at most `THROUGH_M` through a partition counts as being on one side of it.
 """
 
 from functools import lru_cache
@@ -27,10 +27,12 @@ from vigil.scene.things import Scene, Thing
 THROUGH_M = 0.0005
 """How deep (m) a moving part may reach into a partition."""
 OPENNESS_SAMPLES = np.linspace(0.0, 1.0, 65)
-"""Values of openness that are sampled to find whether, and how far, moving parts can open."""
+"""Values of openness at which it is tested how far moving parts can open."""
 BETWEEN_M = 0.005
-"""How much further (m) a part of 4 m length may reach between two samples, if only every second one is used, than
-at these samples."""
+"""Between two tested values of openness, a part of 4 m length may reach this much further (m) than at these values.
+
+This holds even if only every second value of `OPENNESS_SAMPLES` is tested.
+"""
 MAX_CACHED_ANSWERS = 4096
 """Number of answers of `Partitions.reaches_through` that are cached in a scene."""
 
@@ -44,7 +46,7 @@ class Partitions:
         self._answers: dict[tuple, str | None] = {}
 
     def now(self) -> list[tuple[str, Prism]]:
-        """Return (id, plane) of every wall and window, and of every door that is shut now."""
+        """Return (id, plane) of every wall, every window, and every door that is shut now."""
         planes = list(self._walls)
         for thing in self._scene.things.values():
             if thing.is_structure and _fills_its_hole(thing):
@@ -54,11 +56,10 @@ class Partitions:
         return planes
 
     def blocker(self, thing: Thing, path: list[float]) -> str | None:
-        """Return the id of the partition through which the thing's moving parts would reach on a path of openness; None
-        without one.
+        """Return the id of a partition that the thing's moving parts would reach through at any openness in `path`.
 
-        Parts that reach through a partition at the path's first openness may reach equally deep through it on the whole
-        path.
+        Return None if there is no such partition. A part that reaches into a partition at the first openness in `path`
+        may reach equally deep at the other values.
         """
         within = _reach_bounds(thing)
         near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and _bounds_overlap(within, plane)]
@@ -74,10 +75,10 @@ class Partitions:
         return None
 
     def reaches_through(self, thing: Thing, openness: float) -> str | None:
-        """Return the id of the partition through which the thing's parts reach deeper at an openness than when shut;
-        None without one.
+        """Return the id of a partition that the thing's parts reach through more deeply at an openness than when shut.
 
-        The answers are cached, because every reset asks for the same ones.
+        Return None if there is no such partition. The answers are cached, because every reset of an episode needs the
+        same answers.
         """
         shut = tuple(each.id for each in self._scene.things.values() if each.is_structure and _fills_its_hole(each))
         key = thing.id, thing.asset, thing.position, thing.rotation, openness, shut
@@ -88,9 +89,9 @@ class Partitions:
         return self._answers[key]
 
     def crosses(self, footprints: np.ndarray, bottoms: np.ndarray, height: float) -> np.ndarray:
-        """Return for n solids whether (n,) each touches a partition.
+        """Return a mask (n,) of the solids that touch a partition.
 
-        The solids stand on `footprints` (n,), from `bottoms` (n,) in metres up, and are `height` metres high.
+        Solid i stands on `footprints[i]`, its bottom is at `bottoms[i]` metres, and it is `height` metres high.
         """
         is_hit = np.zeros(len(bottoms), dtype=bool)
         left, low, right, high = shapely.total_bounds(footprints)
@@ -109,7 +110,7 @@ def _fills_its_hole(thing: Thing) -> bool:
 def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
     """Return (joint, points) for each joint of an asset that carries meshes.
 
-    The points (n, 3), in the closed asset's frame, contain all corners of the convex hull of what the joint carries.
+    The points (n, 3), in the closed asset's frame, include all corners of the convex hull of the joint's meshes.
     """
     found: list[tuple[str, np.ndarray]] = []
     for joint in asset.joints:
@@ -120,7 +121,10 @@ def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
 
 
 def _hull_points(points: np.ndarray) -> np.ndarray:
-    """Return the corners of the convex hull at each height: no other point is a corner of the hull of all points."""
+    """Return, for each height, the corners of the convex hull of the points at this height.
+
+    All corners of the convex hull of all points are among them.
+    """
     heights, level = np.unique(points[:, 1], return_inverse=True)
     flat = [convex_hull(points[level == number][:, [0, 2]]) for number in range(len(heights))]
     return np.concatenate(
@@ -129,7 +133,7 @@ def _hull_points(points: np.ndarray) -> np.ndarray:
 
 
 def _leaves(thing: Thing, openness: float) -> list[Prism]:
-    """Return, for each joint, the upright prism around everything that the joint carries at an openness."""
+    """Return, for each joint, an upright prism that contains everything on the joint at an openness."""
     prisms: list[Prism] = []
     for joint, corners in leaf_points(thing.asset):
         points = part_motion(thing, joint, openness)(corners)
@@ -153,7 +157,7 @@ def _swept(asset: Asset) -> np.ndarray:
 
 
 def _reach_bounds(thing: Thing) -> tuple[float, float, float, float]:
-    """Return the bounds (least x, least z, greatest x, greatest z) of the thing's moving parts at every openness."""
+    """Return bounds (least x, least z, greatest x, greatest z) of the thing's moving parts at every openness."""
     corners = place_of(thing)(_swept(thing.asset))
     x, _, z = corners.min(axis=0).tolist()
     right, _, back = corners.max(axis=0).tolist()

@@ -1,4 +1,4 @@
-"""Floor plan: the shapes of a house seen from above, in metres on the floor plane; other modules draw them."""
+"""Floor plan: the shapes of a house seen from above, in metres on the floor plane. Other modules draw the plan."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -15,37 +15,36 @@ from vigil.scene.outlines import floor_corners, floor_of, footprint, polygon_of
 from vigil.scene.things import Thing
 
 HUNG_M = 1.0
-"""Height (m) of a thing's bottom above which only the thing's outline is drawn, so that things below it remain
-visible."""
+"""If a thing's bottom is above this height (m), only its outline is drawn, so that things below it remain visible."""
 SHOWN_BELOW_M = 1.8
-"""Height (m) of a thing's bottom from which the thing is not drawn."""
+"""A thing whose bottom is at this height (m) or higher is not drawn."""
 LABELLED_DEPTH_M = 0.1
-"""Least depth (m) of a thing that gets a label."""
+"""A thing with at most this depth (m) gets no label."""
 LEAST_FILLED = 0.75
-"""Least share of its box that a thing drawn as a box fills.
+"""A thing that fills at least this share of its box is drawn as the box.
 
-A thing that fills less, such as a countertop around a corner, is drawn by its true outline.
+Any other thing, such as a countertop around a corner, is drawn by its true outline.
 """
 SMOOTHED_M = 0.01
-"""Tolerance (m) to which outlines are simplified."""
+"""Tolerance (m) with which outlines are simplified."""
 NAME_STEP_M = 0.1
-"""Step (m) of the grid of points that are tried for a room's name."""
+"""Step (m) of the grid of points at which a room's name may be placed."""
 MARGIN_M = 0.4
-"""Width of the ground around the house."""
+"""Width (m) of the margin that is drawn around the house."""
 BOX_CORNERS = 4
 LEAST_LABELLED = 2.0
-"""Smallest footprint of a labelled thing, in squares as high as the letters.
+"""Smallest footprint of a thing that gets a label; the unit is a square as high as the letters.
 
-A reader would take the label of a smaller thing for that of its neighbour.
+A reader would think that the label of a smaller thing belongs to its neighbour.
 """
 LETTER_WIDTH = 0.56
-"""Mean width of a letter over its height."""
+"""Mean width of a letter, as a share of its height."""
 LINE_HEIGHT = 1.1
-"""Smallest distance between two lines, over the height of the letters."""
+"""Smallest distance between two lines of text, as a multiple of the height of the letters."""
 THING_SHIFTS = (0, LINE_HEIGHT, -LINE_HEIGHT)
-"""Shifts to try for the label of a thing: down from the thing's middle, in heights of the letters."""
+"""Positions tried for a thing's label: how far below the thing's middle, in heights of the letters."""
 ROOM_SHIFTS = (0, -1.5, 1.5, -3, 3, -5, 5, -7, 7)
-"""Shifts to try for the name of a room: down from `PlanRoom.name_at`, in heights of the letters."""
+"""Positions tried for a room's name: how far below `PlanRoom.name_at`, in heights of the letters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +52,7 @@ class PlanShape:
     """A polygon, line or dot of a plan."""
 
     kind: str
-    """Words that say how the shape is drawn; the last is the most specific one, e.g. "room room-Kitchen"."""
+    """Words that say how the shape is drawn, the most specific word last, e.g. "room room-Kitchen"."""
     points: np.ndarray
     """Corners (n, 2) of a polygon, ends (2, 2) of a line, or middle (1, 2) of a dot."""
     id: str = ""
@@ -61,7 +60,7 @@ class PlanShape:
 
 @dataclass(frozen=True, slots=True)
 class PlanRoom:
-    """A room's floor with its name."""
+    """The floor of a room, and the room's name."""
 
     id: str
     room_type: str
@@ -70,7 +69,7 @@ class PlanRoom:
     """Corners (n, 2) of the floor."""
     area_m2: float
     name_at: tuple[float, float]
-    """Point (x, z) for the name, with the most free floor around it."""
+    """Point (x, z) at which the name is drawn; it is the point with the most free floor around it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +79,7 @@ class PlanThing:
     id: str
     kind: Literal["rug", "thing", "hung"]
     corners: np.ndarray
-    """Corners (n, 2) of its outline; of four, the last two are those of its front."""
+    """Corners (n, 2) of the thing's outline. If the outline has four corners, the last two are at the thing's front."""
     middle: tuple[float, float]
     area_m2: float
     label: str
@@ -95,7 +94,7 @@ class PlanLabel:
     text: str
     x: float
     z: float
-    """With `x`, the middle of the text."""
+    """Coordinate z (m) of the middle of the text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,20 +103,21 @@ class FloorPlan:
 
     rooms: tuple[PlanRoom, ...]
     things: tuple[PlanThing, ...]
-    """Rugs, then the other things from the lowest up."""
+    """Things in the order in which they are drawn: first rugs, then the other things from the lowest to the highest."""
     shapes: tuple[PlanShape, ...]
-    """Rooms, things with their fronts, walls, openings with their leaves, and small objects, from the bottom up."""
+    """Shapes in drawing order: rooms, things with fronts, walls, openings with leaves, small objects."""
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and greatest (x, z) of what is drawn: all floors and a margin."""
+        """Least and greatest (x, z) of the drawn area, which is all floors and a margin."""
         corners = np.concatenate([room.corners for room in self.rooms])
         return corners.min(axis=0) - MARGIN_M, corners.max(axis=0) + MARGIN_M
 
     def labels(self, text_m: float, *, detailed: bool = False) -> list[PlanLabel]:
-        """Return the labels that fit with letters `text_m` high: things, the largest first, then rooms.
+        """Return the labels that fit without overlaps if letters are `text_m` high.
 
-        With `detailed`, small things have labels, too, and the label of a room gives the room's area.
+        Labels of things come first, from the largest thing to the smallest, then the names of rooms. With `detailed`,
+        small things also have labels, and the label of a room includes its area.
         """
         placed: list[PlanLabel] = []
         low, high = self.bounds
@@ -136,7 +136,7 @@ class FloorPlan:
 
 
 def _add_first_free(placed: list[PlanLabel], tried: list[PlanLabel], text_m: float) -> None:
-    """Add the first label that does not overlap an earlier one, if there is one."""
+    """Append to `placed` the first label of `tried` that overlaps none in `placed`, if there is one."""
     for label in tried:
         if not any(
             abs(label.x - other.x) < (LETTER_WIDTH * (len(label.text) + len(other.text)) + 1) * text_m / 2
@@ -148,7 +148,7 @@ def _add_first_free(placed: list[PlanLabel], tried: list[PlanLabel], text_m: flo
 
 
 def floor_plan(house: House, things: Iterable[Thing]) -> FloorPlan:
-    """Return the plan of a house with `things` in it."""
+    """Return the plan of a house with the given things in it."""
     things = list(things)
     in_rooms = [thing for thing in things if thing.parent is None and not thing.is_structure]
     bottoms = {thing.id: bounding_box(thing).bottom for thing in in_rooms}
@@ -217,9 +217,9 @@ def _rooms(house: House, furniture: shapely.Geometry) -> list[PlanRoom]:
 
 
 def _roomiest_point(floor: shapely.Polygon, furniture: shapely.Geometry) -> tuple[float, float]:
-    """Return the grid point (x, z) inside a floor that is farthest from the floor's edge and all furniture.
+    """Return the grid point (x, z) on a floor that is farthest from the floor's edge and from all furniture.
 
-    For a floor without a grid point inside, return any point inside.
+    If the floor contains no grid point, return any point on it.
     """
     x0, z0, x1, z1 = floor.bounds
     xs, zs = (part.ravel() for part in np.meshgrid(np.arange(x0, x1, NAME_STEP_M), np.arange(z0, z1, NAME_STEP_M)))

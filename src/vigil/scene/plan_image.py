@@ -12,12 +12,12 @@ Colour = tuple[int, int, int]
 LABEL_PX = 15
 """Height (px) of letters."""
 EDGE_PX = 2
-"""Width (px) of the white edge around a label, which separates it from dots and lines below it."""
+"""Width (px) of the white edge around the letters of a label, which separates them from dots and lines behind them."""
 DOT_PX = 2.5
 """Radius (px) of the dot for a small object."""
 GUTTER_PX = 12
 NOSE_M, START_RADIUS_M = 0.45, 0.2
-"""Sizes (m) of the mark at the agent's start: length of the line in the direction of view, and radius of the circle."""
+"""Sizes (m) of the mark at the agent's start: length of the line that shows the view direction, and circle radius."""
 WHITE: Colour = (255, 255, 255)
 START_RGB: Colour = (40, 120, 60)
 _WALL_RGB, _FURNITURE_LINE_RGB = (60, 60, 66), (110, 98, 80)
@@ -36,17 +36,17 @@ STYLES: dict[str, tuple[Colour | None, Colour | None, int]] = {
     "leaf": ((190, 110, 40), None, 0),
     "small": ((200, 60, 60), None, 0),
 }
-"""Colour inside, colour of the line and width (px) of the line, by the last word of a shape's kind."""
+"""Fill colour, line colour and line width (px) of a shape, by the last word of the shape's kind."""
 OTHER_ROOM = ((238, 238, 238), None, 0)
 TEXT_RGB: dict[str, Colour] = {"label": (20, 20, 24), "room-name": (105, 105, 125)}
 """Colour of a label, by the label's kind."""
 
 
 class PlanImage:
-    """An image of a plan, with north (+z) up, to draw on."""
+    """An image of a plan with north (+z) up; callers can draw on it."""
 
     def __init__(self, plan: FloorPlan, pixels_per_m: float, ground: Colour = WHITE) -> None:
-        """Draw a plan without its labels."""
+        """Draw a plan without its labels on a background of colour `ground`."""
         (self._left, low), (right, self._top) = plan.bounds
         self.scale = pixels_per_m
         size = int(np.ceil((right - self._left) * pixels_per_m)), int(np.ceil((self._top - low) * pixels_per_m))
@@ -63,12 +63,12 @@ class PlanImage:
                 self.draw.polygon(points, fill, line, width)
 
     def at(self, x: float, z: float) -> tuple[int, int]:
-        """Return the pixel (x right, y down) of a floor point."""
+        """Return the pixel (x to the right, y down) of a point on the floor."""
         return round((x - self._left) * self.scale), round((self._top - z) * self.scale)
 
 
 def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Image:
-    """Return the plan of a house as an image: rooms, furniture, small objects, doors with their leaves, the start."""
+    """Return an image of a house's plan: rooms, furniture, small objects, doors with leaves, and the agent's start."""
     plan = floor_plan(house, scene.things.values())
     sheet, font = PlanImage(plan, pixels_per_m), ImageFont.load_default(LABEL_PX)
     for label in plan.labels(LABEL_PX / pixels_per_m, detailed=True):
@@ -84,9 +84,8 @@ def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Im
 
 
 def side_by_side(plan: Image.Image, view: np.ndarray) -> Image.Image:
-    """Return one image: the plan, and to its right `view` (height, width, 3) of the same house, scaled to the
-    plan's height.
-    """
+    """Return one image with the plan on the left and `view` (height, width, 3) on the right, scaled to the plan's
+    height."""
     picture = Image.fromarray(view)
     width = round(picture.width * plan.height / picture.height)
     scaled = picture.resize((width, plan.height), Image.Resampling.LANCZOS)

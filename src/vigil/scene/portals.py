@@ -1,7 +1,8 @@
-"""The rooms that may be visible from a place, i.e. those that a straight line reaches through doorways and windows.
+"""The rooms that may be visible from a place: those that a straight line can reach through doorways and windows.
 
-The answer may name too many rooms, but never too few: directions are compared instead of lines, door leaves do not
-block, and rooms without a wall between them are one space. Places are (x, z) of the plan, or (x, z, height), in metres.
+The answer may name too many rooms, but never too few. It ignores door leaves, compares directions instead of exact
+lines, and treats rooms without a wall between them as one space. Places are (x, z) of the plan, or (x, z, height), in
+metres.
 """
 
 import itertools
@@ -18,44 +19,44 @@ from vigil.scene.sectors import ALL, Sector
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 
 OUTSIDE = -1
-"""Number that stands for everything outside the rooms."""
+"""Number used in place of a room's number for everything outside the rooms."""
 BESIDE_M = 0.3
-"""Greatest distance (m) from a hole's middle to a room that the hole leads into."""
+"""A hole leads into a room if the room is at most this far (m) from the hole's middle."""
 IN_DOORWAY_M = 0.4
-"""Distance (m) from a hole below which everything behind the hole may be visible."""
+"""From a place closer than this (m) to a hole, everything behind the hole may be visible."""
 IN_ROOM_M = 0.02
-"""Greatest distance (m) from a room at which a place counts as in the room."""
+"""A place at most this far (m) from a room counts as in the room."""
 WALL_M = 0.1
-"""Greatest distance (m) of a wall from the edge of its room."""
+"""A wall at most this far (m) from the edge of a room is a wall of the room."""
 SLIT_M = 0.02
-"""Greatest gap (m), along a room's edge or in its height, that walls may leave and still count as closing the edge."""
+"""Walls close an edge of a room if they leave gaps of at most this size (m) along the edge and in height."""
 STRETCH_M = 0.5
-"""Greatest length (m) of the parts into which an edge without a wall is divided; at each part's middle the rooms
-next to it are looked up."""
+"""An edge without a wall is divided into parts of at most this length (m). At the middle of each part, the rooms next
+to it are looked up."""
 MAX_CACHED_EYES = 256
 """Number of places for which the visible rooms are cached."""
 
 Place = tuple[float, float, float]
-"""(x, z, height) in metres."""
+"""Place as (x, z, height) in metres."""
 _End = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class _Portal:
-    """A hole in a wall, given by its two ends in the plan and by its lower and upper height (m)."""
+    """A hole in a wall: its two ends in the plan, and the heights (m) of its bottom and top."""
 
     start: _End
     end: _End
     bottom: float
     top: float
     sides: frozenset[int]
-    """Numbers of the spaces that the hole joins."""
+    """Numbers of the spaces that the hole connects."""
 
     def corners(self) -> list[Place]:
         return [(x, z, height) for x, z in (self.start, self.end) for height in (self.bottom, self.top)]
 
     def distance(self, place: Place) -> float:
-        """Return the distance (m) of a place from the hole in the plan."""
+        """Return the distance (m) in the plan between a place and the hole."""
         (x, z), (end_x, end_z) = self.start, self.end
         along_x, along_z = end_x - x, end_z - z
         square = along_x**2 + along_z**2
@@ -66,11 +67,11 @@ class _Portal:
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """A box in a house, with the rooms that it is in."""
+    """A box in a house, and the rooms that the box is in."""
 
     corners: list[Place]
     rooms: frozenset[int]
-    """Numbers of the rooms that the box may reach into; empty when the box's middle is outside all rooms."""
+    """Numbers of the rooms that the box may reach into; empty if the middle of the box is outside all rooms."""
 
 
 class Portals:
@@ -82,8 +83,8 @@ class Portals:
         self._is_box = np.isclose(shapely.area(self._rooms), np.prod(np.diff(self._bounds, axis=1)[:, 0], axis=1))
         self._top_m = min((room.height for room in scene.rooms), default=0.0)
         self._spaces = self._space_numbers([edge for room in scene.rooms for edge in _open_edges(room, scene.panels)])
-        """Number of the space of each room (rooms without a wall between them are one space); the last entry is for
-        the outside."""
+        """Number of each room's space (rooms without a wall between them are one space); the last number is the
+        outside's."""
         # Both sides of a wall name its holes.
         found = dict.fromkeys(
             (*_ends(panel, hole), hole.bottom, hole.top) for panel in scene.panels for hole in panel.holes
@@ -94,7 +95,7 @@ class Portals:
         self._seen: LRUCache[Place, list[tuple[int, Sector]] | None] = LRUCache(MAX_CACHED_EYES)
 
     def connected_rooms(self) -> list[list[int]]:
-        """Return the numbers of the rooms, grouped by space: no wall separates the rooms of a group."""
+        """Return groups of room numbers; no wall separates the rooms of a group, and walls separate the groups."""
         return [np.flatnonzero(self._spaces[:-1] == space).tolist() for space in np.unique(self._spaces[:-1])]
 
     def distances(self, places: np.ndarray) -> np.ndarray:
@@ -112,11 +113,12 @@ class Portals:
     def visible_rooms(
         self, eye: Place, entries: Iterable[Place] = (), through: Sector = ALL
     ) -> list[tuple[int, Sector]] | None:
-        """Return (room, directions) for each room that may be seen from an eye, once for each way to the room.
+        """Return (room, directions) for each room that may be visible from an eye; a room is repeated for each way to
+        it.
 
-        Return None when everything may be visible, because the eye is outside all rooms or above the lowest ceiling.
-        `entries` and `through` are for a view in a mirror: its eye is behind the mirror, and its lines enter the house
-        at `entries`, in the directions `through`.
+        Return None if everything may be visible, because the eye is outside all rooms or above the lowest ceiling.
+        `entries` and `through` describe a view in a mirror, whose eye is behind the mirror: the lines of sight enter
+        the house at the places `entries`, in the directions `through`.
         """
         spaces: set[int] = set()
         for place in list(entries) or [eye]:
@@ -138,7 +140,7 @@ class Portals:
         ]
 
     def extent(self, low: Place, high: Place) -> Extent:
-        """Return the extent, for `may_see`, of a box along the house's axes."""
+        """Return the extent of a box whose sides are along the house's axes, for use in `may_see`."""
         away = self.distances(np.array([[(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]]))[0]
         is_inside = away.min(initial=np.inf) <= IN_ROOM_M
         reach = math.dist(low, high) / 2 + IN_ROOM_M
@@ -146,7 +148,7 @@ class Portals:
         return Extent(corners, frozenset(np.flatnonzero(away <= reach).tolist() if is_inside else ()))
 
     def may_see(self, eye: Place, extent: Extent) -> bool:
-        """Return whether any part of an extent may be seen from an eye."""
+        """Return whether any part of an extent may be visible from an eye."""
         if not extent.rooms or not extent.rooms.isdisjoint(self._rooms_at(eye)):
             return True
         if eye not in self._seen:
@@ -164,7 +166,7 @@ class Portals:
     def _space_numbers(self, edges: list[tuple[_End, _End]]) -> np.ndarray:
         """Return the number of each room's space (rooms + 1,); the last entry is the number of the outside's space.
 
-        `edges` are lines without a wall, given by their two ends; the rooms on both sides of such a line are one space.
+        `edges` are lines without a wall, as pairs of ends; the rooms on the two sides of such a line are one space.
         """
         numbers = np.arange(len(self._rooms) + 1)
         for edge in edges:
@@ -173,7 +175,7 @@ class Portals:
         return numbers
 
     def _rooms_beside(self, start: _End, end: _End) -> set[int]:
-        """Return the rooms next to a line's middle, with `OUTSIDE` when one side of the middle has no room."""
+        """Return the rooms next to the middle of a line, and `OUTSIDE` if one side of the middle has no room."""
         (x, z), (end_x, end_z) = start, end
         middle = np.array([(x + end_x) / 2, (z + end_z) / 2])
         across = np.array([z - end_z, end_x - x]) / max(math.hypot(end_x - x, end_z - z), 1e-9) * BESIDE_M / 2
@@ -183,7 +185,7 @@ class Portals:
 
 
 def _ends(panel: WallPanel, hole: Hole) -> tuple[_End, _End]:
-    """Return the ends of a hole in the plan, sorted, so that both panels of a wall give the same ends."""
+    """Return the ends of a hole in the plan, sorted so that the panels on both sides of a wall give the same result."""
     start, end = np.array(panel.start), np.array(panel.end)
     along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     low, high = sorted(tuple(np.round(start + at * along, 6).tolist()) for at in (hole.left, hole.right))
@@ -191,7 +193,7 @@ def _ends(panel: WallPanel, hole: Hole) -> tuple[_End, _End]:
 
 
 def _open_edges(room: RoomShape, panels: list[WallPanel]) -> Iterator[tuple[_End, _End]]:
-    """Yield the ends of short parts of a room's edges along which no wall reaches from floor to ceiling."""
+    """Yield short parts of a room's edges, each as its two ends, along which no wall reaches from floor to ceiling."""
     whole = [panel for panel in panels if panel.bottom < SLIT_M and panel.bottom + panel.height > room.height - SLIT_M]
     ends = np.array([(panel.start, panel.end) for panel in whole]).reshape(-1, 2, 2)
     for start, end in zip(room.polygon, np.roll(room.polygon, -1, axis=0), strict=True):
@@ -212,7 +214,7 @@ def _open_edges(room: RoomShape, panels: list[WallPanel]) -> Iterator[tuple[_End
 def _visible_spaces(
     space: int, sector: Sector, holes: list[tuple[_Portal, Sector]], passed: frozenset[int]
 ) -> Iterator[tuple[int, Sector]]:
-    """Yield each space that lines in a sector reach from one space, with the part of the sector that reaches it."""
+    """Yield each space that lines of sight from `space` can reach, and the part of `sector` that reaches it."""
     yield space, sector
     for hole, directions in holes:
         common = sector.intersection(directions) if space in hole.sides else None

@@ -1,4 +1,4 @@
-"""Sets of directions from an eye, each an arc of the plan and a range of slopes.
+"""Sectors: sets of directions from an eye. A sector is an arc of angles in the plan and a range of slopes.
 
 Places are (x, z, height) in metres.
 """
@@ -10,25 +10,25 @@ from dataclasses import dataclass
 import numpy as np
 
 FULL = 2.0 * math.pi
-"""Width of the whole circle (radians)."""
+"""Width of an arc that is the whole circle (radians)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spans:
-    """The directions in which n things lie from an eye; every array is (n,)."""
+    """For each of n things, the directions from an eye to the thing; every array is (n,)."""
 
     start: np.ndarray
     """Angle in the plan (radians) at which each arc begins."""
     width: np.ndarray
     """Width of each arc (radians)."""
     low: np.ndarray
-    """Least slope of each thing's directions: metres up for each metre in the plan."""
+    """Least slope of the directions to each thing: metres up for each metre in the plan."""
     high: np.ndarray
-    """Greatest slope of each thing's directions."""
+    """Greatest slope of the directions to each thing."""
 
     @staticmethod
     def of(eye: np.ndarray, corners: np.ndarray) -> "Spans":
-        """Return the directions from an eye (3,) to the hull of the k corners of each of n things (k, n, 3)."""
+        """Return the directions from an eye (3,) to n things; `corners` (k, n, 3) are the corners of their hulls."""
         x, y, z = np.moveaxis(corners - eye, -1, 0)
         angle = np.arctan2(y.mean(axis=0), x.mean(axis=0))
         turns = (np.arctan2(y, x) - angle + np.pi) % FULL - np.pi
@@ -46,7 +46,7 @@ class Spans:
 
 @dataclass(frozen=True, slots=True)
 class Sector:
-    """Directions from an eye: an arc of the plan, between two slopes."""
+    """A set of directions from an eye: an arc of angles in the plan, between two slopes."""
 
     start: float
     """Angle in the plan (radians) at which the arc begins."""
@@ -59,7 +59,7 @@ class Sector:
 
     @staticmethod
     def of(eye: Iterable[float], corners: Iterable[Iterable[float]]) -> "Sector":
-        """Return the directions from an eye to the hull of some corners, as `Spans.of` does for many things."""
+        """Return the directions from an eye to the convex hull of the corners of one thing (see `Spans.of`)."""
         eye_x, eye_y, eye_z = eye
         ways = [(x - eye_x, y - eye_y, z - eye_z) for x, y, z in corners]
         middle = sum(x for x, _, _ in ways), sum(y for _, y, _ in ways)
@@ -79,7 +79,7 @@ class Sector:
         )
 
     def intersection(self, other: "Sector") -> "Sector | None":
-        """Return a sector that contains all directions common to this sector and `other`; None when there are none."""
+        """Return a sector that contains all directions in both this sector and `other`; None if there are none."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         if low > high:
             return None
@@ -91,7 +91,7 @@ class Sector:
         return Sector(self.start + start, end - start, low, high) if start <= end else None
 
     def overlaps(self, spans: Spans) -> np.ndarray:
-        """Return for n things whether (n,) each has any direction in common with this sector."""
+        """Return a mask (n,) of the things that have any direction in common with this sector."""
         first = (spans.start - self.start + np.pi) % FULL - np.pi
         is_across = (np.maximum(first, 0.0) <= np.minimum(first + spans.width, self.width)) | (spans.width >= FULL)
         return (is_across | (self.width >= FULL)) & (spans.low <= self.high) & (spans.high >= self.low)

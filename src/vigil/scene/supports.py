@@ -12,45 +12,45 @@ from vigil.scene.geometry import Motion, bounding_box, joint_of, part_motion
 from vigil.scene.things import Scene, Thing
 
 LEVEL_WITHIN = 0.99
-"""Least vertical component of a surface's upward axis for things to rest on it."""
+"""Things can rest on a surface if the vertical component of the surface's upward axis is at least this."""
 OVER_M = 0.1
-"""Tolerance of `object_at_receptacle` (protocol.md section 4): height above a surface, and growth of its rectangle."""
+"""Tolerance (m) of `object_at_receptacle` (protocol.md section 4), above a surface and around its rectangle."""
 BESIDE_M = 0.1
-"""Greatest distance (m) outside a surface's rectangle of a click on the surface; the rectangle ends a little before
-the visible edge."""
+"""A click at most this far (m) outside a surface's rectangle is on the surface; the rectangle ends a little before the
+visible edge."""
 TOUCH_M = 0.003
-"""Overlap (m) up to which two solids count as only touching."""
+"""Two solids that overlap by at most this (m) only touch."""
 FARTHEST_SURFACE = 2.0
 """Greatest distance of a thing's surfaces from the thing, as a multiple of the diagonal of its box; leaves open and
 drawers slide out by less than that."""
 LEVEL_SLACK_M = 1e-3
-"""How far (m) a thing may be sunk into the surface, or below the rim, on which it lies."""
+"""How far (m) a thing may be sunk into the surface that it lies on, or above the rim of the hollow that it lies in."""
 
 
 def surface_named(thing: Thing, name: str | None) -> Surface | None:
-    """Return the thing's surface of that name; None without one."""
+    """Return the thing's surface called `name`; None if there is none."""
     return next((surface for surface in thing.asset.surfaces if surface.name == name), None)
 
 
 def surface_frame(thing: Thing, surface: Surface, openness: float | None = None) -> Motion:
-    """Return the motion from the surface's frame, whose origin is the surface's middle, to the house."""
+    """Return the motion from the surface's frame to the house; the frame's origin is the surface's middle."""
     motion = part_motion(thing, surface.joint, openness)
     return Motion(motion.turn, motion(np.array(surface.center)[None])[0])
 
 
 def is_level(frame: Motion) -> bool:
-    """Return whether a surface with that frame is level and faces up."""
+    """Return whether a surface with this frame is level and faces up."""
     return float(frame.turn[1, 1]) >= LEVEL_WITHIN
 
 
 def offset_from(frame: Motion, point: Vec3) -> Vec3:
-    """Return a point of the house in a surface's frame; y is its height above the surface."""
+    """Return a point of the house in a surface's frame; its y is the height above the surface."""
     x, y, z = frame.inverse()(np.array(point)[None])[0]
     return Vec3(float(x), float(y), float(z))
 
 
 def is_over(surface: Surface, local: Vec3) -> bool:
-    """Return whether a point in a surface's frame lies in the free space over it, or up to `BESIDE_M` outside."""
+    """Return whether a point in a surface's frame is in the free space above it, or at most `BESIDE_M` to the side."""
     is_beside = abs(local.x) > surface.size_x / 2 + BESIDE_M or abs(local.z) > surface.size_z / 2 + BESIDE_M
     return not is_beside and -TOUCH_M <= local.y <= surface.clearance + TOUCH_M
 
@@ -61,33 +61,35 @@ def is_shut(thing: Thing) -> bool:
 
 
 def is_inside_closed(scene: Scene, thing: Thing) -> bool:
-    """Return whether the thing lies inside a shut thing, directly or inside other things."""
+    """Return whether the thing is inside a shut thing, directly or inside other things."""
     return any(surface and surface.needs_opening and is_shut(parent) for parent, surface in _supports_of(scene, thing))
 
 
 def containers_of(scene: Scene, thing: Thing) -> list[Thing]:
     """Return the things that contain the thing, nearest first.
 
-    The thing, or something below it in its chain of supports, rests on a surface inside each of them, or inside a
-    drawer of it. A drawer comes before its furniture.
+    A container has an interior surface on which the thing rests, or on which something below the thing in its chain of
+    supports rests. For a surface in a drawer, both the drawer and then its furniture are containers.
     """
     hollows = (parent for parent, _ in interior_surfaces_around(scene, thing))
     return [each for parent in hollows for each in (parent, furniture_of(scene, parent)) if each is not None]
 
 
 def interior_surfaces_around(scene: Scene, thing: Thing) -> list[tuple[Thing, Surface]]:
-    """Return (owner, surface) for each interior surface that the thing, or something below it, rests on."""
+    """Return (owner, surface) for each interior surface in the thing's chain of supports."""
     rests = _supports_of(scene, thing)
     return [(parent, surface) for parent, surface in rests if surface is not None and surface.is_inside]
 
 
 def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) -> tuple[str, ...]:
-    """Return the ids of the things that bear the thing although it does not lie on them, nearest first.
+    """Return the ids of those supports of a thing on which it does not count as lying, nearest first.
 
-    These are the things that must be opened to reach the thing, whether they are open or shut now, and everything that
-    bears them. If the thing is in a fixed hollow, everything that bears the hollow also belongs to them: a thing in a
-    sink does not lie on the counter, but a thing in a bowl also lies on the table. For a thing without a known support,
-    return the sorted ids of the `others` of which only surfaces that must be opened are below the thing.
+    These are the things that must be opened to reach the thing (whether they are open or shut now), and everything that
+    supports them. If the thing is in the hollow of something that cannot be picked up, everything below that is added:
+    a thing in a sink does not lie on the counter. (A bowl can be picked up, so a thing in a bowl lies on the table.)
+
+    If the thing's support is not known, return sorted ids of `others`: those whose surfaces below the thing all need
+    opening.
     """
     if thing.parent is None:
         over = {other.id: _surfaces_below(thing, other) for other in _receptacles(thing, others)}
@@ -102,8 +104,9 @@ def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) ->
 
 
 def ends_lying_on(parent: Thing, surface: Surface, receptacle: Thing) -> bool:
-    """Return whether things on a surface of `parent` do not count as lying on `receptacle`, which is `parent` or
-    bears it.
+    """Return whether things on a surface of `parent` do not count as lying on `receptacle`.
+
+    `receptacle` is `parent` itself or one of the things that support it.
     """
     return surface.needs_opening or (parent is not receptacle and _is_fixed_hollow(parent, surface))
 
@@ -118,21 +121,19 @@ def furniture_of(scene: Scene, thing: Thing) -> Thing | None:
 
 
 def drawers_of(scene: Scene, thing: Thing) -> list[Thing]:
-    """Return the drawers that are parts of a thing, in the scene's order."""
+    """Return the drawers that are parts of a thing, in the order of the scene's things."""
     return [part for part in scene.things.values() if part.is_drawer and part.parent == thing.id]
 
 
 def _supports_of(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface | None]]:
-    """Yield the thing's chain of supports, nearest first, each with the surface that bears (None if it is unknown)."""
+    """Yield the thing's chain of supports, nearest first: each supporting thing and its surface (None if unknown)."""
     for parent in ancestors(scene, thing):
         yield parent, surface_named(parent, thing.surface)
         thing = parent
 
 
 def ancestors(scene: Scene, thing: Thing) -> list[Thing]:
-    """Return the thing's chain of supports: the thing on which it rests, the thing on which that one rests, and so
-    on.
-    """
+    """Return the thing's chain of supports: the thing that supports it, the thing that supports that, and so on."""
     chain: list[Thing] = []
     while thing.parent is not None and thing.parent in scene.things:
         thing = scene.things[thing.parent]
@@ -141,7 +142,7 @@ def ancestors(scene: Scene, thing: Thing) -> list[Thing]:
 
 
 def children(scene: Scene, parent_id: str) -> list[Thing]:
-    """Return the present things that rest directly on or in a thing, in the scene's order."""
+    """Return the things that are present and rest directly on or in a thing, in the order of the scene's things."""
     return [thing for thing in scene.things.values() if thing.parent == parent_id and thing.is_present]
 
 
@@ -154,38 +155,36 @@ def contents(scene: Scene, thing_id: str) -> list[Thing]:
 
 
 def moved_by_joint(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
-    """Return all things that one of the thing's joints carries, directly or on other things."""
+    """Return all things that one joint of the thing carries, directly or on other things."""
     direct = [child for child in children(scene, thing.id) if child.parent_joint == joint]
     return direct + [deeper for child in direct for deeper in contents(scene, child.id)]
 
 
 def receptacles_below(thing: Thing, others: Iterable[Thing], *, inside: bool) -> tuple[str, ...]:
-    """Return the sorted ids of the receptacles among `others` that the thing lies over; see `rests_over`."""
+    """Return the sorted ids of the receptacles among `others` that the thing rests over; see `rests_over`."""
     return tuple(sorted(other.id for other in _receptacles(thing, others) if rests_over(thing, other, inside=inside)))
 
 
 def _receptacles(thing: Thing, others: Iterable[Thing]) -> Iterator[Thing]:
-    """Yield the receptacles among `others` that the thing may lie on or in; none while the thing is held or not
-    present.
-    """
+    """Yield the receptacles among `others` on or in which the thing may lie; none if the thing is held or absent."""
     for other in others if thing.is_present and not thing.is_held else ():
         if other.is_receptacle and other.is_present and not other.is_held and other is not thing:
             yield other
 
 
 def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool:
-    """Return whether the thing lies over a surface of the receptacle by the goal's rule.
+    """Return whether the thing is above a surface of the receptacle, by the rule of `object_at_receptacle`.
 
-    With `inside` only interior surfaces count.
+    With `inside`, only interior surfaces count.
     """
     return any(surface.is_inside or not inside for surface in _surfaces_below(thing, receptacle))
 
 
 def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
-    """Return the surfaces of a receptacle over which the thing lies by the goal's rule.
+    """Return the surfaces of a receptacle that the thing is above, by the rule of `object_at_receptacle`.
 
-    The surface's rectangle is enlarged only for a thing whose support is not known, because a thing with a known
-    support next to the receptacle lies on this support.
+    The rectangle of a surface is enlarged only if the thing's support is not known. A thing with a known support next
+    to the receptacle lies on this support instead.
     """
     away_m = math.hypot(thing.position.x - receptacle.position.x, thing.position.z - receptacle.position.z)
     if away_m > FARTHEST_SURFACE * math.hypot(*receptacle.asset.size) + 2 * OVER_M:
@@ -201,18 +200,16 @@ def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
 
 
 def _is_over(surface: Surface, point: Vec3, growth: float) -> bool:
-    """Return whether a point in the surface's frame lies at most `OVER_M` above the surface, enlarged by `growth`
-    (m).
-    """
+    """Return whether a point in the surface's frame is at most `OVER_M` above the surface, enlarged by `growth` (m)."""
     is_beside = abs(point.x) > surface.size_x / 2 + growth or abs(point.z) > surface.size_z / 2 + growth
     return not is_beside and -1e-6 <= point.y + LEVEL_SLACK_M <= OVER_M + LEVEL_SLACK_M
 
 
 def _is_in_hollow(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> bool:
-    """Return whether a point over an interior surface is below the surface's ceiling or rim, and within the
-    receptacle's box.
+    """Return whether a point above an interior surface is within the receptacle's box and below the hollow's ceiling or
+    rim.
 
-    For any other surface return True.
+    For a surface that is not interior, return True.
     """
     if not surface.is_inside:
         return True
@@ -223,7 +220,7 @@ def _is_in_hollow(receptacle: Thing, surface: Surface, frame: Motion, point: Vec
 
 
 def headroom(asset: Asset, surface: Surface) -> float:
-    """Return the height (m) of the hollow over an interior surface, up to the next solid or the asset's rim."""
+    """Return the height (m) of the hollow above an interior surface, up to the next solid or the asset's rim."""
     return min(surface.clearance, asset.size.y / 2 - surface.center.y)
 
 
@@ -236,9 +233,10 @@ def level_surfaces(thing: Thing) -> Iterator[tuple[Surface, Motion]]:
 
 
 def moves_with(thing: Thing, other: Thing, carriers: list[Thing]) -> bool:
-    """Return whether `other` lies inside `thing` or moves with its drawer; `carriers` are the `ancestors` of `other`.
+    """Return whether `other` is inside `thing` or moves with a drawer of `thing`, so that leaves of `thing` cannot hit
+    it.
 
-    The leaves of `thing` cannot meet such a thing.
+    `carriers` are the `ancestors` of `other`.
     """
     if thing not in carriers:
         return False
@@ -250,6 +248,6 @@ def moves_with(thing: Thing, other: Thing, carriers: list[Thing]) -> bool:
 
 
 def joint_is_hinge(thing: Thing, joint: str | None) -> bool:
-    """Return whether the joint of that name is a hinge; False for an unknown name."""
+    """Return whether the joint called `joint` is a hinge; False for an unknown name."""
     found = joint_of(thing.asset, joint)
     return found is not None and found.kind == "hinge"

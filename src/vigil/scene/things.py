@@ -25,7 +25,7 @@ class Thing:
     rotation: Vec3
     """Euler angles in degrees, applied z, then x, then y (Unity's order)."""
     parent: str | None = None
-    """Id of the thing on or in which this thing rests, or of a drawer's furniture; None on the floor or a wall."""
+    """Id of the thing on or in which this thing rests (for a drawer, its furniture); None on the floor or a wall."""
     is_pickupable: bool = False
     is_openable: bool = False
     is_toggleable: bool = False
@@ -35,29 +35,29 @@ class Thing:
     is_toggled: bool = False
     """Whether the thing is switched on."""
     is_broken: bool = False
-    """Whether the thing does not start when it is switched on; a notice on its front says so."""
+    """Whether the thing stays off when the agent tries to switch it on; a notice on its front says so."""
     is_held: bool = False
-    """Whether the thing is in the hand, or on or in a thing that is in the hand."""
+    """Whether the thing is in the agent's hand, or is on or in the thing in the hand."""
     from_hand: Vec3 | None = None
-    """Position (m, along the house's axes) relative to the thing in the hand, while this thing is held; else None."""
+    """Position (m, along the house's axes) relative to the thing in the hand, for a thing that is held; else None."""
     is_present: bool = True
     """Whether the thing is in the house; False for an object that the setup removed."""
     is_structure: bool = False
-    """Whether the thing is a door, door frame or window, which fills a hole and never moves as a whole."""
+    """Whether the thing is a door, door frame or window, which fills a hole in a wall and never moves as a whole."""
     parent_joint: str | None = None
     """Name of the parent's joint that carries the thing, e.g. when the thing lies in a drawer; else None."""
     surface: str | None = None
-    """Name of the parent's surface on which the thing rests; None on the floor, or when the surface is not known."""
+    """Name of the parent's surface on which the thing rests; None on the floor or if the surface is not known."""
     is_drawer: bool = False
-    """Whether the thing is a drawer that opens separately. A drawer is part of its parent, and is never moved
-    without it."""
+    """Whether the thing is a drawer that opens separately. A drawer is part of its parent and moves only with it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hole:
     """A rectangular hole in a wall panel.
 
-    `left` and `right` are metres along the panel from its start; `bottom` and `top` are metres above its bottom.
+    `left` and `right` are metres along the panel from its start; `bottom` and `top` are metres above the panel's
+    bottom.
     """
 
     left: float
@@ -68,15 +68,15 @@ class Hole:
 
 @dataclass(frozen=True, slots=True)
 class WallPanel:
-    """A side of a wall: a vertical rectangle seen from its room."""
+    """One side of a wall: a vertical rectangle that is seen from one room."""
 
     id: str
     room_id: str
     """Id of the room from which the panel is seen; "exterior" for the outside of the house."""
     start: tuple[float, float]
-    """First bottom point (x, z)."""
+    """First end (x, z) of the bottom edge."""
     end: tuple[float, float]
-    """Second bottom point (x, z)."""
+    """Second end (x, z) of the bottom edge."""
     bottom: float
     """Height (m) of the panel's bottom."""
     height: float
@@ -94,7 +94,7 @@ class RoomShape:
     id: str
     room_type: str
     polygon: np.ndarray
-    """Corners (n, 2) of the floor, x and z."""
+    """Corners (n, 2) of the floor as x, z."""
     height: float
     """Height (m) of the ceiling."""
     floor_material: MaterialRef
@@ -114,4 +114,4 @@ class Scene:
     things: dict[str, Thing] = field(default_factory=dict)
     """Things by id: objects in the document's order, then doors and windows."""
     notes: list[str] = field(default_factory=list)
-    """Notes, one line each, on guesses about assets and on parts of the house document that were not followed."""
+    """One line for each guess about an asset, and for each part of the house document that was not used."""

@@ -1,8 +1,8 @@
 """The shell of a house: wall panels with their holes, rooms, and the positions of doors and windows.
 
-Only this module handles ProcTHOR's way of writing walls. A room's wall lists its bottom points first; an outside wall
-lists its top points first. Between two rooms there are two coincident panels of opposite direction, and a hole is given
-only along the first of them. A wall that is `empty` is not built.
+Only this module handles the way in which ProcTHOR writes walls. A room's wall lists its bottom points first; an outside
+wall lists its top points first. Between two rooms, two panels of opposite direction are in the same place; the document
+gives a hole only along the first panel. A wall that is `empty` is not built.
 """
 
 import math
@@ -20,23 +20,24 @@ from vigil.scene.things import Hole, RoomShape, WallPanel
 DEFAULT_HEIGHT_M = 2.6
 """Height (m) of a room in a house without walls."""
 LIGHT_DROP_M = 0.2
-"""Distance (m) below the ceiling of a room's light if the document does not have one for the room."""
+"""How far (m) a room's light is below the ceiling if the document has no light for the room."""
 DOOR_DEPTH_M = 0.14
 WINDOW_DEPTH_M = 0.09
 PROBE_M = 0.01
-"""Distance (m) from a wall of the point at which the room in front of the wall is looked up."""
+"""To find the room in front of a wall, a point at this distance (m) from the wall is looked up."""
 LEAST_FLOOR_M2 = 0.01
 LEAST_WALL_M = 1e-4
 FARTHEST_SHELL_M = 200.0
-"""Greatest coordinate (m) of a room, wall or opening. It is limited because floors and walls are drawn in cells of
+"""Greatest coordinate (m) of a room, wall or opening. There is a limit because floors and walls are drawn in cells of
 half a metre."""
 
 
 def rooms_of(house: House) -> list[RoomShape]:
     """Return the rooms of a house.
 
-    A room's height is that of its highest wall. Its light is the document's, or else one near the middle of the
-    ceiling. Raises HouseError when a floor crosses itself or has almost no area, or when the house is absurdly large.
+    A room is as high as its highest wall. Its light comes from the document; if there is none, it gets one near the
+    middle of the ceiling. Raises HouseError when a floor crosses itself or has almost no area, or when the house is too
+    large.
     """
     document = house.document
     _check_extent(house)
@@ -73,8 +74,8 @@ def _check_extent(house: House) -> None:
 def panels_of(house: House, *, empty: bool = False) -> list[WallPanel]:
     """Return the panels of the walls, with the holes of all doors and windows.
 
-    With `empty`, return instead the panels of the walls that are marked as empty. Raises HouseError on a wall without
-    length or height.
+    With `empty`, return instead the panels of the walls that the document marks as empty. Raises HouseError on a wall
+    without length or height.
     """
     document = house.document
     wanted = [wall for wall in document.walls if wall.empty == empty]
@@ -95,7 +96,7 @@ def panels_of(house: House, *, empty: bool = False) -> list[WallPanel]:
 
 
 def place_of_opening(house: House, opening: Opening, panels: dict[str, WallPanel]) -> tuple[Vec3, float, Vec3]:
-    """Return an opening's centre, its yaw (deg, front towards its first room) and the size (m) that fits its hole.
+    """Return a door's or window's centre, its yaw (deg; the front faces its first room) and the size (m) of its hole.
 
     `panels` are all panels by id, including those of empty walls.
     """
@@ -134,9 +135,7 @@ def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomS
 
 
 def _light_of(room: RoomNode, floor: shapely.Polygon, lights: list[Light]) -> Light | None:
-    """Return a room's light: the light that is named after the room and is in it; else one that is in it; else one
-    that is named after it.
-    """
+    """Return a room's light: one in the room with its name; else one in the room; else one with its name; else None."""
     suffix = room.id.rpartition("|")[2]
     named = [light for light in lights if light.id.rpartition("_")[2] == suffix]
     inside = [light for light in lights if floor.contains(shapely.Point(light.position.x, light.position.z))]
@@ -155,7 +154,7 @@ def _hole_extent(opening: Opening) -> tuple[tuple[float, float], tuple[float, fl
 
 
 def _hole_in(wall: Wall, opening: Opening, first: Wall) -> Hole:
-    """Return the opening's hole along `wall`; the document gives it along the opening's `first` wall."""
+    """Return an opening's hole in metres along `wall`; the document gives the hole in metres along `first`."""
     xs, ys = _hole_extent(opening)
     if wall.id != first.id:
         start, end = first.ends
@@ -189,7 +188,7 @@ def _panel(wall: Wall, holes: tuple[Hole, ...], rooms: dict[str, shapely.Polygon
 def _normal(
     start: tuple[float, float], end: tuple[float, float], room: shapely.Polygon | None, rooms: list[shapely.Polygon]
 ) -> tuple[float, float]:
-    """Return the unit normal (x, z) towards the panel's room; for an outside panel, away from every room."""
+    """Return the unit normal (x, z) of a panel: towards its room, or away from all rooms if `room` is None."""
     normal, probe = _faced(start, end)
     inward = room.contains(probe) if room is not None else not any(other.contains(probe) for other in rooms)
     sign = 1.0 if inward else -1.0
@@ -197,7 +196,7 @@ def _normal(
 
 
 def _faced(start: tuple[float, float], end: tuple[float, float]) -> tuple[np.ndarray, shapely.Point]:
-    """Return the unit normal (2,) of the side that a wall is seen from by the order of its ends, and a point there."""
+    """Return a wall's unit normal (2,) to the side that the order of its ends defines, and a point on this side."""
     direction, middle = _direction(start, end), (np.array(start) + np.array(end)) / 2
     normal = np.array([direction[1], -direction[0]])
     return normal, shapely.Point(*(middle + PROBE_M * normal))

@@ -1,8 +1,9 @@
-"""Closure stress: answers and verdicts of the suite in which reaching a goal is easy and knowing its truth is hard.
+"""Closure stress: answers and verdicts of the suite in which it is easy to reach a goal and hard to know whether it
+holds.
 
-A pack of the suite has a file `closure.jsonl` with the correct closing of each episode, and the name of its pair.
-Agents are not shown anything from it. C (correct closure) is a pure function of this answer and a record; it does not
-affect W or B. Source: `protocol.md` section 8, decision 30.
+A pack of the suite has a file `closure.jsonl`, which agents never see. For each episode, the file has the correct
+closing (the answer) and the name of its pair. C (correct closure) is a pure function of the answer and a record; it
+does not affect W or B. Source: `protocol.md` section 8, decision 30.
 """
 
 import math
@@ -51,22 +52,23 @@ Kind = Annotated[str, AfterValidator(_check_kind)]
 CLOSURE_KINDS: dict[Kind, ClosureKind] = {
     kind.name: kind for kind in exported_by_modules("vigil.authoring.closure.kinds", "KIND", ("tasks",))
 }
-"""Name -> kind, in the order of tables."""
+"""Name -> kind of episodes of the suite, in the order in which tables show the kinds."""
 KINDS: tuple[Kind, ...] = tuple(CLOSURE_KINDS)
 PAIRED: dict[Kind, tuple[str, ...]] = {name: kind.sides for name, kind in CLOSURE_KINDS.items() if kind.sides}
-"""Kind of episodes that come in pairs of twins -> the sides of a pair, one for each twin."""
+"""Kind of episodes that come as twins (pairs with one difference) -> names of the two sides, one side for each twin."""
 Reason = Literal["absent", "elsewhere", "locked", "broken", "no_fit"]
 REASONS: tuple[Reason, ...] = get_args(Reason)
 FAIL_REASONS: frozenset[Reason] = frozenset({"locked", "broken", "no_fit"})
-"""Reasons for which `fail` is the exact status; for the others (the named object is not there) it is `invalid`."""
+"""Reasons for which the exact status is `fail`. For the other reasons, e.g. that the named object is not there, the
+exact status is `invalid`."""
 DISTRACTOR = "distractor"
-"""Role of an object that looks like the target but is not the target."""
+"""Role of an object that looks like the target but is another object."""
 OTHERWISE = "otherwise"
-"""Role of the object that is the target of an `if_so` episode if its condition does not hold."""
+"""Role of the object that becomes the target of an `if_so` episode if the instruction's condition does not hold."""
 _SILENT_REFUSALS: frozenset[RefusalCode] = frozenset(
     {"interlock", "blocked_by_object", "hand_full", "receptacle_closed", "no_room", "out_of_order"}
 )
-"""Reasons of refusals about which the agent is not informed, although their cause is in view."""
+"""Reasons why the simulator refuses an action without informing the agent, although the agent can see the cause."""
 Claim = Literal["success", "none", "concession"]
 ClosureLabel = Literal[
     "closed",  # correct, with no unnecessary action
@@ -92,13 +94,13 @@ class Evidence(_Fact):
     """An object that the agent must see to know that an episode is impossible."""
 
     object_id: str
-    """Id of the object, which must be observable."""
+    """Id of the object, which counts as seen only if it is observable in a frame."""
     spot: Vec3 | None = None
-    """A place on the object that must also be in the frame; None if it suffices to see any part of the object."""
+    """A place on the object that must also be in the frame; None if it is enough to see any part of the object."""
     within_m: float = Field(default=OBSERVABLE_M, gt=0, le=OBSERVABLE_M)
-    """Maximum distance (m) of the place from the camera; writing can only be read from nearby."""
+    """Maximum distance (m) from the camera to `spot`. It is small for a notice that can only be read from nearby."""
     min_px: int = Field(default=OBSERVABLE_PX, ge=OBSERVABLE_PX)
-    """Minimum number of pixels of the object in the frame."""
+    """Minimum number of pixels that the object must have in the frame."""
 
 
 class Certificate(_Fact):
@@ -109,7 +111,7 @@ class Certificate(_Fact):
     has_plan: bool
     """Whether the search found a plan in this twin."""
     refusal: str = ""
-    """Reason, given by the search, why there is no plan; empty if there is one."""
+    """Reason, given by the search, why there is no plan; empty if there is a plan."""
 
 
 class ClosureAnswer(_Fact):
@@ -118,14 +120,14 @@ class ClosureAnswer(_Fact):
     episode_id: str
     kind: Kind
     pair: str | None = None
-    """Name of the pair, equal for both twins and unique; None without a twin."""
+    """Name of the pair, the same for both twins and for no other episode; None if the episode does not have a twin."""
     side: str | None = None
     form: str = ""
-    """Variant of the kind, if there are several, e.g. how a look-alike differs from the target."""
+    """Variant of the kind, e.g. how a look-alike differs from the target; empty if the kind does not have variants."""
     accepted: tuple[Status, ...] = ("success",)
-    """Statuses that close the episode correctly; the first is the exact one."""
+    """Statuses that close the episode correctly. The first of them is the exact status."""
     reason: Reason | None = None
-    """Reason why the impossible twin is impossible."""
+    """Reason why the episode is impossible; None if it is possible."""
     evidence: tuple[Evidence, ...] = ()
     certificate: Certificate | None = None
 
@@ -133,13 +135,15 @@ class ClosureAnswer(_Fact):
     def _is_whole(self) -> "ClosureAnswer":
         sides = PAIRED.get(self.kind, ())
         if (self.pair is not None) != bool(sides) or (self.side is not None) != bool(sides):
-            raise ValueError(f"an episode of kind {self.kind} is {'one of a pair' if sides else 'on its own'}")
+            raise ValueError(f"an episode of kind {self.kind} {'must belong' if sides else 'cannot belong'} to a pair")
         if self.side is not None and self.side not in sides:
-            raise ValueError(f"a side of kind {self.kind} is {' or '.join(sides)}, not {self.side}")
+            raise ValueError(f"the side of an episode of kind {self.kind} is {' or '.join(sides)}, not {self.side}")
         if self.is_impossible != (self.reason is not None) or self.is_impossible != (self.accepted != ("success",)):
-            raise ValueError("an impossible side, and no other, has a reason and accepts a concession")
+            raise ValueError(
+                "an impossible side must have a reason and accept a concession; any other episode must not"
+            )
         if "impossible" in sides and not (self.evidence and self.certificate):
-            raise ValueError("a twin names its evidence and its certificate")
+            raise ValueError("a twin must name its evidence and its certificate")
         return self
 
     @property
@@ -156,43 +160,43 @@ class ClosureOutcome:
     outcome: Outcome
     house: str
     C: bool
-    """Whether the report is true of the world at the end."""
+    """Whether the closing is correct: the report is true of the world at the end."""
     claim: Claim
-    """What the ending claims about the goal, whether or not the claim is true."""
+    """What the ending claims about the goal (success, nothing, or concession), whether or not the claim is true."""
     is_exact: bool
-    """Whether the reported status is the exact one, i.e. the first of the accepted statuses."""
+    """Whether the reported status is the exact status, i.e. the first of the accepted statuses."""
     evidence_seen: float | None
     """Share of the evidence that was seen before the report; None without evidence."""
     is_needless: bool
-    """Whether the agent acted on a state that already held at the reset, even without effect. If the whole goal held,
-    any act counts."""
+    """Whether the agent acted on a state that already held at the reset. Clicks without effect count too. If the whole
+    goal held at the reset, every act counts."""
     is_wrong_branch: bool
-    """Whether the agent, in a conditional episode, changed a state that should have stayed as it was."""
+    """Whether the agent changed a state that should have stayed as it was; only in conditional episodes (`if_so`)."""
     is_refused: bool
-    """Whether an interaction was refused for a reason that is in view."""
+    """Whether an interaction was refused for a reason that the agent can see."""
     is_wrong_object: bool
-    """Whether the task was done to the look-alike and not to the target."""
+    """Whether the agent did the task to the look-alike instead of to the target."""
 
     @property
     def is_knowing(self) -> bool:
-        """Whether the closing is correct and the agent acted on nothing that held at the reset (acting means not
-        knowing).
+        """Whether the closing is correct and without a needless act. An agent that acts on a state that already holds
+        does not know the state.
         """
         return self.C and not self.is_needless
 
     @property
     def is_false_success(self) -> bool:
-        """Whether the agent reported success although the goal does not hold."""
+        """Whether the agent reported success, but the goal does not hold."""
         return self.claim == "success" and not self.outcome.W
 
     @property
     def gave_up(self) -> bool:
-        """Whether the agent conceded a goal that could be reached."""
+        """Whether the agent conceded, although the goal could be reached."""
         return self.claim == "concession" and not self.answer.is_impossible and not self.outcome.W
 
     @property
     def gave_up_early(self) -> bool:
-        """Whether the agent conceded a goal that could be reached before it had seen all the evidence."""
+        """Whether the agent conceded before it had seen all the evidence, although the goal could be reached."""
         return self.gave_up and self.evidence_seen is not None and self.evidence_seen < 1.0
 
     @property
@@ -222,7 +226,7 @@ def closure_answers(pack: str | Path) -> dict[str, ClosureAnswer]:
 
 
 def check_pairs(answers: Iterable[ClosureAnswer]) -> dict[str, ClosureAnswer]:
-    """Return answers by episode id. Raises EpisodeError unless each pair has exactly its two sides."""
+    """Return answers by episode id. Raises EpisodeError unless each pair has one answer for each of its sides."""
     found: dict[str, ClosureAnswer] = {}
     pairs: dict[str, list[ClosureAnswer]] = {}
     for answer in answers:
@@ -241,10 +245,10 @@ def check_pairs(answers: Iterable[ClosureAnswer]) -> dict[str, ClosureAnswer]:
 def score_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord) -> ClosureOutcome:
     """Return the verdict on one record. Raises RecordError as `vigil.scoring.outcomes.score` does.
 
-    Raises EpisodeError for the answer of another episode.
+    Raises EpisodeError if `answer` is for another episode.
     """
     if answer.episode_id != episode.id:
-        raise EpisodeError(f"The answer of episode {answer.episode_id!r} is not that of {episode.id!r}.")
+        raise EpisodeError(f"Episode {episode.id!r} cannot be scored with the answer of episode {answer.episode_id!r}.")
     outcome, kind = score(episode, record), CLOSURE_KINDS[answer.kind]
     held = _held_at_reset(episode.goal, record) if kind.may_hold_at_reset else []
     conceded = outcome.reported in answer.accepted and outcome.raw_status is None and not outcome.W
@@ -264,7 +268,7 @@ def score_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord
 
 
 def evidence_seen(evidence: Sequence[Evidence], record: EpisodeRecord) -> float | None:
-    """Return the share of the evidence that was in some frame of a record; None without evidence."""
+    """Return the share of the evidence that was seen in at least one frame of a record; None without evidence."""
     if not evidence:
         return None
     frames = record.worlds[:-1] if record.steps else record.worlds
@@ -298,7 +302,7 @@ def _claim(outcome: Outcome) -> Claim:
 
 
 def _is_done_to(object_id: str | None, goal: Goal, record: EpisodeRecord) -> bool:
-    """Whether the goal was reached with another object."""
+    """Whether the goal, with `object_id` instead of its target, holds at the end and did not hold at the reset."""
     if object_id is None or not isinstance(goal, ObjectInState | ObjectHeld):
         return False
     rows = check(goal.model_copy(update={"object_id": object_id}), record).rows
@@ -322,10 +326,10 @@ def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
 
 
 def _is_needless(goal: Goal, held: Sequence[ObjectInState], record: EpisodeRecord) -> bool:
-    """Whether a state that held at the reset was changed or acted on, even by a refused or ineffective click.
+    """Whether the agent changed or clicked something whose required state held at the reset. Refused clicks count too.
 
-    If the whole goal held, every act is needless whatever it hits, because a click meant for an open door may hit the
-    floor instead.
+    If the whole goal held at the reset, every act is needless, whatever it hits: a click meant for an open door may hit
+    the floor.
     """
     acts = [step.effect for step in record.steps if _is_act(step.action)]
     if acts and len(held) == len(_parts(goal)):

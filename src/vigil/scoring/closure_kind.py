@@ -1,4 +1,4 @@
-"""What describes a kind of the closure-stress suite: what scoring, authoring and tests know of its episodes."""
+"""Description of a kind of the closure-stress suite: the facts that scoring, authoring and tests need."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -7,39 +7,41 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClosureKind:
-    """A kind of tasks: one episode each, or two twins that differ in one thing.
+    """A kind of tasks. A task is one episode, or two twins (a pair of episodes whose houses differ in one object).
 
-    Functions are given by their names "package.module:function", loaded when they are needed, or as they are.
+    A field for a function holds the function itself or its name "package.module:function", which is loaded at first
+    use.
     """
 
     name: str
     position: int
-    """Place in tables, from 1."""
+    """Position in tables, counted from 1."""
     tasks: str | Callable[..., Any]
-    """Function from a `HouseContext` to tasks and rejections."""
+    """Function that makes tasks, and rejections of tasks, from a `HouseContext`."""
     sides: tuple[str, ...] = ()
-    """Names of the sides of twins, the one that satisfies the families' rules first; empty without twins."""
+    """Names of the two sides of twins; empty without twins. The first side satisfies the families' rules."""
     may_hold_at_reset: bool = False
-    """Whether the goal, or parts of it, may hold from the start."""
+    """Whether the goal, or a part of it, may already hold at the reset."""
     has_branches: bool = False
-    """Whether each side asks for an act of its own, so that twins have different goals."""
+    """Whether the two sides require different acts, so that twins have different goals."""
     forms_of_many: frozenset[str] = frozenset()
-    """Forms whose evidence is in several places, so that one view does not show it all."""
+    """Forms whose evidence is in several places, so that no single view shows all the evidence."""
     unnamed_roles: frozenset[str] = frozenset()
     """Roles of objects that an episode records but its instruction does not name."""
     exempt: Mapping[str, frozenset[str]] = field(default_factory=dict[str, frozenset[str]])
-    """Form, or template where there are no forms -> rules of the families that it breaks on purpose; "" for all others.
+    """Form -> names of the families' rules that episodes of this form break on purpose. If the kind does not have
+    forms, the key is a template. The key "" is for all forms and templates that are not listed.
 
-    `protocol` is checked as for a suite.
+    If the rule `protocol` is listed, the episodes must still pass the checks of `protocol_faults` for packs of the
+    suite.
     """
     faults: str | Callable[..., Any] | None = None
     """Function that yields (rule, message) for each fault of a side under the rules that only this kind has.
 
-    None if the kind has no rules of its own.
-
-    Its arguments are a `PrivilegedView` at the side's start, the task, the episode, and the actions that solve it.
+    None if the kind does not have such rules. The arguments of the function are a `PrivilegedView` at the side's start,
+    the task, the episode, and the actions that solve the episode.
     """
 
     def exempt_of(self, form: str, template: str) -> frozenset[str]:
-        """Return the rules of the families that an episode of a form, or without one of a template, may break."""
+        """Return the families' rules that an episode may break: those for its form or, without a form, its template."""
         return self.exempt.get(form or template, self.exempt.get("", frozenset()))

@@ -1,7 +1,7 @@
-"""Whether a goal holds at each moment of a record, and its progress.
+"""Whether a goal holds at each moment of a record, and how much progress was made towards the goal.
 
-The functions depend only on a record's actions and worlds, not on its ending or report, which `vigil.scoring.outcomes`
-judges. Source: `protocol.md` sections 4.1 and 4.2.
+The functions use only a record's actions and worlds. `vigil.scoring.outcomes` checks the record's ending and report.
+Source: `protocol.md` sections 4.1 and 4.2.
 """
 
 from collections.abc import Sequence
@@ -36,12 +36,12 @@ from vigil.protocol.world import CLOSED_BELOW, OPEN_ABOVE, Effect, ObjectState
 from vigil.records.record import EpisodeRecord
 
 UNFINISHED_AT_MOST = 0.99
-"""Maximum progress while the goal does not hold."""
+"""Maximum progress as long as the goal does not hold."""
 
 
 @dataclass(frozen=True, slots=True)
 class GoalRow:
-    """Truth and progress of a goal at one moment; a latched condition counts from the moment when it was first met."""
+    """Truth and progress of a goal at one moment. A latched condition, once met, stays met at all later moments."""
 
     semantic: bool
     strict: bool
@@ -54,18 +54,18 @@ class GoalCheck:
     """Truth and progress of a goal at every moment of a record."""
 
     rows: tuple[GoalRow, ...]
-    """Row 0 is the reset, row k the moment after step k."""
+    """One row for each moment: row 0 is the reset, and row k is the moment after step k."""
     is_tampered: bool
-    """Whether the queried state was changed since the reset; `report_status` only."""
+    """Whether the queried state was changed after the reset; only for the goal `report_status`."""
 
     @property
     def semantic(self) -> bool:
-        """Whether the goal holds at the end, tolerant of minor imprecision."""
+        """Whether the goal holds at the end, with the protocol's tolerances."""
         return self.rows[-1].semantic
 
     @property
     def strict(self) -> bool:
-        """Whether the goal holds at the end, without tolerance; implies `semantic`."""
+        """Whether the goal holds at the end without tolerances. If it does, `semantic` is also true."""
         return self.rows[-1].strict
 
     @property
@@ -75,7 +75,7 @@ class GoalCheck:
 
     @property
     def max_progress(self) -> float | None:
-        """The highest progress on the way."""
+        """The highest progress at any moment."""
         return max((row.progress for row in self.rows if row.progress is not None), default=None)
 
     @property
@@ -85,12 +85,12 @@ class GoalCheck:
 
     @property
     def first_row(self) -> int | None:
-        """The first moment at which the goal held, 0 being the reset; None if never."""
+        """The first moment at which the goal held (0 is the reset); None if it never held."""
         return next((index for index, row in enumerate(self.rows) if row.semantic), None)
 
     @property
     def first_satisfied_step(self) -> int | None:
-        """The first step after which the goal held; None if never."""
+        """The first step after which the goal held; None if there is no such step."""
         return next((index for index, row in enumerate(self.rows) if row.semantic and index), None)
 
 
@@ -128,7 +128,7 @@ def check_chore(chore: Chore, record: EpisodeRecord) -> GoalCheck:
 
 
 def label_at_reset(goal: ReportStatus, record: EpisodeRecord) -> StateLabel:
-    """Return the label that a report of the queried state must have: the one for the state at reset."""
+    """Return the label of the queried state at the reset, which a correct report must have."""
     _require(goal.object_id, record)
     state = record.worlds[0].objects[goal.object_id]
     return state_label(goal.state, is_toggled=state.is_toggled, openness=state.openness)
@@ -168,9 +168,8 @@ def _capped(fractions: Sequence[list[float] | None], semantic: Sequence[bool]) -
 
 
 def _parts(goal: Goal, moments: Sequence[Moment]) -> list[list[float] | None]:
-    """Return for each sub-condition the fraction that is fulfilled in each row; None for a sub-condition met at
-    reset.
-    """
+    """Return for each condition of the goal the fraction (0..1) that is fulfilled in each row; None for a condition
+    that was already met at the reset."""
     parts: list[list[float] | None] = []
     if goal.constraint is not None:
         parts.append(_constraint_part(goal.constraint, moments))
@@ -219,8 +218,10 @@ def _openness_part(states: Sequence[ObjectState], *, to_open: bool) -> list[floa
 
 
 def _fractions(values: Sequence[float], target: float, *, falls: bool = False) -> list[float] | None:
-    """Return for each row how much (0..1) of the difference between the value at reset and `target` has been
-    covered; None if `target` was met at reset.
+    """Return for each row how far (0..1) the value has come from its value at the reset to `target`.
+
+    None if the value at the reset already met `target`. A value meets `target` if it is at least `target` or, with
+    `falls`, at most `target`.
     """
     way = target - values[0]
     if (way >= 0) if falls else (way <= 0):
@@ -229,7 +230,7 @@ def _fractions(values: Sequence[float], target: float, *, falls: bool = False) -
 
 
 def _latest(part: list[float] | None) -> list[float] | None:
-    """Return the highest value so far, row by row."""
+    """Return for each row the highest value up to this row; None if `part` is None."""
     return None if part is None else list(accumulate(part, max))
 
 

@@ -1,8 +1,8 @@
 """Levels: how difficult an episode is, measured on its house and its recorded solution.
 
-The index of difficulty is a sum over ten figures; bounds of each family divide it into four levels. Figures, index and
-level are facts about an episode, not verdicts: no score depends on them. `vigil.authoring.packing.episode_measures`
-measures them.
+The difficulty index is a sum over ten figures. Three bounds for each family divide the index into four levels. Figures,
+index and level are facts about an episode, not verdicts: no score depends on them.
+`vigil.authoring.packing.episode_measures` measures the figures.
 """
 
 import math
@@ -28,8 +28,8 @@ Level = Literal["easy", "medium", "hard", "extreme"]
 LEVELS: tuple[Level, ...] = get_args(Level)
 
 FREE_PX, MIN_PX = 4000, 10
-"""Size (pixels) from which a target does not add difficulty, and size below which the difficulty does not rise
-further."""
+"""Bounds on a target's size (pixels): a target of at least FREE_PX adds no difficulty; a target smaller than MIN_PX is
+as difficult as one of MIN_PX."""
 
 
 class LevelMeasures(BaseModel):
@@ -44,22 +44,21 @@ class LevelMeasures(BaseModel):
     doors: int = Field(ge=0)
     """Number of times that the solution passes from one room into another."""
     rooms: int = Field(ge=1)
-    """Number of rooms in which the target may be: those of the house, or 1 if it is in view at the start."""
+    """Number of rooms in which the target may be: 1 if it is in view at the start, otherwise all rooms of the house."""
     look_alikes: int = Field(ge=0)
-    """Number of other objects that the target's bare name may also mean and that a frame of the solution shows."""
+    """Number of other objects that the target's name, without adjectives, may also mean. Only objects that are shown in
+    a frame of the solution count."""
     target_px: int = Field(ge=0)
-    """Pixels of the target in the first frame of the solution that shows it; 0 when no frame does."""
+    """Number of pixels of the target in the solution's first frame that shows it; 0 if no frame shows it."""
     containers: int = Field(ge=0)
     """Number of closed containers around the target at the reset. If the instruction does not name the target's
     container, all closed containers in which a person would look for the target count."""
     occlusion: float = Field(ge=0, le=1)
-    """Share of the target's surface that other objects hide in the frame of `target_px`; 1 when no frame shows the
-    target.
-    """
+    """Share of the target that other objects hide in the first frame of the solution that shows it; 1 if none does."""
     slack: float = Field(ge=0, le=1)
     """Share of the step budget that the solution leaves unused."""
     reference_words: int = Field(ge=0)
-    """Number of words in the instruction's longest phrase for the target, without the article."""
+    """Number of words, without the article, in the longest phrase by which the instruction names the target."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +66,7 @@ class LevelCost:
     """The contribution of one figure to the index."""
 
     formula: str
-    """Formula for readers."""
+    """Formula of the contribution, as text for readers."""
     of: Callable[[LevelMeasures], float]
 
 
@@ -86,7 +85,7 @@ COSTS: dict[str, LevelCost] = {
     "slack": LevelCost("3 x (1 - slack)", lambda m: 3.0 * (1.0 - m.slack)),
     "reference_words": LevelCost("(reference_words - 1) / 4", lambda m: max(m.reference_words - 1, 0) / 4),
 }
-"""Name of a figure -> its contribution to the index. One point of the index is about a doubling of the path length."""
+"""Name of a figure -> its contribution to the index. Doubling the path length adds about one point to the index."""
 
 
 class EpisodeLevel(BaseModel):
@@ -109,9 +108,9 @@ def index_of(measures: LevelMeasures) -> float:
 def level_of(family: Family, index: float) -> Level:
     """Return the level of a difficulty index within a family, by `FamilySpec.level_bounds`.
 
-    The package's bounds are near the quartiles of drafted episodes: half of these with the first start that shows the
-    target well, half with the hardest of twelve starts. They are higher in VS and SM, in which human players failed
-    most.
+    The package's bounds are near the quartiles of a sample of drafted episodes. Half of the episodes start at the first
+    place that shows the target well, the other half at the hardest of twelve places. The bounds are higher in VS and
+    SM, in which human players failed most.
     """
     given = [spec.level_bounds for spec in FAMILIES.values() if spec.level_bounds is not None]
     bounds = FAMILIES[family].level_bounds or tuple(statistics.fmean(each) for each in zip(*given, strict=True))
@@ -119,14 +118,13 @@ def level_of(family: Family, index: float) -> Level:
 
 
 def grade_episode(episode: Episode, measures: LevelMeasures) -> EpisodeLevel:
-    """Return the level of an episode with these figures."""
+    """Return the level, index and figures of an episode whose figures are `measures`."""
     index = index_of(measures)
     return EpisodeLevel(episode_id=episode.id, level=level_of(episode.family, index), index=index, measures=measures)
 
 
 def parse_levels(names: Iterable[str]) -> tuple[Level, ...]:
-    """Return the levels that `names` lists, the easiest first. One name may list several, as in "hard,extreme", or be
-    `all`.
+    """Return the levels that `names` lists, the easiest first. A name may be `all`, or list several: "hard,extreme".
 
     Raises SettingError for a name that is not a level.
     """
@@ -146,7 +144,7 @@ def dump_levels(levels: Iterable[EpisodeLevel]) -> bytes:
 
 
 def read_levels(path: Path) -> dict[str, EpisodeLevel]:
-    """Return the levels in a file by episode id. Raises SettingError, which names the invalid line."""
+    """Return the levels in a file by episode id. Raises SettingError, with the number of the invalid line."""
     if not path.exists():
         raise SettingError(f"Levels file {str(path)!r} does not exist. `vigil pack levels PACK --out FILE` writes one.")
     advice = "Write it again with `vigil pack levels`."

@@ -1,8 +1,8 @@
-"""Scoring: one record of one episode -> one row of verdicts.
+"""Scoring: computes one row of verdicts from one record of an episode.
 
-`score` is pure: the same record gives the same outcome at any time, live or years later. W says that the world
-reached the goal; B that it did *and* the agent closed the episode with a report that matches. No rule here depends on
-a family's name. Source: `protocol.md` section 5.
+`score` is pure: it gives the same outcome for a record during the run and years later. W says that the world reached
+the goal. B says that, in addition, the agent closed the episode with a matching report. No rule here depends on a
+family's name. Source: `protocol.md` section 5.
 """
 
 from collections import Counter
@@ -71,19 +71,19 @@ class Outcome:
     subtype: Subtype | None
     category: OutcomeCategory
     expected: Status | None
-    """The label of the queried state at reset, which a report must have; None for goals to be completed."""
+    """The label of the queried state at the reset, which a report must have. None if the task is to reach a goal."""
     reported: Status | None
     raw_status: str | None
-    """Reported word if it is not in the vocabulary of statuses; else None."""
+    """The reported word if it is not a known status; None if it is a known status."""
     steps: int
     first_goal_step: int | None
-    """The first step after which the goal held."""
+    """The first step after which the goal held; None if there is no such step."""
     lag: int | None
-    """Steps from `first_goal_step` to the report; None unless B."""
+    """Number of steps from `first_goal_step` to the report; None unless B is true."""
     lag_from_reset: int | None
-    """Like `lag`, but a goal that held at the reset counts from step 0."""
+    """Like `lag`, but if the goal held at the reset, the steps are counted from step 0."""
     progress_at_report: float | None
-    """Progress at the report; None without a report, and for goals without progress."""
+    """Progress at the report; None if the agent did not report, or the goal does not have progress."""
     progress: float | None
     max_progress: float | None
     ever_satisfied: bool
@@ -91,19 +91,18 @@ class Outcome:
     protocol_failures: int
     malformed_actions: int
     invalid_reasons: dict[str, int]
-    """Reason -> number of invalid actions with this reason, protocol failures and malformed actions together."""
+    """Reason -> number of invalid actions with this reason. Protocol failures and malformed actions both count."""
     truncated: int
     """Number of invalid replies that were cut at the token limit; they are also counted as protocol failures."""
     would_parse_leniently: int
     library_replies: int
-    """Number of replies whose text is a library's rendering of the server's answer, which may have lost reasoning
-    or been joined."""
+    """Number of replies of which only a library's version is known; the library may have lost or joined parts."""
     too_far: int
     path_blocked: int
     retry: int
     actions: dict[ActionKind, int]
     actions_after_goal: dict[ActionKind, int]
-    """Number of actions after `first_goal_step`, by kind."""
+    """Kind of action -> number of actions of this kind after `first_goal_step`."""
     input_tokens: int
     output_tokens: int
     seconds: float
@@ -125,7 +124,7 @@ class Outcome:
 
 
 def expected_status(episode: Episode, record: EpisodeRecord) -> Status | None:
-    """Return the label that a report must have; None when the goal is to be completed, not to report a state."""
+    """Return the label that a report must have; None if the task is to reach a goal, not to report a state."""
     return label_at_reset(episode.goal, record) if isinstance(episode.goal, ReportStatus) else None
 
 
@@ -133,7 +132,7 @@ def report_matches(status: Status, expected: Status | None, holds: bool) -> bool
     """Whether a reported status agrees with the hidden world.
 
     If there is an `expected` label, only this label agrees. Otherwise `success` agrees if the goal `holds`, and a
-    negative status agrees if it does not.
+    negative status agrees if the goal does not hold.
     """
     if expected is not None:
         return status == expected
@@ -141,7 +140,7 @@ def report_matches(status: Status, expected: Status | None, holds: bool) -> bool
 
 
 def score(episode: Episode, record: EpisodeRecord) -> Outcome:
-    """Return the verdict on one record. Raises RecordError for an error row or another episode's record."""
+    """Return the verdict on one record. Raises RecordError if the record is an error row or is of another episode."""
     if record.episode_id != episode.id:
         raise RecordError(f"Record of episode {record.episode_id!r} cannot be scored as episode {episode.id!r}.")
     if record.end == "error":
@@ -149,8 +148,8 @@ def score(episode: Episode, record: EpisodeRecord) -> Outcome:
     faults = contradictions(episode, record)
     if faults:
         raise RecordError(
-            f"Record of episode {episode.id!r} contradicts the protocol: {'; '.join(faults)}. It has been altered, "
-            "or is of another version of the episode; run the episode again."
+            f"Record of episode {episode.id!r} contradicts the protocol: {'; '.join(faults)}. The record was "
+            "altered, or belongs to another version of the episode; run the episode again."
         )
     goal = check(episode.goal, record)
     report = next((step.action for step in record.steps[-1:] if isinstance(step.action, Report)), None)
@@ -192,7 +191,10 @@ def score(episode: Episode, record: EpisodeRecord) -> Outcome:
 
 
 def credit(outcome: Outcome, policy: ReportPolicy) -> float:
-    """Return B of the same trajectory under another report policy; for the policy `random`, the expected value of B."""
+    """Return the B that the same actions would get if `policy` replaced the agent's report.
+
+    For the policy `random`, this is the expected value of B.
+    """
     is_goal_mode = outcome.expected is None
     match policy:
         case "actual":
@@ -242,7 +244,7 @@ def _category(label: Label, holds: bool) -> OutcomeCategory:
 
 
 def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict[str, Any]:
-    """Return the fields of an `Outcome` that count or sum over its steps."""
+    """Return those fields of an `Outcome` that are counts or sums over the steps of the record."""
     steps = record.steps
     invalids = [step.invalid for step in steps if step.invalid is not None]
     effects = [step.effect for step in steps if step.effect is not None]

@@ -1,4 +1,4 @@
-"""Rates: the only definition of all counts and rates of a set of scored episodes, and of the identities between them.
+"""Rates: the only place that defines the counts and rates of a set of scored episodes, and the identities between them.
 
 `vigil score`, the pages and every table of a report use this module. It computes on columns (one array for each fact of
 an outcome), so that a thousand episodes take hardly longer than one. Source: `protocol.md` sections 5 and 6.
@@ -15,7 +15,8 @@ from vigil.scoring.outcomes import REPORT_POLICIES, Label, Outcome, OutcomeCateg
 
 Z_95 = 1.959963984540054
 PRIOR_HITS = 5
-"""Pseudo-count that shrinks the correlation estimate towards 1."""
+"""Pseudo-count in the estimate of the correlation between plays of one episode. If there are few hits, it moves the
+estimate towards 1."""
 HIGH_PROGRESS = 0.75
 """Progress above which a false success counts as a near miss."""
 RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
@@ -29,7 +30,7 @@ CONDITIONAL = {
     "P_zero_FS": ("FS_zero", "FS"),
     "P_high_FS": ("FS_high", "FS"),
 }
-"""Name of a rate over a part of the episodes -> (count of its hits, count of the episodes in this part)."""
+"""Name of a rate over only a part of the episodes -> (name of the count of hits, name of the count of this part)."""
 Columns = Mapping[str, np.ndarray]
 Interval = tuple[float, float]
 
@@ -53,8 +54,8 @@ class Rate:
     hits: int
     n: int
     effective_n: float
-    """Number of independent trials that give as much information as the `n` trials; less than `n` if episodes were
-    repeated."""
+    """Number of independent trials that would give as much information as the `n` trials. It is less than `n` if
+    episodes were played several times."""
 
     @property
     def value(self) -> float | None:
@@ -75,8 +76,7 @@ class Counts:
     counts: Mapping[str, int]
     """Counts by name; the names are those of `count_masks`."""
     by_episode: Mapping[str, tuple[int, ...]] | None = None
-    """Name of a count -> its values per episode; `n` is the number of plays. None if no episode was played
-    repeatedly."""
+    """Name of a count -> its value for each episode; `n` is the number of plays. None if no episode was repeated."""
 
     @property
     def episodes(self) -> int:
@@ -84,7 +84,7 @@ class Counts:
         return self.n if self.by_episode is None else len(self.by_episode[ALL])
 
     def rate(self, name: str) -> Rate:
-        """Return the rate of that name: a rate in `CONDITIONAL`, or the share that a count has of all episodes."""
+        """Return the rate called `name`: a rate of `CONDITIONAL`, or the count `name` as a share of all episodes."""
         what, among = CONDITIONAL.get(name, (name, ALL))
         trials = self.n if among == ALL else self.counts[among]
         if self.by_episode is None:
@@ -92,12 +92,12 @@ class Counts:
         return Rate(self.counts[what], trials, effective_sample_size(self.by_episode[what], self.by_episode[among]))
 
     def share(self, name: str) -> float | None:
-        """Return the value of the rate of that name."""
+        """Return the value of the rate called `name`; None without trials."""
         return self.rate(name).value
 
 
 def outcome_columns(outcomes: Sequence[Outcome]) -> dict[str, np.ndarray]:
-    """Return outcomes as the columns of `COLUMNS`."""
+    """Return outcomes as arrays, one for each name in `COLUMNS`."""
     plain = [name for name in COLUMNS if name not in ("zero_progress", *CREDITS.values())]
     found: dict[str, list[Any]] = {name: [getattr(outcome, name) for outcome in outcomes] for name in plain}
     found["zero_progress"] = [outcome.is_at_zero_progress for outcome in outcomes]
@@ -111,9 +111,9 @@ def select_rows(columns: Columns, mask: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def rate_of(hits: np.ndarray, among: np.ndarray, episodes: np.ndarray) -> Rate:
-    """Return the rate of hits among the plays in `among`; both are masks over the plays.
+    """Return the rate of the plays in `hits` among the plays in `among`. Both are boolean masks over all plays.
 
-    `episodes` has the id of the episode of each play.
+    `episodes` has the episode id of each play.
     """
     both, (_, index) = hits & among, np.unique(episodes, return_inverse=True)
     of_hits, of_trials = (np.bincount(index, weights=mask).astype(int).tolist() for mask in (both, among))
@@ -171,7 +171,7 @@ def count_masks(columns: Columns) -> dict[str, np.ndarray]:
 
 
 def broken_identities(columns: Columns) -> list[str]:
-    """Return the identities of protocol.md section 5 that a set of episodes violates; normally empty."""
+    """Return the identities of protocol.md section 5 that do not hold for a set of episodes; normally none."""
     counts, n = count(columns).counts, len(columns["W"])
     w, b, lag = columns["W"], columns["B"], columns["lag"]
     credits = {policy: columns[column].sum() for policy, column in CREDITS.items()}
@@ -212,15 +212,14 @@ def wilson(hits: float, n: float) -> Interval:
 
 
 def effective_sample_size(hits: Sequence[int], trials: Sequence[int]) -> float:
-    """Return the effective sample size: how many independent trials give as much information on a rate as repeated
-    plays.
+    """Return how many independent trials would give as much information on a rate as these repeated plays.
 
-    `hits` and `trials` are counts by episode. Plays of one episode are correlated, so they give less information than
-    as many plays of different episodes. The result is n divided by the design effect 1 + (plays of an episode - 1) x
-    (correlation of these plays). The correlation is estimated from the variance of hits between episodes. Few hits or
-    few misses give a poor estimate, which is then shrunk towards full correlation. Source: Dean and Pagano, "Evaluating
-    confidence interval methods for binomial proportions in clustered surveys", 2015; Kish, "Survey sampling", 1965, for
-    unequal numbers of plays.
+    `hits` and `trials` are counts for each episode. Plays of one episode are correlated, so they give less information
+    than plays of different episodes. The result is n divided by the design effect 1 + (plays of an episode - 1) x
+    (correlation of these plays). The correlation is estimated from the variance of hits between episodes. If there are
+    few hits or few misses, the estimate is poor and is moved towards 1. Source: Dean and Pagano, "Evaluating confidence
+    interval methods for binomial proportions in clustered surveys", 2015; for unequal numbers of plays, Kish, "Survey
+    sampling", 1965.
     """
     n = sum(trials)
     plays = sum(count * count for count in trials) / max(n, 1)

@@ -1,4 +1,4 @@
-"""Saved runs: reads a run's folder into its effective rows with their verdicts, and the rows left out with the reasons.
+"""Saved runs: reads a run's folder, with the rows that count, their verdicts, and why other rows do not count.
 
 `vigil score`, `report`, `verify`, `view` and `export` all read runs through this module, which writes nothing. A run
 that is still being played can be read again to get its new rows.
@@ -25,9 +25,7 @@ from vigil.scoring.summary import RunScores, Unscored, run_scores, score_or_erro
 
 @dataclass(frozen=True, slots=True)
 class EffectiveRow:
-    """The place of an effective record (the one that counts for its episode and epoch) in its file, and the verdict
-    on it.
-    """
+    """An effective record (the one that counts for its episode and epoch): its place in the file, and its verdict."""
 
     line: int
     start: int
@@ -36,7 +34,7 @@ class EffectiveRow:
 
     @property
     def outcome(self) -> Outcome | None:
-        """Outcome of the record; None for an episode that ended as an error."""
+        """The verdict on the record; None if the episode ended as an error."""
         return self.verdict if isinstance(self.verdict, Outcome) else None
 
 
@@ -44,7 +42,7 @@ class RecordTable:
     """The effective rows of a run's `episodes.jsonl` with their verdicts; the records stay in the file."""
 
     def __init__(self, folder: Path, header: RunHeader, episodes: Iterable[Episode]) -> None:
-        """`episodes` are all episodes of the run's pack; only those of the run are used. Nothing is read yet."""
+        """`episodes` are all episodes of the pack; those that the run does not plan are ignored. Reads no rows yet."""
         self.path = folder / EPISODES_FILE
         self.check = RowCheck(header, episodes)
         self.is_missing = False
@@ -58,8 +56,7 @@ class RecordTable:
         self.rows: dict[Key, EffectiveRow] = {}
         """Effective rows by key, in the order of the file."""
         self.partial_line_number: int | None = None
-        """Line number of a partial last line (being written, or cut off by a crash); None if the last line is
-        complete."""
+        """Number of the last line if it is partial (being written, or cut off by a crash); None if it is whole."""
         self._filter = RowFilter(self.check)
         self._seen = self._lines = 0
         self._lacks_newline = False
@@ -72,24 +69,22 @@ class RecordTable:
 
     @property
     def planned(self) -> int:
-        """Number of planned rows of the run; if the run is a shard, the number of the shard's rows."""
+        """Number of rows that the run is to have; if the run is a shard, only the shard's rows count."""
         return len(self.check.played_ids) * self._epochs
 
     @property
     def tokens(self) -> RunTokens:
-        """Tokens of the run's replies, including superseded rows."""
+        """Tokens of the run's replies. Rows that were superseded by later rows count too."""
         return self._filter.tokens
 
     @property
     def left_out(self) -> tuple[LeftOutRow, ...]:
-        """Rows that are not scored, because they cannot be read, belong to another run, contradict the protocol or
-        repeat other rows.
-        """
+        """Rows that are not scored: unreadable, of another run, in conflict with the protocol, or repeated."""
         return tuple(self._filter.left_out)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on the rows that readers need before any results."""
+        """Notes about the rows, to be read before any results."""
         torn = (
             f"Line {self.partial_line_number} of its records is incomplete and is skipped: it is being written, "
             "or was cut off, and the same command plays that episode again.",
@@ -101,7 +96,8 @@ class RecordTable:
         )
 
     def refresh(self) -> None:
-        """Read the new part of the file; all of it if it was replaced or cut, or its last line was continued.
+        """Read the rows that were added to the file. Read the whole file again if it was replaced or cut, or if a last
+        line that had no newline was continued.
 
         Raises RecordError if the file exists but cannot be read.
         """
@@ -130,7 +126,7 @@ class RecordTable:
         )
 
     def _read_rows(self, lines: LineReader) -> None:
-        """Add the rows that follow in the file."""
+        """Read the remaining lines of the file and add their rows."""
         for row in parse_rows(lines):
             line, record = row.line, self._filter.accept(row)
             if record is not None:
@@ -141,11 +137,11 @@ class RecordTable:
         self.partial_line_number = self._lines + 1 if lines.partial_line else None
 
     def newest(self, count: int) -> list[EffectiveRow]:
-        """Return the last `count` rows, the newest first."""
+        """Return the last `count` rows of the file, the last row first."""
         return nlargest(count, list(self.rows.values()), key=lambda row: row.line)
 
     def record(self, key: Key) -> EpisodeRecord:
-        """Return the effective record of `key`. Raises RecordError."""
+        """Return the effective record of `key`, read from the file. Raises RecordError."""
         row = self.rows.get(key)
         if row is None:
             raise RecordError(f"No readable record of episode {key[0]!r} (epoch {key[1]}) is in this run.")
@@ -166,7 +162,7 @@ class RecordTable:
 
 @dataclass(frozen=True, slots=True)
 class SavedRun:
-    """A run on disk."""
+    """A run that was saved in a folder."""
 
     folder: Path
     header: RunHeader
@@ -176,7 +172,7 @@ class SavedRun:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes that readers need before any results."""
+        """Notes about the run, to be read before any results."""
         return (*self.header.notes, *self.table.notes)
 
 
@@ -185,8 +181,8 @@ def read_run(
     pack: str | Path | None = None,
     episodes_of: Callable[[Path, str], Iterable[Episode]] = frozen_episodes,
 ) -> SavedRun:
-    """Return a run with all its rows so far. `pack` is the folder of its pack; by default, the folder that the run
-    names.
+    """Return a run with all its rows so far. `pack` is the folder of its pack; by default, the folder in the run's
+    header.
 
     Raises RecordError or PackMismatch.
     """
@@ -220,11 +216,11 @@ def load_run_pack(header: RunHeader, pack: str | Path | None = None) -> Pack:
 
 
 SEARCH_DEPTH = 3
-"""Depth to which subfolders are searched for runs."""
+"""Number of levels of subfolders that are searched for runs."""
 
 
 def find_runs(folders: Iterable[Path]) -> list[Path]:
-    """Return the run folders among and under `folders`. A folder that contains no run is returned unchanged."""
+    """Return the run folders among and under `folders`. A folder that contains no run is returned itself."""
     return [found for folder in folders for found in _runs_under(folder, SEARCH_DEPTH) or [folder]]
 
 
@@ -238,8 +234,8 @@ def _runs_under(folder: Path, depth: int) -> list[Path]:
 def pack_folder(
     header: RunHeader, pack: str | Path | None = None, may_read: Callable[[Path], bool] = lambda _: True
 ) -> Path:
-    """Return the folder of a run's pack: `pack` if it is given, else the folder that the run names, if `may_read`
-    allows it.
+    """Return the folder of a run's pack: `pack` if given; otherwise the folder that the run's header names, or that of
+    the packaged pack. A folder for which `may_read` returns False is not used.
 
     Raises PackMismatch.
     """
@@ -257,18 +253,18 @@ def pack_folder(
         faults.append(
             PackMismatch(
                 f"Run {header.run_id!r} was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}..., "
-                f"{str(place)!r} has {found[:12]}.... Give the pack that it was played on; another one's episodes "
-                "cannot be compared."
+                f"{str(place)!r} has {found[:12]}.... Give the pack that the run was played on; results on another "
+                "pack cannot be compared."
             )
         )
     raise faults[0]
 
 
 def _candidate_folders(header: RunHeader) -> list[Path]:
-    """Return the folders in which a run's pack may be: its folder when the run was played, and the packaged pack of its
-    name.
+    """Return the existing folders that may hold a run's pack: the folder that was used when the run was played, and the
+    folder of the packaged pack with the same name.
 
-    Raises PackMismatch when neither exists.
+    Raises PackMismatch if neither exists.
     """
     noted = Path(header.pack_folder) if header.pack_folder else None
     places = [noted] if noted is not None and noted.is_dir() else []

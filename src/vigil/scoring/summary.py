@@ -1,6 +1,6 @@
-"""Summary: rates of a run per family and overall, with intervals, from its verdicts and missing episodes.
+"""Summary: the rates of a run with their intervals, for each family and overall, from its verdicts.
 
-All rates are fractions of the scored episodes; episodes that ended as `error` are counted, never scored. Source:
+All rates are shares of the scored episodes. Episodes that ended as `error` are counted but not scored. Source:
 `protocol.md` section 5.
 """
 
@@ -18,22 +18,22 @@ from vigil.scoring.outcomes import Outcome, Subtype, score
 from vigil.scoring.rates import CREDITS, RATES, Columns, broken_identities, count, mean, outcome_columns, select_rows
 
 MAX_ERROR_SHARE = 0.01
-"""Share of episodes that ended as an error above which a report has a note at its top."""
+"""Share of episodes that ended as an error. If it is exceeded, a report begins with a note."""
 MAX_REPEATED_SHARE = 0.01
-"""Share of repeated episodes above which a report has a note at its top, because the agent may have seen them
-before."""
+"""Share of episodes that were started several times. If it is exceeded, a report begins with a note, because the agent
+may have seen these episodes before."""
 LIBRARY_REPLIES = (
     "replies were judged as a library returned them, not as the server sent them: text that it removes, "
     "such as reasoning, was not seen"
 )
-"""Note on a run with replies that a library rendered; the number of these replies is put before it."""
+"""Note on a run with replies that a library took from the server's answer. Their number stands before the note."""
 
 
 def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:
-    """Return a sentence that says how many of `replies` replies were not actions, and why; empty when all were actions.
+    """Return a sentence that says how many of `replies` replies were not actions, and why; empty if all were actions.
 
-    `reasons` has the number of invalid replies by reason, for each episode. `loose` is the number of invalid replies
-    that the lenient grammar would accept.
+    `reasons` has one mapping per episode: reason -> number of invalid replies with this reason. `loose` is the number
+    of invalid replies that the lenient grammar would accept.
     """
     none: Counter[str] = Counter()
     found = sum(map(Counter[str], reasons), none)
@@ -47,7 +47,7 @@ def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]],
 
 @dataclass(frozen=True, slots=True)
 class Unscored:
-    """An episode that ended as `error`: the infrastructure's failure, never the agent's."""
+    """An episode that ended as `error`: the infrastructure failed, not the agent."""
 
     episode_id: str
     epoch: int
@@ -59,12 +59,12 @@ class Unscored:
 
 @dataclass(frozen=True, slots=True)
 class RunScores:
-    """All verdicts on a run, its episodes that ended as errors, and its number of planned plays."""
+    """All verdicts on a run, its episodes that ended as errors, and the number of planned plays in each family."""
 
     outcomes: tuple[Outcome, ...]
     errors: tuple[Unscored, ...] = ()
     planned: Mapping[Family, int] = field(default_factory=dict[Family, int])
-    """Number of planned plays (episodes times epochs) per family."""
+    """Family -> number of its planned plays (episodes times epochs)."""
 
     @property
     def is_complete(self) -> bool:
@@ -73,35 +73,35 @@ class RunScores:
 
     @property
     def library_replies(self) -> int:
-        """Number of replies taken from a library because the server's own text was not available."""
+        """Number of replies for which only a library's version was available, not the server's own text."""
         return sum(outcome.library_replies for outcome in self.outcomes)
 
     @property
     def invalid_replies(self) -> str:
-        """Sentence on how many replies were invalid, and why; empty if none was."""
+        """Sentence that says how many replies were invalid, and why; empty if no reply was invalid."""
         replies = sum(outcome.steps for outcome in self.outcomes)
         loose = sum(outcome.would_parse_leniently for outcome in self.outcomes)
         return describe_invalid_replies(replies, (outcome.invalid_reasons for outcome in self.outcomes), loose)
 
     @property
     def subtypes(self) -> dict[Subtype, int]:
-        """Number of mismatched or uncredited reports per subtype, the most frequent first."""
+        """Subtype -> number of reports of this subtype, the most frequent first. Reports with B have no subtype."""
         counts: Counter[Subtype] = Counter(outcome.subtype for outcome in self.outcomes if outcome.subtype)
         return dict(counts.most_common())
 
     @property
     def has_many_errors(self) -> bool:
-        """Whether more than 1 % of what was attempted ended as an error."""
+        """Whether more than 1 % of the attempted episodes ended as an error."""
         return has_many_errors(len(self.errors), len(self.outcomes))
 
     @property
     def attempts(self) -> tuple[int, ...]:
-        """Number of attempts at each episode, including those that ended as an error."""
+        """Number of attempts at each episode; attempts that ended as an error count too."""
         return tuple(row.attempt for row in (*self.outcomes, *self.errors))
 
     @property
     def repeats(self) -> str:
-        """Return a sentence that says how many episodes were started more than once; empty when none was."""
+        """Return a sentence that says how many episodes were started more than once; empty if there were none."""
         return repeats(self.attempts)
 
     @property
@@ -111,13 +111,14 @@ class RunScores:
 
 
 def has_many_errors(errors: int, scored: int) -> bool:
-    """Whether more than 1 % of what was attempted ended as an error."""
+    """Whether more than 1 % of the attempted episodes ended as an error."""
     return errors > MAX_ERROR_SHARE * (errors + scored)
 
 
 def repeats(attempts: Sequence[int]) -> str:
-    """Return a sentence that says how many episodes were started more than once, from the number of attempts at
-    each episode; empty if none was.
+    """Return a sentence that says how many episodes were started more than once; empty if there were none.
+
+    `attempts` has the number of attempts at each episode.
     """
     again = sum(count > 1 for count in attempts)
     if not again:
@@ -127,14 +128,12 @@ def repeats(attempts: Sequence[int]) -> str:
 
 
 def has_many_repeats(attempts: Sequence[int]) -> bool:
-    """Whether more than 1 % of the episodes were started more than once, from the number of attempts at each
-    episode.
-    """
+    """Whether more than 1 % of the episodes were started more than once. `attempts` has one number for each episode."""
     return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 
 def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
-    """Return the verdict on an effective record. Raises RecordError if the record is of another episode."""
+    """Return the verdict on a record; Unscored for an error row. Raises RecordError if it is of another episode."""
     if record.end != "error":
         return score(episode, record)
     boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
@@ -142,7 +141,7 @@ def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscore
 
 
 def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1) -> RunScores:
-    """Return the verdicts of a run, sorted by episode and epoch; `episodes` are the planned episodes."""
+    """Return a run's scores from its verdicts, sorted by episode and epoch. `episodes` are all planned episodes."""
     found = [verdict for _, verdict in sorted(verdicts.items())]
     planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
     return RunScores(
@@ -155,7 +154,7 @@ def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Ep
 def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epochs: int = 1) -> RunScores:
     """Return the verdicts on the effective records, sorted by episode and epoch.
 
-    `episodes` are the planned ones. Raises RecordError for a record of any other episode.
+    `episodes` are the planned episodes. Raises RecordError for a record of any other episode.
     """
     by_id = {episode.id: episode for episode in episodes}
     verdicts: dict[Key, Outcome | Unscored] = {}
@@ -170,9 +169,10 @@ def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epo
 
 
 def summarise(scores: RunScores) -> dict[str, Any]:
-    """Return `{"overall": rates, "families": {family: rates}}`; when families differ in size, also `macro`, their mean.
+    """Return `{"overall": rates, "families": {family: rates}}`. If families differ in size, `macro` has the mean over
+    families.
 
-    Rates over no episodes are None. Raises RuntimeError when an identity of the protocol is broken.
+    A rate over an empty set of episodes is None. Raises RuntimeError if an identity of the protocol does not hold.
     """
     outcomes = scores.outcomes
     columns = _check_identities(outcome_columns(outcomes))
@@ -192,7 +192,7 @@ def summarise(scores: RunScores) -> dict[str, Any]:
 
 
 def assert_identities(outcomes: Sequence[Outcome]) -> None:
-    """Check the identities of protocol.md section 5. Raises RuntimeError, naming the broken one."""
+    """Raise RuntimeError if an identity of protocol.md section 5 does not hold; the message names the identity."""
     _check_identities(outcome_columns(outcomes))
 
 

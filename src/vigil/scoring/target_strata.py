@@ -1,4 +1,5 @@
-"""Strata: the rules that classify a target's size and distance, for making packs and reading results."""
+"""Strata: the rules that classify a target by size and distance. Packs are balanced over these classes, and results are
+split by them."""
 
 from collections.abc import Mapping
 
@@ -9,11 +10,11 @@ SIZE_OF_CATEGORY: dict[str, TargetSize] = {
     **dict.fromkeys(("Microwave", "Cabinet"), "medium"),
     **dict.fromkeys(("Egg", "Pen", "Watch"), "small"),
 }
-"""Size class of the categories that the paper names as examples; they have this class whatever their dimensions."""
+"""Category -> size class, for the categories that the paper names as examples. For these, dimensions do not matter."""
 LARGE_M, SMALL_M = 0.7, 0.22
-"""Longest side (m) from which other targets are large, and longest side up to which they are small."""
+"""Limits on the longest side (m) in all other categories: a target is large from LARGE_M, and small up to SMALL_M."""
 DISTANCE_BANDS_M = (3.0, 4.0)
-"""Upper ends (m) of the near and the middle band of the distance from start to target."""
+"""Limits (m) of the distance from start to target: the near band ends at the first, the middle band at the second."""
 _SIZE_ORDER = {"under": 0, "small": 0, "over": 2, "large": 2}
 
 
@@ -24,7 +25,7 @@ def size_of(category: str, longest_side_m: float) -> TargetSize:
 
 
 def distance_band(distance_m: float) -> str:
-    """Return the name of the band of a start's distance (m) from its target."""
+    """Return the name of the distance band for a distance (m) from the start to the target."""
     near, middle = DISTANCE_BANDS_M
     if distance_m < near:
         return f"under {near:g} m"
@@ -32,9 +33,9 @@ def distance_band(distance_m: float) -> str:
 
 
 def sort_by_size(named: Mapping[str, int]) -> dict[str, int]:
-    """Return counts sorted by the size or number with which each name begins (the smallest first), then by name.
+    """Return counts sorted by the size or number at the beginning of each name (the smallest first), then by name.
 
-    Manifests sort them only by name.
+    In a manifest, counts are sorted only by name.
     """
     return dict(sorted(named.items(), key=lambda each: _sort_key(each[0])))
 

@@ -38,14 +38,13 @@ BACKENDS: dict[str, Callable[[AssetDatabase, Quality], PrivilegedSimulator]] = {
     "fake": _fake,
     "thor": _thor,
 }
-"""Name of a backend -> function that makes its simulator. Code outside `vigil.sim` uses these functions, never the
-classes."""
+"""Name of a backend -> function that makes its simulator. Code outside `vigil.sim` calls only these functions."""
 EDITABLE_BACKENDS = ("mujoco", "fake")
 """Backends that implement `vigil.sim.scene_editor.SceneEditor`; the AI2-THOR-compatible engine can run on them."""
 
 
 def make_simulator(name: str, *, assets: AssetDatabase, quality: Quality = "default") -> PrivilegedSimulator:
-    """Return a simulator with the named backend. Raises SettingError on an unknown name."""
+    """Return a simulator of the named backend. Raises SettingError on an unknown name."""
     if name not in BACKENDS:
         raise SettingError(f"Simulator backend {name!r} is unknown. Choose one of {', '.join(sorted(BACKENDS))}.")
     return BACKENDS[name](assets, quality)

@@ -1,4 +1,4 @@
-"""Check of graphics: whether frames can be drawn on this machine, with which OpenGL library, and how fast."""
+"""Check of the graphics: whether frames can be drawn on this machine, with which OpenGL library, and how fast."""
 
 import time
 from typing import Any
@@ -19,9 +19,7 @@ FRAMES = 5
 
 
 def check_graphics() -> dict[str, Any]:
-    """Return the results of the check: `ok`, `backend`, `fault` (None if frames can be drawn), GL strings, times
-    and a `frame`.
-    """
+    """Return the results: `ok`, `backend`, `fault` (None if frames can be drawn), OpenGL's names, times, `frame`."""
     found: dict[str, Any] = {
         "ok": False,
         "mujoco": mujoco.__version__,

@@ -1,4 +1,4 @@
-"""The protocol that every simulator backend implements. `vigil.env` does not use anything else of a simulator.
+"""The protocol that every simulator backend implements. `vigil.env` uses nothing else of a simulator.
 
 `vigil.sim.privileged` adds queries for solvers and authoring.
 """
@@ -16,7 +16,7 @@ from vigil.protocol.house import House
 from vigil.protocol.world import Effect, Setup, WorldState
 
 WORKER_NUMBER = "VIGIL_WORKER_NUMBER"
-"""Environment variable with the number (from 0) of a run's worker; backends choose the worker's device by it."""
+"""Environment variable with the number (from 0) of a run's worker; a backend uses it to choose the worker's GPU."""
 
 
 class Simulator(Protocol):
@@ -29,7 +29,7 @@ class Simulator(Protocol):
         """Build the scene of `house`, replacing any earlier one. Raises HouseError."""
 
     def prepare(self, house: House) -> None:
-        """Make a later `load` of `house` faster, if the backend can. May be called in another thread at any time."""
+        """Make a later `load` of `house` faster, if the backend can do this. Any thread may call this at any time."""
 
     def reset(self, start: Pose, setup: Setup) -> None:
         """Restore the house as loaded, apply `setup` and put the agent at `start`. Raises EpisodeError."""

@@ -1,7 +1,7 @@
-"""The protocol of a simulator that can be edited at any time and draw from any camera.
+"""The protocol of a simulator whose world can be edited at any time and whose images can be drawn from any camera.
 
-The AI2-THOR-compatible engine (`vigil.thor`) uses this protocol. Episodes that are scored do not: they are played only
-through `vigil.sim.protocol.Simulator`.
+The AI2-THOR-compatible engine (`vigil.thor`) uses this protocol. Scored episodes use only
+`vigil.sim.protocol.Simulator`.
 """
 
 # pyright: reportReturnType=false
@@ -21,26 +21,26 @@ Layer = Literal["rgb", "depth", "things"]
 """Name of a layer of a camera's image: colours, depth, or the thing at each pixel."""
 
 NOTHING = -1
-"""Number in the layer `things` for sky, and for structure whose kind the engine does not know."""
+"""Number in the layer `things` for sky, and for structure of a kind that the engine does not know."""
 STRUCTURES = ("wall", "floor", "ceiling")
-"""Kinds of structure. The kind with index k has the number -2 - k in the layer `things`."""
+"""Kinds of structure. In the layer `things`, the kind with index k has the number -2 - k."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraView:
-    """A camera's position, direction, field of view and size of image."""
+    """A camera's position, direction, field of view and image size."""
 
     eye: Vec3
     yaw: float
-    """Yaw (deg), as in an agent's rotation."""
+    """Yaw (deg), measured like an agent's rotation."""
     pitch: float
     """Pitch (deg); a positive pitch looks down."""
     fovy_deg: float
     """Vertical field of view (deg)."""
     width: int
-    """Pixels."""
+    """Width of the image in pixels."""
     height: int
-    """Pixels."""
+    """Height of the image in pixels."""
     roll: float = 0.0
     """Roll (deg); a positive roll turns the camera anticlockwise, so that what it sees turns clockwise."""
 
@@ -54,8 +54,7 @@ class CameraImage:
     depth: np.ndarray | None = None
     """Depth (height, width) float32 in metres along the camera's axis; inf where nothing is."""
     things: np.ndarray | None = None
-    """Index of the thing at each pixel, in the scene's order, (height, width) int32; negative for `NOTHING` and
-    structure."""
+    """Index of the thing at each pixel, in the scene's order, (height, width) int32; structure and sky are negative."""
 
 
 @runtime_checkable
@@ -63,7 +62,7 @@ class SceneEditor(PrivilegedSimulator, Protocol):
     """A simulator whose world can be changed at any time, not only by a reset."""
 
     def stand(self, pose: Pose) -> None:
-        """Put the agent, with what it holds, at a pose; it is not checked that the body fits there."""
+        """Put the agent, with what it holds, at a pose. Whether the body fits there is not checked."""
 
     def apply_changes(self, setup: Setup) -> None:
         """Apply a setup to the world as it is now; leaves may then reach through walls and containers.
@@ -72,13 +71,13 @@ class SceneEditor(PrivilegedSimulator, Protocol):
         """
 
     def restore_object(self, object_id: str) -> None:
-        """Put an object that was taken out of the scene back where it was. Raises EpisodeError on an unknown id."""
+        """Put an object that was removed from the scene back where it was. Raises EpisodeError on an unknown id."""
 
     def apply_intent(self, intent: Intent, object_id: str, point: Vec3) -> Effect:
         """Do what a click on a point of an object would do, at any distance. Raises EpisodeError on an unknown id."""
 
     def open_to(self, object_id: str, openness: float) -> Effect:
-        """Open or close an object to an openness in 0..1, or refuse to. Raises EpisodeError on an unknown id."""
+        """Open or close an object to `openness` (0 to 1), or refuse. Raises EpisodeError on an unknown id."""
 
     def redecorate(self, house: House) -> None:
         """Load a house that differs from the present one in materials and lights alone; everything stays as it is."""
@@ -98,11 +97,11 @@ class SceneEditor(PrivilegedSimulator, Protocol):
         """
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Return the thing (n,) that a ray along each of the unit directions (n, 3) meets first, and the distance (n,)
-        in metres.
+        """Return two arrays (n,) for rays along unit directions (n, 3): the thing that each meets first, and the
+        distance in metres.
 
-        The thing is given as its index in the scene's order; -1 stands for structure and for nothing.
+        A thing is given by its index in the scene's order; -1 stands for structure and for nothing.
         """
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], *, with_hand: bool) -> CameraImage:
-        """Return the requested layers of what a camera sees; `with_hand` draws the held object as the agent sees it."""
+        """Return the requested layers of a camera's image; `with_hand` draws the held object as the agent sees it."""

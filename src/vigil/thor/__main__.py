@@ -1,4 +1,4 @@
-"""`python -m vigil.thor`: the engine; AI2-THOR's client starts it."""
+"""`python -m vigil.thor`: runs the engine. AI2-THOR's client starts this command."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""The engine: it takes one of AI2-THOR's actions at a time and answers with metadata and images."""
+"""The engine: it receives AI2-THOR's actions one at a time, and answers each with metadata and images."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -21,7 +21,7 @@ class ThorEngine:
         self._world = world
 
     def first_response(self) -> EngineResponse:
-        """Return the answer that is sent before any action."""
+        """Return the answer that is sent before the first action."""
         return self._full_response(_result(action="Initialize", failure=None, returned=None), 0)
 
     def respond(self, sent: Mapping[str, Any]) -> EngineResponse:
@@ -52,7 +52,7 @@ class ThorEngine:
         return action.handler(self._world, **action.arguments(sent))
 
     def _with_masks(self, result: dict[str, Any], number: int, wanted: Wanted) -> EngineResponse:
-        """Return an answer with instance masks, for an action that asks for them although the settings do not."""
+        """Return an answer with instance masks, for an action that asks for them when the settings do not."""
         world, settings = self._world, self._world.settings
         world.settings = settings.model_copy(update={"render_instance_segmentation": True})
         try:
@@ -79,7 +79,7 @@ class ThorEngine:
 def _wanted(sent: Mapping[str, Any]) -> Wanted:
     """Return which images an action asks for.
 
-    With `renderImage=False` these are none, or all except "rgb" if it asks for masks.
+    With `renderImage=False`, it asks for no image; if it asks for masks, for every image except "rgb".
     """
     if sent.get("renderImage") is not False:
         return "all"

@@ -1,4 +1,4 @@
-"""The command with which AI2-THOR's client starts the engine."""
+"""The command by which AI2-THOR's client starts the engine."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ def thor_engine(
 
     Use it as `Controller(local_executable_path=vigil.thor_engine(), scene=house)`. This function sets DISPLAY if it is
     unset: the client requires it on Linux, although the engine does not use it. Raises SettingError on an unknown
-    backend or an invalid database, because the client would wait without limit for an engine that ends at once.
+    backend or an invalid database: otherwise the client would wait without limit for an engine that ends at once.
     """
     check_backend(backend, asset_database)
     return own_command(engine_options(backend, quality, asset_database))

@@ -1,4 +1,4 @@
-"""The start of the engine: it reads the client's command line and serves the wire that the client asks for."""
+"""The start of the engine: reads the client's command line, and answers over the connection that the client wants."""
 
 import argparse
 import os
@@ -19,7 +19,7 @@ WIRES = {"FIFO": fifo.serve, "WSGI": wsgi.serve}
 
 
 def main(words: Sequence[str]) -> int:
-    """Serve one client until it ends; return the exit status, 2 after an error."""
+    """Serve one client until the client ends; return the exit status, 2 after an error."""
     try:
         given, _ = _parser().parse_known_args(words)
         kind = os.environ.get("AI2THOR_SERVER_TYPE")

@@ -17,7 +17,7 @@ from vigil.runner.workers.messages import EpisodeMoment, WalkResult
 from vigil.runner.workers.pool import simulator_settings, usable_cpus
 
 DRAW_TIMEOUT_S = 90.0
-"""Longest time (s) that one picture may take, and that a request may wait for its turn."""
+"""Time limit (s) for drawing one picture, and for the wait of a request until earlier pictures are drawn."""
 PICTURE_CACHE_SIZE = 400
 _Result = TypeVar("_Result")
 
@@ -25,7 +25,7 @@ _Result = TypeVar("_Result")
 class RenderService:
     """Service that draws pictures for the pages, one at a time; safe to call from any thread.
 
-    A call blocks until its answer arrives: make it in a thread, not in the event loop.
+    A call blocks until the picture is drawn, so call it from a thread, not from the event loop.
     """
 
     def __init__(self, timeout_s: float = DRAW_TIMEOUT_S) -> None:
@@ -46,15 +46,15 @@ class RenderService:
         return data
 
     def walk(self, moment: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
-        """Return where `action` leads at a moment. Raises SimulatorError or InputError."""
+        """Return the result of `action` at a moment (pose, effect, frame). Raises SimulatorError or InputError."""
         return self._ask(MomentRenderer.walk, moment, action)
 
     def name_at(self, moment: EpisodeMoment, x: int, y: int) -> str | None:
-        """Return the id of what is under a pixel; None for structure and sky. Raises SimulatorError or InputError."""
+        """Return the id of the object at a pixel; None for structure and sky. Raises SimulatorError or InputError."""
         return self._ask(MomentRenderer.name_at, moment, x, y)
 
     def close(self) -> None:
-        """Kill the process, even in the middle of a picture."""
+        """Kill the worker process, even while it draws a picture."""
         self._worker.kill()
         self._worker.join()
 

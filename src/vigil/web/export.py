@@ -1,4 +1,4 @@
-"""Exports: an episode as one self-contained page or a film; a run as a folder of pages to host anywhere."""
+"""Exports: an episode as one self-contained page or a film; a run as a folder of pages that any web server can host."""
 
 import base64
 import hashlib
@@ -33,7 +33,7 @@ _FILMS: dict[FilmForm, Callable[[Sequence[FilmFrame]], bytes]] = {"gif": gif, "w
 
 @dataclass(frozen=True, slots=True)
 class Links:
-    """Links of a page in a site; a standalone page has none."""
+    """Links of a page to other pages of its site; a standalone page does not have links."""
 
     home: str | None = None
     before: str | None = None
@@ -48,7 +48,7 @@ def episode_page(
 ) -> str:
     """Return one HTML page that contains everything: pictures, style and script.
 
-    Raises SettingError for a private pack unless `reveals`.
+    Raises SettingError if the pack is private, unless `reveals` is true.
     """
     _check_private(run, reveals=reveals)
     episode, record, pack = episode_of(run, key)
@@ -72,7 +72,8 @@ def episode_film(
 ) -> bytes:
     """Return an episode as a film.
 
-    Raises SettingError if nothing can be shown, if PyAV is missing for MP4, or for a private pack unless `reveals`.
+    Raises SettingError if nothing can be shown, if PyAV is missing for MP4, or for a private pack unless `reveals` is
+    true.
     """
     _check_private(run, reveals=reveals)
     episode, record, pack = episode_of(run, key)
@@ -91,8 +92,8 @@ def export_site(
 ) -> Path:
     """Write a run as pages into `out`, a new or empty folder, and return the path of the index.
 
-    `report` is called with the id of each episode. Raises RecordError, or SettingError, also for a private pack unless
-    `reveals`.
+    `report` is called with the id of each episode. Raises RecordError if the run cannot be read, and SettingError if
+    `out` is not empty, or if the pack is private and `reveals` is false.
     """
     _check_private(run, reveals=reveals)
     if run.table is None or run.header is None:
@@ -140,7 +141,7 @@ def _jpeg_uri(png: bytes) -> str:
 
 
 def _embedded(script: str) -> dict[str, Any]:
-    """Return what a standalone page embeds: the style, the script, and a content policy that allows only these."""
+    """Return what a standalone page contains: the style, the script, and a content policy that allows nothing else."""
     text = (STATIC / script).read_text(encoding="utf-8")
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
     return {

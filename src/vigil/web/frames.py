@@ -1,4 +1,4 @@
-"""Frames of a recorded episode: the saved files, else drawn again; each is compared with the recorded hash."""
+"""Frames of a recorded episode, from saved files or drawn again. Each frame is compared with the recorded hash."""
 
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -23,17 +23,17 @@ ORIGINS: dict[Origin, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The frame that a step's reply answered, and whether it is the recorded one."""
+    """The frame that the agent saw before a step's reply, and whether it is the recorded frame."""
 
     data: bytes
     """The bytes of the PNG file."""
     origin: Origin
     is_recorded: bool | None
-    """Whether its pixels have the recorded hash; None if the record has no hash."""
+    """Whether the frame's pixels have the recorded hash; None if the record has no hash."""
 
     @property
     def facts(self) -> dict[str, Any]:
-        """The facts that the viewer shows."""
+        """The facts about the frame that the viewer shows."""
         return {"is_recorded": self.is_recorded, "note": self.note}
 
     @property
@@ -71,7 +71,7 @@ def episode_timeline(run: LibraryRun, episode: Episode, record: EpisodeRecord) -
 
 
 def frame_of(run: LibraryRun, key: Key, step: int, render_service: RenderService) -> Frame:
-    """Return the frame that a step's reply answered: saved, or drawn again. Raises VigilError or KeyError."""
+    """Return the frame before a step's reply: as saved, or drawn again. Raises VigilError or KeyError."""
     episode, record, pack = episode_of(run, key)
     if not 1 <= step <= len(record.steps):
         raise KeyError(step)
@@ -83,7 +83,7 @@ def frame_of(run: LibraryRun, key: Key, step: int, render_service: RenderService
 
 
 def frames_of(run: LibraryRun, key: Key, render_service: RenderService) -> list[Frame | None]:
-    """Return all frames of an episode; None for a frame that was not saved and cannot be drawn."""
+    """Return all frames of an episode, with None for each frame that was not saved and cannot be drawn."""
     _, record, _ = episode_of(run, key)
     found: list[Frame | None] = []
     for step in record.steps:

@@ -18,7 +18,7 @@ from vigil.web.plan import plan_of
 from vigil.web.site import page, picture
 
 MAX_COORDINATE_M = 10_000.0
-"""Greatest coordinate (m) and angle (degrees) of a pose to look from."""
+"""Greatest coordinate (m) or angle (degrees) that a request may give for a pose."""
 
 
 def _check_bounds(pose: Pose) -> Pose:
@@ -33,7 +33,7 @@ BoundedPose = Annotated[Pose, AfterValidator(_check_bounds)]
 
 
 class WalkRequest(BaseModel):
-    """One step of a walk: the pose, and the action to take there."""
+    """Request for one step of a walk: the pose, and the action to take from there."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -42,7 +42,7 @@ class WalkRequest(BaseModel):
 
 
 class ViewPixel(BaseModel):
-    """A pixel of the view from a pose."""
+    """Request for the object at a pixel: the pose and the pixel."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

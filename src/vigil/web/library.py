@@ -1,7 +1,7 @@
 """The library: the runs and packs that the pages may show, found under the given folders.
 
-Page addresses use short names that the library assigns, never paths. Nothing outside the given folders is read, not
-even through links, except packs: the packaged ones, and the pack of a run, which is identified by its hash.
+Page addresses have short names that the library assigns, never paths. Nothing outside the given folders is read, not
+even through links, with two exceptions: packs that come with VIGIL, and the pack of a run if it has the recorded hash.
 """
 
 import hashlib
@@ -32,33 +32,34 @@ if TYPE_CHECKING:
     from vigil.analysis.measures.closure import ClosureScores
 
 RunState = Literal["ended", "in progress", "interrupted", "not ended"]
-"""State of a run. `interrupted`: not ended, and no process writes to it; `not ended`: unknown whether one does."""
+"""State of a run. `interrupted`: it has not ended, and no process writes to it. `not ended`: it has not ended, and it
+is unknown whether a process writes to it."""
 _STATES: dict[bool | None, RunState] = {True: "in progress", False: "interrupted", None: "not ended"}
 DEPTH = 3
-"""Depth under a given folder to which runs are searched."""
+"""Number of levels below a given folder at which runs are found."""
 
 
 @dataclass(slots=True)
 class LibraryPack:
-    """A pack, identified by its manifest's hash; houses are read on demand."""
+    """A pack, identified by its manifest's hash. A house is read when it is needed."""
 
     slug: str
     folder: Path
     sha256: str
     episodes: dict[str, Episode]
     assets: AssetDatabase
-    """Asset database for the plans of its houses."""
+    """Asset database that is used to draw plans of the pack's houses."""
     _houses: dict[str, House] = field(default_factory=dict)
 
     def houses(self) -> dict[str, list[Episode]]:
-        """Return the names of the pack's houses with their episodes, sorted."""
+        """Return {name of a house: its episodes} of the pack, sorted."""
         found: dict[str, list[Episode]] = {}
         for episode in sorted(self.episodes.values(), key=lambda each: (each.house.name, each.id)):
             found.setdefault(episode.house.name, []).append(episode)
         return found
 
     def house_path(self, name: str) -> Path:
-        """Return the file of a house. Raises HouseError if it links outside the pack."""
+        """Return the file of a house. Raises HouseError if the file is a link to a place outside the pack."""
         return resolve_inside(self.folder, f"{HOUSES}/{name}.json", HouseError)
 
     def house(self, name: str) -> House:
@@ -82,12 +83,12 @@ class LibraryRun:
     table: RecordTable | None = None
     fault: str = ""
     assets: Path | None = None
-    """The asset database that the run was played with."""
+    """Asset database of the run; None if the run did not use one, or if the user gave a different database."""
     prices: Prices | None = None
-    """Prices at which its costs are computed."""
+    """Prices from which the run's costs are computed."""
     state: RunState = "ended"
     stamp: tuple[int, ...] = ()
-    """State of the run's files; it changes when one of them is written to."""
+    """Numbers that change when one of the run's files is written to."""
     lock: threading.RLock = field(default_factory=threading.RLock, repr=False, compare=False)
     """Lock that is held while the run is read."""
     _closure_scores: "ClosureScores" = field(default_factory=dict, repr=False, compare=False)
@@ -96,11 +97,11 @@ class LibraryRun:
 
     @property
     def name(self) -> str:
-        """The agent's name, or the folder's if the header cannot be read."""
+        """The agent's name, or the folder's name if the header cannot be read."""
         return self.header.spec.agent if self.header else self.folder.name
 
     def scores_and_summary(self, table: RecordTable) -> tuple[RunScores, dict]:
-        """Return all verdicts of the run's table and their summary, recomputed only after its file has changed."""
+        """Return all verdicts on the rows in `table`, and their summary; cached until the file changes."""
         with self.lock:
             known = self._cached_scores
             if known is None or known[0] is not table or known[1] != table.stamp:
@@ -109,7 +110,7 @@ class LibraryRun:
             return known[2], known[3]
 
     def closure(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
-        """Return C and related rates by kind; None if the run's pack is not of the closure-stress suite."""
+        """Return C and related rates by kind; None if the run's pack does not belong to the closure-stress suite."""
         from vigil.analysis.measures.closure import closure_rates  # noqa: PLC0415 - loads pandas
 
         with self.lock:
@@ -117,12 +118,12 @@ class LibraryRun:
 
     @property
     def version(self) -> str:
-        """A text that changes whenever there is something new to show."""
+        """A text that changes whenever the pages have something new to show about the run."""
         return hashlib.sha256(repr((self.stamp, self.state, self.fault)).encode()).hexdigest()[:16]
 
     @property
     def last_written(self) -> datetime | None:
-        """The time of the last row, or of the run's start if it has none; None if unknown."""
+        """The time of the last row or, without rows, of the run's start; None if unknown."""
         if self.table is not None and self.table.stamp[0]:
             return datetime.fromtimestamp(self.table.stamp[1] // 10**9, UTC)
         return None if self.header is None else self.header.started
@@ -135,7 +136,7 @@ class LibraryRun:
 
     @property
     def frames(self) -> FrameStore:
-        """The saved frames."""
+        """The store of the run's saved frames."""
         return FrameStore(self.folder / FRAMES_FOLDER)
 
 
@@ -149,10 +150,9 @@ class Library:
         assets: Path | None = None,
         prices: Prices | None = None,
     ) -> None:
-        """Open a library of the runs in `roots`, which are runs or folders of runs.
+        """Open a library of the runs in `roots`; a root is a run's folder or a folder of runs.
 
-        `assets` is THOR's asset database, for houses that use it; `prices` apply to runs played without prices.
-
+        `assets` is AI2-THOR's asset database, for houses that use it; `prices` apply to runs played without prices.
         Raises InputError if a root, pack or database does not exist.
         """
         self._assets = assets
@@ -162,7 +162,7 @@ class Library:
         for root in self._roots:
             if not root.is_dir():
                 fault = "is not a folder" if root.exists() else "does not exist"
-                raise RecordError(f"{str(root)!r} {fault}. Give the folder of a run, or of several.")
+                raise RecordError(f"{str(root)!r} {fault}. Give the folder of a run, or a folder that contains runs.")
         self.packs: dict[str, LibraryPack] = {}
         for pack in packs:
             self._open_pack(find_pack(pack))
@@ -170,21 +170,21 @@ class Library:
         self._lock = threading.RLock()
 
     def runs(self) -> list[LibraryRun]:
-        """Return the current state of all runs, including new ones, in order of their names."""
+        """Read all runs again, including new ones, and return them in order of their names."""
         runs = self.known_runs()
         for run in runs:
             self._refresh(run)
         return runs
 
     def run(self, slug: str) -> LibraryRun:
-        """Return the current state of the run with this short name, without reading the others. Raises KeyError."""
+        """Read the run with this short name again, and only this run, and return it. Raises KeyError."""
         known = {run.slug: run for run in list(self._runs.values())}
         run = known[slug] if slug in known else {run.slug: run for run in self.known_runs()}[slug]
         self._refresh(run)
         return run
 
     def known_runs(self) -> list[LibraryRun]:
-        """Return all runs under the folders, in order of their names, as last read (possibly never)."""
+        """Return all runs under the folders, in order of their names, without reading them again."""
         with self._lock:
             for root in self._roots:
                 for folder in _run_folders(root, root, DEPTH):
@@ -194,7 +194,7 @@ class Library:
             return sorted(self._runs.values(), key=lambda run: run.slug)
 
     def pack_folders(self) -> dict[str, Path]:
-        """Return the folders of all packs by short name: the open packs, and the packaged packs that are not open."""
+        """Return {short name: folder} of all packs: those that are open, and the others that come with VIGIL."""
         with self._lock:
             found = {slug: pack.folder for slug, pack in self.packs.items()}
             opened = set(found.values())
@@ -241,7 +241,7 @@ class Library:
             if pack.sha256 == spec.pack_sha256:
                 return pack
         try:
-            # The manifest has to lie inside the pack; its hash says whether it is the run's pack.
+            # The manifest must be inside the pack's folder; its hash says whether it is the run's pack.
             folder = pack_folder(header, may_read=lambda pack: is_inside(pack / MANIFEST, pack))
             return self._open_pack(folder, spec.pack_sha256)
         except PackMismatch:
@@ -267,7 +267,7 @@ class Library:
 
 
 def _note_state(run: LibraryRun, header: RunHeader, table: RecordTable) -> None:
-    """Update a run's state; a run that no process writes to is checked again only after a file has changed."""
+    """Update a run's state. If no process writes to a run, its state is checked again only after a file has changed."""
     stamp = ((run.folder / HEADER_FILE).stat().st_mtime_ns, *table.stamp)
     if header.ended is not None:
         run.state = "ended"

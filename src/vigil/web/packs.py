@@ -1,4 +1,4 @@
-"""Pages of packs: their content and its distribution, first frames of some episodes, and the card.
+"""Pages of packs: the content of a pack and its distribution, first frames of some episodes, and the card.
 
 These pages are for evaluators: ids of episodes and goals reveal what is hidden from an agent.
 """
@@ -38,13 +38,13 @@ _STRATA = {
     "not_found_by_turning": "searches that turning does not end",
     "categories": "category of the target",
 }
-"""Strata that a manifest counts besides the families: key -> name on the page."""
+"""Key of a count in a manifest (other than the count of families) -> its name on the page."""
 
 
 def add_pack_pages(
     site: FastAPI, library: Library, render_service: RenderService, render_settings: RenderSettings
 ) -> None:
-    """Add the pages of all packs: the packaged, the given, and those of the runs."""
+    """Add the pages of all packs: those that come with VIGIL, those that were given, and those of the runs."""
 
     @site.get("/packs", response_class=HTMLResponse)
     def packs() -> Response:
@@ -98,9 +98,10 @@ def _pack_row(slug: str, folder: Path) -> dict[str, Any]:
 
 
 def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return one row per family of a pack: its budgets, and the number of its episodes of each kind.
+    """Return one row for each family of a pack: its budgets, and the number of its episodes of each kind.
 
-    The kinds are those over which the pack was balanced, if its manifest has them; else sizes, or templates.
+    The kinds are those over which the pack was balanced, if its manifest names them; otherwise the sizes of targets or
+    the templates.
     """
     given = meta.get("strata", {}).get("families", {})
     by_family: dict[Family, list[Episode]] = {}
@@ -123,7 +124,7 @@ def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[
 
 
 def other_strata(meta: dict[str, Any]) -> dict[str, dict[str, int]]:
-    """Return the manifest's other counts, by their names on the page."""
+    """Return the counts in the manifest that are not by family, under their names on the page."""
     strata = meta.get("strata", {})
     return {words: sort_by_size(strata[name]) for name, words in _STRATA.items() if strata.get(name)}
 
@@ -135,14 +136,14 @@ def level_strata(pack: LibraryPack) -> dict[str, dict[str, int]]:
 
 
 def samples_of(episodes: Iterable[Episode]) -> dict[Family, list[Episode]]:
-    """Return a few episodes of each family, always the same ones."""
+    """Return a few episodes of each family, always the same for a pack."""
     drawn = draw_evenly(episodes)
     found = {family: [episode for episode in drawn if episode.family == family][:SAMPLES] for family in FAMILIES}
     return {family: some for family, some in found.items() if some}
 
 
 def card_of(folder: Path) -> Markup | None:
-    """Return a pack's card as HTML, with any HTML in it escaped; None if the pack has no card."""
+    """Return a pack's card as HTML, in which HTML of the card itself is escaped; None if the pack has no card."""
     path = folder / CARD
     if not path.is_file() or not is_inside(path, folder):
         return None

@@ -46,7 +46,7 @@ ENDS = {
 
 
 def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
-    """Return a reply's action, or its fault, in one line."""
+    """Return a reply's action in one line of words. If the reply is invalid, return what is wrong with it."""
     if invalid is not None:
         return f"not an action: {invalid.kind.replace('_', ' ')}, {invalid.reason.replace('_', ' ')}"
     match action:
@@ -66,14 +66,14 @@ def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
 
 
 def click_of(action: Action | None) -> list[int] | None:
-    """Return the pixel that an action points at; None if it does not point."""
+    """Return the pixel of a click; None if the action does not have a pixel."""
     if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
         return [action.x, action.y]
     return None
 
 
 def effect_words(effect: Effect | None) -> str:
-    """Return in words what the simulator did with an action, which is hidden from the agent."""
+    """Return in words what the simulator did with an action. This is hidden from the agent."""
     if effect is None:
         return ""
     parts: list[str] = []

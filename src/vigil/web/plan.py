@@ -1,4 +1,4 @@
-"""Floor plans as shapes for SVG: in metres, x to the right, north (+z) up, so that y = -z."""
+"""Floor plans as shapes for SVG, in metres: x points to the right, y points down, and north (+z) is up, so y = -z."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,13 +15,13 @@ from vigil.web.films.plan import FilmPlan
 from vigil.web.library import LibraryPack
 
 TEXT_SHARE = 0.026
-"""Height of the letters as a share of the plan's width; legible at the size at which pages show it."""
+"""Height of the letters as a share of the plan's width, so that they are legible at the size at which pages show it."""
 PAGE_ASPECT = 1.2
-"""Width over height of the area that pages give to a plan."""
+"""Width divided by height of the area that pages give to a plan."""
 
 
 class SvgShape(NamedTuple):
-    """A shape of the plan; a line has two points, a dot one."""
+    """A shape of the plan. A line has two points, a dot has one."""
 
     kind: str
     id: str
@@ -34,7 +34,7 @@ class PlanDrawing:
 
     view_box: str
     text_m: float
-    """Height of the letters."""
+    """Height (m) of the letters."""
     shapes: tuple[SvgShape, ...]
     labels: tuple[PlanLabel, ...]
     rooms: tuple[PlanRoom, ...]
@@ -62,7 +62,7 @@ def plan_of(house: House, assets: AssetDatabase) -> PlanDrawing:
 
 
 def floor_plan_of(house: House, assets: AssetDatabase) -> FloorPlan:
-    """Return the floor plan of a house; without furniture if its objects cannot be built."""
+    """Return the floor plan of a house; it has no furniture if the objects of the house cannot be built."""
     return floor_plan(house, _built(house, assets))
 
 
@@ -85,7 +85,7 @@ def try_plan(pack: LibraryPack, episode: Episode) -> PlanDrawing | None:
 
 
 def try_film_plan(pack: LibraryPack, episode: Episode) -> FilmPlan | None:
-    """Return a film's floor plan of an episode's house; None if the house cannot be read."""
+    """Return the floor plan of an episode's house for a film; None if the house cannot be read."""
     try:
         return FilmPlan(floor_plan_of(pack.house(episode.house.name), pack.assets))
     except VigilError:

@@ -16,7 +16,7 @@ MAX_TEXT = 64 * 1024
 
 
 class PlayerReply(BaseModel):
-    """A reply from the page: the number of the view that it answers, and the exact text to record."""
+    """A reply from the page: the number of the view that the person saw, and the exact text to record."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -25,7 +25,7 @@ class PlayerReply(BaseModel):
 
 
 def make_play(play_session: PlaySession, address: Address | None = None) -> FastAPI:
-    """Return the application. Raises SettingError if the address needs a token and has none."""
+    """Return the application. Raises SettingError if the address needs a token and does not have one."""
     site = make_site(address or Address())
 
     @site.get("/", response_class=HTMLResponse)

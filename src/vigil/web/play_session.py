@@ -74,7 +74,7 @@ class PlaySettings:
 
 
 class _Entry(BaseModel):
-    """One line of the journal, with exactly one of the three fields."""
+    """One line of the journal. Exactly one of its three fields is set."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -85,15 +85,15 @@ class _Entry(BaseModel):
     @model_validator(mode="after")
     def _is_one(self) -> "_Entry":
         if len(self.model_fields_set) != 1:
-            raise ValueError("a line has one of `order`, `begin` and `reply`")
+            raise ValueError("a line must have exactly one of `order`, `begin` and `reply`")
         return self
 
 
 class Journal:
-    """`play.jsonl`: the order, then every start of an episode and every reply, each written to disk at once."""
+    """`play.jsonl`: the order of episodes, then each start of an episode and each reply, all written immediately."""
 
     def __init__(self, path: Path, order: Sequence[str]) -> None:
-        """Open or create the journal. Raises RecordError if it has another order."""
+        """Open or create the journal. Raises RecordError if the file has the episodes in another order."""
         self.order = list(order)
         self.begun = ""
         """The id of the episode that was started last."""
@@ -109,7 +109,9 @@ class Journal:
         of, advice = f"Journal of a play session {str(path)!r}", "Choose another --log-dir."
         entries = [parse_line(line, _Entry, of, advice) for line in self._file.lines.complete]
         if entries and entries[0].order != self.order:
-            raise RecordError(f"{str(path)!r} was started with another order. Give the same pack, limit and seed.")
+            raise RecordError(
+                f"{str(path)!r} was begun with another order of episodes. Give the same pack, limit and seed."
+            )
         for entry in entries[1:]:
             if entry.reply is not None:
                 self.replies.append(entry.reply)
@@ -142,7 +144,7 @@ class PlaySession:
     """One person's session. The person's page receives only what `state` returns."""
 
     def __init__(self, settings: PlaySettings, pool: SimulatorPool, folder: RunFolder, pack: Pack) -> None:
-        """Make a session; callers use `open_play_session`."""
+        """Make a session. Callers use `open_play_session` instead."""
         self._settings = settings
         self._pool = pool
         self._folder = folder
@@ -157,7 +159,7 @@ class PlaySession:
         self._moment = 0
         self._since = 0.0
         self._told: list[str] = []
-        """The verdict on the episode that has just ended; in practice only."""
+        """Sentences about the episode that has just ended: the verdict (in practice only), or a simulator failure."""
 
     async def state(self) -> dict[str, Any]:
         """Return what the person may see at this moment."""
@@ -177,7 +179,7 @@ class PlaySession:
             return self._visible_state()
 
     async def reply(self, moment: int, text: str) -> dict[str, Any]:
-        """Carry out a reply to the view numbered `moment`, and return the new state; ignore a reply to another view."""
+        """Carry out a reply to view number `moment`, and return the new state. A reply to an older view is ignored."""
         async with self._lock:
             if self._live is not None and moment == self._moment:
                 reply = Reply(text=text, seconds=round(time.monotonic() - self._since, 3))
@@ -191,7 +193,7 @@ class PlaySession:
 
     @property
     def place(self) -> Path:
-        """The run's folder."""
+        """The folder of the run."""
         return self._folder.path
 
     def close(self) -> None:
@@ -244,7 +246,7 @@ class PlaySession:
         return any(record.episode_id == episode_id for record in self._folder.records())
 
     def _remaining(self) -> list[str]:
-        """Return the ids of the episodes to play; those that ended as an error come last."""
+        """Return the ids of the episodes that are still to be played; episodes that ended as an error come last."""
         open_ = [name for name in self._journal.order if not self._folder.is_done(name, 1)]
         return sorted(open_, key=self._has_row)
 
@@ -317,6 +319,6 @@ def _spec(settings: PlaySettings, pack: Pack, assets_sha256: str | None) -> RunS
 
 
 def random_order(episode_ids: Sequence[str], seed: int) -> list[str]:
-    """Return the ids in the random order of `seed`."""
+    """Return the ids in a random order that depends only on `seed`."""
     ids = sorted(episode_ids)
     return [ids[index] for index in np.random.default_rng(seed).permutation(len(ids))]

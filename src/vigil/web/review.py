@@ -40,7 +40,7 @@ from vigil.web.plan import plan_of
 from vigil.web.site import Address, make_site, page, png
 
 VIEWS_AROUND = 8
-"""Number of views from the start pose, 45 degrees apart."""
+"""Number of views from the start pose, each turned by 45 degrees from the last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,19 +52,19 @@ class ReviewSet:
     solutions: dict[str, tuple[Action, ...]]
     houses: Path
     closings: dict[str, str] = field(default_factory=dict)
-    """Expected closing report of each episode of the closure-stress suite, in words, by id."""
+    """Id of an episode of the closure-stress suite -> its expected closing report, in words."""
 
     @classmethod
     def of_pack(cls, pack: Pack) -> "ReviewSet":
-        """Return the episodes of a pack."""
+        """Return the episodes of a pack, for review."""
         solutions = {name: solution.actions for name, solution in pack.solutions.items()}
         return cls(pack.name, pack.episodes, solutions, pack.folder / HOUSES, expected_reports_of_pack(pack))
 
     @classmethod
     def of_drafts(cls, path: Path) -> "ReviewSet":
-        """Return the drafts in a file of `vigil pack propose`, including those of the suite's tasks.
+        """Return the drafts in a file of `vigil pack propose`, including drafts of the closure-stress suite.
 
-        Raises SettingError if the file has no drafts.
+        Raises SettingError if the file does not have drafts.
         """
         file = DraftsFile(path)
         proposed = file.read()
@@ -81,7 +81,7 @@ class ReviewSet:
 
 
 class VerdictForm(BaseModel):
-    """A verdict from the page."""
+    """A verdict on an episode, as the page sends it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -92,7 +92,7 @@ class VerdictForm(BaseModel):
 
 
 class ReviewSession:
-    """One reviewer's session: the queue, and the file of verdicts."""
+    """One reviewer's session: the episodes in their order, and the file of verdicts."""
 
     def __init__(
         self,
@@ -102,7 +102,7 @@ class ReviewSession:
         seed: int = 0,
         render_settings: RenderSettings | None = None,
     ) -> None:
-        """Open the review file. Raises RecordError if it cannot be read, SettingError if the name is not valid."""
+        """Open the review file. Raises RecordError if it is unreadable, SettingError on an invalid name."""
         self.review_set = review_set
         self.path = path
         self.reviewer = reviewer
@@ -117,7 +117,7 @@ class ReviewSession:
         read_reviews(path)
 
     def say(self, episode: Episode, said: VerdictForm) -> None:
-        """Write a verdict. Raises SettingError if it is incomplete."""
+        """Write a verdict to the file. Raises SettingError if the verdict is incomplete."""
         append_review(self.path, self._review(episode, said))
 
     def _review(self, episode: Episode, said: VerdictForm) -> Review:
@@ -134,7 +134,7 @@ class ReviewSession:
 
 
 def make_review(session: ReviewSession, render_service: RenderService, address: Address | None = None) -> FastAPI:
-    """Return the application. Raises SettingError if the address needs a token and has none."""
+    """Return the application. Raises SettingError if the address needs a token and does not have one."""
     site = make_site(address or Address())
     _add_pages(site, session)
     _add_pictures(site, session, render_service)
@@ -172,7 +172,7 @@ def _add_pages(site: FastAPI, session: ReviewSession) -> None:
 
 
 def _values(session: ReviewSession, episode: Episode) -> dict[str, Any]:
-    """Return the template values of an episode's page."""
+    """Return the values with which the template renders an episode's page."""
     ids = [each.id for each in session.queue]
     place = ids.index(episode.id)
     solution = session.review_set.solutions[episode.id]

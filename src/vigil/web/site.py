@@ -42,17 +42,18 @@ HEADERS = {
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Address at which a site is served; any other than loopback needs a token."""
+    """Address at which a site is served. An address other than loopback needs a token."""
 
     host: str = "127.0.0.1"
     port: int = 8377
     token: str = ""
 
     def check(self) -> None:
-        """Raise SettingError if the address needs a token and has none."""
+        """Raise SettingError if the address needs a token and does not have one."""
         if self.host not in LOOPBACK and len(self.token) < 8:
             raise SettingError(
-                f"--host {self.host!r} is not loopback: others could look on. Give --token with 8 characters or more."
+                f"--host {self.host!r} is not loopback, so other machines could see the pages. Give --token with 8 "
+                "characters or more."
             )
 
 
@@ -86,7 +87,7 @@ def page(name: str, *, status: int = 200, headers: dict[str, str] | None = None,
 
 
 def picture(name: str, **values: Any) -> Response:
-    """Return a rendered SVG with the pages' style embedded, because an SVG picture cannot load files."""
+    """Return a rendered SVG that contains the pages' style, because an SVG picture cannot load files."""
     style = (STATIC / "vigil.css").read_text(encoding="utf-8")
     drawn = TEMPLATES.get_template(name).render(style=style, **values)
     headers = {"Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'"}
@@ -99,7 +100,7 @@ def png(data: bytes) -> Response:
 
 
 def make_site(address: Address) -> FastAPI:
-    """Return an application without pages, which refuses foreign requests. Raises SettingError."""
+    """Return an application without pages that refuses requests from other users and sites. Raises SettingError."""
     address.check()
     site = FastAPI(title="VIGIL", docs_url=None, redoc_url=None, openapi_url=None)
     site.mount("/static", StaticFiles(directory=STATIC), name="static")
@@ -133,7 +134,7 @@ def make_site(address: Address) -> FastAPI:
 
 
 def fault(request: Request, status: int, message: str) -> Response:
-    """Return an error page, or JSON for scripts.
+    """Return an error page; for scripts, JSON.
 
     The message may quote the request, including characters that UTF-8 cannot encode.
     """
@@ -146,7 +147,7 @@ def fault(request: Request, status: int, message: str) -> Response:
 
 
 def _refusal(request: Request, address: Address) -> Response | None:
-    """Return the reason to refuse a request; None if it is allowed."""
+    """Return the response that refuses a request; None if the request is allowed."""
     if not address.token and not _LOOPBACK_HEADER.fullmatch(request.headers.get("host", "")):
         return PlainTextResponse("This server answers only to 127.0.0.1 and localhost.", 421)
     origin = request.headers.get("origin")
@@ -163,7 +164,8 @@ def _refusal(request: Request, address: Address) -> Response | None:
 
 
 def _is_asked_by_another_site(request: Request) -> bool:
-    """Whether the browser says that another site's page made the request; following a link does not count."""
+    """Return whether, according to the browser, a page of another site made the request. A link that a user followed
+    does not count."""
     is_link = request.method == "GET" and request.headers.get("sec-fetch-mode") == "navigate"
     return request.headers.get("sec-fetch-site") in ("cross-site", "same-site") and not is_link
 

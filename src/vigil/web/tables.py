@@ -35,7 +35,7 @@ class RunRow:
 
 @dataclass(frozen=True, slots=True)
 class RunGroup:
-    """The runs of one pack in the table of runs; only runs of one pack are ranked together."""
+    """The runs of one pack in the table of runs; runs of different packs are not ranked together."""
 
     pack: str
     sha256: str
@@ -71,10 +71,10 @@ class RunProgress:
     """Number of episodes that were scored or ended as an error."""
     planned: int
     counts: dict[str, int]
-    """Number of episodes with W and with each label, by name."""
+    """W or a label -> number of episodes with W, or with this label."""
     errors: int
     cost: str
-    """The cost in words; empty if unknown."""
+    """Text about the cost; empty if the cost is unknown."""
 
 
 def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> RunProgress:
@@ -92,7 +92,7 @@ def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> RunPr
 
 
 def run_rows(runs: Iterable[LibraryRun], family: str, sort: str, descending: bool) -> list[RunRow]:
-    """Return the rows of the table of runs, sorted by a rate or by name; runs without that rate come last."""
+    """Return the rows of the table of runs, sorted by a rate or by name; runs that do not have the rate come last."""
     rows = [_run_row(run, family) for run in runs]
     if sort not in RATE_COLUMNS:
         return sorted(rows, key=lambda row: (row.run.name, row.run.slug), reverse=descending and sort == "name")
@@ -131,7 +131,7 @@ def _run_row(run: LibraryRun, family: str) -> RunRow:
 
 
 def run_values(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
-    """Return the template values of a run's verdicts, without the links to its episodes."""
+    """Return the values with which a template shows a run's verdicts, without links to its episodes."""
     scores, summary = run.scores_and_summary(table)
     return {
         "run": run,
@@ -168,7 +168,7 @@ def _bar(name: str, outcomes: Sequence[Outcome]) -> Bar:
 
 @dataclass(frozen=True, slots=True)
 class Flip:
-    """One episode under two runs."""
+    """One episode, with its outcomes in two runs."""
 
     episode_id: str
     epoch: int
@@ -213,7 +213,7 @@ def _paired(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[PairedR
 
 
 def compare(a: RunScores, b: RunScores, family: str) -> FlipTable:
-    """Return the episodes whose verdict flipped between two runs, in either direction."""
+    """Compare two runs: return the episodes whose verdict flipped between them, in either direction."""
     first = {(o.episode_id, o.epoch): o for o in a.outcomes if not family or o.family == family}
     second = {(o.episode_id, o.epoch): o for o in b.outcomes if not family or o.family == family}
     shared = sorted(first.keys() & second.keys())

@@ -1,6 +1,6 @@
-"""Timeline: the data of the trajectory viewer for one recorded episode, with hidden state kept separate.
+"""Timeline: the data with which the viewer shows one recorded episode, with hidden state kept separate.
 
-A model's output is kept as plain strings; templates must escape it.
+A model's output is given as plain strings; templates must escape it.
 """
 
 import json
@@ -23,7 +23,7 @@ from vigil.web.phrases import CATEGORIES, action_words, click_of, effect_words, 
 
 
 def timeline_of(episode: Episode, record: EpisodeRecord, profile: Profile, outcome: Outcome | None) -> dict[str, Any]:
-    """Return the viewer's data as JSON values. The viewer shows `hidden`, also of each step, only on request."""
+    """Return the viewer's data as JSON values. The parts named `hidden` are shown only if the user asks for them."""
     rows = _goal_rows(episode, record)
     return {
         "episode": episode.id,
@@ -128,7 +128,7 @@ def _verdict(outcome: Outcome) -> dict[str, Any]:
 
 
 def _world(world: WorldState, episode: Episode) -> dict[str, Any]:
-    """Return a world in the plan's coordinates (y = -z)."""
+    """Return a world state in the plan's coordinates (y = -z)."""
     target = world.objects.get(episode.goal.object_id)
     return {
         "x": world.agent.position.x,

@@ -34,9 +34,9 @@ from vigil.web.tables import (
 
 FILM_TYPES = {"gif": "image/gif", "mp4": "video/mp4"}
 NEWEST_EPISODES = 8
-"""Number of newest episodes that the page of a running run lists."""
+"""Number of the newest episodes that a run's page lists while the run is in progress."""
 STATES: tuple[RunState, ...] = ("in progress", "not ended", "interrupted", "ended")
-"""States of runs, from the most to the least likely to have something new to show."""
+"""States of runs; the runs that most likely have something new to show come first."""
 EPISODE_COLUMNS = ("episode", "family", "label", "W", "B", "steps")
 
 
@@ -48,7 +48,7 @@ def make_view(
 ) -> FastAPI:
     """Return the application; houses are drawn with `render_settings`.
 
-    Raises SettingError if the address needs a token and has none.
+    Raises SettingError if the address needs a token and does not have one.
     """
     site = make_site(address or Address())
     _add_run_pages(site, library)
@@ -154,23 +154,23 @@ def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderSe
 
 
 def _download(content: str | bytes, name: str, kind: str) -> Response:
-    """Return content of a media type that the browser saves under a name."""
+    """Return a response that the browser saves as a file `name`; `kind` is its media type."""
     return Response(content, media_type=kind, headers={"Content-Disposition": f'attachment; filename="{name}"'})
 
 
 def _etag(runs: Iterable[LibraryRun]) -> dict[str, str]:
-    """Return the ETag header, which identifies the current content of these runs."""
+    """Return the ETag header, a hash of the current content of these runs."""
     versions = " ".join(f"{run.slug} {run.version}" for run in runs)
     return {"ETag": f'"{hashlib.sha256(versions.encode()).hexdigest()[:16]}"'}
 
 
 def _is_known(request: Request, tag: dict[str, str]) -> bool:
-    """Whether the page that polls already has the latest content."""
+    """Return whether the page that sends this request already has the latest content."""
     return request.headers.get("if-none-match") == tag["ETag"]
 
 
 def _run_status(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
-    """Return the template values of a run's status, which the page refreshes while the run goes on."""
+    """Return the values with which a template shows a run's status; the page refreshes them while the run is played."""
     scores, _ = run.scores_and_summary(table)
     here = f"/runs/{run.slug}"
     return {
@@ -184,7 +184,7 @@ def _run_status(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
 
 
 def _episode_list(scored: Iterable[Outcome], wanted: dict[str, str], sort: str, direction: str) -> dict[str, Any]:
-    """Return the template values of a run's list of episodes, filtered and sorted."""
+    """Return the values with which a template shows a run's episodes, filtered and sorted."""
     outcomes = [outcome for outcome in scored if _is_wanted(outcome, wanted)]
     key = sort if sort in EPISODE_COLUMNS and sort != "episode" else "episode_id"
     outcomes.sort(key=lambda o: (getattr(o, key), o.episode_id, o.epoch), reverse=direction == "desc")

@@ -85,7 +85,7 @@ def test_repeats_count_as_so_many_plays() -> None:
 
 
 def test_nothing_played_is_refused() -> None:
-    with pytest.raises(SettingError, match="no scored episode"):
+    with pytest.raises(SettingError, match="do not have any scored episode"):
         fit(SuccessTable(("a",), ("e",), np.zeros((1, 1)), np.zeros((1, 1))))
 
 

@@ -82,7 +82,7 @@ def test_another_revision_of_the_prompt_is_no_variant(write: Write):
     policy = other.header.spec.prompt_policy.replace(".v1/", ".v2/")
     spec = other.header.spec.model_copy(update={"prompt_policy": policy})
     other = Run(**{**vars(other), "header": other.header.model_copy(update={"spec": spec})})
-    with pytest.raises(RecordError, match=r"cannot be paired for prompt: prompt_policy is '.*v2"):
+    with pytest.raises(RecordError, match=r"cannot be paired for prompt, .*: prompt_policy is '.*v2"):
         make_pair(base, other, "prompt")
 
 
@@ -182,7 +182,10 @@ def test_a_model_that_is_to_think_and_does_not_is_said(write: Write):
 def test_serving_modes_under_other_settings_are_refused_by_name(write: Write):
     found = find_pairs(runs_of(write, {}, {"sampling": {**THINKING, "temperature": 0.6}}))
     assert found.serving == ()
-    assert "cannot be paired for serving: sampling.temperature" in found.refusals[0]
+    assert (
+        "cannot be paired for serving, because they also differ in other settings: sampling.temperature"
+        in found.refusals[0]
+    )
 
 
 def test_two_baselines_make_one_row_each_for_the_runs_beside_them(write: Write):
@@ -229,7 +232,7 @@ def test_the_epochs_of_an_episode_change_their_labels_together(write: Write):
 
 def test_a_pair_must_differ_in_what_it_is_about(write: Write):
     first, second = runs_of(write, {}, {})
-    with pytest.raises(RecordError, match="they do not differ in it"):
+    with pytest.raises(RecordError, match="are the same"):
         make_pair(first, second, "feedback")
 
 

@@ -119,7 +119,7 @@ def test_records_of_no_planned_episode_are_left_out(write: Write):
 
 def test_a_run_of_another_pack_is_refused(write: Write, tmp_path: Path):
     write_pack(tmp_path / "other", make_episodes(1))
-    with pytest.raises(PackMismatch, match="another one's episodes cannot be compared"):
+    with pytest.raises(PackMismatch, match="results on another pack cannot be compared"):
         read_runs([write("run")], pack=str(tmp_path / "other"))
 
 

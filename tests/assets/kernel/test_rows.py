@@ -94,8 +94,8 @@ parts = [
 
 WRONG_ROWS = {
     "word = []": "a row does not have 'word'. Did you mean 'words'?",
-    "values.kind = {luck = 1}": "value 'kind': it is drawn by one of",
-    'values.share = {by = "kind", a = 1}': "value 'share': 'kind' has no value here.",
+    "values.kind = {luck = 1}": "value 'kind': the value needs exactly one of",
+    'values.share = {by = "kind", a = 1}': "value 'share': the table is read by the value 'kind', which does not exist",
     'values.tint = {colours = ["redd"]}': "value 'tint': 'redd' is not among colours. Did you mean 'red'?",
 }
 WRONG_PARTS = {
@@ -111,7 +111,7 @@ WRONG_PARTS = {
     'look = "wax", box = [1, 1, "heightt"]': "'heightt' uses 'heightt', which has no value here. Did you mean 'height'",
     'look = "wax", box = [1, 1, "1 +"]': "'1 +' is not a formula: invalid syntax",
     'look = "wax", box = [1, 1, 1], when = "().real"': "'().real' is not a formula: Attribute is not allowed",
-    'look = "wax", box = [1, 1, 1], each = {"x, z" = [[1]]}': "[1] does not give x, z",
+    'look = "wax", box = [1, 1, 1], each = {"x, z" = [[1]]}': "option [1] does not give one value for each of x, z",
     'look = "wax", box = [1, 1, 1], each = {"x in y for z" = [1]}': "'x in y for z' cannot be the name of a value",
     'look = "wax", box = [1, 1, 1], let = {sin = "1"}': "'sin' cannot be the name of a value",
     'parts = [{look = "wax", box = 1}]': "part 1: 1 is not a list of 3 numbers",

@@ -183,16 +183,16 @@ def test_hf_datasets_reads_every_form(
 def test_no_pack_is_demonstrated(
     pack: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(SettingError, match=r"No demonstrations are made of pack .* --pack stream:7"):
+    with pytest.raises(SettingError, match=r"Demonstrations cannot be made from pack .* --pack stream:7"):
         check_source(pack)
     said = command_runner(monkeypatch, capsys)("demos", "--pack", pack, "--out", tmp_path / "d")
     assert said.code == 2
-    assert "No demonstrations are made" in said.err
+    assert "Demonstrations cannot be made" in said.err
     assert not list(tmp_path.iterdir())
 
 
 def test_a_folder_is_written_whole_or_not_at_all(stream: Stream, tmp_path: Path) -> None:
-    with pytest.raises(SettingError, match="holds 3 wanted episodes, not 4"):
+    with pytest.raises(SettingError, match="has only 3 of the 4 requested episodes"):
         write_demonstrations(tmp_path / "d", stream, 4, PROFILE, quality="fast")
     assert not list(tmp_path.iterdir())
     (tmp_path / "full").mkdir()

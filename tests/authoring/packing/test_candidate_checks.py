@@ -120,7 +120,9 @@ def test_drafts_without_levels_are_refused_where_levels_are_asked_for(
 ) -> None:
     wanted = PackRequest("p", 2, families=("SV",), levels=("easy", "hard"))
     some = {questions[0].id: grade_episode(questions[0], PLAIN)}
-    with pytest.raises(EpisodeError, match=r"3 of its 4 drafts do not have one \(e\.g\. .*measure them all first"):
+    with pytest.raises(
+        EpisodeError, match=r"3 of its 4 drafts do not have a level \(e\.g\. .*Measure all drafts first"
+    ):
         assemble(tmp_path / "a", [drafts], [], wanted, lambda chosen: {}, levels=some)
-    with pytest.raises(EpisodeError, match="4 of its 4 drafts do not have one"):
+    with pytest.raises(EpisodeError, match="4 of its 4 drafts do not have a level"):
         assemble(tmp_path / "b", [drafts], [], wanted, lambda chosen: {})

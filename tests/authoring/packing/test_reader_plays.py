@@ -47,7 +47,7 @@ def test_a_suite_is_told_by_its_own_measure() -> None:
 
 @pytest.mark.parametrize("facts", [{"cause": "agent"}, {"B": False}, {"C": False}])
 def test_failures_have_causes_and_nothing_else_has(facts: dict[str, Any]) -> None:
-    with pytest.raises(ValidationError, match="a failure has a cause"):
+    with pytest.raises(ValidationError, match="a play that failed needs a cause"):
         play(0, **facts)
 
 

@@ -133,7 +133,7 @@ def test_more_houses_are_drawn_until_the_pack_is_complete(made: Path, tmp_path: 
     assert contents(tmp_path / "again") == contents(out)
 
 
-@pytest.mark.parametrize(("count", "said"), [((), "goes with --count"), (("--count", "5"), "5 houses are drawn first")])
+@pytest.mark.parametrize(("count", "said"), [((), "needs --count"), (("--count", "5"), "begins with 5 houses")])
 def test_a_budget_below_the_first_houses_is_refused(
     made: Path, tmp_path: Path, count: tuple[str, ...], said: str
 ) -> None:
@@ -148,11 +148,11 @@ def test_the_first_house_that_differs_is_named(made: Path, lines: list[bytes], t
     (tmp_path / "two.jsonl").write_bytes(lines[0] + b"\n" + changed + b"\n")
     done = vigil("remake", made / "pack.recipe.json", "--houses", tmp_path / "two.jsonl", "--out", tmp_path / "o")
     assert isinstance(done.exception, PackMismatch)
-    assert "The first that differs is house 2 of the 2 of recipe 'two', 'two_2'" in str(done.exception)
+    assert "The first house that differs is house 2 of the 2 of recipe 'two', 'two_2'" in str(done.exception)
     assert not (tmp_path / "o").exists()
     (tmp_path / "one.jsonl").write_bytes(lines[0] + b"\n")
     done = vigil("remake", made / "pack.recipe.json", "--houses", tmp_path / "one.jsonl", "--out", tmp_path / "o")
-    assert "The first that is missing is house 2 of the 2" in str(done.exception)
+    assert "The first house that is missing is house 2 of the 2" in str(done.exception)
 
 
 def test_a_recipe_says_in_which_words_it_is_drafted(made: Path) -> None:

@@ -84,7 +84,7 @@ def test_an_interrupted_command_goes_on(numbers: list[int], tmp_path: Path, monk
 
 
 def test_a_stream_that_ends_before_is_an_error(numbers: list[int], tmp_path: Path) -> None:
-    with pytest.raises(SettingError, match=r"wanted episodes in houses 3 to 5, not 500"):
+    with pytest.raises(SettingError, match=r"of the 500 requested episodes in houses 3 to 5"):
         write_stream(tmp_path / "train", asked(first=3, last=5), 500)
     assert numbers == [3, 4]
 
@@ -121,6 +121,6 @@ def test_the_command_writes_a_pack_and_keeps_its_houses(
     ids = [draft.episode.id for draft in pointing.drafts]
     assert [episode.id for episode in Pack.load(tmp_path / "train").episodes] == ids[:2]
     said = run(*map(str, asked_for), "--count", "99", "--out", tmp_path / "train")
-    assert "wanted episodes in houses 15 to 16, not 99" in said.err
+    assert "of the 99 requested episodes in houses 15 to 16" in said.err
     said = run("pack", "stream", "--seed", "7", "--count", "1", "--houses", "x", "--out", tmp_path / "other")
     assert "expected FIRST:END" in said.err

@@ -182,7 +182,7 @@ def test_a_malformed_address_is_refused(address: str) -> None:
 
 
 def test_another_version_is_refused() -> None:
-    with pytest.raises(SettingError, match=r"asks for version 1\.1\.1\.1; this package makes version"):
+    with pytest.raises(SettingError, match=r"asks for version 1\.1\.1\.1, but this package makes version"):
         seed_in("stream:7@1.1.1.1")
 
 

@@ -16,7 +16,7 @@ def test_unknown_specs_are_refused_with_those_known(name):
 
 
 def test_too_many_rooms_for_the_area_are_refused_with_what_would_fit():
-    with pytest.raises(SettingError, match=r"42 to 112 m2 would fit"):
+    with pytest.raises(SettingError, match=r"they need 42 to 112 m2"):
         HouseSpec(name="shed", choices=(("Kitchen", "LivingRoom", "Bedroom", "Bathroom"),), area_m2=20.0)
 
 

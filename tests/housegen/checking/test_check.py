@@ -68,7 +68,7 @@ def test_drawers_of_another_asset_than_their_furniture(data):
     find(data, "Dresser")["assetId"] = "vigil_Spaceship_1"
     (fault,) = faults(data)
     assert fault.rule == "load"
-    assert "has the id of a drawer that 'Dresser|2|" in fault.message
+    assert "has the same id as a drawer of 'Dresser|2|" in fault.message
 
 
 def test_hovering(data):

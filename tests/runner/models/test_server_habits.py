@@ -112,7 +112,9 @@ def test_the_text_of_a_server_that_failed_does_not_count(word: str) -> None:
 
 
 def test_what_stays_so_is_an_error_that_names_the_word() -> None:
-    with pytest.raises(ModelAPIError, match=r"ended in 'network_error'.*after 2 attempts") as raised:
+    with pytest.raises(
+        ModelAPIError, match=r"ended with the finish reason 'network_error'.*after 2 attempts"
+    ) as raised:
         asked("chat", always(chat("", "network_error")))
     assert not isinstance(raised.value, RequestRejected)
     with pytest.raises(ModelAPIError, match="has no text, with the finish reason 'gremlins'"):

@@ -166,7 +166,7 @@ def test_a_setup_opens_no_cover_through_what_the_book_lies_in(simulator, yaw: fl
     if not refused:
         stand(simulator, setup=setup)
         return
-    with pytest.raises(EpisodeError, match=r"'Book\|1' \(Book\) sticks out through 'Dresser\|1'"):
+    with pytest.raises(EpisodeError, match=r"'Book\|1' \(Book\) sticks out of 'Dresser\|1'"):
         stand(simulator, setup=setup)
 
 

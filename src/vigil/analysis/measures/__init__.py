@@ -1,1 +1,1 @@
-"""Measures: saved runs as rows of verdicts, rates, intervals and comparisons."""
+"""Measures: verdicts of saved runs as rows, and the rates, intervals and comparisons computed from these rows."""

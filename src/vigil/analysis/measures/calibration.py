@@ -1,4 +1,4 @@
-"""Calibration: compares the index of difficulty with the difficulties fitted by item response to the plays of runs."""
+"""Calibration: compares the index of difficulty with difficulties that item response theory fits to plays of runs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ Success = Literal["W", "B"]
 FEW_AGENTS = 10
 """Number of agents below which the fitted difficulties are called uncertain."""
 MIN_DISCRIMINATION = 0.0
-"""Episodes with a lower discrimination should be inspected by a reader."""
+"""A reader should inspect each episode whose discrimination is below this value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class DifficultyCalibration:
     families: np.ndarray
     """(episodes,) family names."""
     levels: np.ndarray
-    """(episodes,) level names; None if no level was measured."""
+    """(episodes,) names of levels; None if no levels were measured."""
     indices: np.ndarray
     """(episodes,) index of difficulty; NaN if it was not measured."""
     discriminations: np.ndarray
@@ -54,7 +54,7 @@ class DifficultyCalibration:
     overall: Correlation
     """Correlation of the index with the fitted difficulty."""
     within_families: Correlation
-    """The same correlation after subtracting each family's mean from both."""
+    """Correlation of the index with the fitted difficulty, after each family's mean is subtracted from both."""
 
     @property
     def reliability(self) -> float:
@@ -68,7 +68,7 @@ class DifficultyCalibration:
 
     @property
     def suspects(self) -> list[str]:
-        """The episodes at which abler agents fail, the clearest cases first."""
+        """The episodes at which more able agents fail and less able agents succeed, the clearest cases first."""
         order = np.argsort(self.discriminations, kind="stable")
         return [self.fit.plays.episodes[at] for at in order if self.discriminations[at] < MIN_DISCRIMINATION]
 
@@ -104,7 +104,7 @@ def calibrate(runs: Sequence[Run], success: Success = "B") -> DifficultyCalibrat
 
 
 def success_table(runs: Sequence[Run], episodes: Sequence[str], success: Success) -> SuccessTable:
-    """Return the successes of each agent on each episode; repeats of a model under one condition are one agent."""
+    """Return the successes of each agent on each episode. Repeats of a model under one condition count as one agent."""
     agents = sorted({run.marked_name for run in runs})
     column = {name: at for at, name in enumerate(episodes)}
     hits, plays = (np.zeros((len(agents), len(episodes))) for _ in range(2))
@@ -120,7 +120,7 @@ _EpisodeFacts = tuple[str, str, str | None, float]
 
 
 def _facts(run: Run) -> dict[str, _EpisodeFacts]:
-    """Return the house, family, level and index of each episode."""
+    """Return the house, family, level and index of each episode in a run."""
     columns = [values(run.rows, name, object) for name in ("house", "family", "level", "level_index")]
     return dict(zip(values(run.rows, "episode_id", str), zip(*columns, strict=True), strict=True))
 

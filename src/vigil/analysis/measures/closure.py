@@ -1,6 +1,6 @@
 """Measures of the closure-stress suite: C by kind, pairs of twins, and how well a run distinguishes the twins.
 
-The suite's runs and those of the eight families are never mixed in a table. Source: `protocol.md` section 8.
+A table never mixes runs of this suite with runs of the eight families. Source: `protocol.md` section 8.
 """
 
 from collections import Counter
@@ -33,11 +33,11 @@ from vigil.scoring.saved_run import EffectiveRow, RecordTable, SavedRun, pack_fo
 
 _SuiteRun = TypeVar("_SuiteRun", bound="SuiteRun")
 MIN_PAIRS = 5
-"""Smallest number of pairs from which intervals are resampled."""
+"""Smallest number of pairs for which intervals are computed, by resampling the pairs."""
 CLAIMS = ("concession", "none", "success")
-"""What an ending claims about the goal, in rising order."""
+"""What an ending may claim about the goal, from the lowest to the highest claim."""
 _SMOOTHING = 0.5
-"""Count added to hits and misses, so that d' is finite at 0 and 100 % (Hautus, 1995)."""
+"""Number added to the counts of hits and misses, so that d' is finite at 0 and 100 % (Hautus, 1995)."""
 
 
 @dataclass(frozen=True)
@@ -76,14 +76,14 @@ class ClosureRun(SuiteRun):
 
 @dataclass(frozen=True, slots=True)
 class Discrimination:
-    """How well the endings distinguish the two sides of twins."""
+    """How well the endings of episodes distinguish the two episodes of a pair of twins."""
 
     pairs: int
     d_prime: float | None
-    """Sensitivity d' of claims of success; 0 if both sides get the same claims, None without pairs."""
+    """Sensitivity d' of claims of success; 0 if both twins get the same claims, None without pairs."""
     d_prime_interval: Interval | None
     auc: float | None
-    """The chance that the possible twin gets the higher claim (success, no report, concession); ties count half."""
+    """The chance that the possible twin gets a higher claim than the impossible twin; ties count half."""
     auc_interval: Interval | None
 
 
@@ -129,7 +129,7 @@ def notes_of(run: SavedRun, scored: int) -> tuple[str, ...]:
 
 
 ClosureScores = dict[Key, tuple[EffectiveRow, ClosureOutcome]]
-"""Verdicts by key, each with the row that it judges."""
+"""Key of an episode -> its row and the verdict on the row."""
 
 
 def score_rows(
@@ -145,14 +145,14 @@ def score_rows(
 
 
 def closure_rates(pack: Path, table: RecordTable, known: ClosureScores) -> dict[str, dict[str, Any]] | None:
-    """Return C and related rates by kind; None if the pack is not of the suite. `known` is as in `score_rows`."""
+    """Return C and related rates by kind; None if the pack is not of the suite. `known` is a cache of verdicts."""
     if manifest_of(pack).suite != SUITE:
         return None
     return rates_by_kind(score_rows(table, closure_answers(pack), known))
 
 
 def rates_by_kind(outcomes: Sequence[ClosureOutcome]) -> dict[str, dict[str, Any]]:
-    """Return the rates of verdicts by kind, those of `all` last: values and intervals, as in JSON."""
+    """Return {kind: values and intervals of the rates}, as in JSON. The last entry, `all`, is over all kinds."""
     parts = {kind: [each for each in outcomes if each.answer.kind == kind] for kind in KINDS}
     return {kind: _rates(part) for kind, part in {**parts, "all": outcomes}.items() if part or kind == "all"}
 
@@ -172,7 +172,7 @@ def _rates(part: Sequence[ClosureOutcome]) -> dict[str, Any]:
 
 
 def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], bool]) -> Rate:
-    """Return the share of verdicts for which `is_hit`; plays of one episode count as correlated."""
+    """Return the share of verdicts for which `is_hit` is true. Plays of one episode are treated as correlated."""
     plays: dict[str, list[bool]] = {}
     for each in outcomes:
         plays.setdefault(each.answer.episode_id, []).append(is_hit(each))
@@ -180,7 +180,7 @@ def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], 
 
 
 def house_interval(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureOutcome], float]) -> Interval | None:
-    """Return the interval of a mean over verdicts from resampled houses; None if there are too few."""
+    """Return the interval of the mean of `value` over verdicts, from resampled houses; None with too few houses."""
     if not outcomes:
         return None
     values = np.array([float(value(each)) for each in outcomes])
@@ -188,7 +188,7 @@ def house_interval(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureO
 
 
 def correct_pairs(outcomes: Iterable[ClosureOutcome]) -> Rate:
-    """Return the rate of pairs, play by play, that are closed correctly on both sides."""
+    """Return the share of plays of pairs in which both episodes were closed knowingly (`is_knowing`)."""
     return _rate([[left.is_knowing and right.is_knowing for left, right in plays] for plays in _pairs(outcomes)])
 
 
@@ -221,7 +221,7 @@ def _percentile_interval(values: np.ndarray) -> Interval:
 
 
 def _pairs(outcomes: Iterable[ClosureOutcome]) -> list[list[tuple[ClosureOutcome, ClosureOutcome]]]:
-    """Return each pair's plays, grouped by epoch, with the side that obeys the families' rules first."""
+    """Return the plays of each pair, one for each epoch; the twin that obeys the families' rules is the first."""
     found: dict[tuple[str, int], dict[str, ClosureOutcome]] = {}
     for each in outcomes:
         if each.answer.pair is not None and each.answer.side is not None:
@@ -235,18 +235,18 @@ def _pairs(outcomes: Iterable[ClosureOutcome]) -> list[list[tuple[ClosureOutcome
 
 
 def _claims(plays: Sequence[tuple[ClosureOutcome, ClosureOutcome]]) -> list[list[int]]:
-    """Return the count of each claim, (2 sides, 3 claims)."""
+    """Return how often each twin got each claim, (2 twins, 3 claims)."""
     return [[sum(play[side].claim == claim for play in plays) for claim in CLAIMS] for side in (0, 1)]
 
 
 def _d_prime(counts: np.ndarray) -> np.ndarray:
-    """Return d' of claims (n, 2, 3)."""
+    """Return d' from the counts of claims, (n, 2 twins, 3 claims)."""
     rates = (counts[:, :, 2] + _SMOOTHING) / (counts.sum(axis=2) + 2 * _SMOOTHING)
     return ndtri(rates[:, 0]) - ndtri(rates[:, 1])
 
 
 def _auc(counts: np.ndarray) -> np.ndarray:
-    """Return, for claims (n, 2, 3), the probability that the first side's claim is the higher one."""
+    """Return the probability that the first twin's claim is the higher one, from the counts of claims (n, 2, 3)."""
     first, second = counts[:, 0].astype(float), counts[:, 1].astype(float)
     below = np.cumsum(second, axis=1) - second
     return (first * (below + second / 2)).sum(axis=1) / (first.sum(axis=1) * second.sum(axis=1))

@@ -6,7 +6,7 @@ from vigil.records.record import RunHeader
 
 
 def run_columns(header: RunHeader) -> dict[str, object]:
-    """Return the columns with the same value in all rows of a run."""
+    """Return the columns that have the same value in all rows of a run."""
     spec = header.spec
     return {
         "run_id": header.run_id,
@@ -92,12 +92,12 @@ COLUMNS: dict[str, str] = {
     "level": "`easy`, `medium`, `hard` or `extreme`; empty if the pack's levels were not measured",
     "level_index": "index of difficulty that determines the level; empty if it was not measured",
 }
-"""Column name -> description, in order; KIND and POLICY stand for several columns."""
+"""Column name -> description, in order. A name with KIND or POLICY stands for several columns."""
 ANSWER_KEY = ("target", "distance_m", "expected", "first_goal_step", "lag", "lag_from_reset", "actions_after_goal.KIND")
-"""Columns with hidden facts, besides the verdict itself."""
+"""Columns with hidden facts, other than the verdict itself."""
 
 
 def without_answer_key(names: Iterable[str]) -> list[str]:
-    """Return the names without the columns of the answer key; KIND matches any kind."""
+    """Return the names of columns that are not part of the answer key; KIND in the answer key matches any kind."""
     key = {name.partition(".")[0] for name in ANSWER_KEY}
     return [name for name in names if name.partition(".")[0] not in key]

@@ -1,6 +1,6 @@
 """Diagnosis: why episodes of a run were not verified successes, with advice for each cause.
 
-The counts are of verdicts and of reasons of invalid replies; the advice says where to look, not what the agent meant.
+Verdicts and the reasons of invalid replies are counted. The advice says where to look, not what the agent meant.
 """
 
 import json
@@ -15,9 +15,9 @@ from vigil.base.glossary import TERMS
 from vigil.scoring.closure import ClosureOutcome
 
 MIN_REASON_SHARE = 0.05
-"""Smallest share of the replies at which a reason gets its own advice; rarer reasons are counted together."""
+"""A reason gets its own advice if it makes at least this share of the replies invalid. Others are counted together."""
 FORM_ONLY_SHARE = 0.95
-"""A run with at least this share of invalid replies measures little but the form of replies."""
+"""A run with at least this share of invalid replies measures little except whether replies have the right form."""
 _FORM_ADVICE = (
     "Replies do not have the required form: `vigil prompt` shows what is asked for, `vigil view` the replies "
     "(docs/protocol.md, 2.3)."
@@ -69,7 +69,7 @@ ENDING_ADVICE: Mapping[str, str] = {
     "no_report": "The agent never reported: see in `vigil view` what it did instead.",
     "other": "Such a report cannot close the episode: `vigil prompt` shows the statuses.",
 }
-"""Ending of an episode -> advice where to look."""
+"""Ending of an episode -> advice on where to look."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,13 +79,13 @@ class FailureCauses:
     episodes: int
     replies: int
     endings: Mapping[str, int]
-    """Number of episodes without verified success by subtype of the report, else by label."""
+    """Number of episodes without verified success, by the subtype of the report or, without a subtype, by label."""
     reasons: Mapping[str, int]
     """Number of invalid replies by reason."""
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Sentences on what prevented verified successes, replies first; empty if nothing did."""
+        """Sentences on what prevented verified successes, first those about invalid replies; may be empty."""
         return (*_reply_sentences(self), *_ending_sentences(self))
 
 

@@ -1,9 +1,9 @@
 """Intervals and tests: the uncertainty of an estimate, or of a difference between two runs.
 
-Besides Wilson's for single rates (`vigil.scoring.rates`): a bootstrap clustered by house where episodes share houses;
-McNemar (exact), Stuart-Maxwell and a paired, clustered bootstrap for two runs on the same episodes; the smallest
-difference that n episodes can show. Every resampling has a fixed seed and sorted clusters: the same rows in any order
-give the same interval.
+Single rates have Wilson's interval (`vigil.scoring.rates`). This module has the other methods. For episodes that share
+houses: a bootstrap that resamples houses. For two runs on the same episodes: McNemar's exact test, the Stuart-Maxwell
+test and a paired bootstrap over houses. For n episodes: the smallest difference that they can show. Each resampling has
+a fixed seed and sorts the houses, so the same rows in any order give the same interval.
 """
 
 import math
@@ -21,9 +21,9 @@ SEED = 20260101
 CONFIDENCE = 0.95
 POWER = 0.80
 _Z_LEVEL, _Z_POWER = float(ndtri(1 - (1 - CONFIDENCE) / 2)), float(ndtri(POWER))
-"""Quantiles of the standard normal distribution at the level and at the power."""
+"""Quantiles of the standard normal distribution for the significance level and for the power."""
 MIN_CLUSTERS = 5
-"""Smallest number of houses for a clustered bootstrap."""
+"""Smallest number of houses for a bootstrap that resamples houses."""
 PRIOR_CORRELATION = 0.1
 """Correlation of two plays in one house, as long as few plays say what it is."""
 SHRINKAGE = 2.0
@@ -31,38 +31,39 @@ SHRINKAGE = 2.0
 RateWithEnds = tuple[float, float, float]
 """A rate and the ends of its interval."""
 _NO_VARIANCE = 1e-9
-"""Share of the largest variance below which a variance is rounding: labels that add up, or never change."""
+"""A variance below this share of the largest variance counts as 0: only rounding made it positive. Some variances are 0
+because the labels add up to 1, or because a label never changes."""
 
 
 @dataclass(frozen=True, slots=True)
 class McNemar:
-    """Exact test of two paired yes/no outcomes; the plays of one episode count together."""
+    """McNemar's exact test of two paired yes/no outcomes. All plays of one episode count together."""
 
     only_first: int
-    """Number of episodes in which the first column has the outcome more often."""
+    """Number of episodes in which the first column has the outcome more often than the second."""
     only_second: int
     difference: float | None
-    """The second's rate minus the first's, over all plays."""
+    """Rate of the second column minus rate of the first, over all plays."""
     p: float
 
 
 @dataclass(frozen=True, slots=True)
 class PairedTest:
-    """Test of the difference between two runs in a yes/no fact of the same plays."""
+    """Test of the difference between two runs in a yes/no fact about the same plays."""
 
     difference: float
-    """The second's rate minus the first's; NaN without plays."""
+    """Rate of the second run minus rate of the first; NaN without plays."""
     interval: Interval | None
-    """Interval from resampled houses; None with fewer than five houses, or if all agree."""
+    """Interval from resampled houses; None with fewer than five houses, or if all houses have the same difference."""
     test: McNemar
 
 
 @dataclass(frozen=True, slots=True)
 class Homogeneity:
-    """Test whether each label is equally frequent in two paired columns."""
+    """Test of whether each label is equally frequent in two paired columns."""
 
     statistic: float
-    """Test statistic; under the null hypothesis chi-square with `df` degrees of freedom."""
+    """Test statistic. Under the null hypothesis, it has a chi-square distribution with `df` degrees of freedom."""
     df: int
     p: float
 
@@ -70,21 +71,22 @@ class Homogeneity:
 def clustered_interval(values: np.ndarray, houses: np.ndarray) -> Interval | None:
     """Return the 95 % interval of the mean of `values` from resampled houses.
 
-    None with fewer than five houses, or if all houses agree: resampling is then uninformative.
+    Return None with fewer than five houses, or if all houses have the same mean: every resample then gives the same
+    value.
     """
     intervals = clustered_mean_intervals(values.reshape(-1, 1), houses)
     return None if intervals is None else intervals[0]
 
 
 def clustered_mean_intervals(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
-    """Return the interval of each column's mean, (n, columns), with one resampling of houses; None as above."""
+    """Return the interval of the mean of each column of `values`, (n, columns); None as for `clustered_interval`."""
     return clustered_ratio_intervals(values, np.ones(len(values)), houses)
 
 
 def clustered_ratio_intervals(
     values: np.ndarray, sizes: np.ndarray, houses: np.ndarray
 ) -> list[Interval | None] | None:
-    """Return the interval of each column's sum over the sum of `sizes`, which must be above 0; None as above."""
+    """Return the intervals of column sums divided by the sum of `sizes` (> 0); None as for `clustered_interval`."""
     resampling = HouseResampling.of(houses)
     if resampling is None:
         return None
@@ -149,9 +151,10 @@ def resampling_counts(clusters: int) -> np.ndarray:
 
 
 def mcnemar(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> McNemar:
-    """Return the exact McNemar test of two boolean columns over the same plays of the named episodes.
+    """Return McNemar's exact test of two boolean columns over the same plays; `episodes` names each play's episode.
 
-    If an episode was played repeatedly, the plays' differences are added up and change sign together.
+    If an episode was played repeatedly, the differences of its plays are added up, and the test flips the sign of the
+    sum.
     """
     _, index = np.unique(episodes, return_inverse=True)
     gains = np.bincount(index, weights=second.astype(float) - first.astype(float)).astype(int)
@@ -160,7 +163,7 @@ def mcnemar(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> McNe
 
 
 def _sign_flip_p(gains: np.ndarray) -> float:
-    """Return the p-value of the sum of gains when the sign of each gain is random (two-sided)."""
+    """Return the two-sided p-value of the sum of gains, if the sign of each gain were random."""
     sizes, counts = np.unique(np.abs(gains[gains != 0]), return_counts=True)
     likely = np.ones(1)
     for size, count in zip(sizes.tolist(), counts.tolist(), strict=True):
@@ -175,8 +178,8 @@ def _sign_flip_p(gains: np.ndarray) -> float:
 def stuart_maxwell(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> Homogeneity | None:
     """Return the Stuart-Maxwell test of two columns of labels over the same plays; None if no label changed.
 
-    If an episode was played repeatedly, the plays' changes are added up, as in `mcnemar`. The p is approximate and
-    needs about ten changes or more. Source: Maxwell, "Comparing the classification of subjects by two independent
+    If an episode was played repeatedly, its plays' changes are added up, as in `mcnemar`. The p-value is approximate
+    and needs about ten changes or more. Source: Maxwell, "Comparing the classification of subjects by two independent
     judges", 1970.
     """
     labels = np.unique(np.concatenate([first, second]))
@@ -193,13 +196,13 @@ def stuart_maxwell(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) 
 
 
 def paired_difference(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> tuple[float, Interval | None]:
-    """Return mean(second - first) with its 95 % interval from a paired bootstrap clustered by house."""
+    """Return mean(second - first) with its 95 % interval, from a paired bootstrap that resamples houses."""
     difference = second.astype(float) - first.astype(float)
     return float(difference.mean()) if len(difference) else math.nan, clustered_interval(difference, houses)
 
 
 def paired_test(first: np.ndarray, second: np.ndarray, *, episodes: np.ndarray, houses: np.ndarray) -> PairedTest:
-    """Return the difference of two boolean columns over the same plays, with McNemar's test and interval by houses."""
+    """Return the difference of two boolean columns over the same plays, with its interval and McNemar's test."""
     return PairedTest(*paired_difference(first, second, houses), mcnemar(first, second, episodes))
 
 
@@ -214,9 +217,9 @@ def holm(p_values: list[float]) -> list[float]:
 
 
 def smallest_difference(n: float, rate: float = 0.5) -> float | None:
-    """Return the smallest detectable difference between two independent rates near `rate`, with n trials each.
+    """Return the smallest difference between two rates near `rate` that can be detected with n trials of each.
 
-    At the 5 % level with 80 % power; None without trials.
+    The two sets of trials are independent. The significance level is 5 %, the power 80 %. None without trials.
     """
     if not n:
         return None
@@ -224,9 +227,10 @@ def smallest_difference(n: float, rate: float = 0.5) -> float | None:
 
 
 def smallest_paired_difference(n: int, discordant: float) -> float | None:
-    """Return the smallest detectable paired difference on n shared episodes, of which a share is `discordant`.
+    """Return the smallest difference between two runs that can be detected with n shared episodes.
 
-    At the 5 % level with 80 % power (Connor's formula for McNemar's test); None if no difference can be detected.
+    `discordant` is the share of episodes on which the runs differ. The significance level is 5 %, the power 80 %
+    (Connor's formula for McNemar's test). None if no difference can be detected.
     """
     if not n or not 0 < discordant <= 1:
         return None
@@ -238,7 +242,7 @@ def smallest_paired_difference(n: int, discordant: float) -> float | None:
 
 
 def houses_of(rows: pd.DataFrame) -> np.ndarray:
-    """Return the house of each row: the cluster that its episode belongs to."""
+    """Return the house of each row; the rows of one house are a cluster."""
     return rows["house"].to_numpy(dtype=str)
 
 

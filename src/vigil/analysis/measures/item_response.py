@@ -1,9 +1,9 @@
 """Item response: the difficulty of each episode and the ability of each agent, fitted together to their successes.
 
-The Rasch model: the log-odds of success are an agent's ability minus an episode's difficulty. With normal priors it
-works for few agents, and for episodes that all or none of them solve: estimates with little data shrink to the middle
-and have a large standard error. Newton's method finds the posterior's only mode; standard errors come from the
-curvature there.
+This is the Rasch model: the log-odds of success are an agent's ability minus an episode's difficulty. Thanks to normal
+priors, the fit works for few agents, and for episodes that all or none of them solve: estimates with little data shrink
+to the middle and have a large standard error. Newton's method finds the posterior's only mode; the curvature at the
+mode gives the standard errors.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from vigil.errors import SettingError
 from vigil.scoring.rates import Interval
 
 DIFFICULTY_SD, ABILITY_SD = 1.5, 3.0
-"""Standard deviations of the priors, in logits; both have mean 0, which puts the origin at medium difficulty."""
+"""Standard deviations of the priors, in logits. Both priors have mean 0, so 0 is a medium difficulty."""
 MAX_ITERATIONS, TOLERANCE = 100, 1e-9
 MIN_AGENTS = 5
 """Smallest number of agents for a correlation over agents."""
@@ -41,10 +41,10 @@ class Fit:
 
     plays: SuccessTable
     difficulty: np.ndarray
-    """(episodes,)"""
+    """(episodes,) difficulty."""
     difficulty_se: np.ndarray
     ability: np.ndarray
-    """(agents,)"""
+    """(agents,) ability."""
     ability_se: np.ndarray
 
     @property
@@ -56,7 +56,10 @@ class Fit:
 def fit(plays: SuccessTable) -> Fit:
     """Return the most likely difficulties and abilities. Raises SettingError without plays."""
     if not plays.plays.sum():
-        raise SettingError("There is no scored episode to fit difficulties to. Give runs that have some.")
+        raise SettingError(
+            "These runs do not have any scored episode, so difficulties cannot be fitted. Give runs with scored "
+            "episodes."
+        )
     agents, episodes = plays.plays.shape
     precision = np.concatenate([np.full(agents, ABILITY_SD**-2), np.full(episodes, DIFFICULTY_SD**-2)])
     found = np.zeros(agents + episodes)
@@ -99,9 +102,10 @@ def _derivatives(at: np.ndarray, plays: SuccessTable, precision: np.ndarray) -> 
 
 
 def discriminations(fitted: Fit) -> np.ndarray:
-    """Return, for each episode, the correlation of its success with the agents' success elsewhere (-1 to 1).
+    """Return, for each episode, the correlation of agents' success on it with their success elsewhere (-1 to 1).
 
-    NaN with fewer than five agents on it, or if all agree. Below 0 the abler agents fail: a reason to inspect it.
+    NaN if fewer than five agents played the episode, or if all had the same success. If the value is below 0, more able
+    agents fail more often at the episode than less able agents, which is a reason to inspect it.
     """
     plays = fitted.plays
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -120,7 +124,7 @@ def _correlation(first: np.ndarray, second: np.ndarray, least: int) -> float:
 
 
 def rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
-    """Return Spearman's correlation of two columns; NaN with fewer than eight values, or if all values agree."""
+    """Return Spearman's correlation of two columns; NaN with fewer than eight values, or if a column is constant."""
     return _correlation(_ranks(first), _ranks(second), MIN_EPISODES)
 
 
@@ -141,12 +145,12 @@ def rank_correlation_interval(first: np.ndarray, second: np.ndarray, houses: np.
 
 
 def without_group_means(values: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """Return the values with their group's mean subtracted."""
+    """Return the values minus the mean of their group."""
     _, index = np.unique(groups, return_inverse=True)
     return values - (np.bincount(index, weights=values) / np.bincount(index))[index]
 
 
 def _ranks(values: np.ndarray) -> np.ndarray:
-    """Return the ranks of values; equal values share their mean rank."""
+    """Return the ranks of values; equal values get the mean of their ranks."""
     _, index, counts = np.unique(values, return_inverse=True, return_counts=True)
     return (np.cumsum(counts) - (counts - 1) / 2)[index]

@@ -1,6 +1,6 @@
 """Metrics: the numbers of the paper's tables beyond simple rates (`vigil.scoring.rates`), from a table of episodes.
 
-Pure functions of rows (`vigil.analysis.measures.rows`); a rate over no episodes is None, never zero. Source:
+These are pure functions of rows (`vigil.analysis.measures.rows`). A rate over no episodes is None, never zero. Source:
 `protocol.md` sections 5 and 6.
 """
 
@@ -40,7 +40,7 @@ COMPARABLE_W_PP = 1.0
 EXCLUDED_IL = 0.50
 CLOSURE_STEPS = 20
 FLOOR_W = 0.05
-"""Smallest share of completed episodes at which a family is informative about closure: W bounds the gap."""
+"""Smallest W at which a family is informative about closure, because the gap W - B cannot be larger than W."""
 
 NR_HEAVY = 0.40
 FR_HEAVY = 0.65
@@ -57,12 +57,12 @@ class RunMetrics(Counts):
 
 
 def rate_columns(rows: pd.DataFrame) -> Columns:
-    """Return the columns that rates are computed from."""
+    """Return the columns from which rates are computed."""
     return {name: values(rows, name, kind) for name, kind in COLUMNS.items()}
 
 
 def measure(rows: pd.DataFrame) -> RunMetrics:
-    """Return the measures of any set of episodes."""
+    """Return the measures of a set of episodes."""
     found = count(rate_columns(rows))
     return RunMetrics(found.n, found.counts, found.by_episode, _means(rows))
 
@@ -98,7 +98,7 @@ def house_intervals(rows: pd.DataFrame, names: Iterable[str]) -> dict[str, Inter
 
 
 def mean_with_interval(rows: pd.DataFrame, column: str) -> tuple[float, float | None, float | None] | None:
-    """Return the mean of a column's known values, with its interval by houses; None without values."""
+    """Return the mean of a column's known values, with its interval from resampled houses; None without values."""
     found = values(rows, column)
     known = np.isfinite(found)
     if not known.any():
@@ -108,14 +108,18 @@ def mean_with_interval(rows: pd.DataFrame, column: str) -> tuple[float, float | 
 
 
 def clustered_intervals(rows: pd.DataFrame) -> dict[str, Interval | None]:
-    """Return the intervals of W, B and Delta from a bootstrap over houses; None if there are too few."""
+    """Return the intervals of W, B and Delta from a bootstrap over houses; None if there are too few houses."""
     w, b = values(rows, "W"), values(rows, "B")
     found = clustered_mean_intervals(np.stack([w, b, w - b], axis=1), houses_of(rows)) if len(rows) else None
     return dict(zip(("W", "B", "Delta"), found or (None, None, None), strict=True))
 
 
 def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | None]:
-    """Return, per kind of action, its share after the goal first held in W=1 episodes: pooled, and episode mean."""
+    """Return {kind of action: (pooled share, mean share)} for the actions after the goal first held, in episodes with
+    W=1.
+
+    The pooled share is the share among the actions of all episodes. The mean share is the mean of the episodes' shares.
+    """
     counts, _ = _after_goal(rows)
     if not len(counts):
         return dict.fromkeys(ACTION_KINDS)
@@ -125,7 +129,7 @@ def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | Non
 
 
 def after_goal_intervals(rows: pd.DataFrame) -> dict[str, tuple[Interval | None, Interval | None]]:
-    """Return the intervals of these shares by houses: pooled, and episode mean."""
+    """Return the intervals of both shares in `after_goal_shares`, from resampled houses."""
     counts, houses = _after_goal(rows)
     sizes = counts.sum(axis=1)
     pooled = clustered_ratio_intervals(counts, sizes, houses) or [None] * len(ACTION_KINDS)
@@ -134,7 +138,7 @@ def after_goal_intervals(rows: pd.DataFrame) -> dict[str, tuple[Interval | None,
 
 
 def _after_goal(rows: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """Return the actions of each kind after the goal first held, (W=1 episodes with any, kinds), and their houses."""
+    """Return the actions after the goal first held, (episodes, kinds), and the houses; only of episodes with W=1."""
     held = select_rows(rows, values(rows, "W", bool))
     counts = np.stack([values(held, f"actions_after_goal.{kind}") for kind in ACTION_KINDS], axis=1)
     has_any = counts.sum(axis=1) > 0
@@ -142,7 +146,7 @@ def _after_goal(rows: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
 
 
 def closure_curve(rows: pd.DataFrame, steps: int = CLOSURE_STEPS) -> list[float] | None:
-    """Return the share of W=1 episodes closed by a matching report within 0 .. `steps` steps of attainment."""
+    """Return the share of W=1 episodes closed by a matching report at most 0, 1, ... `steps` steps after attainment."""
     held = select_rows(rows, values(rows, "W", bool))
     if not len(held):
         return None
@@ -151,9 +155,10 @@ def closure_curve(rows: pd.DataFrame, steps: int = CLOSURE_STEPS) -> list[float]
 
 
 def regimes(measures: RunMetrics) -> dict[str, str]:
-    """Return a run's closure regimes: `clear` if its interval lies wholly beyond the threshold, else `borderline`.
+    """Return {regime: certainty} for a run's closure regimes.
 
-    A run may be in several regimes; a run in none of them is `mixed`.
+    The certainty is `clear` if the rate's interval lies wholly beyond the threshold, else `borderline`. A run may be in
+    several regimes; a run in none of them is `mixed`.
     """
     limits = {
         "low-compliance": ("IL", LOW_COMPLIANCE),
@@ -168,12 +173,12 @@ def regimes(measures: RunMetrics) -> dict[str, str]:
 
 
 def is_excluded(measures: RunMetrics) -> bool:
-    """Whether a row belongs in the extended panel: it has B = 0, or IL above one half."""
+    """Return whether a run belongs in the extended panel: it has B = 0, or IL above one half."""
     return measures.n > 0 and (measures.counts["B"] == 0 or (measures.share("IL") or 0.0) > EXCLUDED_IL)
 
 
 def broken_run_identities(run: Run) -> list[str]:
-    """Return the identities between rates that a run violates: overall, by family and by epoch."""
+    """Return the identities between rates that do not hold in a run: overall, by family and by epoch."""
     parts = {"all": run.rows}
     parts |= {f"family {family}": rows for family, rows in run.rows.groupby("family")}
     parts |= {f"epoch {epoch}": rows for epoch, rows in run.rows.groupby("epoch")}
@@ -196,7 +201,8 @@ def _means(rows: pd.DataFrame) -> dict[str, float | None]:
 
 
 def _certainty(rate: Rate, limit: float) -> str | None:
-    """Return `clear` if the interval of a rate above the limit is above it too, else `borderline`.
+    """Return `clear` if the whole interval of a rate is above the limit, `borderline` if only the rate itself is above
+    it.
 
     None if the rate is not above the limit.
     """

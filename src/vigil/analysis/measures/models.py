@@ -22,7 +22,7 @@ _GROUP_PATTERNS: tuple[tuple[str, ModelGroup], ...] = (
     (r"gemma|gpt-oss", "Open general and reasoning VLMs"),
     (r"gemini|gpt-?\d|\bo[134]\b|claude|doubao|seed-?\d|grok|qwen.*-(max|plus)", "Closed-source frontier"),
 )
-"""Published patterns: the first one found in a model's name (case-folded) decides the group; `open` without one."""
+"""Published patterns of groups. The first that matches a model's case-folded name decides; the default is `open`."""
 _CLOSED_PROVIDERS = frozenset({"anthropic", "google", "vertex", "azureai", "grok", "bedrock"})
 _THINKING = re.compile(r"thinking|reason|\br1\b")
 _INSTRUCT = re.compile(r"(?<![a-z])instruct(?![a-z])")
@@ -39,21 +39,21 @@ class ModelInfo:
     group: str
     """Group of the paper's panels, of agents that are not models, or one that a study names."""
     is_thinking: bool | None
-    """Whether the model thinks; None if it sent no reasoning, and neither name nor settings say."""
+    """Whether the model thinks; None if neither its name nor its settings nor its answers show this."""
     activated: str | None
-    """Activated parameters of a mixture of experts, e.g. `A3B`; None for dense models."""
+    """Activated parameters of a mixture of experts, e.g. `A3B`; None if the name does not say."""
     is_privileged: bool = False
 
     @property
     def checkpoint(self) -> str:
-        """The name without its serving mode."""
+        """The name without the serving mode."""
         return checkpoint_of(self.name)
 
 
 def model_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
     """Return the name and group of a run's agent.
 
-    Reasoning in its answers decides the serving mode, whatever the name and the settings say.
+    If its answers have reasoning, the model counts as thinking, whatever its name and settings say.
     """
     if spec.agent_kind == "privileged":
         return ModelInfo(spec.agent + spec.name_suffix, GROUPS[4], None, None, is_privileged=True)
@@ -85,13 +85,13 @@ def checkpoint_of(name: str) -> str:
 
 
 def activated_of(name: str) -> str | None:
-    """Return the activated-parameter suffix in a model's name."""
+    """Return the part of a model's name with the number of activated parameters, e.g. `A3B`; None if absent."""
     found = _ACTIVATED.search(name.casefold())
     return found[0].upper() if found else None
 
 
 def declared_thinking(spec: RunSpec) -> bool | None:
-    """Return whether a model thinks according to its name and settings; None if neither says."""
+    """Return whether a model thinks, by its name and settings; None if neither says."""
     name = spec.agent.rpartition("/")[2]
     if _THINKING.search(name.casefold()):
         return True

@@ -1,4 +1,4 @@
-"""Pairs: which runs may be compared, decided from their headers alone.
+"""Pairs: which runs may be compared. Only the runs' headers decide this.
 
 An intervention is a pair of runs that differ in one thing: action feedback, another profile, the prompt's variant, or
 the serving mode of one checkpoint (thinking against instruct). Repeats differ in nothing. Runs that differ in more are
@@ -35,12 +35,12 @@ VARIED: dict[PairKind, tuple[str, ...]] = {
     ),
     "repeat": (),
 }
-"""Kind of pair -> settings in which its runs differ, with all below them; a prompt's hash follows from its variant."""
+"""Kind of pair -> paths of the settings in which its two runs may differ."""
 _INTERVENED = {"profile.name", "profile.prompt_variant"}
 _IGNORED_SETTINGS = frozenset({"base_url", "epochs"})
-"""Settings that may differ: the address does not change the model, and only shared epochs are compared."""
+"""Settings that may differ in any pair: the address does not change the model, and only shared epochs are compared."""
 _SEED_IGNORED_FOR = frozenset({"model", "exec", "human"})
-"""Kinds of agents for which a seed affects only scheduling."""
+"""Kinds of agents on which the seed has no effect other than on scheduling."""
 KEY = ["episode_id", "epoch"]
 
 
@@ -59,7 +59,7 @@ class Pair:
 
     @cached_property
     def measures(self) -> tuple[RunMetrics, RunMetrics]:
-        """The measures of the base and of the other run over the episodes that both have scored."""
+        """The measures of the two runs, base first, over the episodes that both have scored."""
         base, other = self.tables()
         return measure(base), measure(other)
 
@@ -76,16 +76,16 @@ class Repeats:
     """Two or more plays of the same episodes under the same settings: runs, or epochs of one run."""
 
     run: Run
-    """The first run."""
+    """The first of the runs."""
     runs: tuple[Run, ...]
     """All its runs."""
     name: str
-    """The name of the repeated condition."""
+    """Name of the condition that was repeated."""
     names: tuple[str, ...]
     tables: tuple[pd.DataFrame, ...]
 
     def compared_with_first(self) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-        """Yield each further repeat's name, the first's rows and the repeat's rows, of the same episodes."""
+        """Yield (name, rows of the first repeat, rows of the later repeat) for each later repeat."""
         for name, table in list(zip(self.names, self.tables, strict=True))[1:]:
             first, other = shared_rows(self.tables[0].assign(epoch=1), table.assign(epoch=1))
             yield name, first.reset_index(), other.reset_index()
@@ -102,12 +102,12 @@ class Pairing:
     repeats: tuple[Repeats, ...]
     refusals: tuple[str, ...]
     choices: Mapping[PairKind, tuple[str, ...]]
-    """For each kind of pair, sentences on the chosen base of a run where several were possible."""
+    """Kind of pair -> sentences about runs with several possible bases: which base was chosen."""
 
 
 @dataclass(frozen=True)
 class RunComparison:
-    """Two runs on the episodes that both have scored."""
+    """Two runs, compared on the episodes that both have scored."""
 
     first: Run
     second: Run
@@ -115,22 +115,24 @@ class RunComparison:
     w: PairedTest
     b: PairedTest
     delta: tuple[float, Interval | None]
-    """Difference of the gap W - B: second minus first, with its clustered interval."""
+    """Difference of the gap W - B, second run minus first, with its interval from resampled houses."""
 
 
 def make_pair(first: Run, second: Run, kind: PairKind) -> Pair:
-    """Return two runs, given in any order, as a pair. Raises RecordError, which names any other difference."""
+    """Return two runs, given in any order, as a pair. Raises RecordError if they also differ in other settings."""
     found = setting_differences(first, second)
     unwanted = [
         text for place, text in found.items() if not any(f"{place}.".startswith(f"{one}.") for one in VARIED[kind])
     ]
     if unwanted:
         raise RecordError(
-            f"{first.name!r} and {second.name!r} cannot be paired for {kind}: {'; '.join(unwanted)}. Run one of them "
-            "again with the other's settings."
+            f"{first.name!r} and {second.name!r} cannot be paired for {kind}, because they also differ in other "
+            f"settings: {'; '.join(unwanted)}. Run one of them again with the other's settings."
         )
     if kind != "repeat" and _pair_kind(first, second) != kind:
-        raise RecordError(f"{first.name!r} and {second.name!r} cannot be paired for {kind}: they do not differ in it.")
+        raise RecordError(
+            f"{first.name!r} and {second.name!r} cannot be paired for {kind}: their settings for {kind} are the same."
+        )
     base, other = sorted((first, second), key=_condition)
     return Pair(kind, base, other)
 
@@ -138,7 +140,7 @@ def make_pair(first: Run, second: Run, kind: PairKind) -> Pair:
 def find_pairs(runs: Sequence[Run]) -> Pairing:
     """Return the pairs and repeats among `runs`, and the reasons why other runs of one agent are not paired.
 
-    Each run with an intervention makes one pair, even if several runs could be its base.
+    Each run with an intervention is in one pair only, even if several runs could be its base.
     """
     pairs: dict[PairKind, list[Pair]] = {kind: [] for kind in VARIED}
     refusals = []
@@ -161,7 +163,7 @@ def find_pairs(runs: Sequence[Run]) -> Pairing:
 
 
 def setting_differences(first: Run, second: Run) -> dict[str, str]:
-    """Return the differences between two runs: path in the settings -> description."""
+    """Return {path in the settings: description} of the differences between two runs."""
     ours, theirs = dict(_settings(first)), dict(_settings(second))
     found = {}
     for place in sorted(ours.keys() | theirs.keys()):
@@ -173,10 +175,15 @@ def setting_differences(first: Run, second: Run) -> dict[str, str]:
 def compare_runs(first: Run, second: Run) -> RunComparison:
     """Return the paired tests over the episodes that both runs have scored. Raises RecordError if there are none."""
     if first.header.spec.pack_sha256 != second.header.spec.pack_sha256:
-        raise RecordError(f"{first.name!r} and {second.name!r} were played on different packs; nothing is paired.")
+        raise RecordError(
+            f"{first.name!r} and {second.name!r} were played on different packs, so their episodes cannot be "
+            "compared. Give runs of one pack."
+        )
     ours, theirs = shared_rows(first.rows, second.rows)
     if not len(ours):
-        raise RecordError(f"{first.name!r} and {second.name!r} have no scored episode in common.")
+        raise RecordError(
+            f"{first.name!r} and {second.name!r} have no scored episode in common, so they cannot be compared."
+        )
     ours = ours.reset_index()
     episodes, houses = ours["episode_id"].to_numpy(dtype=str), houses_of(ours)
     w, b = (
@@ -196,13 +203,13 @@ def shared_rows(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame
 
 
 def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
-    """Return the difference (other - base) of W, B or a label over the shared episodes, and its interval by houses."""
+    """Return the `difference` (other - base) over the episodes that both runs have scored; None if there are none."""
     base, other = shared_rows(pair_of.base.rows, pair_of.other.rows)
     return difference(base, other, name) if len(base) else None
 
 
 def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[float, Interval | None]]:
-    """Return these differences by family, under names such as `AI W`."""
+    """Return, for each family, the differences of W, B or labels with intervals, under keys such as `AI W`."""
     base, other = pair_of.tables()
     masks = {family: base["family"].to_numpy() == family for family in FAMILIES}
     return {
@@ -216,15 +223,15 @@ def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[f
 def difference(base: pd.DataFrame, other: pd.DataFrame, name: str) -> tuple[float, Interval | None]:
     """Return the difference of W, B or a label between two sets of rows of the same plays, with its interval.
 
-    The interval is a paired bootstrap over houses; None if there are too few houses.
+    The interval comes from a paired bootstrap that resamples houses; it is None if there are too few houses.
     """
     return paired_difference(_indicator(base, name), _indicator(other, name), houses_of(base))
 
 
 def _one_base_per_run(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
-    """Return one pair per run with an intervention, and sentences on each choice among several bases.
+    """Return one pair for each run with an intervention, and a sentence for each run that has several possible bases.
 
-    The base is the run that shares most episodes, then the earliest, then the first by name.
+    The base is the run that shares most episodes. If several runs share equally many, the earliest of them is the base.
     """
     by_other: dict[str, list[Pair]] = {}
     for one in pairs:
@@ -241,7 +248,7 @@ def _one_base_per_run(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[st
 
 
 def _indicator(rows: pd.DataFrame, name: str) -> np.ndarray:
-    """Return a boolean column: whether each row has a yes/no fact, a label or, for `Delta`, W without B."""
+    """Return a boolean column: whether a row has the fact or label `name`; for `Delta`, whether it has W without B."""
     if name == "Delta":
         return np.asarray(rows["W"], dtype=bool) & ~np.asarray(rows["B"], dtype=bool)
     return np.asarray(rows[name] if name in rows else rows["label"] == name, dtype=bool)
@@ -271,7 +278,7 @@ def _epoch_repeats(runs: Sequence[Run]) -> Repeats:
 
 
 def _pair_kind(first: Run, second: Run) -> PairKind | None:
-    """Return the kind of pair of two runs of one checkpoint; None if they differ in two interventions."""
+    """Return the kind of pair that two runs of one checkpoint form; None if they differ in more than one thing."""
     varied = setting_differences(first, second).keys() & _INTERVENED
     if bool(first.model.is_thinking) != bool(second.model.is_thinking):
         return None if varied else "serving"
@@ -300,7 +307,7 @@ def _condition(run: Run) -> tuple[bool, bool, bool, str]:
 
 def _settings(run: Run) -> Iterator[tuple[str, Any]]:
     spec = run.header.spec
-    # The policy's name says the variant once more; the variant has a place of its own among the settings.
+    # The name of the policy contains the variant. The variant is also a setting, so a difference would count twice.
     policy = spec.prompt_policy.replace(f"/{spec.profile.prompt_variant}/", "/")
     spec = spec.model_copy(update={"prompt_policy": policy})
     free = _IGNORED_SETTINGS | ({"seed"} if spec.agent_kind in _SEED_IGNORED_FOR else set())

@@ -1,7 +1,7 @@
-"""Paper: the published rows, for reference only: another pack and simulator, so never pool them with your runs.
+"""Paper: the published rows, from another pack and simulator. They are a reference; never pool them with your runs.
 
-`paper.json` holds them as printed. The paper uses NR in two readings: with IL in it (its table `extended_panel`; here
-`NoRep`) and without (its table `open_repeat_robustness` and its text; here `NR`). Each number keeps its own name.
+`paper.json` holds them as printed. The paper uses NR in two meanings: with IL included (its table `extended_panel`;
+here `NoRep`) and without IL (its table `open_repeat_robustness` and its text; here `NR`).
 """
 
 import json
@@ -32,7 +32,7 @@ class PublishedModel:
     activated: str | None
     panel: Panel
     anchor: bool
-    """Whether it is one of the ten models of the main text."""
+    """Whether the model is one of the ten models of the main text."""
     api_identifier: str | None = None
 
 
@@ -42,12 +42,12 @@ class Paper:
 
     models: tuple[PublishedModel, ...]
     tables: dict[str, list[dict[str, Any]]]
-    """Rows by the paper's table names; a row has the key `model` unless its table is not about models."""
+    """Name of a table in the paper -> its rows. A row has the key `model`, unless the table is not about models."""
     text: dict[str, dict[str, float]]
-    """Rates of models that only the text prints; the suffix `_neutral` means the neutral prompt."""
+    """Rates of models that are printed only in the text; a name that ends in `_neutral` is for the neutral prompt."""
 
     def model(self, name: str) -> PublishedModel:
-        """Return a model by the name in its row."""
+        """Return the model that has this name in the rows."""
         return next(model for model in self.models if model.name == name)
 
     def rows(self, table: str) -> list[tuple[PublishedModel, dict[str, Any]]]:
@@ -56,11 +56,12 @@ class Paper:
 
     @property
     def families(self) -> tuple[str, ...]:
-        """Codes of the paper's families, in its order: those of a balanced pack."""
+        """Codes of the paper's families, in the paper's order. A balanced pack has all of these families."""
         return tuple(self.tables["global_cross_section"][0]["families"])
 
     def points(self) -> list[tuple[PublishedModel, float, float]]:
-        """Return every model's W and B in percent, from the primary panel or else from the extended one."""
+        """Return every model's W and B in percent, from the primary panel or, for models that it lacks, the extended
+        panel."""
         return [
             (model, row["W"], row["B"]) for table in ("full_panel", "extended_panel") for model, row in self.rows(table)
         ]

@@ -1,7 +1,7 @@
 """Rows: each saved run as a flat table of verdicts, with one row per scored episode.
 
-Every row is the result of `vigil.scoring.outcomes.score` for one record; this module adds no decision. Tables are not
-saved: a saved table would be believed, even if something else had written it.
+Every row is the result of `vigil.scoring.outcomes.score` for one record; this module adds no decision. Tables are
+computed each time and never saved, because nobody could tell which code had made a saved table.
 """
 
 import json
@@ -40,7 +40,7 @@ _Row = dict[str, object]
 
 @dataclass(frozen=True)
 class Run:
-    """One scored run: its episodes as a flat table, and its missing or unusual data."""
+    """One scored run: its episodes as a flat table, and remarks on missing or unusual data."""
 
     folder: Path
     header: RunHeader
@@ -56,7 +56,7 @@ class Run:
     name: str
     """The run's name, unique within a report."""
     is_private: bool = False
-    """Whether its pack is private."""
+    """Whether the run's pack is private."""
     label: RunLabel | None = None
     """What a study says of the run; None outside a study."""
     beliefs: tuple[BeliefStudy, ...] = ()
@@ -64,7 +64,7 @@ class Run:
 
     @property
     def marked_name(self) -> str:
-        """The model's name with the condition unless that is the default; repeats share it."""
+        """The model's name, with the condition in brackets if it is not the default. Repeats have the same name."""
         profile = self.header.spec.profile
         row = profile.row
         marks = ["+FB"] if profile.has_feedback else [] if row.is_papers else [row.short]
@@ -85,7 +85,7 @@ class Run:
 
     @property
     def attempts(self) -> tuple[int, ...]:
-        """Number of attempts at each episode, including those that ended as an error."""
+        """Number of attempts at each episode; episodes that ended as an error are included."""
         return tuple(int(count) for count in (*self.rows["attempt"], *self.errors["attempt"]))
 
     @property
@@ -138,14 +138,14 @@ def _labelled(run: Run, label: RunLabel | None) -> Run:
 
 
 def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
-    """Return the run from its records."""
+    """Read the records of a run, and return the scored run."""
     run = read_run(folder, pack, _cached_episodes)
     manifest = manifest_of(run.pack_folder)
     if manifest.suite is not None:
         raise SettingError(
             f"Run {run.header.run_id!r} was played on pack {run.header.spec.pack!r} of the suite "
-            f"{manifest.suite!r}, whose W and B are not in the rows of the eight families. `vigil report` has a "
-            "separate section for it."
+            f"{manifest.suite!r}, but these rows contain only episodes of the eight families. `vigil report` shows "
+            "runs of the suite in a separate section."
         )
     scores, header = run.table.scores(), run.header
     model = model_of(header.spec, has_reasoning=header.has_reasoning)
@@ -171,14 +171,14 @@ def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
 
 
 def _with_levels(table: pd.DataFrame, levels: Mapping[str, EpisodeLevel]) -> pd.DataFrame:
-    """Return the rows with each episode's level and index; both are empty if not measured."""
+    """Return the rows with each episode's level and index; both are empty for an episode that was not measured."""
     found = [levels.get(name) for name in values(table, "episode_id", str)]
     texts = pd.Series([None if one is None else one.level for one in found], dtype=object)
     return table.assign(level=texts, level_index=[np.nan if one is None else one.index for one in found])
 
 
 def combined_rows(runs: Iterable[Run]) -> pd.DataFrame:
-    """Return the rows of all runs in one table, preceded by the columns from each run's header."""
+    """Return the rows of all runs in one table; the first columns come from each run's header."""
     found = list(runs)
     headers = [{"run": run.name, "model": run.model.name, **run_columns(run.header)} for run in found]
     tables = [run.rows.assign(**header) for run, header in zip(found, headers, strict=True)]
@@ -194,14 +194,15 @@ def select_rows(rows: pd.DataFrame, mask: np.ndarray) -> pd.DataFrame:
 
 
 def values(rows: pd.DataFrame, column: str, kind: type = float) -> np.ndarray:
-    """Return a column as an array of that type; missing values are NaN for floats, None for objects."""
+    """Return a column as an array of the type `kind`; missing values are NaN for floats, None for objects."""
     return np.asarray(rows[column], dtype=kind)
 
 
 def flat_row(outcome: Outcome) -> _Row:
-    """Return an outcome as one flat row, with a column per kind of action (counts) and per report policy (B).
+    """Return an outcome as one flat row.
 
-    The reasons of invalid actions are one JSON object.
+    Counts have a column for each kind of action, and B has a column for each report policy. The reasons of invalid
+    actions are one JSON object.
     """
     row: _Row = {}
     for field in fields(outcome):
@@ -217,7 +218,7 @@ def flat_row(outcome: Outcome) -> _Row:
 
 
 def outcome_table(outcomes: Iterable[Outcome]) -> pd.DataFrame:
-    """Return outcomes as a flat table with the column types of the schema, sorted by episode and epoch.
+    """Return outcomes as a table sorted by episode and epoch; the columns have the types in `_SCHEMA`.
 
     A missing text is None.
     """
@@ -250,7 +251,7 @@ _SCHEMA = _schema()
 
 
 _cached_episodes = cache(frozen_episodes)
-"""Cache of packs' episodes, since many runs of a report share one pack."""
+"""Function that returns a pack's episodes and caches them, because many runs of a report have the same pack."""
 _cached_room_counts, _cached_levels = cache(count_rooms), cache(read_pack_levels)
 
 
@@ -260,9 +261,10 @@ def _file_size(folder: Path) -> int:
 
 
 def _with_unique_names(runs: Iterable[Run]) -> list[Run]:
-    """Return the runs with unique names, sorted by them.
+    """Return the runs with unique names, sorted by name.
 
-    A name is the model's, with what distinguishes the run from others of that model. A custom prompt is always named.
+    A name is the model's name and, if several runs have that model, what distinguishes the run. A custom prompt is
+    always in the name.
     """
     found = list(runs)
     models = Counter(run.model.name for run in found)

@@ -1,4 +1,4 @@
-"""Strata: the episodes of a run by size of the target, template, constraint, rooms of the house and distance."""
+"""Strata: groups of a run's episodes, by size of the target, template, constraint, rooms of the house and distance."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ _BY_TEMPLATE: tuple[Family, ...] = tuple(
 
 @dataclass(frozen=True, slots=True)
 class Stratum:
-    """The episodes of one kind, as counts."""
+    """A group of episodes, as counts."""
 
     name: str
     counts: Counts
@@ -43,7 +43,7 @@ def by_stratum(rows: pd.DataFrame) -> dict[str, list[Stratum]]:
 
 
 def _sort_key(name: str) -> tuple[int, str]:
-    """Return the sort key of a stratum: sizes and bands in their order, templates by family."""
+    """Return the sort key of a stratum: sizes and distances in their own order, templates in the order of families."""
     known = (*_SIZES, *_BANDS, *FAMILIES)
     word = name if name in known else name.split()[0]
     return known.index(word) if word in known else len(known), name
@@ -54,12 +54,12 @@ def _is_of_family(rows: pd.DataFrame, *families: Family) -> np.ndarray:
 
 
 def _names_where(wanted: np.ndarray, names: list[str]) -> np.ndarray:
-    """Return the names of the wanted episodes, and an empty name for the others."""
+    """Return the names of the episodes for which `wanted` is true, and an empty name for the others."""
     return np.where(wanted, np.array(names, dtype=object), "")
 
 
 def _size(rows: pd.DataFrame) -> np.ndarray:
-    """Return the size by the rule, or as the pack says if the rule needs a measurement."""
+    """Return the size class of each target. Some categories have a fixed class; for others, the pack states it."""
     pairs = zip(values(rows, "target", object), values(rows, "target_size", object), strict=True)
     sizes = [SIZE_OF_CATEGORY.get(target, size) or "" for target, size in pairs]
     return _names_where(_is_of_family(rows, *_BY_SIZE), sizes)
@@ -97,4 +97,4 @@ STRATA: dict[str, Callable[[pd.DataFrame], np.ndarray]] = {
     f"Distance from start to target ({', '.join(_BY_DISTANCE)})": _distance_of_some,
     "Distance from start to target (all families)": _distance,
 }
-"""Criterion -> function that names every episode's stratum; the name is empty if it has none."""
+"""Criterion -> function that returns the name of each episode's stratum; empty for an episode without a stratum."""

@@ -27,7 +27,8 @@ from vigil.protocol.profile import BASELINE
 from vigil.scoring.rates import CONDITIONAL, RATES, Interval
 
 COMPARE_ALL_UP_TO = 6
-"""With more runs than this, only neighbours in B and runs with comparable W are tested against each other."""
+"""If there are at most this many runs, every two are compared. If there are more, only neighbours in the order of B,
+and runs with similar W, are compared."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class RunEntry:
     """Whether it is a model's main run, a repeat of that, or a run under another condition."""
 
     def part(self, rows: pd.DataFrame, measures: RunMetrics) -> "RunEntry":
-        """Return the entry of a part of the run's episodes."""
+        """Return an entry for a part of the run's episodes: those in `rows`, with their `measures`."""
         return replace(self, run=replace(self.run, rows=rows), overall=measures, families={})
 
     def family_parts(self) -> Iterator[tuple[str, "RunEntry"]]:
@@ -52,7 +53,7 @@ class RunEntry:
             yield family, self.part(select_rows(self.run.rows, names == family), measures)
 
     def mean(self, column: str) -> tuple[float, float | None, float | None] | None:
-        """Return the mean of a column's known values and the ends of its interval by houses; None without values."""
+        """Return the mean of a column's known values and its interval from resampled houses; None without values."""
         return mean_with_interval(self.run.rows, column)
 
     @cached_property
@@ -62,7 +63,7 @@ class RunEntry:
 
     @cached_property
     def clustered(self) -> dict[str, Interval | None]:
-        """The intervals of W, B and Delta by houses; None where there are too few houses."""
+        """The intervals of W, B and Delta from resampled houses; None where there are too few houses."""
         return clustered_intervals(self.run.rows)
 
     @property
@@ -105,9 +106,9 @@ class Study:
     pairing: Pairing
     comparisons: tuple[RunComparison, ...]
     published: Paper | None
-    """The published rows; None if the reader asked for own rows only."""
+    """The published rows; None if the user does not want them in the report."""
     warnings: tuple[str, ...]
-    """The warnings at the top of a report."""
+    """The warnings that are shown at the top of a report."""
 
     @property
     def runs(self) -> list[Run]:
@@ -123,7 +124,7 @@ class Study:
         return self.main_runs() or sorted_by_b(self.entries)
 
     def entry(self, run: Run) -> RunEntry:
-        """Return the entry of a run, by its name."""
+        """Return the entry that has the name of the run."""
         return next(entry for entry in self.entries if entry.name == run.name)
 
     def outside_main_panel(self) -> list[RunEntry]:
@@ -136,7 +137,7 @@ class Study:
 
 
 def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
-    """Return the runs measured, paired and compared."""
+    """Measure the runs, find their pairs and compare them; return all as a Study."""
     pairing = find_pairs(runs)
     roles = _roles(runs, pairing)
     entries = tuple(RunEntry(run, measure(run.rows), by_family(run.rows), roles[run.name]) for run in runs)
@@ -157,7 +158,7 @@ def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
 
 
 def sorted_by_b(entries: Iterable[RunEntry]) -> list[RunEntry]:
-    """Return entries, best benchmark success first; ties by name."""
+    """Return entries sorted by B, the best first; entries with equal B are sorted by name."""
     return sorted(entries, key=lambda entry: (-(entry.overall.share("B") or 0.0), entry.name))
 
 
@@ -168,7 +169,7 @@ def sorted_by_role(entries: Iterable[RunEntry]) -> list[RunEntry]:
 
 
 def sorted_by_group(entries: Iterable[RunEntry]) -> list[RunEntry]:
-    """Return entries in the order of the panels' groups, best B first in each."""
+    """Return entries in the order of the panels' groups; within a group, the best B comes first."""
     order = {group: index for index, group in enumerate(GROUPS)}
     found = sorted_by_b(entries)
     order |= {group: order.get(group, len(order)) for group in sorted({entry.group for entry in found})}
@@ -213,7 +214,7 @@ def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
 
 
 def _duplicate_runs(runs: Sequence[Run]) -> list[str]:
-    """Return the runs that were given twice; they would look like a perfect repeat."""
+    """Return sentences about runs that were given twice, because these would look like a perfect repeat."""
     return [
         f"{first.name} and {second.name} are copies of one run, not repeats of it. Give one of them only."
         for first, second in combinations(runs, 2)
@@ -222,7 +223,7 @@ def _duplicate_runs(runs: Sequence[Run]) -> list[str]:
 
 
 def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
-    """Yield the models whose answers contradict the serving mode in their names or settings."""
+    """Yield sentences about models whose answers contradict the serving mode in their names or settings."""
     for run in runs:
         said, (reasoned, replies) = declared_thinking(run.header.spec), run.header.replies_with_reasoning
         if said is False and reasoned:
@@ -240,7 +241,7 @@ def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
 
 
 def _mixed_settings(runs: Sequence[Run]) -> list[str]:
-    """Return the differences between runs that a reader would assume to have equal settings."""
+    """Return sentences about differences in settings that a reader would assume to be equal for all runs."""
     found = []
     checks = {
         "packs": lambda run: f"{run.header.spec.pack} {run.header.spec.pack_sha256[:12]}",

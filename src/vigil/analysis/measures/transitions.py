@@ -1,6 +1,6 @@
 """Transitions: how the labels of the same episodes change from one run to another.
 
-Every function takes the rows of both runs, of the same plays in the same order.
+Every function takes the rows of two runs; both have the same plays in the same order.
 """
 
 from dataclasses import dataclass
@@ -17,27 +17,27 @@ from vigil.scoring.rates import Interval
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """Counts of one label turning into another between two runs, and of the reverse."""
+    """Number of episodes whose label changed from `source` to `target` between two runs, and of the reverse changes."""
 
     source: str
     target: str
     forward: int
     backward: int
     net: float
-    """The share of episodes by which `forward` exceeds `backward`."""
+    """`forward` minus `backward`, as a share of the episodes."""
     interval: Interval | None
     p: float
-    """Exact McNemar test of `forward` against `backward`; the epochs of an episode change sign together."""
+    """p-value of McNemar's exact test of `forward` against `backward`. All plays of an episode count together."""
 
 
 def label_matrix(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, dict[str, int]]:
-    """Return the number of episodes for each label in the base run (rows) and in the other run (columns)."""
+    """Return the number of episodes for each pair of labels: in the base run (rows) and in the other run (columns)."""
     before, after = (values(table, "label", str) for table in (base, other))
     return {one: {two: int(np.sum((before == one) & (after == two))) for two in LABELS} for one in LABELS}
 
 
 def transitions(base: pd.DataFrame, other: pd.DataFrame) -> list[Transition]:
-    """Return the transitions for every two labels between which any episode changed."""
+    """Return the transitions for each pair of labels between which at least one episode changed."""
     before, after = (values(table, "label", str) for table in (base, other))
     houses, episodes = houses_of(base), values(base, "episode_id", str)
     found = []
@@ -51,6 +51,6 @@ def transitions(base: pd.DataFrame, other: pd.DataFrame) -> list[Transition]:
 
 
 def homogeneity(base: pd.DataFrame, other: pd.DataFrame) -> Homogeneity | None:
-    """Return the test whether every label is equally frequent in both runs; None if no label changed."""
+    """Return the test of whether every label is equally frequent in both runs; None if no label changed."""
     before, after = (values(table, "label", str) for table in (base, other))
     return stuart_maxwell(before, after, values(base, "episode_id", str))

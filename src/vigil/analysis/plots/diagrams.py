@@ -22,14 +22,14 @@ _TIER_TEXTS = {
 }
 _CARD_WIDTH_IN = 2.75
 _HEIGHT = 49.0
-"""Height of the pipeline's drawing, in tenths of an inch."""
+"""Height of the pipeline's diagram, in tenths of an inch."""
 _BOXES_TOP = 19.0
 _MAX_WIDTH = 21.2
-"""Largest width of a picture including the gap; a wider one would overlap the boxes below."""
+"""Greatest width of a picture with its gap, in tenths of an inch; a wider picture would overlap the boxes below."""
 
 
 def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Family, Episode]) -> Figure:
-    """Draw the package's families, each with the first frame of an example episode; without an example it is blank."""
+    """Draw the families, each with the first frame of an example episode; a family without example stays blank."""
     with styled():
         tiers: dict[Tier, list[Family]] = {
             tier: [code for code, spec in FAMILIES.items() if spec.tier == tier and code in PACKAGED_FAMILIES]

@@ -1,4 +1,4 @@
-"""Figures: those of the paper that show numbers, the W-B plane and the closure curves.
+"""Figures: the figures of the paper that show numbers, the plane of W and B, and the closure curves.
 
 Each function takes a Study and returns a matplotlib Figure, or None if the runs have no data for it.
 """
@@ -40,7 +40,7 @@ _W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed 
 
 
 def outcome_partition(study: Study) -> Figure | None:
-    """Draw B, FR, Other, NR and IL as stacked bars, best B first, with W marked: its distance from B is W - B."""
+    """Draw B, FR, Other, NR and IL as stacked bars, best B first. A mark shows W; its distance from B is W - B."""
     entries = [entry for entry in study.shown_runs() if entry.overall.n]
     if not entries:
         return None
@@ -103,7 +103,7 @@ def plane(study: Study) -> Figure | None:
 
 
 def closure_curves(study: Study) -> Figure | None:
-    """Draw the share of W=1 episodes closed by a matching report within k steps of attainment."""
+    """Draw the share of W=1 episodes that were closed by a matching report at most k steps after attainment."""
     curves = [(entry, curve) for entry in study.shown_runs() if (curve := closure_curve(entry.run.rows)) is not None]
     if not curves:
         return None
@@ -184,7 +184,7 @@ CAPTIONS = {
 
 
 def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
-    """Mark W on each bar, write W - B next to it, and return the mark for a legend."""
+    """Mark W on each bar, write W - B next to the mark, and return the mark for a legend."""
     look: dict[str, Any] = {"ls": "none", "marker": "|", "ms": 21, "mew": 3.0, "color": INK, "clip_on": False}
     for row, entry in enumerate(entries):
         w, b = (100 * (entry.overall.share(name) or 0.0) for name in ("W", "B"))
@@ -195,7 +195,7 @@ def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
 
 
 def _stack(axes: Axes, shares: np.ndarray, looks: Mapping[str, tuple[str, str]]) -> list[Patch]:
-    """Draw shares in percent, (rows, parts), as stacked bars, and return a handle of each part for a legend.
+    """Draw shares in percent, (rows, parts), as stacked bars, and return one handle per part for a legend.
 
     `looks` maps the name of each part to its colour and hatch.
     """
@@ -224,7 +224,7 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Mapping[str, tuple[str, str]])
 
 
 def _name_rows(axes: Axes, names: Sequence[str]) -> None:
-    """Label the rows; long names are wrapped to leave room for the bars."""
+    """Write the names next to the rows; long names are wrapped to leave room for the bars."""
     folded = [name if len(name) <= _NAME_CHARS else "\n".join(textwrap.wrap(name, _NAME_CHARS)) for name in names]
     axes.set_yticks(range(len(names)), folded)
     axes.tick_params(axis="y", length=0)
@@ -248,7 +248,7 @@ def _lags(axes: Axes, entries: Sequence[RunEntry]) -> None:
 
 
 def _place(measures: RunMetrics) -> tuple[float, float]:
-    """Return W and B in percent: a point in the plane."""
+    """Return (W, B) in percent: the run's point in the plane."""
     return 100 * (measures.share("W") or 0.0), 100 * (measures.share("B") or 0.0)
 
 
@@ -280,13 +280,13 @@ def _published_points(axes: Axes, study: Study) -> list[tuple[tuple[float, float
 
 
 def _sizes(entries: Sequence[RunEntry]) -> str:
-    """Return a text with the runs' numbers of episodes."""
+    """Return a text that says how many episodes the runs have."""
     sizes = sorted(entry.overall.n for entry in entries)
     return f"n={sizes[0]:,}" if sizes[0] == sizes[-1] else f"n={sizes[0]:,} to {sizes[-1]:,}"
 
 
 def _cross(entry: RunEntry) -> list[tuple[float, float]]:
-    """Return the points along the intervals of W and B, in percent."""
+    """Return points along the intervals of W and B in percent, which labels must not cover."""
     w, b = _place(entry.overall)
     (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
     along = np.linspace(0.0, 100.0, 7)

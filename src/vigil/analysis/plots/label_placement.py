@@ -1,4 +1,4 @@
-"""Placement of labels in a plane so that they cover neither each other nor a point."""
+"""Placement of labels in a plane, so that they cover neither each other nor a point."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from matplotlib.transforms import Bbox
 from vigil.analysis.plots.style import GROUND
 
 PointLabel = tuple[tuple[float, float], str, str, float]
-"""Position (data coordinates), text, colour, and size in points."""
+"""Label of a point: position (data coordinates), text, colour, and size in points."""
 _DISTANCES_PT = (7, 12, 20, 30, 42, 58, 76, 96, 120, 150)
 _DIRECTIONS = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 _LEADER_FROM = 14
@@ -23,9 +23,9 @@ _OUTSIDE = 100.0
 def place_labels(
     figure: Figure, axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[float, float]] = ()
 ) -> None:
-    """Write each label next to its point, larger ones first, with a line to the point if it had to move away.
+    """Write each label next to its point, larger labels first, with a line to the point if the label is not close.
 
-    `avoid` are more points (data coordinates) that labels must not cover.
+    `avoid` are further points (data coordinates) that labels must not cover.
     """
     figure.canvas.draw()
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined] - an Agg canvas has get_renderer

@@ -30,7 +30,7 @@ LABEL_LOOKS = {
     "NR: no report": (LABEL_COLOURS["NR"], "\\\\\\\\"),
     "IL: invalid limit": (LABEL_COLOURS["IL"], "xxxx"),
 }
-"""Label in words -> colour and hatch, in the order of the stacked bars."""
+"""Name of a label -> colour and hatch, in the order of the stacked bars."""
 KIND_LOOKS = {
     "navigate": ("#0072b2", ""),
     "look": ("#56b4e9", "...."),
@@ -118,7 +118,7 @@ def canvas(width: float, height: float, *, is_free: bool = False) -> Figure:
 
 
 def figure_bytes(figure: Figure, kind: str) -> bytes:
-    """Return a figure as the bytes of a file: png, svg or pdf; the same figure gives the same bytes."""
+    """Return a figure as the bytes of a png, svg or pdf file. The same figure gives the same bytes."""
     buffer = io.BytesIO()
     dates = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
     for text in figure.findobj(Text):  # remove the characters that fonts or files cannot represent
@@ -143,5 +143,5 @@ def ink_on(colour: str) -> str:
 
 
 def ink_of(colour: str) -> str:
-    """Return the colour of text that stands for `colour`: itself if it is legible on paper, else INK."""
+    """Return `colour` if text in this colour is legible on paper, else INK."""
     return INK if colour in _PALE else colour

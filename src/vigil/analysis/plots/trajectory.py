@@ -1,6 +1,6 @@
 """Trajectories: several agents on one episode side by side, frame by frame, as a picture or as an animation.
 
-Frames come from the caller (saved by the run, or drawn again from its actions); everything else from the records.
+The caller gives the frames (saved by the run, or drawn again from its actions). The rest comes from the records.
 """
 
 import io
@@ -51,11 +51,11 @@ class AgentTrajectory:
     holds: tuple[bool, ...]
     """Whether the goal holds after the reset and after each step."""
     frames: Sequence[np.ndarray]
-    """The frame that each reply answered, (480, 640, 3) uint8."""
+    """The frame that the agent saw before each reply, (480, 640, 3) uint8."""
 
 
 def find_record(run: Run, episodes: Iterable[Episode], key: Key) -> EpisodeRecord:
-    """Return the effective record of a run's episode; `episodes` are those of its pack. Raises RecordError."""
+    """Return the effective record `key` of a run. `episodes` are those of the run's pack. Raises RecordError."""
     table = RecordTable(run.folder, run.header, episodes)
     table.refresh()
     row = table.rows.get(key)
@@ -67,15 +67,18 @@ def find_record(run: Run, episodes: Iterable[Episode], key: Key) -> EpisodeRecor
 def make_trajectory(
     name: str, episode: Episode, record: EpisodeRecord, frames: Sequence[np.ndarray]
 ) -> AgentTrajectory:
-    """Return a scored record with its frames. Raises RecordError unless there is one frame per step."""
+    """Score a record, and return it with its frames. Raises RecordError unless there is one frame per step."""
     if len(frames) != len(record.steps):
-        raise RecordError(f"{name!r}: {len(frames)} frames for {len(record.steps)} steps of episode {episode.id!r}.")
+        raise RecordError(
+            f"{name!r} has {len(frames)} frames for the {len(record.steps)} steps of episode {episode.id!r}; each "
+            "step needs one frame."
+        )
     truth = tuple(row.semantic for row in check(episode.goal, record).rows)
     return AgentTrajectory(name, record, score(episode, record), truth, frames)
 
 
 def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], columns: int = DEFAULT_COLUMNS) -> Figure:
-    """Draw one row per agent: the frames of its first, key and last steps, with actions and verdicts."""
+    """Draw one row per agent: frames of the first, the last and other key steps, with actions and verdicts."""
     width = max(2, min(columns, max(len(one.record.steps) for one in tracks)))
     with styled():
         width_in = figure_width_in(width)
@@ -100,7 +103,8 @@ def figure_width_in(columns: int) -> float:
 
 
 def key_steps(one: AgentTrajectory, count: int) -> list[int]:
-    """Return at most `count` step indices in order: the first, the last, attainment, then evenly spread ones."""
+    """Return at most `count` step indices, sorted: the first step, the last, the step that reached the goal, and others
+    spread evenly."""
     last = len(one.record.steps) - 1
     if last < count:
         return list(range(last + 1))
@@ -151,7 +155,7 @@ def action_caption(action: Action | None) -> str:
 
 
 def verdict_caption(one: AgentTrajectory) -> str:
-    """Return how an episode ended, and its verdict."""
+    """Return a text that says how an episode ended, and the verdict."""
     outcome = one.outcome
     w, b = f"W={int(outcome.W)}", f"B={int(outcome.B)}"
     kind = "" if outcome.subtype is None else f"\n{outcome.subtype.replace('_', ' ')}"
@@ -213,7 +217,7 @@ def mark_click(axes: Axes, action: Action | None) -> None:
 
 
 def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: int) -> Image.Image:
-    """Return one image of the animation: every agent at `step`; an agent that has ended is at its last step, paler."""
+    """Return one image of the animation: every agent at `step`. An agent that has ended shows its last step, paler."""
     columns = min(2, len(tracks)) if len(tracks) <= 4 else 3
     rows = -(-len(tracks) // columns)
     with styled():
@@ -246,7 +250,7 @@ def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: 
 
 
 def _wrapped_name(name: str, width: int = 16) -> str:
-    """Return a name wrapped at spaces, hyphens and underscores."""
+    """Return a name wrapped at spaces, hyphens and underscores, at most `width` characters a line."""
     lines, line = [], ""
     for word in name.replace("-", "- ").replace("_", "_ ").split(" "):
         joined = f"{line}{word}" if line.endswith(("-", "_")) or not line else f"{line} {word}"

@@ -11,7 +11,7 @@ from vigil.scoring.rates import Interval
 HEADING = "Closure stress: C, correct closure"
 OutcomePredicate = Callable[[ClosureOutcome], bool]
 NamedParts = Iterator[tuple[dict[str, str], Sequence[ClosureOutcome]]]
-"""Parts of a run's outcomes: each with the cells that name it, by column."""
+"""Parts of a run's outcomes. Each part has the cells that name it (column -> text) and its outcomes."""
 
 _BY_KIND: dict[str, tuple[str, OutcomePredicate]] = {
     "W": ("W %", lambda each: each.outcome.W),
@@ -40,7 +40,7 @@ _BY_FORM = {
 
 
 def closure_tables(runs: Sequence[ClosureRun]) -> dict[str, Table]:
-    """Return the tables of the suite's runs by name; empty without runs."""
+    """Return {name: table} for runs of the closure-stress suite; empty without runs."""
     if not runs:
         return {}
     return {
@@ -91,9 +91,9 @@ def _rates_of_parts(
     parts: Callable[[ClosureRun], NamedParts],
     wanted: dict[str, tuple[str, OutcomePredicate]],
 ) -> tuple[tuple[Column, ...], tuple[TableRow, ...]]:
-    """Return the columns and rows of a table with C and other rates of the parts of each run.
+    """Return the columns and rows of a table with C and other rates for parts of each run.
 
-    `headings` are those of the columns that name a part.
+    `parts` returns the parts of a run; `headings` are the headings of the columns that name a part.
     """
     rates = {"C": "C %", **{key: heading for key, (heading, _) in wanted.items()}}
     columns = (*texts(run="Run", **headings), *counts(n="n"), *intervals(**rates))
@@ -130,7 +130,7 @@ def _labels(runs: Sequence[ClosureRun]) -> Table:
 
 
 def _c_cell(part: Sequence[ClosureOutcome]) -> RateCell:
-    """Return C with its interval by houses, or Wilson's interval if there are too few houses."""
+    """Return C with its interval from resampled houses, or Wilson's interval if there are too few houses."""
     cell, interval = rate_cell(rate(part, lambda each: each.C)), house_interval(part, lambda each: each.C)
     return cell if cell is None or interval is None else points(cell[0] / 100, interval)
 

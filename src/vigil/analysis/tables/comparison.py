@@ -54,7 +54,7 @@ _SIZE = ("n", lambda entry: entry.overall.n)
 
 
 def clustered(study: Study) -> Table:
-    """Return W, B and Delta with intervals that account for episodes sharing houses."""
+    """Return a table of W, B and Delta with intervals that account for the fact that episodes share houses."""
     columns = (RUN, *counts(n=_SIZE, houses=_HOUSES), *_rates_by_houses(RATES))
     title = "Every rate, with intervals that account for episodes sharing houses"
     return Table("clustered", title, columns, rows_by_b(study, columns), (BY_HOUSES_NOTE,))
@@ -129,7 +129,7 @@ def _rates_by_houses(names: Sequence[str]) -> tuple[Column, ...]:
 
 
 def comparisons(study: Study) -> Table:
-    """Return paired tests between runs of the same episodes."""
+    """Return paired tests between runs on the same episodes."""
     columns = (
         *texts(first=("First", lambda pair: pair.first.name), second=("Second", lambda pair: pair.second.name)),
         *counts(n=("Shared episodes", lambda pair: pair.n)),
@@ -157,7 +157,7 @@ def comparisons(study: Study) -> Table:
 
 
 def comparable_pairs(study: Study) -> Table:
-    """Return pairs of rows with similar W and different B, own and published rows separately."""
+    """Return pairs of rows that have similar W but different B; your own and published rows are not mixed in a pair."""
     columns = (
         *texts(first="Higher B", second="Lower B", W="W % of both"),
         *intervals(dW="ΔW (pp)", dB="ΔB (pp)"),
@@ -218,7 +218,7 @@ def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_publishe
 
 
 def _with_intervals(row: TableRow, tested: Mapping[frozenset[str], RunComparison]) -> TableRow:
-    """Return the row of an own pair, with the intervals of its differences if it was tested."""
+    """Return the row of a pair of runs, with the intervals of its differences if the pair was tested."""
     found = tested.get(frozenset((row.cells["first"], row.cells["second"])))
     if found is None:
         return row
@@ -233,7 +233,7 @@ def _with_intervals(row: TableRow, tested: Mapping[frozenset[str], RunComparison
 
 
 def _detectable(measures: RunMetrics, name: str) -> float | None:
-    """Return the smallest detectable difference of W or B in percentage points.
+    """Return the smallest detectable difference of W or B, in percentage points.
 
     The rate is clipped away from 0 and 1, where the normal approximation would detect any difference.
     """

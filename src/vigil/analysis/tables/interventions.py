@@ -49,14 +49,14 @@ from vigil.analysis.tables.table import (
 
 REPEATED = ("W", "B", "Delta", "FR", "NR", "NoRep")
 STABLE_PP = 1.0
-"""Limit (percentage points) below which the paper calls half-ranges and shifts stable."""
+"""Half-ranges and shifts below this limit (percentage points) are called stable in the paper."""
 _EVENTS = ("too_far", "path_blocked", "retry")
 _SIDES = {"base": "base", "fb": "+FB"}
-"""Runs of a pair as in the keys of columns -> as in headings."""
+"""Name of a run of a pair in the keys of columns -> its name in headings."""
 
 
 def proprio_minimal(study: Study) -> Table:
-    """Return the table of base runs against action feedback: events per episode and differences."""
+    """Return the table that compares runs without and with action feedback: events per episode and differences."""
     events = tuple(
         Column(
             f"{event} {side}",
@@ -85,7 +85,7 @@ def proprio_minimal(study: Study) -> Table:
 
 
 def prompt_sensitivity(study: Study) -> Table:
-    """Return W/B under the neutral prompt, grouped as in the paper."""
+    """Return a table of W and B under the neutral prompt, grouped as in the paper."""
     columns = (MODEL, ALL, *family_columns())
     entries = sorted_by_group(study.entry(pair.other) for pair in study.pairing.prompt)
     rows = run_rows(entries, columns, lambda entry: entry.group)
@@ -101,7 +101,7 @@ def prompt_sensitivity(study: Study) -> Table:
 
 
 def open_repeat_robustness(study: Study) -> Table:
-    """Return mean and half-range over repeated runs."""
+    """Return a table of the mean and half-range of rates over repeated runs."""
     spreads = (
         Column(name, shown_name(name), "spread", lambda one, name=name: spread(_percents(one.tables, name)))
         for name in REPEATED
@@ -119,7 +119,7 @@ def open_repeat_robustness(study: Study) -> Table:
 
 
 def repeat_rates(study: Study) -> Table:
-    """Return every rate over all repeats together, with its interval."""
+    """Return every rate, with its interval, over all repeats taken together."""
     columns = (
         MODEL,
         *texts(rate="Rate"),
@@ -147,7 +147,7 @@ def repeat_rates(study: Study) -> Table:
 
 
 def stability(study: Study) -> Table:
-    """Return the number of small shifts between prompts and small half-ranges between repeats, and the largest ones."""
+    """Return a table of prompt shifts and half-ranges of repeats: how many are small, and which are largest."""
     columns = (
         *texts(change="Between", rate="Rate"),
         *counts(n="Configurations", steady=f"Under {STABLE_PP:.0f} pp"),
@@ -175,7 +175,7 @@ def stability(study: Study) -> Table:
 
 
 def spread(values: Sequence[float | None]) -> tuple[float, float] | None:
-    """Return mean and half-range."""
+    """Return (mean, half-range) of the values; the half-range is half of the highest minus the lowest value."""
     known = [value for value in values if value is not None]
     return (float(np.mean(known)), (max(known) - min(known)) / 2) if known else None
 

@@ -1,4 +1,4 @@
-"""Tables and the report as HTML, from templates that escape everything."""
+"""Tables and the report as HTML, made with templates that escape all text."""
 
 import base64
 import re
@@ -27,7 +27,7 @@ class Section:
 
     @property
     def anchor(self) -> str:
-        """The heading as an anchor for links."""
+        """Anchor for links to the section, made from its heading."""
         return re.sub(r"[',]", "", self.heading.lower()).replace(" ", "-")
 
 
@@ -47,12 +47,12 @@ class PageFigure:
 
 @dataclass(frozen=True, slots=True)
 class PageNotes:
-    """The sentences above the figures."""
+    """The sentences that stand above the figures."""
 
     warnings: Sequence[str]
     causes_heading: str
     causes: Mapping[str, Sequence[str]]
-    """Sentences on the causes of missing verified successes, by run."""
+    """Run -> sentences on why verified successes are missing."""
     limits: Sequence[str]
 
 
@@ -83,7 +83,7 @@ class _HtmlRow:
 
 
 def html_table(table: Table) -> str:
-    """Return a table as HTML: a section with a heading, the table in a scrolling box, its notes."""
+    """Return a table as HTML: a section with a heading, the table in a box that scrolls, and its notes."""
     groups = [
         (group, [_html_row(table, row) for row in rows])
         for group, rows in groupby(table.rows, key=lambda row: row.group)
@@ -124,7 +124,7 @@ def _content(cell: _Cell) -> Markup:
 
 
 def prose(sentence: str) -> Markup:
-    """Return a sentence with text between back-ticks set as code."""
+    """Return a sentence as HTML; text between back-ticks is set as code."""
     return Markup(CODE.sub(r"<code>\1</code>", str(escape(sentence))))
 
 

@@ -47,13 +47,13 @@ DISAGREEMENT_NOTE = (
 
 
 def shift(pair: Pair, name: str) -> RateCell:
-    """Return the difference of a rate, other minus base, in points with its interval; None without shared episodes."""
+    """Return the change (pp) of a rate from the base run to the other, with interval; None without shared episodes."""
     found = mean_difference(pair, name)
     return None if found is None else points(*found)
 
 
 def shifts(names: Iterable[str]) -> tuple[Column, ...]:
-    """Return columns of the differences of a pair: other minus base, with intervals."""
+    """Return columns with the differences of a pair's rates: other run minus base run, with intervals."""
     return intervals(
         **{f"d{name}": (SHIFTED[name], lambda pair, name=name: shift(pair, name)) for name in names},
     )
@@ -67,7 +67,7 @@ _KINDS = {"feedback": "+FB", "profile": "profile", "prompt": "neutral prompt", "
 
 
 def prompt_shifts(study: Study) -> Table:
-    """Return the shift of each rate under the neutral prompt, with tests; for published rows only printed values."""
+    """Return the shift of each rate under the neutral prompt, with tests. Published rows have no tests."""
     columns = (
         MODEL,
         N,
@@ -121,7 +121,7 @@ def _mean_of(name: str, at: int) -> Callable[[Pair], RateCell]:
 
 
 def serving_modes(study: Study) -> Table:
-    """Return the table that compares each checkpoint with thinking to the same checkpoint without (instruct)."""
+    """Return a table that compares each checkpoint in thinking mode with the same checkpoint in instruct mode."""
     sides = (("base", "instruct", 0), ("other", "thinking", 1))
     rates = {
         f"{name}_{side}": (f"{name} {shown} %", lambda pair, at=at, name=name: rate_cell(pair.measures[at].rate(name)))
@@ -148,7 +148,7 @@ def serving_modes(study: Study) -> Table:
 
 
 def feedback_events(study: Study) -> Table:
-    """Return how action feedback changes events and lengths of episodes."""
+    """Return a table of how action feedback changes the number of events and the length of episodes."""
     names = {"too_far": "too_far", "path_blocked": "path_blocked", "retry": "retry", "steps": "Steps"}
     columns = [MODEL, N]
     for name, shown in names.items():
@@ -170,7 +170,7 @@ def feedback_events(study: Study) -> Table:
 
 
 def transition_matrix(study: Study) -> Table:
-    """Return the transitions of episodes between labels, for every pair of runs and every repeat."""
+    """Return how many episodes changed from each label to each other label, for every pair of runs and every repeat."""
     columns = (
         *texts(model="Label before"),
         *counts(n="n", **{label: f"{label} after" for label in LABELS}),
@@ -190,7 +190,7 @@ def transition_matrix(study: Study) -> Table:
 
 
 def transition_tests(study: Study) -> Table:
-    """Return tests of changes in the labels' frequencies, and, for every two labels, of the two directions."""
+    """Return tests of whether labels became more or less frequent, and in which direction two labels changed."""
     columns = (
         *texts(model="Labels", test="Test"),
         *counts(there="→", back="←"),
@@ -218,7 +218,7 @@ def transition_tests(study: Study) -> Table:
 
 
 def _grouped_rows(study: Study, pairs: Sequence[Pair], columns: Sequence[Column]) -> list[TableRow]:
-    """Return one row for each pair, named after its second run, in the order of the panels' groups, best B first."""
+    """Return one row for each pair, named after its second run. Rows are sorted by the panels' groups, then by B."""
     by_name = {pair.other.name: pair for pair in pairs}
     return [
         run_row(entry, cells_of(columns, by_name[entry.name]), entry.group)
@@ -245,7 +245,7 @@ def _largest_shift(pair: Pair) -> str | None:
 
 
 def _largest(moved: dict[str, RateCell]) -> str | None:
-    """Return the place and the size of the largest shift, with its interval if it has one."""
+    """Return a text with the place and the size of the largest shift, and its interval if it has one."""
     known = {place: cell for place, cell in moved.items() if cell is not None}
     if not known:
         return None
@@ -286,6 +286,6 @@ def _published_serving_modes(paper: Paper) -> Iterator[TableRow]:
 
 
 def _printed_shifts(before: tuple[float, float], after: tuple[float, float]) -> dict[str, float]:
-    """Return the differences of W, B and the gap between two printed rows."""
+    """Return the differences of W, B and the gap W - B between two published rows."""
     w, b = (round(two - one, 1) for one, two in zip(before, after, strict=True))
     return {"dW": w, "dB": b, "dDelta": round(w - b, 1)}

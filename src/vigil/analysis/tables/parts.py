@@ -34,7 +34,7 @@ def strata(study: Study) -> Table:
 
 
 def levels(study: Study) -> Table:
-    """Return W, B and Delta of every run by level; without rows if the pack's levels were not measured."""
+    """Return W, B and Delta of every run by level; the table has no rows if the pack's levels were not measured."""
     columns = (
         RUN,
         *texts(level="Level"),

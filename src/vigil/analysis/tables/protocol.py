@@ -1,4 +1,4 @@
-"""Protocol tables: the paper's tables about the protocol, rendered from the data that the code itself uses."""
+"""Protocol tables: the paper's tables about the protocol, made from the data that the code itself uses."""
 
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.study import Study
@@ -107,7 +107,7 @@ def report_statuses(study: Study) -> Table:
 
 
 def failure_taxonomy(study: Study) -> Table:
-    """Return the meaning of each label: the paper's three, and the two that complete the partition."""
+    """Return the meaning of each label: the three labels of the paper, and two that complete the partition."""
     del study
     columns = texts(label="Label", definition="Definition")
     lines = {line["label"]: line["definition"] for line in paper().tables["failure_taxonomy"]} | _FURTHER_LABELS

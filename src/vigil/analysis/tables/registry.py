@@ -1,4 +1,4 @@
-"""Registry of tables by section of a report: the paper's sixteen tables by their names, and additional ones."""
+"""Registry of tables by section of a report: the paper's sixteen tables under the paper's names, and further tables."""
 
 from collections.abc import Callable
 

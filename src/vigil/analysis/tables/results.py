@@ -1,6 +1,6 @@
-"""Result tables: the paper's tables of models' results under the default conditions, by the paper's names.
+"""Result tables: the paper's tables of models' results under the default conditions, under the paper's names.
 
-Own rows come first, then the published rows, which are marked. Each function takes a Study and returns one Table.
+Your own rows come first, then the published rows, which are marked. Each function takes a Study and returns one Table.
 """
 
 from collections.abc import Sequence
@@ -79,12 +79,12 @@ def family_columns() -> tuple[Column, ...]:
 
 
 def printed_pairs(row: dict[str, Any]) -> dict[str, Any]:
-    """Return W/B of a published row, overall and per family."""
+    """Return {family, or `All`: (W, B)}, as printed in a row of one of the paper's tables."""
     return {**{family: tuple(pair) for family, pair in row["families"].items()}, "All": (row["W"], row["B"])}
 
 
 def global_cross_section(study: Study) -> Table:
-    """Return W/B overall and per family with the gap, best B first."""
+    """Return a table of W and B, overall and for each family, and of the gap W - B, best B first."""
     columns = (MODEL, ALL, *clustered_rates("Delta"), *family_columns())
     rows = side_by_side(
         study,
@@ -104,7 +104,7 @@ def global_cross_section(study: Study) -> Table:
 
 
 def full_panel(study: Study) -> Table:
-    """Return W/B overall and per family, grouped as in the paper."""
+    """Return a table of W and B, overall and for each family, grouped as in the paper."""
     activated = texts(activated=("Activated", lambda entry: entry.run.model.activated))
     columns = (MODEL, *activated, ALL, *family_columns())
     rows = side_by_side(
@@ -117,7 +117,7 @@ def full_panel(study: Study) -> Table:
 
 
 def extended_panel(study: Study) -> Table:
-    """Return the rows that the exclusion rule removes from the main tables, with the paper's two groups."""
+    """Return the rows of runs that the exclusion rule removes from the main tables, and the paper's extended rows."""
     columns = (
         MODEL,
         *rates(B="B %", W="W %"),
@@ -144,7 +144,7 @@ def extended_panel(study: Study) -> Table:
 
 
 def counterfactual(study: Study) -> Table:
-    """Return B under counterfactual report policies on the same trajectories."""
+    """Return B if the reports in the same trajectories followed a report policy (always, random or oracle)."""
 
     def half_w(entry: RunEntry) -> Any:
         view = rate_cell(entry.overall.rate("W"))
@@ -168,7 +168,7 @@ def counterfactual(study: Study) -> Table:
 
 
 def belief_lag(study: Study) -> Table:
-    """Return closure lag and premature commitment."""
+    """Return how long runs take to close once the goal holds, and how often they report success before it holds."""
 
     def lag_without_sv(entry: RunEntry) -> Any:
         rows = entry.run.rows
@@ -196,7 +196,7 @@ def belief_lag(study: Study) -> Table:
 
 
 def conditional_report(study: Study) -> Table:
-    """Return report rates conditioned on the world (W)."""
+    """Return rates of reports among the episodes with W=1 and among those with W=0."""
     columns = (
         MODEL,
         *rates(W="W %", B="B %", Stop="Stop %", P_rep_W0="P(rep | W=0) %", P_norep_W1="P(no rep | W=1) %"),
@@ -221,7 +221,7 @@ def _own_and_published(
 ) -> list[TableRow]:
     """Return the rows of the main panel, those of other panels under separate headings, and the published rows.
 
-    `renamed` maps the paper's keys of a column to those of this table.
+    `renamed` maps keys of columns in the paper's table to keys in this table.
     """
     names = renamed or {}
     own = [

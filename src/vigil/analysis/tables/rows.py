@@ -1,4 +1,4 @@
-"""Rows: one row of a table for each run, and the paper's published rows, which are marked."""
+"""Rows: a table has one row for each run, and the paper's published rows, which are marked."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -27,7 +27,7 @@ ROLE_HEADINGS: dict[Role, str] = {
     "condition": "Under another condition",
 }
 Measured = str | tuple[str, str]
-"""Heading of a column, with the name of its measure if that is not the column's key."""
+"""Heading of a column; a tuple adds the name of the measure, if this is not the key of the column."""
 
 
 def shown_name(name: str) -> str:
@@ -36,32 +36,32 @@ def shown_name(name: str) -> str:
 
 
 def rates(**headings: Measured) -> tuple[Column, ...]:
-    """Return columns of a run's rates with Wilson intervals: key -> heading."""
+    """Return columns with rates of a run and their Wilson intervals; `headings` are {key: heading}."""
     return intervals(**_with_values(headings, lambda entry, name: rate_cell(entry.overall.rate(name))))
 
 
 def tallies(**headings: Measured) -> tuple[Column, ...]:
-    """Return columns of a run's numbers of episodes: key -> heading."""
+    """Return columns with a run's numbers of episodes; `headings` are {key: heading}."""
     return counts(**_with_values(headings, lambda entry, name: entry.overall.counts[name]))
 
 
 def run_means(**headings: Measured) -> tuple[Column, ...]:
-    """Return columns of means over a run's episodes, with one decimal and intervals by houses: key -> heading."""
+    """Return columns of means over a run's episodes, with one decimal and intervals; `headings` are {key: heading}."""
     return intervals(**_with_values(headings, RunEntry.mean))
 
 
 def precise_means(**headings: Measured) -> tuple[Column, ...]:
-    """Return columns of means over a run's episodes, with two decimals and intervals by houses: key -> heading."""
+    """Return columns like `run_means`, with two decimals."""
     return means(**_with_values(headings, RunEntry.mean))
 
 
 def clustered_rates(*names: str) -> tuple[Column, ...]:
-    """Return columns of a run's W, B or Delta, with intervals by houses."""
+    """Return columns with W, B or Delta of a run, with intervals from resampled houses."""
     return intervals(**_with_values({name: shown_name(name) for name in names}, clustered_cell))
 
 
 def clustered_cell(entry: RunEntry, name: str) -> RateCell:
-    """Return a run's W, B or Delta in percent, with its interval by houses."""
+    """Return W, B or Delta of a run in percent, with its interval from resampled houses."""
     return points(entry.overall.share(name), entry.clustered[name])
 
 
@@ -73,12 +73,12 @@ def run_row(entry: RunEntry, cells: dict[str, Any], group: str = "") -> TableRow
 def run_rows(
     entries: Iterable[RunEntry], columns: Sequence[Column], group: Callable[[RunEntry], str] = lambda entry: ""
 ) -> list[TableRow]:
-    """Return one row for each run, with the values of the columns; `group` returns the heading of a run's group."""
+    """Return one row for each run, with the cells of the columns; `group` returns the heading of a run's group."""
     return [run_row(entry, cells_of(columns, entry), group(entry)) for entry in entries]
 
 
 def published_row(model: PublishedModel, cells: dict[str, Any], group: str = PUBLISHED) -> TableRow:
-    """Return a published row, named and marked."""
+    """Return a row with the name of a published model, marked as published."""
     return TableRow({"activated": model.activated, **cells, "model": model.name}, group, is_published=True)
 
 
@@ -88,7 +88,7 @@ def published_rows(
     cells: Callable[[dict[str, Any]], dict[str, Any]] = lambda row: row,
     group: Callable[[PublishedModel], str] = lambda model: PUBLISHED,
 ) -> list[TableRow]:
-    """Return the rows of one of the paper's tables; empty if only own rows are wanted.
+    """Return the rows of one of the paper's tables; empty if the study has no published rows.
 
     `cells` returns the cells of a printed row; `group` returns the heading of a model's group.
     """
@@ -116,13 +116,13 @@ def role_row(entry: RunEntry, cells: dict[str, Any]) -> TableRow:
 
 
 def published_group(model: PublishedModel) -> str:
-    """Return the heading of a published row in tables that also group own rows."""
+    """Return the heading over a published row, for tables that also group the user's own rows."""
     return f"{model.group}, published"
 
 
 def _with_values(
     headings: dict[str, Measured], value: Callable[[RunEntry, str], Any]
 ) -> dict[str, tuple[str, Callable[[RunEntry], Any]]]:
-    """Return headings with functions that return the named measure of a run."""
+    """Return {key: (heading, function)}; the function returns the measure of a run."""
     named = {key: (given, key) if isinstance(given, str) else given for key, given in headings.items()}
     return {key: (heading, lambda entry, name=name: value(entry, name)) for key, (heading, name) in named.items()}

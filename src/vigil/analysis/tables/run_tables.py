@@ -1,4 +1,4 @@
-"""Additional tables: analyses that the paper presents in text or figures only, and analyses that it does not have.
+"""Additional tables: analyses that the paper has only in its text or figures, and analyses that it does not have.
 
 Each function takes a Study and returns one Table. Source: `protocol.md` section 6.
 """
@@ -82,7 +82,7 @@ def overview(study: Study) -> Table:
 
 
 def _overall_rates() -> tuple[Column, ...]:
-    """Return a column of each rate; the gap has an interval by houses, the others have Wilson's."""
+    """Return a column for each rate. The gap has an interval from resampled houses; other rates have Wilson's."""
     return tuple(
         column
         for name in RATES
@@ -96,7 +96,7 @@ def _macro(entry: RunEntry, name: str) -> RateCell:
 
 
 def outcome_partition(study: Study) -> Table:
-    """Return the partition of all episodes, and the four categories."""
+    """Return the shares of the five labels among all episodes, and of the four categories."""
     categories = {
         "verified_success": "Verified success", "unsupported_commitment": "Unsupported commitment",
         "post_attainment_drift": "Post-attainment drift", "missed_execution": "Missed execution",
@@ -112,7 +112,7 @@ def outcome_partition(study: Study) -> Table:
 
 
 def after_goal(study: Study) -> Table:
-    """Return the actions after the goal first held, in W=1 episodes."""
+    """Return the shares of the kinds of actions after the goal first held, in W=1 episodes."""
     averages = {"": "% pooled", " mean": "% episode mean"}
     columns = (
         RUN,
@@ -163,7 +163,7 @@ def sv_statuses(study: Study) -> Table:
 
 
 def composition(study: Study) -> Table:
-    """Return composed families compared with their constituents."""
+    """Return rates of the compositional families next to those of the diagnostic families that they are made of."""
     columns = (
         RUN,
         *intervals(PG="PG W %", DA="DA W %", PGxDA="PG x DA %"),
@@ -183,7 +183,7 @@ def composition(study: Study) -> Table:
 
 
 def stop_only(study: Study) -> Table:
-    """Return the scores under a protocol that ignores the content of reports."""
+    """Return the scores under a protocol that notes only whether the agent reported, not what it reported."""
     columns = (
         RUN,
         *rates(B="B %", StopOnly="Stop-only %", hidden=("Hidden by it (pp)", "FR_W1")),
@@ -213,14 +213,14 @@ def regime_table(study: Study) -> Table:
 
 
 def _regimes_of(entry: RunEntry) -> str | None:
-    """Return the names of a run's regimes, with `borderline` where the interval reaches across the threshold."""
+    """Return the names of a run's regimes, with `borderline` where the interval contains the threshold."""
     found = regimes(entry.overall) if entry.overall.n else {}
     names = (name if sure in ("", "clear") else f"{name} ({sure})" for name, sure in found.items())
     return ", ".join(names) or None
 
 
 def invalid_replies(study: Study) -> Table:
-    """Return the kinds of invalid replies and their effect."""
+    """Return means per episode: invalid replies by kind, events such as retries, tokens and seconds."""
     fine = ("protocol_failures", "malformed_actions", "truncated", "would_parse_leniently")
     fine += ("retry", "too_far", "path_blocked")
     columns = (
@@ -269,7 +269,7 @@ def runs(study: Study) -> Table:
 
 
 def models(study: Study) -> Table:
-    """Return the evaluated models: group, serving mode, and name in their API."""
+    """Return the evaluated models: group, serving mode, and their name in the provider's API."""
     columns = (
         MODEL,
         *texts(
@@ -310,7 +310,7 @@ def _coordinates(entry: RunEntry) -> str:
 
 
 def _code(entry: RunEntry) -> str:
-    """Return the versions of the code in the sessions of a run."""
+    """Return the versions of VIGIL's code in the sessions of a run."""
     header = entry.run.header
     versions = []
     for session in (header, *header.resumed):
@@ -351,7 +351,7 @@ def _composed(entry: RunEntry) -> dict[str, Any]:
 
 
 def family_rates(study: Study) -> Table:
-    """Return every rate of every run, family by family."""
+    """Return every rate of every run for each family."""
     columns = (
         RUN,
         *texts(family="Family"),

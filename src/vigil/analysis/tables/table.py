@@ -1,4 +1,4 @@
-"""Table: named columns, rows with marks, and notes; and the format of each kind of cell."""
+"""Table: named columns, rows with marks, and notes; also the text format of each kind of cell."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,11 +14,11 @@ PARTS: dict[CellKind, tuple[str, ...]] = {
     "mean": ("", "low", "high"),
     "spread": ("mean", "half_range"),
 }
-"""Kinds of cells with several numbers -> the numbers' names in CSV."""
+"""Kind of cell with several numbers -> names of these numbers in CSV."""
 WITH_INTERVAL: tuple[CellKind, ...] = ("rate", "mean")
-"""Kinds of cells with one number and, optionally, the ends of its interval."""
+"""Kinds of cells with one number and, if known, the ends of its interval."""
 RateCell = tuple[float, float | None, float | None] | None
-"""Cell of a kind in WITH_INTERVAL: the number and the ends of its interval, if it has one."""
+"""Cell of a kind in WITH_INTERVAL: the number, and the two ends of its interval or None."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +29,12 @@ class Column:
     heading: str
     kind: CellKind = "number1"
     value: Callable[[Any], Any] | None = None
-    """Function that returns the cell from the subject of a row, e.g. a run; None if the table fills in the cell."""
+    """Function that returns the cell for the subject of a row, e.g. a run; None if the table fills in the cell."""
 
 
 @dataclass(frozen=True)
 class TableRow:
-    """One row with its marks."""
+    """One row of a table, with its marks (e.g. published, privileged)."""
 
     cells: Mapping[str, Any]
     group: str = ""
@@ -42,7 +42,7 @@ class TableRow:
     is_privileged: bool = False
     bold: frozenset[str] = frozenset()
     tints: Mapping[str, str] = field(default_factory=dict)
-    """Column -> `FR` or `NR`, the closure failure that the cell's tint indicates."""
+    """Key of a column -> `FR` or `NR`: the closure failure that the cell's colour indicates."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,12 @@ class Table:
     notes: tuple[str, ...] = ()
 
     def cell(self, row: TableRow, column: Column) -> str:
-        """Return a cell as printed."""
+        """Return the text of a cell."""
         return formatted(row.cells.get(column.key), column.kind)
 
     def flat_columns(self) -> list[tuple[str, Column, int | None]]:
-        """Return (name, column, part) for every single number, as in CSV and JSON."""
+        """Return (name, column, part) for every single number, as in CSV and JSON. `part` is the number's position in
+        its cell; None for a cell with one number."""
         found: list[tuple[str, Column, int | None]] = []
         for column in self.columns:
             parts = PARTS.get(column.kind)
@@ -71,7 +72,7 @@ class Table:
         return found
 
     def flat_rows(self) -> list[dict[str, Any]]:
-        """Return the rows with every number in a separate field; None for a missing number."""
+        """Return the rows with a separate field for every number; a missing number is None."""
         return [
             {
                 "group": row.group,
@@ -88,32 +89,32 @@ Heading = str | tuple[str, Callable[[Any], Any]]
 
 
 def texts(**headings: Heading) -> tuple[Column, ...]:
-    """Return columns of text: key -> heading."""
+    """Return columns of text; `headings` are {key: heading}."""
     return _columns("text", headings)
 
 
 def counts(**headings: Heading) -> tuple[Column, ...]:
-    """Return columns of counts: key -> heading."""
+    """Return columns of counts; `headings` are {key: heading}."""
     return _columns("count", headings)
 
 
 def numbers(**headings: Heading) -> tuple[Column, ...]:
-    """Return columns of numbers with one decimal: key -> heading."""
+    """Return columns of numbers with one decimal; `headings` are {key: heading}."""
     return _columns("number1", headings)
 
 
 def intervals(**headings: Heading) -> tuple[Column, ...]:
-    """Return columns of numbers with one decimal and their 95 % interval: key -> heading, with quantity and unit."""
+    """Return columns of numbers with one decimal and 95 % interval; `headings` are {key: heading with unit}."""
     return _columns("rate", headings)
 
 
 def means(**headings: Heading) -> tuple[Column, ...]:
-    """Return columns of numbers with two decimals and their 95 % interval: key -> heading."""
+    """Return columns of numbers with two decimals and 95 % interval; `headings` are {key: heading}."""
     return _columns("mean", headings)
 
 
 def p_values(**headings: Heading) -> tuple[Column, ...]:
-    """Return columns of p-values: key -> heading."""
+    """Return columns of p-values; `headings` are {key: heading}."""
     return _columns("p", headings)
 
 
@@ -124,17 +125,17 @@ def _columns(kind: CellKind, headings: Mapping[str, Heading]) -> tuple[Column, .
 
 
 def cells_of(columns: Iterable[Column], subject: Any) -> dict[str, Any]:
-    """Return the cells of the columns that have a value function, for the subject of a row."""
+    """Return {key: cell} for the subject of a row (e.g. a run), from the columns that have a `value` function."""
     return {column.key: column.value(subject) for column in columns if column.value is not None}
 
 
 def formatted(value: Any, kind: CellKind) -> str:
-    """Return a value as printed; a dash for None."""
+    """Return the text of a cell with this value; a dash for None."""
     return DASH if first_number(value) is None else _format(value, kind)
 
 
 def first_number(value: Any) -> Any:
-    """Return a cell's number without its interval; for a pair, the first number."""
+    """Return the number of a cell without its interval; for a pair of numbers, the first."""
     return value[0] if isinstance(value, tuple | list) else value
 
 
@@ -164,7 +165,7 @@ def _format(value: Any, kind: CellKind) -> str:
 
 
 def percent(value: float | None) -> float | None:
-    """Return a fraction in percent."""
+    """Return a fraction as a percentage."""
     return None if value is None else 100 * value
 
 
@@ -177,12 +178,12 @@ def rate_cell(rate: Rate) -> tuple[float, float, float] | None:
 
 
 def rate_cells(counts: Counts, names: Iterable[str]) -> dict[str, RateCell]:
-    """Return rates by name, each with its Wilson interval, in percent."""
+    """Return {name: cell} with each rate in percent and its Wilson interval."""
     return {name: rate_cell(counts.rate(name)) for name in names}
 
 
 def points(value: float | None, interval: Interval | None) -> RateCell:
-    """Return a fraction and its interval in percent (points)."""
+    """Return a cell with a fraction and its interval, both in percentage points."""
     if value is None:
         return None
     return (100 * value, None, None) if interval is None else (100 * value, 100 * interval[0], 100 * interval[1])
@@ -191,9 +192,9 @@ def points(value: float | None, interval: Interval | None) -> RateCell:
 def with_best_bold(
     rows: Sequence[TableRow], columns: Sequence[Column], *, lowest: frozenset[str] = frozenset()
 ) -> list[TableRow]:
-    """Return the rows with the best number of each column marked.
+    """Return the rows, with the best number of each column marked; in the columns `lowest`, the lowest is best.
 
-    Published and own rows are marked separately; privileged rows are never marked.
+    The best of the published rows and the best of the others are marked separately; privileged rows are never marked.
     """
     marked = list(rows)
     for published in (False, True):
@@ -211,7 +212,7 @@ def with_best_bold(
 
 
 def _comparable(value: Any, kind: CellKind) -> float | None:
-    """Return the number by which a cell is ranked: B of W/B, and a number without its interval."""
+    """Return the number by which a cell is ranked: B if the cell is a pair of W and B, otherwise the number."""
     found = value[1] if kind == "pair" and value is not None else first_number(value)
     return None if found is None or isinstance(found, str) else float(found)
 

@@ -35,7 +35,7 @@ _LATEX = {
 }
 ROWS_PER_PAGE = 60
 LONG_TEXT, LONG_TEXT_CM = 80, 11
-"""Texts with more characters are wrapped to this width in LaTeX."""
+"""In LaTeX, texts with more than LONG_TEXT characters are wrapped to a width of LONG_TEXT_CM (cm)."""
 CODE = re.compile(r"`([^`]+)`")
 NO_ROWS = "No rows: this table does not apply to any of these runs."
 
@@ -56,7 +56,7 @@ def markdown(table: Table) -> str:
 
 
 def latex(table: Table) -> str:
-    """Return a table as LaTeX with booktabs, labelled `tab:NAME`; a long table spans pages (package longtable)."""
+    """Return a table as LaTeX with booktabs, labelled `tab:NAME`. A long table may span pages (package longtable)."""
     caption = rf"\caption{{{latex_text(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}}"
     kinds = "".join(_tex_kind(table, column) for column in table.columns)
     head = [r"\toprule", " & ".join(latex_escaped(column.heading) for column in table.columns) + r" \\", r"\midrule"]
@@ -80,13 +80,13 @@ def latex(table: Table) -> str:
 
 
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""First characters of cells that spreadsheets interpret as formulas."""
+"""Characters with which a formula begins in spreadsheets."""
 
 
 def csv_text(table: pd.DataFrame) -> str:
-    """Return a table as CSV, with a ' before each text that spreadsheets would interpret as a formula.
+    """Return a table as CSV, with an apostrophe before each text that spreadsheets would take for a formula.
 
-    Carriage returns become newlines, because an unquoted carriage return starts a new row.
+    Carriage returns become newlines, because spreadsheets begin a new row at an unquoted carriage return.
     """
     texts = {name: table[name].map(_without_formula) for name in table.columns if not is_numeric_dtype(table[name])}
     return table.assign(**texts).to_csv(index=False)
@@ -100,7 +100,7 @@ def _without_formula(value: object) -> object:
 
 
 def mark(row: TableRow) -> str:
-    """Return the mark after a row's name."""
+    """Return the mark that stands after a row's name, e.g. † for a published row."""
     marks = [MARKS["published"]] if row.is_published else []
     return "".join([*marks, *([MARKS["privileged"]] if row.is_privileged else [])])
 
@@ -124,12 +124,12 @@ def _md_cell(table: Table, row: TableRow, column: Column) -> str:
 
 
 def latex_escaped(text: str) -> str:
-    """Return a text as LaTeX."""
+    """Return a text with the special characters of LaTeX escaped."""
     return "".join(_LATEX.get(character, character) for character in replace_invalid(text))
 
 
 def latex_text(text: str) -> str:
-    """Return a sentence as LaTeX, with text between back-ticks set as code."""
+    """Return a sentence as LaTeX; text between back-ticks is set as code."""
     return CODE.sub(r"\\texttt{\1}", latex_escaped(text))
 
 

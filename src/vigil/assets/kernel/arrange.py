@@ -1,4 +1,4 @@
-"""Arranging whole assets: laid along their longest axis, or set on the bottom of a larger box."""
+"""Arranges whole assets: turns them along the longest side of their box, or puts them at the bottom of a larger box."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -13,11 +13,11 @@ from vigil.base.geometry import Vec3
 
 Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
 Silhouette = Sequence[tuple[float, float]]
-"""Half of the outline of a turned part, as (radius, height) pairs."""
+"""Half of the outline of a round part (turned as on a lathe), as (radius, height) pairs."""
 
 
 def lengthwise(maker: Maker) -> Maker:
-    """Return a maker for things whose length `maker` lays along z; the length follows the box's longer floor axis."""
+    """Return a maker of things that lie along the longer of the box's sides x and z; `maker` makes them along z."""
 
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
         if size.x <= size.z:
@@ -28,8 +28,10 @@ def lengthwise(maker: Maker) -> Maker:
 
 
 def along_longest(maker: Maker) -> Maker:
-    """Return a maker for slim things whose length `maker` lays along z; they stand when the box is higher than it is
-    long."""
+    """Return a maker of slim things that lie along the longest side of the box; `maker` makes them along z.
+
+    In a box that is higher than long, the things stand.
+    """
     lying = lengthwise(maker)
 
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -41,7 +43,7 @@ def along_longest(maker: Maker) -> Maker:
 
 
 def quarter_turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
-    """Return the asset turned by a quarter; an asset turned about x or z loses its surfaces."""
+    """Return the asset turned by a quarter about an axis; if the axis is x or z, the result has no surfaces."""
     matrix = np.round(shapes.rotation(axis, degrees))
 
     def point(value: Sequence[float]) -> Vec3:
@@ -73,7 +75,7 @@ def quarter_turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
 def lowered_into(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
     """Return the asset at the bottom of a larger box, `forward` metres in front of the box's middle.
 
-    It is for boxes that were measured while the thing was open.
+    This is for boxes that were measured while the thing was open.
     """
     drop = (asset.size.y - size.y) / 2
 
@@ -98,13 +100,13 @@ def lowered_into(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
 
 
 def lathed_oval(profile: Silhouette, width: float, depth: float, segments: int = 18) -> Mesh:
-    """Return a lathed profile whose radii are fractions of half the width, stretched to an oval of `depth`."""
+    """Return a lathed profile that is stretched to an oval; its radii are shares of half the `width`."""
     part = shapes.lathe([(radius * width / 2, y) for radius, y in profile], segments=segments)
     return part if abs(width - depth) < 1e-6 else shapes.scale(part, (1.0, 1.0, depth / width))
 
 
 def bend(part: Mesh, lift: Callable[[np.ndarray], np.ndarray]) -> Mesh:
-    """Return the mesh with `lift(z)` added to y: for handles and blades that curve along z."""
+    """Return the mesh with `lift(z)` added to each y, for handles and blades that curve along z."""
     vertices = part.vertices.astype(np.float64)
     step = 1e-3 * max(float(np.ptp(vertices[:, 2])), 1e-6)
     slope = (lift(vertices[:, 2] + step) - lift(vertices[:, 2] - step)) / (2 * step)
@@ -115,7 +117,7 @@ def bend(part: Mesh, lift: Callable[[np.ndarray], np.ndarray]) -> Mesh:
 
 
 def creased(part: Mesh) -> Mesh:
-    """Return the mesh with flat faces where smooth normals would be lit from behind: for sharp folds in skins."""
+    """Return the mesh with flat faces where smooth normals would be lit from behind, for sharp folds."""
     corners = part.vertices[part.faces].astype(np.float64)
     across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(across, axis=1, keepdims=True)
@@ -136,13 +138,13 @@ def creased(part: Mesh) -> Mesh:
 
 
 def strip(width_at: Sequence[tuple[float, float]], thickness: float, y: float = 0.0) -> Mesh:
-    """Return a flat board along z, symmetric about x = 0; `width_at` is (z, half width) pairs with rising z."""
+    """Return a flat board along z, symmetric about x = 0; `width_at` is (z, half the width) pairs in order of z."""
     outline = [(half, z) for z, half in width_at] + [(-half, z) for z, half in reversed(width_at)]
     return shapes.extrude(outline, y - thickness / 2, y + thickness / 2)
 
 
 def drape(width: float, height: float, waves: float, depth: float, *, thickness: float = 0.004) -> Mesh:
-    """Return hanging cloth in folds that spans `width` along x, 0..height and `depth` about z = 0."""
+    """Return hanging cloth in folds: `width` along x, `height` along y from 0, and `depth` along z about 0."""
     count = max(6, round(6 * waves))
     x = np.linspace(-width / 2, width / 2, count + 1)
     swing = max(depth - thickness, 1e-4) / 2

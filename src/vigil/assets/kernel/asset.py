@@ -1,8 +1,8 @@
 """What an asset is: meshes with materials, joints, support surfaces and solids, in its own frame.
 
-The asset frame is THOR's: metres, x right, y up, z to the front (where its door, screen or seat
-looks), the origin at the centre of its bounding box *closed and off*. Makers of single kinds of
-things live in their own modules; this one only holds the types.
+The asset frame is THOR's: metres, x right, y up, z to the front (where the asset's door, screen or
+seat faces). The origin is the centre of the bounding box when the asset is *closed and off*. Makers
+of assets are in modules of their own; this module has only the types.
 """
 
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ from vigil.base.geometry import Vec3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """A triangle mesh. Faces wind so that cross(v1 - v0, v2 - v0) points outward in these coordinates."""
+    """A triangle mesh. The corners of a face are ordered so that cross(v1 - v0, v2 - v0) points outward."""
 
     vertices: np.ndarray  # (n, 3) float32, metres
     faces: np.ndarray  # (m, 3) int32
@@ -25,17 +25,17 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """How a part moves with openness: a hinge turns, a slide shifts, in proportion to openness."""
+    """How a part moves when the asset opens: a hinge turns it, a slide shifts it, in proportion to openness."""
 
     name: str
     kind: Literal["hinge", "slide"]
     axis: Vec3
-    """Unit axis in the asset frame. A hinge turns by Rodrigues' formula in these coordinates, v cos a + (axis x v) sin
-    a + axis (axis . v)(1 - cos a), about `origin`; so about +y a positive angle carries +z towards +x (clockwise from
-    above, like yaw)."""
+    """Unit axis in the asset frame. A hinge turns v to v cos a + (axis x v) sin a + axis (axis . v)(1 - cos a), by
+    Rodrigues' formula, about `origin`. So a positive angle about +y moves +z towards +x (clockwise from above, like
+    yaw)."""
     origin: Vec3
     travel: float
-    """Degrees (hinge) or metres (slide) at openness 1; the sign is the direction."""
+    """Degrees (hinge) or metres (slide) at openness 1; a negative value reverses the direction."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,19 +45,19 @@ class Part:
     name: str
     mesh: Mesh
     material: str
-    """Key that `vigil.assets.kernel.materials.material` resolves."""
+    """Name of the material, which `vigil.assets.kernel.materials.material` looks up."""
     material_on: str | None = None
-    """Material while the asset is toggled on; None when the part then looks the same."""
+    """Material while the asset is on; None if the part then looks the same."""
     joint: str | None = None
     """Joint that carries the part; None for the body."""
     bears_open: bool = False
-    """Whether the part's pixels show whether the asset is open or closed (leaf, lid, drawer front)."""
+    """Whether the part's pixels show if the asset is open or closed (leaf, lid, drawer front)."""
     bears_toggle: bool = False
-    """Whether the part's pixels show whether the asset is on or off (screen, shade, flame, indicator, water)."""
+    """Whether the part's pixels show if the asset is on or off (screen, shade, flame, indicator, water)."""
     is_glass: bool = False
     """Whether the part is transparent; a click on it still hits the asset."""
     shown: Literal["always", "on", "off", "broken"] = "always"
-    """The only state in which the part is drawn: toggled on (a flame, running water), off, or broken (a notice)."""
+    """When the part is drawn: always, or only while the asset is on (e.g. a flame), off, or broken (a notice)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,19 +66,19 @@ class Surface:
 
     name: str
     center: Vec3
-    """Middle of the rectangle, at the height of the support, in the asset frame."""
+    """Middle of the rectangle in the asset frame; its y is the height at which things rest."""
     size_x: float
     size_z: float
     clearance: float = 10.0
-    """Free height above the surface (m)."""
+    """Free height (m) above the surface."""
     is_inside: bool = False
-    """Whether the surface lies in a hollow of the asset (a shelf of a fridge, a drawer, the floor of a basin) rather
-    than on its top, its rim or an open rack."""
+    """Whether the surface is in a hollow of the asset (a shelf of a fridge, a drawer, the floor of a basin); False if
+    it is on a top, a rim or an open rack."""
     needs_opening: bool = False
-    """Whether the surface can be reached only while the asset is open (a fridge's shelf, a drawer); it is then
-    inside."""
+    """Whether the surface can be reached only while the asset is open (a fridge's shelf, a drawer). If so, `is_inside`
+    is True, too."""
     joint: str | None = None
-    """Joint that carries the surface (a drawer's bottom)."""
+    """Joint that carries the surface (e.g. of a drawer's bottom); None if the surface is on the body."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class Solid:
 
 @dataclass(frozen=True, slots=True)
 class Glow:
-    """A light that the asset gives while it is on."""
+    """The light that an asset gives while it is on."""
 
     position: Vec3
     rgb: tuple[float, float, float]
@@ -103,21 +103,21 @@ class Glow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Asset:
-    """The shape of one thing, at the size that a house asked for."""
+    """The shape of one thing, in the size that a house asked for."""
 
     category: str
     size: Vec3
-    """Size (m) of the bounding box while closed."""
+    """Size (m) of the bounding box when the asset is closed."""
     parts: tuple[Part, ...]
     solids: tuple[Solid, ...]
-    """Prisms that stand in the way; moving prisms name their joint."""
+    """Prisms that are obstacles; a prism that moves names its joint."""
     joints: tuple[Joint, ...] = ()
     surfaces: tuple[Surface, ...] = ()
     body: tuple[Vec3, Vec3] | None = None
-    """Lowest and highest corner of the body without moving leaves; None when the body fills the whole box."""
+    """Lowest and highest corner of the body without moving leaves; None if the body fills the whole bounding box."""
     glow: Glow | None = None
     tags: frozenset[str] = field(default_factory=frozenset)
-    """Words that a person would use for this variant (colour first), e.g. {"red", "striped"}."""
+    """Words that people would use for this variant, colour first, e.g. {"red", "striped"}."""
 
     @property
     def can_open(self) -> bool:

@@ -1,8 +1,8 @@
-"""Builder: composes an Asset of meshes, joints, surfaces and solids.
+"""Builder: puts an Asset together from meshes, joints, surfaces and solids.
 
-Makers work in the frame of `vigil.assets.kernel.asset`, but with y = 0 at the bottom of the box (x runs over
--width/2..width/2, y over 0..height, z over -depth/2..depth/2). `build` moves the origin to the middle and stretches the
-whole so that it fills exactly the box that was asked for.
+Makers use the frame of `vigil.assets.kernel.asset`, but with y = 0 at the bottom of the box (x is in -width/2..width/2,
+y in 0..height, z in -depth/2..depth/2). `build` moves the origin to the middle, and stretches the asset so that it
+exactly fills the box that was asked for.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,26 +19,26 @@ from vigil.base.geometry import Vec3
 
 Range = tuple[float, float]
 UNBOUNDED_M = 10.0
-"""Clearance (m) of a surface that has nothing above it."""
+"""Clearance (m) of a surface with nothing above it."""
 
 
 @dataclass(frozen=True, slots=True)
 class PartStyle:
-    """Properties that the meshes of one part share; meshes with equal looks become one part.
+    """Properties that all meshes of a part share; meshes with equal properties become one part.
 
-    A part on a joint shows whether the asset is open. A part that is `lit` while on, or `shown` only on or off, shows
-    whether the asset is on.
+    A part on a joint shows whether the asset is open. A part that has a material `lit`, or is `shown` only on or off,
+    shows whether the asset is on.
     """
 
     material: str
     joint: str | None = None
     lit: str | None = None
-    """Material while toggled on."""
+    """Material while the asset is on; None if it does not change."""
     shown: Literal["always", "on", "off"] = "always"
     opens: bool = False
-    """Whether a part that is not on a joint also shows whether the asset is open."""
+    """Whether the part also shows that the asset is open, although the part is not on a joint."""
     toggles: bool = False
-    """Whether a part that always looks the same also counts as showing whether the asset is on."""
+    """Whether the part counts as showing that the asset is on, although the part always looks the same."""
 
 
 class Builder:
@@ -57,12 +57,12 @@ class Builder:
         self.glow: Glow | None = None
 
     def add(self, look: PartStyle | str, *meshes: Mesh) -> None:
-        """Add meshes that look alike; a string as look names a material of the body."""
+        """Add meshes with the same look; a string as `look` is the name of a material of the body."""
         key = PartStyle(look) if isinstance(look, str) else look
         self._meshes.setdefault(key, []).extend(meshes)
 
     def block(self, look: PartStyle | str, x: Range, y: Range, z: Range, bevel: float = 0.0) -> None:
-        """Add a box that spans a range along each axis."""
+        """Add a box, given by its range along each axis."""
         self.add(look, span((x[0], y[0], z[0]), (x[1], y[1], z[1]), bevel))
 
     def hinge(self, name: str, axis: Point3, origin: Point3, degrees: float) -> str:
@@ -86,22 +86,22 @@ class Builder:
         needs_opening: bool = False,
         joint: str | None = None,
     ) -> None:
-        """Add a surface to put things on; `size` is along x and z. A surface that `needs_opening` is inside."""
+        """Add a surface on which things can be put; `size` is along x and z. `needs_opening` implies `is_inside`."""
         inside = is_inside or needs_opening
         self._surfaces.append(Surface(name, _vec(center), *size, clearance, inside, needs_opening, joint))
 
     def solid(self, low: Point3, high: Point3, joint: str | None = None) -> None:
-        """Add the box between two corners as an obstacle."""
+        """Add the box between two corners as an obstacle (a solid that cannot be entered)."""
         (x0, y0, z0), (x1, y1, z1) = low, high
         self.prism([(x0, z0), (x1, z0), (x1, z1), (x0, z1)], y0, y1, joint)
 
     def prism(self, polygon: Iterable[Sequence[float]], bottom: float, top: float, joint: str | None = None) -> None:
-        """Add an upright prism over a convex polygon of (x, z) as an obstacle."""
+        """Add an upright prism over a convex polygon of (x, z), as an obstacle."""
         corners = tuple((float(x), float(z)) for x, z in polygon)
         self._solids.append(Solid(corners, float(bottom), float(top), joint))
 
     def walls(self, width: float, depth: float, floor: float, z: float = 0.0) -> None:
-        """Add the obstacles of a round open vessel at (0, z): its bottom up to `floor`, and four walls around."""
+        """Add the obstacles of an open vessel at (0, z): its bottom up to the height `floor`, and four walls."""
         left, right, back, front = -width / 2, width / 2, z - depth / 2, z + depth / 2
         wall = 0.08 * min(width, depth)
         self.solid((left, 0, back), (right, floor, front))
@@ -111,17 +111,17 @@ class Builder:
         self.solid((left, floor, front - wall), (right, self.height, front))
 
     def octagon(self, width: float, depth: float, low: float, high: float) -> None:
-        """Add the obstacle of a round thing about the asset's middle."""
+        """Add an octagonal prism around the asset's middle as the obstacle of a round thing."""
         angles = np.arange(8) * np.pi / 4 + np.pi / 8
         self.prism(np.c_[width / 2 * np.cos(angles), depth / 2 * np.sin(angles)], low, high)
 
     def column(self, radius: float, bottom: float, top: float, center: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Add an upright round column (as an octagon) as an obstacle."""
+        """Add an upright octagonal prism as the obstacle of a round column."""
         angles = np.arange(8) * np.pi / 4
         self.prism(np.c_[center[0] + radius * np.cos(angles), center[1] + radius * np.sin(angles)], bottom, top)
 
     def build(self, tags: Iterable[str] = (), *, takes_room: bool = True) -> Asset:
-        """Return the asset stretched to its size; if it `takes_room` and has no solids, its box is its solid."""
+        """Return the asset, stretched to its size. If its body has no solids but `takes_room`, the box is its solid."""
         merged = {look: merge(parts) for look, parts in self._meshes.items()}
         low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
         fit = _BoxFit(low, high, np.asarray(self._size, np.float64))
@@ -163,7 +163,7 @@ def _part(name: str, look: PartStyle, whole: Mesh) -> Part:
 
 
 class _BoxFit:
-    """The stretch and shift that map a box to the box of a given size about the origin."""
+    """The stretch and shift that turn one box into a box of a wanted size around the origin."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, size: np.ndarray) -> None:
         extent = high - low
@@ -195,7 +195,7 @@ class _BoxFit:
         )
 
     def solid(self, solid: Solid) -> Solid | None:
-        """Return the solid clipped to the box; None when nothing is left."""
+        """Return the solid without what is outside the box; None when nothing remains."""
         corners = (np.array(solid.polygon) - self.middle[[0, 2]]) * self.factor[[0, 2]]
         half_x, half_y, half_z = (float(length) / 2 for length in self.size)
         if (np.abs(corners) > [half_x, half_z]).any():

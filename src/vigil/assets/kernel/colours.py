@@ -1,4 +1,4 @@
-"""Colours by word and by hex code, for materials."""
+"""Colours of materials, by word and by hex code."""
 
 import re
 import zlib
@@ -18,7 +18,7 @@ WORDS: dict[str, str] = {
 
 
 def rgb(code: str) -> Rgb | None:
-    """Return the colour of "#rrggbb", "rrggbb" or a colour word; None when it is neither."""
+    """Return the colour of "#rrggbb", "rrggbb" or a colour word; None for any other text."""
     found = re.fullmatch(r"#?([0-9a-fA-F]{6})", code)
     digits = found.group(1) if found else WORDS.get(code.lower())
     if digits is None:
@@ -27,18 +27,18 @@ def rgb(code: str) -> Rgb | None:
 
 
 def code(colour: Rgb) -> str:
-    """Return "#rrggbb" of a colour in 0..1."""
+    """Return "#rrggbb" of a colour whose parts are 0..1."""
     return "#" + "".join(f"{round(255 * min(max(part, 0.0), 1.0)):02x}" for part in colour)
 
 
 def blend(a: Rgb, b: Rgb, part: float) -> Rgb:
-    """Return the colour `part` of the way from `a` to `b`."""
+    """Return a mixture of two colours: `a` if `part` is 0, `b` if it is 1."""
     red, green, blue = (x + part * (y - x) for x, y in zip(a, b, strict=True))
     return red, green, blue
 
 
 def guess(name: str) -> Rgb:
-    """Return a muted colour that depends on a name only."""
+    """Return a muted colour that depends only on `name`."""
     seed = zlib.crc32(name.encode())
     shade = 0.45 + 0.3 * ((seed >> 8) % 256) / 255
     warm = 0.06 * ((seed % 256) / 127.5 - 1)

@@ -1,4 +1,4 @@
-"""Formulas in rows of makers: arithmetic and conditions over named values, without any other Python."""
+"""Formulas in the rows of makers: arithmetic and conditions with named values, but no other Python."""
 
 import ast
 from collections.abc import Callable
@@ -13,11 +13,11 @@ from vigil.errors import did_you_mean
 Names = dict[str, Any]
 """Values by name."""
 Known = frozenset[str]
-"""Names that have a value at a given place in a row."""
+"""Names that have a value at some place in a row."""
 
 
 def points(*columns: Any) -> np.ndarray:
-    """Return points (n, 3) or (n, 2) whose coordinates are arrays or numbers."""
+    """Return points (n, 3) or (n, 2); each of `columns`, an array or a number, is one coordinate of all points."""
     found = np.empty((max(map(np.size, columns)), len(columns)))
     for index, column in enumerate(columns):
         found[:, index] = column
@@ -33,7 +33,7 @@ FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {
     "oblong": rounded_rectangle,
     "points": points,
 }
-"""Functions and constants that formulas may use, by name."""
+"""Name -> function or constant that formulas may use."""
 _NODES = (
     ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.Name, ast.Constant,
     ast.Tuple, ast.operator, ast.unaryop, ast.boolop, ast.cmpop, ast.expr_context,
@@ -41,7 +41,7 @@ _NODES = (
 
 
 def formula(text: str, known: Known) -> str:
-    """Return a formula as a Python expression. Raises ValueError if it is not arithmetic over known names."""
+    """Return a formula as a Python expression. Raises ValueError if it is more than arithmetic with known names."""
     try:
         tree = ast.parse(text, mode="eval")
     except SyntaxError as error:
@@ -55,7 +55,7 @@ def formula(text: str, known: Known) -> str:
 
 
 def text(raw: Any, known: Known) -> str:
-    """Return a text with names in braces as a Python expression; "{name}" alone is the value of the name."""
+    """Return a Python expression for a text that has names in braces; "{name}" alone means the value itself."""
     if not isinstance(raw, str):
         raise ValueError(f"{raw!r} is not a text")
     fields = [field for _, field, _, _ in Formatter().parse(raw) if field is not None]
@@ -66,7 +66,7 @@ def text(raw: Any, known: Known) -> str:
 
 
 def compiled(expression: str) -> Callable[[Names], Any]:
-    """Return the function that computes an expression, made of formulas and texts, from `GLOBALS` and more values."""
+    """Return a function that computes an expression from given values and those in `GLOBALS`."""
     code = compile(expression, "<row>", "eval")
     return lambda names: eval(code, names)  # nothing but arithmetic is left
 

@@ -1,6 +1,6 @@
-"""Parts shared by the makers of furniture and appliances: finishes, boards, legs, handles, drawers, leaves, shelves.
+"""Parts that the makers of furniture and appliances share: finishes, boards, legs, handles, drawers, leaves, shelves.
 
-Coordinates are the builder's: y = 0 at the bottom, +z is the front.
+Coordinates are the builder's: y = 0 is the bottom, +z is the front.
 """
 
 from collections.abc import Sequence
@@ -19,12 +19,12 @@ from vigil.assets.kernel.palette import COLOURS, one_of
 Corner = tuple[float, float, float]
 BOARD_M = 0.018
 _SEAM = 0.62
-"""Colour of what shows in the seams between fronts, as a share of the fronts' colour."""
+"""Factor from the colour of fronts to the colour of the seams between them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finish:
-    """A material with the word that a person would use for it."""
+    """A material, and the word that people would use for it."""
 
     material: str
     word: str
@@ -53,31 +53,31 @@ HIDES = (("black", "#2b2829"), ("brown", "#6b452e"), ("tan", "#ad7f4f"), ("white
 
 
 def wood(rng: np.random.Generator) -> Finish:
-    """Return a finish of wood or painted wood."""
+    """Return a random finish of wood or painted wood."""
     return one_of(rng, WOODS)
 
 
 def paint(rng: np.random.Generator, *names: str) -> Finish:
-    """Return a painted finish."""
+    """Return a painted finish in one of the named colours, or in any colour if none is named."""
     name = one_of(rng, names or PAINTS)
     return Finish(f"paint/{COLOURS[name]}", name)
 
 
 def cloth(rng: np.random.Generator) -> Finish:
-    """Return an upholstery: fabric, velvet or leather."""
+    """Return a random upholstery: fabric, velvet or leather."""
     kind = one_of(rng, ("fabric", "fabric", "velvet", "leather"))
     word, code = one_of(rng, HIDES if kind == "leather" else CLOTHS)
     return Finish(f"{kind}/{code}", word)
 
 
 def seam_material(front: str) -> str:
-    """Return the material of a plate behind fronts: darker, so that one sees the seams between them."""
+    """Return the material of a plate behind fronts; it is darker than they are, so that the seams between them show."""
     red, green, blue = (round(255 * _SEAM * part) for part in material(front).rgba[:3])
     return f"paint/#{red:02x}{green:02x}{blue:02x}"
 
 
 def boards(low: Corner, high: Corner, wall: float, missing: str) -> list[tuple[Corner, Corner]]:
-    """Return the corners of five boards around a space that is open on one side ("+z", "+y", ...)."""
+    """Return the corners of five boards around a space; the side `missing` ("+z", "+y", ...) is open."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     found: dict[str, tuple[Corner, Corner]] = {
         "-x": ((x0, y0, z0), (x0 + wall, y1, z1)),
@@ -95,23 +95,23 @@ def boards(low: Corner, high: Corner, wall: float, missing: str) -> list[tuple[C
 
 
 def hollow(low: Corner, high: Corner, wall: float, missing: str = "+z") -> Mesh:
-    """Return five boards around a space that is open on one side."""
+    """Return the mesh of five boards around a space that is open on one side."""
     return shapes.merge(shapes.span(*corners) for corners in boards(low, high, wall, missing))
 
 
 def add_case(
     builder: Builder, look: PartStyle | str, low: Corner, high: Corner, wall: float, *, missing: str = "+z"
 ) -> None:
-    """Add five boards around a space, each of them solid, so that things can be inside."""
+    """Add five boards around a space that is open on one side. Each board is a solid, so that things can be inside."""
     builder.add(look, hollow(low, high, wall, missing))
     for corners in boards(low, high, wall, missing):
         builder.solid(*corners)
 
 
 def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
-    """Return panels that face into a space on all sides but one: the inner skin of an appliance.
+    """Return panels that face into a space on all sides but one, as the inner skin of an appliance.
 
-    Each side is made of four panels, so that some vertices, at which light is computed, lie away from the corners.
+    Each side has four panels, because light is computed at vertices and some of these must be away from the corners.
     """
     size, middle = np.subtract(high, low), np.add(high, low) / 2
     panels = []
@@ -132,8 +132,7 @@ def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
 
 
 def shelf_heights(levels: Sequence[float], low: float, high: float, count: int, gap: float = 0.1) -> list[float]:
-    """Return heights of shelves strictly between two heights: at the levels, or `count` evenly spaced ones if there are
-    none."""
+    """Return heights of shelves between `low` and `high`: the `levels` or, if none fits, `count` evenly spaced ones."""
     heights: list[float] = []
     for level in levels:
         if low + 0.03 < level < high - 0.05 and (not heights or level - heights[-1] >= min(gap, 0.06)):
@@ -158,9 +157,10 @@ def add_shelves(
     is_inside: bool = False,
     needs_opening: bool = False,
 ) -> None:
-    """Add boards whose tops are at `heights` across the space low..high, with surfaces there and on its floor.
+    """Add boards with their tops at `heights` across a space, and surfaces on these boards and on the space's floor.
 
-    The space is a cupboard behind a leaf if it `needs_opening`, a bay of a case if it `is_inside`, otherwise a rack.
+    The space is from corner `low` to corner `high`: behind a leaf if it `needs_opening`, in a case if it `is_inside`,
+    else open.
     """
     (x0, y0, z0), (x1, y1, z1) = low, high
     for height in heights:
@@ -179,7 +179,7 @@ LegStyle = Literal["square", "tapered", "round", "splayed", "turned"]
 
 
 def leg(style: LegStyle, foot: tuple[float, float], height: float, thickness: float, lean: float = 0.0) -> Mesh:
-    """Return one leg that stands at `foot` (x, z); a splayed one leans inward by `lean` metres at its top."""
+    """Return a leg that stands at `foot` (x, z); the top of a splayed leg is `lean` metres farther in."""
     x, z = foot
     if style == "square":
         return shapes.box((thickness, height, thickness), (x, height / 2, z), 0.08 * thickness)
@@ -207,7 +207,7 @@ def add_legs(
     style: LegStyle,
     middle: tuple[float, float] = (0.0, 0.0),
 ) -> None:
-    """Add four legs with their solids, whose outer corners span `spread` (x, z) about `middle`."""
+    """Add four legs and their solids; `spread` (x, z) is the size of the area within their outer corners."""
     for sx in (-1, 1):
         for sz in (-1, 1):
             x = middle[0] + sx * (spread[0] - thickness) / 2
@@ -221,7 +221,7 @@ HandleKind = Literal["knob", "bar", "cup", "none"]
 
 
 def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False) -> Mesh:
-    """Return a handle that sticks out to the front (about 3 cm) from the point `at` on a face."""
+    """Return a handle that sticks out about 3 cm to the front, from the point `at` on a face."""
     x, y, z = at
     if kind == "knob":
         return shapes.cylinder(0.009, 0.028, (x, y, z + 0.014), "z", 9, top=0.016)
@@ -241,24 +241,24 @@ def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False
 
 @dataclass(frozen=True, slots=True)
 class Fronts:
-    """The looks of drawers and leaves."""
+    """What drawers and leaves look like."""
 
     front: str
     inner: str
     metal: str
     knob: HandleKind = "knob"
     is_framed: bool = False
-    """Whether fronts have a raised frame around a sunken panel."""
+    """Whether each front has a raised frame around a sunken panel."""
 
 
 def random_fronts(rng: np.random.Generator, front: str, inner: str, framed_share: float) -> Fronts:
-    """Return fronts with handles and perhaps frames drawn at random."""
+    """Return fronts with random handles; they are framed with the probability `framed_share`."""
     kinds: tuple[HandleKind, ...] = ("knob", "bar", "cup")
     return Fronts(front, inner, one_of(rng, HANDLES).material, one_of(rng, kinds), bool(rng.random() < framed_share))
 
 
 def front_board(low: Corner, high: Corner, *, is_framed: bool) -> Mesh:
-    """Return a front: a bevelled board, or a frame around a thinner panel."""
+    """Return one front: a bevelled board or, if `is_framed`, a frame around a thinner panel."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     rim = min(0.06, 0.22 * min(x1 - x0, y1 - y0))
     if not is_framed or min(x1 - x0, y1 - y0) < 0.12:
@@ -276,9 +276,9 @@ def front_board(low: Corner, high: Corner, *, is_framed: bool) -> Mesh:
 def add_drawer(
     builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, travel: float, *, overlay: float = 0.0
 ) -> None:
-    """Add a drawer that fills low..high (its front's face is at high z, the handle in front of it).
+    """Add a drawer that fills the box from `low` to `high`; its front faces +z and has the handle before it.
 
-    The front reaches `overlay` (m) beyond the box behind it, on each side and up and down.
+    On each side, above and below, the front is `overlay` (m) larger than the drawer behind it.
     """
     joint = builder.slide(name, (0, 0, 1), travel)
     board = (low[0], low[1], high[2] - BOARD_M)
@@ -312,9 +312,9 @@ def add_drawers(
 ) -> None:
     """Add drawers, numbered row by row from `first`, and a plate behind the seams between their fronts.
 
-    `grid` has the extents of columns along x, and for each row its extent along y and how far (m) its drawers come out.
-    The `box` reaches from the drawers' backs to their faces. The plate covers it, so that seams do not show the dark
-    inside, but leaves free what the drawers' boxes and contents pass through.
+    `grid` has the extent of each column along x and, for each row, its extent along y and how far (m) its drawers open.
+    The `box` reaches from the backs of the drawers to their front faces. The plate fills the box's cross-section, so
+    that seams do not show the dark inside, but has openings for the drawers.
     """
     (x0, y0, back), (x1, y1, front), columns = *box, grid[0]
     look, z = seam_material(fronts.front), (front - BOARD_M - 0.004, front - BOARD_M - 0.001)
@@ -332,7 +332,7 @@ def add_drawers(
 
 
 def _rim(bottom: float, top: float) -> float:
-    """Return the distance (m) between the edges of a drawer's front, from `bottom` to `top`, and the drawer's box."""
+    """Return how far (m) a drawer is inside the edges of its front; the front reaches from `bottom` to `top`."""
     return min(0.012, 0.1 * (top - bottom))
 
 
@@ -345,9 +345,11 @@ def _drawer_handles(low: Corner, high: Corner, kind: HandleKind) -> list[Mesh]:
 
 
 def add_leaf(builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, *, hinge: int) -> None:
-    """Add a door leaf that fills low..high (z = its thickness), hinged at its -x (hinge=-1) or +x (1) edge.
+    """Add a door leaf that fills the box from `low` to `high`, with its hinge at the -x edge (`hinge` = -1) or the +x
+    edge (1).
 
-    It turns about a line as far in front as its handle reaches, so that the handle does not leave the furniture's side.
+    The axis of the hinge is in front of the leaf by as much as the handle sticks out. So the handle stays within the
+    furniture's sides when the leaf is open.
     """
     (x0, y0, _), (x1, y1, z1) = low, high
     origin = (x0 if hinge < 0 else x1, 0.0, z1 + handle_room(fronts.knob))
@@ -362,9 +364,9 @@ def add_leaf(builder: Builder, name: str, low: Corner, high: Corner, fronts: Fro
 
 
 HANDLE_M = 0.032
-"""How far a handle stands out (m)."""
+"""How far (m) a handle sticks out."""
 
 
 def handle_room(kind: HandleKind) -> float:
-    """Return how far (m) handles of a kind stand out of the faces."""
+    """Return how far (m) handles of a kind stick out."""
     return {"knob": 0.028, "bar": HANDLE_M, "cup": 0.026, "none": 0.0}[kind]

@@ -1,12 +1,12 @@
-"""Materials: from any name to a colour, a texture and a shine.
+"""Materials: every name stands for a colour, a texture and a shine.
 
-Two kinds of names resolve. The project's keys are "kind/variant": "wood/oak", "wood/#6b4a2e", "metal/brushed",
+There are two kinds of names. The project's own names are "kind/variant": "wood/oak", "wood/#6b4a2e", "metal/brushed",
 "fabric/#aa3322", "plastic/red", "glass", "glow/#ffeecc", "screen/3", "picture/7", "print/news" (see `_KINDS`). Any
-other name is read by its words as one of AI2-THOR's material names: "WoodFloorsCrossRED" is a red parquet,
-"bathroomTilesBlue" small blue tiles; a name without a known word is a plain colour. Every string resolves.
+other name is understood as a material name of AI2-THOR, from its words: "WoodFloorsCrossRED" is a red parquet,
+"bathroomTilesBlue" small blue tiles. A name without a known word is a plain colour, so every name has a material.
 
-Textures are neutral: the colour seen is rgba times texture. Uv (0, 0) is a texture's bottom left, row 0 of its array
-the top; a mesh's uvs in metres are divided by `metres` to get repeats. Pictures fill uv 0..1.
+Textures are neutral: the visible colour is rgba times texture. Uv (0, 0) is the bottom left of a texture, and row 0 of
+its array is the top. A mesh's uvs are metres; divided by `metres`, they count repeats. Pictures fill uv 0..1.
 """
 
 import re
@@ -27,17 +27,17 @@ class Material:
     rgba: tuple[float, float, float, float]
     texture_name: str | None
     metres: float
-    """Length of one repeat of the texture (m)."""
+    """Length (m) of one repeat of the texture."""
     shininess: float
     emission: float
     is_metal: bool
-    """Whether the surface reflects its surroundings, tinted by its own colour."""
+    """Whether the surface reflects its surroundings in its own colour."""
     is_mirror: bool
 
     @property
     def texture(self) -> np.ndarray | None:
-        """Return the texture (h, w, 3), uint8 and read-only, drawn at first use; materials that share it share the
-        object."""
+        """Return the texture (h, w, 3), uint8 and read-only; None without a texture. It is drawn on first use and
+        shared."""
         return None if self.texture_name is None else textures.texture(self.texture_name)
 
 
@@ -52,7 +52,7 @@ class _Kind:
     emission: float = 0.0
     alpha: float = 1.0
     colour: str = "d8d6d2"
-    """Default colour where the name does not give one."""
+    """Colour that is used if the name has none."""
 
 
 _KINDS: dict[str, _Kind] = {
@@ -122,12 +122,12 @@ _METALS: dict[str, str] = {
 _COLOURS_OF = {
     "wood": _SPECIES, "planks": _SPECIES, "parquet": _SPECIES, "metal": _METALS, "brick": {"red": "9c4c3a"},
 }  # fmt: skip
-"""Kind of surface -> colours of words that have a special meaning on this kind."""
+"""Kind of surface -> colours of the words that have a special meaning for this kind."""
 
 
 @lru_cache(maxsize=4096)
 def material(name: str, tint: Rgb | None = None) -> Material:
-    """Return the material of a name; a `tint` (r, g, b in 0..1) replaces the name's own colour."""
+    """Return the material that `name` stands for; a `tint` (r, g, b in 0..1) replaces its colour."""
     kind_name, slash, variant = name.partition("/")
     if slash and kind_name in _KINDS:
         table = _COLOURS_OF.get(kind_name, {})
@@ -169,7 +169,7 @@ _WHOLE_NAMES: dict[str, tuple[str, str]] = {
     "robinegg": ("planks", "9cc3c0"),
     "test scene physics floor": ("plastic", "b9bcc0"),
 }
-"""Names whose words mislead: normalised name (or its beginning) -> kind and colour."""
+"""Names whose words are misleading: normalised name (or its beginning) -> kind and colour."""
 
 _KIND_WORDS: tuple[tuple[str, str], ...] = (
     ("picture", "picture"), ("glasstiles", "small_tiles"), ("subway", "subway"), ("hextiles", "hexagons"),
@@ -197,7 +197,7 @@ _KIND_WORDS: tuple[tuple[str, str], ...] = (
     ("plate", "ceramic"), ("bowl", "ceramic"), ("pot", "metal"), ("pan", "metal"), ("statue", "stone"),
     ("fertility", "stone"), ("soap", "wax"), ("basketball", "leather"),
 )  # fmt: skip
-"""Substring of a name in lower case -> kind; the first one that occurs decides."""
+"""(part of a name in lower case, kind); the first row whose part occurs in a name decides."""
 
 _COLOUR_WORDS: tuple[tuple[str, str], ...] = (
     ("lightblue", "8fb4d6"), ("darkgreen", "3c5a3c"), ("offwhite", "ece8dc"), ("robinegg", "9cc3c0"),
@@ -210,7 +210,7 @@ _LIGHTER = ("light", "pale", "clean")
 
 
 def _by_words(name: str, tint: Rgb | None) -> tuple[str, Rgb | None]:
-    """Return the kind and colour that an AI2-THOR material name suggests."""
+    """Return the kind and colour that the words of an AI2-THOR material name mean."""
     plain = re.sub(r"[_\W]+", " ", name.lower()).strip()
     for start, (kind, colour) in _WHOLE_NAMES.items():
         if plain.startswith(start):
@@ -238,5 +238,5 @@ def _colour_in(plain: str, kind: str) -> Rgb | None:
 
 
 def _is_accident(word: str, joined: str) -> bool:
-    """Whether a colour word occurs only inside another word ("red" in "shredded", "tan" in "standing")."""
+    """Return whether a colour word occurs only as part of another word ("red" in "shredded", "tan" in "standing")."""
     return any(word in trap and trap in joined for trap in ("textured", "shredded", "brushed", "standing", "washed"))

@@ -1,4 +1,4 @@
-"""Whole meshes: made, joined, moved, turned, scaled and measured (see `vigil.assets.kernel.shapes` for primitives)."""
+"""Functions that make, join, move, turn, scale and measure meshes. `vigil.assets.kernel.shapes` has primitives."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -16,7 +16,7 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 
 def mesh(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, uvs: np.ndarray) -> Mesh:
-    """Return a Mesh with the declared array types and normals of unit length."""
+    """Return a Mesh with the array types that it declares and normals of unit length."""
     lengths = np.sqrt(np.add.reduce(normals * normals, axis=1, keepdims=True))
     return Mesh(
         np.ascontiguousarray(vertices, np.float32),
@@ -27,7 +27,7 @@ def mesh(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, uvs: np.n
 
 
 def merge(meshes: Iterable[Mesh]) -> Mesh:
-    """Return several meshes as one."""
+    """Return one mesh that consists of several meshes."""
     found = list(meshes)
     if len(found) == 1:
         return found[0]
@@ -53,19 +53,19 @@ def scale(part: Mesh, factors: Point3, about: Point3 = ORIGIN) -> Mesh:
 
 
 def rotate(part: Mesh, axis: Point3 | Axis, degrees: float, about: Point3 = ORIGIN) -> Mesh:
-    """Return the mesh turned about an axis through `about`, by the formula that `Joint` uses."""
+    """Return the mesh turned about an axis through the point `about`, in the direction in which `Joint` turns."""
     matrix, pivot = rotation(axis, degrees), np.asarray(about, np.float64)
     return mesh((part.vertices - pivot) @ matrix.T + pivot, part.faces, part.normals @ matrix.T, part.uvs)
 
 
 def rotation(axis: Point3 | Axis, degrees: float) -> np.ndarray:
-    """Return the (3, 3) matrix of a turn about an axis of any length, or named x, y or z."""
+    """Return the matrix (3, 3) of a rotation about an axis: a vector of any length, or "x", "y" or "z"."""
     along = np.eye(3)[AXES[axis]] if isinstance(axis, str) else np.asarray(axis, np.float64)
     return turn_about(along / np.linalg.norm(along), degrees)
 
 
 def turn_about(unit: Sequence[float] | np.ndarray, degrees: float) -> np.ndarray:
-    """Return the (3, 3) matrix of Rodrigues' formula about a unit axis, as `Joint` defines it."""
+    """Return the matrix (3, 3) of a rotation about a unit axis (Rodrigues' formula), in the direction of `Joint`."""
     x, y, z = unit
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     sin, cos = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
@@ -73,7 +73,7 @@ def turn_about(unit: Sequence[float] | np.ndarray, degrees: float) -> np.ndarray
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the cross product of vectors (..., 3), equal to numpy's and faster for few vectors."""
+    """Return the cross product of vectors (..., 3); the same as numpy's, but faster for few vectors."""
     product = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
@@ -87,7 +87,7 @@ def norms(vectors: np.ndarray) -> np.ndarray:
 
 @cache
 def grid_faces(rows: int, columns: int, flip: bool = False) -> np.ndarray:
-    """Return two triangles for each cell of a grid of vertices in row-major order; the array is shared: do not write to
+    """Return two triangles for each cell of a grid of vertices in row-major order. The array is shared: do not change
     it."""
     index = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = index[:-1, :-1].ravel(), index[1:, :-1].ravel(), index[1:, 1:].ravel(), index[:-1, 1:].ravel()
@@ -96,7 +96,7 @@ def grid_faces(rows: int, columns: int, flip: bool = False) -> np.ndarray:
 
 
 def bounds(parts: Iterable[Mesh]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and highest corner of some meshes together."""
+    """Return the lowest and the highest corner of the box around some meshes."""
     found = list(parts)
     lows = np.min([part.vertices.min(0) for part in found], axis=0)
     highs = np.max([part.vertices.max(0) for part in found], axis=0)
@@ -104,6 +104,6 @@ def bounds(parts: Iterable[Mesh]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def volume(part: Mesh) -> float:
-    """Return the signed volume (m3): positive for a closed mesh that winds outward."""
+    """Return the signed volume (m3), which is positive for a closed mesh whose faces point outward."""
     a, b, c = (part.vertices[part.faces[:, i]].astype(np.float64) for i in range(3))
     return float(np.einsum("ij,ij->", a, cross(b, c)) / 6)

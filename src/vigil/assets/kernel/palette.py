@@ -1,4 +1,4 @@
-"""Colours by the words that people use for them, and random choices of them."""
+"""Colours and the words that people use for them, and random choices of colours."""
 
 from collections.abc import Sequence
 from typing import TypeVar
@@ -27,9 +27,9 @@ COLOURS = {
 }
 
 CLEARLY_NEARER = 0.75
-"""Largest ratio of the nearest word's distance to the next word's at which the nearest word is used."""
+"""The nearest colour word is used only if its distance is at most this share of the next word's distance."""
 LIGHTNESS_WEIGHT = 0.5
-"""Weight of lightness: people name hues first, so that a dark green is still green."""
+"""Weight of lightness in a distance; people name the hue first, so a dark green is still green."""
 _XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 _WHITE = np.array([0.9505, 1.0, 1.089])
 
@@ -37,18 +37,18 @@ T = TypeVar("T")
 
 
 def one_of(rng: np.random.Generator, options: Sequence[T]) -> T:
-    """Return one of several options, all equally likely."""
+    """Return one of several options; all are equally likely."""
     return options[int(rng.integers(len(options)))]
 
 
 def colour(rng: np.random.Generator, *names: str) -> tuple[str, str]:
-    """Return one of the named colours (any colour if none is named) as its word and "#rrggbb"."""
+    """Return the word and the "#rrggbb" of a random colour: one of the named colours, or any if none is named."""
     name = one_of(rng, names or tuple(COLOURS))
     return name, COLOURS[name]
 
 
 def word_for(red: int, green: int, blue: int) -> str | None:
-    """Return the word that people use for a colour (parts 0 .. 255); None where two words would do."""
+    """Return the word that people use for a colour (parts 0 .. 255); None if two words fit about equally."""
     place = _lab(red, green, blue)
     far = {name: float(np.linalg.norm(place - _lab(*_parts(code)))) for name, code in COLOURS.items()}
     first, second = sorted(far, key=far.__getitem__)[:2]
@@ -56,7 +56,7 @@ def word_for(red: int, green: int, blue: int) -> str | None:
 
 
 def nearest_word(red: int, green: int, blue: int) -> str:
-    """Return the word whose colour is nearest to a colour (parts 0 .. 255), at any distance."""
+    """Return the word whose colour is nearest to a colour (parts 0 .. 255), however far that is."""
     place = _lab(red, green, blue)
     return min(COLOURS, key=lambda name: float(np.linalg.norm(place - _lab(*_parts(COLOURS[name])))))
 
@@ -67,7 +67,7 @@ def _parts(code: str) -> tuple[int, int, int]:
 
 
 def _lab(red: int, green: int, blue: int) -> np.ndarray:
-    """Return CIE L*a*b* of an sRGB colour (D65), with its lightness weighted."""
+    """Return CIE L*a*b* of an sRGB colour (D65), with L* multiplied by the lightness weight."""
     parts = np.array([red, green, blue]) / 255.0
     linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
     x, y, z = np.cbrt(np.maximum(_XYZ @ linear / _WHITE, 1e-6))

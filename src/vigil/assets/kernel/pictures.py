@@ -1,6 +1,6 @@
-"""Pictures that fill a face once: paintings, screens, book covers and printed paper.
+"""Pictures that cover a face once: paintings, screens, book covers and printed paper.
 
-They are drawn with numpy and PIL from a fixed random stream and do not tile. Row 0 is the top.
+They are drawn with numpy and PIL from a fixed random stream and, unlike textures, do not tile. Row 0 is the top.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ SOFT_PX = 0.8
 
 
 def draw(kind: str, variant: str, rng: np.random.Generator) -> np.ndarray:
-    """Return the picture "kind/variant" as (h, w, 3) uint8."""
+    """Return the picture with the name "kind/variant" as (h, w, 3) uint8."""
     choices = KINDS[kind]
     maker = choices.get(variant)
     if maker is None:
@@ -39,8 +39,7 @@ def _vary(rng: np.random.Generator, colour: Colour, by: int = 18) -> Colour:
 
 
 def _canvas(image: Image.Image, rng: np.random.Generator, grain: float = 3.0) -> np.ndarray:
-    """Return a painted picture with smoothed edges, so that no steps show from near by, and with the grain of a
-    canvas."""
+    """Return a painted picture with the grain of a canvas and with edges that look smooth from nearby."""
     pixels = np.asarray(image.filter(ImageFilter.GaussianBlur(SOFT_PX)), np.float64)
     return np.clip(pixels + rng.normal(0, grain, pixels.shape[:2])[..., None], 0, 255).astype(np.uint8)
 
@@ -314,7 +313,7 @@ def _label(rng: np.random.Generator) -> np.ndarray:
 
 
 def _lettering(text: str, ink: Colour, paper: Colour) -> Drawing:
-    """Return a function that draws one word across a face four times as wide as high."""
+    """Return a function that draws one word on a face that is four times as wide as high."""
 
     def drawing(_rng: np.random.Generator) -> np.ndarray:
         image = Image.new("RGB", (256, 64), paper)
@@ -382,4 +381,4 @@ KINDS: dict[str, dict[str, Drawing]] = {
         "washer": _lettering("WASHER", (30, 32, 36), (196, 199, 202)),
     },
 }
-"""Kind -> variant -> drawing; numbers wrap around, so that every number gives a picture."""
+"""Kind -> variant -> drawing. After the last variant, higher numbers start again at the first variant."""

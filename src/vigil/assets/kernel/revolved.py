@@ -1,4 +1,4 @@
-"""Round meshes: turned about an axis or swept along a path (see `vigil.assets.kernel.shapes` for the conventions)."""
+"""Round meshes, made by turning about an axis or along a path (conventions: see `vigil.assets.kernel.shapes`)."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -22,15 +22,15 @@ from vigil.assets.kernel.meshes import (
 )
 
 SMOOTH = float(np.cos(np.radians(35)))
-"""Cosine of the largest angle at which an edge shades smoothly."""
+"""Edges with a cosine of at least this between their faces are shaded smoothly (35 degrees)."""
 _NO_RADIUS_M = 1e-9
 _SHORTEST_M = 1e-5
 
 
 def lathe(profile: Sequence[tuple[float, float]], at: Point3 = ORIGIN, segments: int = 18) -> Mesh:
-    """Return a profile of (radius, y) turned about the vertical.
+    """Return the mesh of a profile of (radius, y) that is turned about the vertical axis.
 
-    The profile runs with its outside on the right: up along an outer wall, inwards over a lid, down an inner wall.
+    In the profile's direction, the outside is on the right: up an outer wall, inward over a lid, down an inner wall.
     Corners sharper than 35 degrees stay sharp.
     """
     points = np.asarray(profile, np.float64)
@@ -52,7 +52,7 @@ def lathe(profile: Sequence[tuple[float, float]], at: Point3 = ORIGIN, segments:
 
 
 def _outward(slopes: np.ndarray) -> np.ndarray:
-    """Return the normals (2 n, 2) at both ends of n segments of a profile, shared where they join smoothly."""
+    """Return the normals (2 n, 2) at both ends of each of a profile's n segments; smooth joins share one normal."""
     is_smooth = (slopes[:-1] * slopes[1:]).sum(1) > SMOOTH
     shared = (slopes[:-1] + slopes[1:])[is_smooth]
     normals = np.repeat(slopes, 2, axis=0)
@@ -63,13 +63,13 @@ def _outward(slopes: np.ndarray) -> np.ndarray:
 
 @cache
 def _circle(segments: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angles (segments + 1,) of a full circle and their (sine, cosine)."""
+    """Return the angles (segments + 1,) of a full circle, and their sines and cosines."""
     angles = np.linspace(0, 2 * np.pi, segments + 1)
     return angles, np.stack([np.sin(angles), np.cos(angles)], 1)
 
 
 def _spun(profile: np.ndarray, circle: np.ndarray) -> np.ndarray:
-    """Return (radius, y) pairs (n, 2) swept round a circle: (n, segments + 1, 3)."""
+    """Return the points (n, segments + 1, 3) of (radius, y) pairs (n, 2) turned around a circle."""
     spun = np.empty((len(profile), len(circle), 3))
     np.multiply(profile[:, :1, None], circle, out=spun[..., ::2])
     spun[..., 1] = profile[:, 1:]
@@ -78,8 +78,7 @@ def _spun(profile: np.ndarray, circle: np.ndarray) -> np.ndarray:
 
 @cache
 def _lathe_faces(has_radius: tuple[bool, ...], segments: int) -> np.ndarray:
-    """Return the triangles of bands between pairs of rings; at a ring of radius 0 each cell has one triangle, not
-    two."""
+    """Return the triangles of the bands between neighbouring rings; at a ring of radius 0, a cell has one triangle."""
     faces = []
     for first in range(0, len(has_radius), 2):
         halves = np.split(grid_faces(2, segments + 1, flip=True) + first * (segments + 1), 2)
@@ -95,7 +94,7 @@ def cylinder(
     segments: int = 16,
     top: float | None = None,
 ) -> Mesh:
-    """Return a capped cylinder about `axis`; `top`, if given, is the radius at its upper end."""
+    """Return a cylinder about `axis` with caps; if `top` is given, it is the radius of the upper end."""
     upper = radius if top is None else top
     profile = [(0.0, -length / 2), (radius, -length / 2), (upper, length / 2), (0.0, length / 2)]
     part = lathe(profile, segments=segments)
@@ -114,7 +113,7 @@ def _ball(segments: int, rings: int) -> Mesh:
 
 
 def tube(path: Sequence[Point3] | np.ndarray, radius: float | Sequence[float], segments: int = 8) -> Mesh:
-    """Return a round rod along a path of points (n, 3), capped; `radius` may vary from point to point."""
+    """Return a round rod with caps along a path of points (n, 3); `radius` may be one number or one for each point."""
     points = np.asarray(path, np.float64)
     radii = np.broadcast_to(np.asarray(radius, np.float64), (len(points),)).tolist()
     tangents = _gradient(points)
@@ -130,9 +129,9 @@ def tube(path: Sequence[Point3] | np.ndarray, radius: float | Sequence[float], s
 
 
 def loft(rings: np.ndarray, cap: bool = True) -> Mesh:
-    """Return a skin over closed rings (k, n, 3), each repeating its first point, with flat caps.
+    """Return a skin over closed rings (k, n, 3), with flat caps; each ring repeats its first point at the end.
 
-    Rings run counter-clockwise about the direction in which they follow each other; other rings are reversed.
+    Rings should run counter-clockwise about the direction from each to the next; others are reversed.
     """
     points = np.asarray(rings, np.float64)
     count, around, _ = points.shape
@@ -166,14 +165,14 @@ def _gradient(points: np.ndarray) -> np.ndarray:
 
 @cache
 def _beside(around: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each point of a closed ring that repeats its first, the points before and after it."""
+    """Return the indices of the points before and after each point of a closed ring, which repeats its first point."""
     index = np.arange(around - 1)
     closed = [*index, 0]
     return np.roll(index, 1)[closed], np.roll(index, -1)[closed]
 
 
 def _cap(ring: np.ndarray, direction: np.ndarray) -> Mesh:
-    """Return a fan over a convex ring (n, 3) that faces `direction`."""
+    """Return a cap for a convex ring (n, 3): triangles around the ring's middle that face `direction`."""
     middle, count = ring.mean(0), len(ring)
     vertices = np.concatenate([[middle], ring])
     faces = fan(count)
@@ -187,6 +186,6 @@ def _cap(ring: np.ndarray, direction: np.ndarray) -> Mesh:
 
 @cache
 def fan(count: int) -> np.ndarray:
-    """Return the triangles between vertex 0 and a ring of `count` more; the array is shared: do not write to it."""
+    """Return the triangles between vertex 0 and a ring of `count` others. The array is shared: do not change it."""
     index = np.arange(count)
     return np.stack([np.zeros(count, int), index + 1, np.roll(index, -1) + 1], 1)

@@ -1,6 +1,7 @@
-"""The words that rows (`vigil.assets.kernel.rows`) may use: for shapes, changes of shapes, additions, and random draws.
+"""The words that rows (`vigil.assets.kernel.rows`) may use for shapes, changes of shapes, additions and random draws.
 
-The first argument of a shape or an addition is the value of its own word; the names of the others are keys in the row.
+In a row, the word of a shape or addition has the first argument as its value; the other arguments have keys of their
+own.
 """
 
 from collections.abc import Callable
@@ -62,7 +63,7 @@ CHANGES: dict[str, Callable[[shapes.Mesh, Any], shapes.Mesh]] = {
     "stretch": shapes.scale,
     "turn": lambda part, turns: reduce(lambda turned, turn: shapes.rotate(turned, *turn), turns, part),
 }
-"""Name of a change -> function that changes a shape. Changes are made in the order in which the row lists them."""
+"""Name of a change -> function that changes a shape. Changes are made in the order in which a row lists them."""
 
 
 def _surface(
@@ -87,7 +88,7 @@ ADDITIONS: dict[str, Callable[..., Any]] = {
     "surface": _surface,
     "walls": lambda builder, area, floor, middle=0.0: builder.walls(area[0], area[1], floor, middle),
 }
-"""Name of an addition -> function that adds something other than a shape to the asset, e.g. a case."""
+"""Name of an addition -> function that adds something other than a shape to an asset, e.g. a surface or a hinge."""
 
 DRAWS: dict[str, Callable[[np.random.Generator, Any], Any]] = {
     "chance": lambda rng, share: bool(rng.random() < share),
@@ -98,6 +99,6 @@ DRAWS: dict[str, Callable[[np.random.Generator, Any], Any]] = {
     "of": one_of,
     "uniform": lambda rng, ends: float(rng.uniform(*ends)),
 }
-"""Values that are drawn at random; colours and finishes are a word and a colour or material."""
+"""Kind of draw -> function that draws a random value. A colour or finish is a word and a code or material."""
 WORDS: dict[str, dict[str, Any]] = {"colours": {**COLOURS}, "finish": {"cloth": cloth, "wood": wood}}
-"""Words that draws may use, by kind of draw."""
+"""Kind of draw -> words that it may use."""

@@ -1,8 +1,9 @@
-"""Makers as rows of data, which describe assets by shapes, numbers and colours.
+"""Makers as rows of data: each row describes an asset by shapes, numbers and colours.
 
-`docs/assets.md` describes the rows. A number is a share of the box: of its width along x, of its height along y, of
-its depth along z; a radius is a share of the width. A string in place of a number is a formula, in metres where it is a
-length. Rows become Python expressions (`vigil.assets.kernel.formulas`) when a category is made for the first time.
+`docs/assets.md` describes the rows. A number is a share of the box: of its width along x, of its height along y, of its
+depth along z; a radius is a share of the width. A string in place of a number is a formula; lengths that it computes
+are in metres. When a category is made for the first time, its row is turned into Python expressions
+(`vigil.assets.kernel.formulas`).
 """
 
 import tomllib
@@ -24,15 +25,15 @@ from vigil.errors import did_you_mean
 
 Row = Mapping[str, Any]
 Reader = Callable[[Any, Known, str], str]
-"""Function from a value in a row, the names known there and an axis to a Python expression."""
+"""Function that turns a value in a row into a Python expression; it also gets the names known there, and an axis."""
 Step = Callable[[Builder, Names], None]
-"""Function that adds one entry of a row's parts to an asset."""
+"""Function that adds to an asset what one entry of a row describes."""
 ARRANGED = {"lengthwise": lengthwise, "along_longest": along_longest}
 ALONG = {"x": "_x", "y": "_y", "z": "_z"}
-"""Names of the lengths of which numbers are shares: the box's, or 1 m in a row whose `unit` is true."""
+"""Axis -> name of a length; numbers are shares of this length (the box's, or 1 m if the row's `unit` is true)."""
 SIDES = ("_x", "_y", "_z")
 ACROSS = {"x": ("_z", "_y"), "y": ("_x", "_z"), "z": ("_x", "_y")}
-"""Axis -> names of the box's sides along the other two axes, for shapes that are flat across this axis."""
+"""Axis -> names of the box's sides along the other two axes, for shapes that are flat across the axis."""
 _STYLE = {"look": "material", "lit": "lit", "joint": "joint", "shown": "shown", "toggles": "toggles"}
 """Key of a row -> field of `PartStyle` that it sets."""
 _REPEATS = ("each", "let", "when")
@@ -40,7 +41,7 @@ _KEYS = frozenset({"about", "lies", "parts", "room", "unit", "values", "words"})
 
 
 def _number(raw: Any, known: Known, side: str | None = None) -> str:
-    """Return the expression of a formula, or of a number, which is a share of a side if one is given."""
+    """Return the expression of a formula or a number; if a `side` is given, a number is a share of this side."""
     if isinstance(raw, str):
         return formula(raw, known)
     if isinstance(raw, bool) or not isinstance(raw, int | float):
@@ -49,7 +50,7 @@ def _number(raw: Any, known: Known, side: str | None = None) -> str:
 
 
 def _numbers(raw: Any, known: Known, sides: Sequence[str | None]) -> str:
-    """Return the expression of a list of numbers, one for each side, or of a formula of the whole list."""
+    """Return the expression of a list with one number for each side, or of a formula for the whole list."""
     if isinstance(raw, str):
         return formula(raw, known)
     if not isinstance(raw, list) or len(raw) != len(sides):
@@ -58,9 +59,10 @@ def _numbers(raw: Any, known: Known, sides: Sequence[str | None]) -> str:
 
 
 def _list(raw: Any, known: Known, read: Callable[[Any, Known], str]) -> str:
-    """Return the expression of a list: a formula, or entries, some of which may stand for several.
+    """Return the expression of a list: a formula, or entries, some of which may stand for several values.
 
-    Such an entry is a formula of a list, or a table whose `of` is made for each value of its `each`.
+    An entry for several values is a formula of a list, or a table with `of` (the value) and `each` (what it is repeated
+    for).
     """
     if isinstance(raw, str):
         return formula(raw, known)
@@ -89,7 +91,7 @@ def _radius(raw: Any, known: Known, axis: str) -> str:
 
 
 def _turns(raw: Any, known: Known, axis: str) -> str:
-    """Return the expression of rotations, each an axis or its name, degrees and perhaps a point on the axis."""
+    """Return the expression of rotations, each an axis (vector or name), degrees, and perhaps a point on the axis."""
     is_one = isinstance(raw, list) and len(raw) > 1 and not isinstance(raw[1], list)
     return _list([raw] if is_one else raw, known, _turn)
 
@@ -110,7 +112,7 @@ def _flat_path(raw: Any, known: Known, axis: str) -> str:
 
 
 def _path(raw: Any, known: Known) -> str:
-    """Return the expression of a list of points, or of three coordinates that are formulas for all points at once."""
+    """Return the expression of a list of points, or of three formulas, one for each coordinate of all points."""
     if isinstance(raw, list) and len(raw) == 3 and not any(isinstance(one, list | dict) for one in raw):
         return f"points{_numbers(raw, known, SIDES)}"
     return _list(raw, known, lambda one, inner: _numbers(one, inner, SIDES))
@@ -135,7 +137,7 @@ _BY_READER: tuple[tuple[Reader, str], ...] = (
     (_constant, "axis crease facing fit inside open opening toggles"),
 )
 READERS: dict[str, Reader] = {word: reader for reader, words in _BY_READER for word in words.split()}
-"""Reader of each argument of a shape, change or addition; the others are plain numbers or formulas."""
+"""Argument of a shape, change or addition -> its reader; other arguments are plain numbers or formulas."""
 
 
 def _read(key: str, raw: Any, known: Known, axis: str = "y") -> str:
@@ -143,7 +145,7 @@ def _read(key: str, raw: Any, known: Known, axis: str = "y") -> str:
 
 
 def _arguments(call: Callable[..., Any], word: str, entry: Row, known: Known, skipped: int = 0) -> str:
-    """Return the expression of the arguments that an entry gives to a function, the first of them by its word."""
+    """Return the expression of a function's arguments, from an entry; the first is the entry's value for `word`."""
     parameters = dict(list(signature(call).parameters.items())[skipped:])
     whole = {key: 1 for key in ("wide", "deep", "tall") if key in parameters}
     given = whole | {next(iter(parameters)): entry[word]} | {key: entry[key] for key in entry if key != word}
@@ -165,7 +167,7 @@ def _dict(expressions: Mapping[str, str]) -> str:
 
 
 def _shape(word: str, entry: Row, known: Known) -> Step:
-    """Return the step that adds one shape: made, then changed in the order in which the entry says how."""
+    """Return the step that makes one shape, applies the entry's changes in their order, and adds the shape."""
     if "look" not in entry:
         raise ValueError(f"{word!r} needs 'look'")
     shaped = {key: raw for key, raw in entry.items() if key not in (*_STYLE, *CHANGES)}
@@ -186,7 +188,7 @@ def _shape(word: str, entry: Row, known: Known) -> Step:
 
 
 def _step(entry: Any, known: Known) -> Step:
-    """Return the step of one entry: a shape, an addition or a group, under its condition and for each of its values."""
+    """Return the step of one entry (a shape, an addition or a group), with its repetitions and its condition."""
     if not isinstance(entry, dict):
         raise ValueError(f"{entry!r} is not a table")
     rest = {key: raw for key, raw in entry.items() if key not in _REPEATS}
@@ -236,10 +238,10 @@ def _steps(entries: Sequence[Any], known: Known) -> Step:
 
 
 def _rounds(entry: Row, known: Known) -> tuple[str, tuple[str, ...]]:
-    """Return the loops of an entry as the end of a comprehension, and the names that they give values to.
+    """Return the loops of an entry, as the end of a comprehension, and the names to which they give values.
 
-    The loops go over all combinations of the entry's `each`, with its `let`, where its `when` holds. They are empty
-    when the entry has none of these keys.
+    The loops go over all combinations of the values in `each`, compute `let` for each, and skip those for which `when`
+    is false. The loops are empty if the entry has none of these keys.
     """
     loops, names = [], []
     for key, raw in entry.get("each", {}).items():
@@ -254,7 +256,7 @@ def _rounds(entry: Row, known: Known) -> tuple[str, tuple[str, ...]]:
 
 
 def _names(key: str) -> list[str]:
-    """Return the names in a key such as "x, z". Raises ValueError if one is not a name or is that of a function."""
+    """Return the names in a key such as "x, z". Raises ValueError if one is not a valid name, or names a function."""
     names = key.split(", ")
     for name in names:
         if not name.isidentifier() or name.startswith("_") or name in GLOBALS:
@@ -263,7 +265,7 @@ def _names(key: str) -> list[str]:
 
 
 def _options(keys: list[str], raw: Any, known: Known) -> str:
-    """Return the expression of a list of values for one name or several: written out, counted from 0, or a formula."""
+    """Return the expression of a list of values for one or more names: a list, a number to count to, or a formula."""
     if isinstance(raw, str):
         return formula(raw, known)
     options = list(range(raw)) if isinstance(raw, int) else raw
@@ -271,22 +273,20 @@ def _options(keys: list[str], raw: Any, known: Known) -> str:
 
 
 def _option(keys: list[str], option: Any, known: Known) -> str:
-    """Return the expression of one value, or of one for each of several names; strings are texts."""
+    """Return the expression of one value, or of a tuple of one value for each of several names; strings are texts."""
     if len(keys) == 1:
         return text(option, known) if isinstance(option, str) else repr(option)
     if not isinstance(option, list) or len(option) != len(keys):
-        raise ValueError(f"{option!r} does not give {', '.join(keys)}")
+        raise ValueError(f"option {option!r} does not give one value for each of {', '.join(keys)}")
     return f"({', '.join(_option(keys[:1], one, known) for one in option)})"
 
 
 Draw = Callable[[np.random.Generator, Names], Any]
-"""Function from a random stream and the values so far to a value."""
+"""Function that draws or computes a value from a random stream and the values known so far."""
 
 
 def _value(keys: list[str], raw: Any, known: Known, shared: Row) -> Draw:
-    """Return the function that gives the value of a name (or one value for each of several names): drawn, looked up
-    or computed.
-    """
+    """Return the function that draws, looks up or computes the value of a name, or of several names at once."""
     if not isinstance(raw, list | dict):
         value = compiled(_number(raw, known))
         return lambda _, names: value(names)
@@ -295,7 +295,10 @@ def _value(keys: list[str], raw: Any, known: Known, shared: Row) -> Draw:
         return _table(table, known)
     kinds = [kind for kind in table if kind in DRAWS]
     if len(kinds) != 1 or set(table) - {"when", "without", *DRAWS}:
-        raise ValueError(f"it is drawn by one of {', '.join(DRAWS)}, or looked up 'by' another value")
+        raise ValueError(
+            f"the value needs exactly one of {', '.join(DRAWS)} (a random draw), or 'by' (a table of values by "
+            "another value)"
+        )
     return _drawn(keys, kinds[0], table, known, shared)
 
 
@@ -321,12 +324,10 @@ def _drawn(keys: list[str], kind: str, table: Row, known: Known, shared: Row) ->
 
 
 def _table(table: Row, known: Known) -> Draw:
-    """Return the function that looks a value up in a table: the entry under the key's value, or else the entry
-    "other".
-    """
+    """Return the function that looks a value up in a table: the entry for the value of `by`, else the entry "other"."""
     by = table["by"]
     if by not in known:
-        raise ValueError(f"{by!r} has no value here.{did_you_mean(by, known)}")
+        raise ValueError(f"the table is read by the value {by!r}, which does not exist here.{did_you_mean(by, known)}")
     found = compiled(_dict({key: _option([key], option, known) for key, option in table.items() if key != "by"}))
 
     def looked_up(_: np.random.Generator, names: Names) -> Any:
@@ -337,7 +338,7 @@ def _table(table: Row, known: Known) -> Draw:
 
 
 def maker_of(category: str, row: Row, shared: Row) -> Maker:
-    """Return the maker that a row describes. Raises ValueError that says what is wrong where."""
+    """Return the maker that a row describes. Raises ValueError that says where the row is wrong and why."""
     for key in row:
         if key not in _KEYS:
             raise ValueError(f"a row does not have {key!r}.{did_you_mean(key, _KEYS)}")
@@ -369,9 +370,9 @@ def maker_of(category: str, row: Row, shared: Row) -> Maker:
 
 
 def makers_in(path: Path) -> dict[str, Maker]:
-    """Return the makers of a file of rows, by category; each row is read when it is made for the first time.
+    """Return the makers in a file of rows, by category. A row is read when its category is made for the first time.
 
-    A maker raises ValueError that names the file, the row and the part if its row is wrong.
+    If its row is wrong, a maker raises ValueError that names the file, the row and the part.
     """
     rows = tomllib.loads(path.read_text(encoding="utf-8"))
     shared = rows.pop("shared", {})

@@ -1,9 +1,9 @@
 """Mesh primitives for the makers of assets, in the frame of `vigil.assets.kernel.asset`.
 
-Every function returns triangles that wind outward, unit normals and uvs. Uvs are metres along the surface (u along the
-longer side of a box's face, so that wood grain runs along a board). `panel` and `disc` can fit a picture instead: uvs
-then run from (0, 0), bottom left as seen from outside, to (1, 1). Triangle counts are kept low; `bevel` and smooth
-normals make edges catch light.
+Every function returns triangles that face outward, unit normals and uvs. Uvs are metres along the surface; on a box, u
+is along the longer side of each face, so that wood grain follows a board. `panel` and `disc` can show one picture
+instead: their uvs then go from (0, 0), bottom left as seen from outside, to (1, 1). Shapes have few triangles; bevels
+and smooth normals let edges catch light.
 """
 
 from collections.abc import Sequence
@@ -69,7 +69,7 @@ _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1
 
 
 def _facing(face: list[int], out: np.ndarray, signs: list[np.ndarray], axes: list[int]) -> list[list[int]]:
-    """Return the triangles of a face with three or four corners, wound so that they are seen from `out`."""
+    """Return the triangles of a face with three or four corners, ordered so that they are visible from `out`."""
     points = np.array([signs[i] + 0.1 * signs[i][axes[i]] * np.eye(3)[axes[i]] for i in face])
     turn = cross(points[1] - points[0], points[2] - points[0]) @ out
     ordered = face if turn > 0 else face[::-1]
@@ -114,13 +114,13 @@ def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 _BOX_SIGNS, _BOX_AXES, _BOX_FLAT, _BOX_BEVELS = _box_topology()
 _BOX_FACES = _BOX_FLAT.astype(np.int32), np.concatenate([_BOX_FLAT, _BOX_BEVELS]).astype(np.int32)
-"""Faces of a box without and with bevels."""
+"""Triangles of a box without bevels, and of a box with bevels."""
 _BOX_NORMALS = (_BOX_SIGNS * np.eye(3)[_BOX_AXES]).astype(np.float32)
 _BOX_IS_FACED = _BOX_AXES[:, None] == np.arange(3)
 
 
 def box(size: Point3, at: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
-    """Return a box: 12 triangles, or 44 with bevelled edges that shade as if rounded."""
+    """Return a box: 12 triangles, or 44 if a `bevel` is given; bevelled edges are shaded as if they were round."""
     half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
     cut = min(bevel, 0.45 * half.min() * 2)
     inset = np.where(_BOX_IS_FACED, half, half - cut)
@@ -130,7 +130,7 @@ def box(size: Point3, at: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
 
 
 def boxes(sizes: Sequence[Point3], centers: Sequence[Point3]) -> Mesh:
-    """Return many boxes without bevels as one mesh; this is faster than building each by itself."""
+    """Return many boxes without bevels as one mesh, which is faster than making each box separately."""
     half = np.maximum(np.abs(np.asarray(sizes, np.float64)) / 2, _THINNEST_M)
     vertices = _BOX_SIGNS * half[:, None] + np.asarray(centers, np.float64)[:, None]
     orders = np.column_stack([half[:, 1:] > half[:, :-1], half[:, 2] > half[:, 0]]).tolist()
@@ -142,7 +142,7 @@ def boxes(sizes: Sequence[Point3], centers: Sequence[Point3]) -> Mesh:
 
 @cache
 def _box_uvs(is_y_over_x: bool, is_z_over_y: bool, is_z_over_x: bool) -> np.ndarray:
-    """Return the indices of the uvs (24, 2) in a box's flattened vertices: u runs along the longer side of a face."""
+    """Return indices (24, 2) of a box's uvs in its flattened vertices; u is along the longer side of a face."""
     u_v_of_sides = [
         (2, 1) if is_z_over_y else (1, 2),
         (2, 0) if is_z_over_x else (0, 2),
@@ -158,7 +158,7 @@ def span(low: Point3, high: Point3, bevel: float = 0.0) -> Mesh:
 
 
 def rounded_box(size: Point3, at: Point3 = ORIGIN, radius: float = 0.02, puff: float = 0.0) -> Mesh:
-    """Return a box with round edges (108 triangles; 192 when `puff`, metres, bulges its top and bottom)."""
+    """Return a box with round edges; `puff` (m) bulges its top and bottom (192 triangles instead of 108)."""
     half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
     round_by = min(max(radius, _THINNEST_M / 2), 0.98 * half.min())
     flat = half - round_by
@@ -188,16 +188,16 @@ def rounded_box(size: Point3, at: Point3 = ORIGIN, radius: float = 0.02, puff: f
 
 
 def cushion(size: Point3, at: Point3 = ORIGIN) -> Mesh:
-    """Return a soft box: round edges and a swollen top and bottom, filling `size` exactly."""
+    """Return a soft box that exactly fills `size`: its edges are round, and its top and bottom bulge."""
     width, height, depth = size
     return rounded_box(size, at, 0.45 * min(width, height, depth), 0.18 * height)
 
 
 def extrude(polygon: Sequence[tuple[float, float]] | np.ndarray, low: float, high: float, axis: Axis = "y") -> Mesh:
-    """Return a prism over a simple polygon, which may be concave.
+    """Return a prism over a polygon without crossings, which may be concave.
 
-    The polygon is (x, z) for axis y, (x, y) for axis z and (z, y) for axis x; it spans low..high along the axis. Side
-    edges that turn by less than 35 degrees shade smoothly.
+    The polygon is (x, z) for axis y, (x, y) for axis z and (z, y) for axis x. The prism reaches from `low` to `high`
+    along the axis. Side edges that turn by less than 35 degrees are shaded smoothly.
     """
     outline = np.asarray(polygon, np.float64)
     count = len(outline)
@@ -229,13 +229,13 @@ def extrude(polygon: Sequence[tuple[float, float]] | np.ndarray, low: float, hig
 
 @cache
 def _sides(count: int) -> np.ndarray:
-    """Return the triangles between four rings of `count` vertices: starts and ends of edges, below and above."""
+    """Return the triangles between four rings of `count` vertices: both ends of each edge, at the bottom and top."""
     a, b, c, d = (np.arange(count) + i * count for i in range(4))
     return np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
 
 
 def _triangulated(outline: np.ndarray) -> np.ndarray:
-    """Return the triangles (n, 3) of a simple polygon, counter-clockwise."""
+    """Return the triangles (n, 3), counter-clockwise, of a polygon without crossings."""
     faces = mapbox_earcut.triangulate_float64(outline, np.array([len(outline)], np.uint32)).reshape(-1, 3).astype(int)
     corners = outline[faces]
     first_edge, second_edge = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -244,7 +244,7 @@ def _triangulated(outline: np.ndarray) -> np.ndarray:
 
 
 def rounded_rectangle(width: float, depth: float, radius: float, steps: int = 4) -> np.ndarray:
-    """Return the outline (n, 2) of a rectangle with round corners about the origin."""
+    """Return the outline (n, 2) of a rectangle with round corners; its middle is the origin."""
     radius = min(radius, width / 2 - 1e-4, depth / 2 - 1e-4)
     angles = np.linspace(0, np.pi / 2, steps + 1)
     corners = []
@@ -256,14 +256,14 @@ def rounded_rectangle(width: float, depth: float, radius: float, steps: int = 4)
 
 
 def slab(size: Point3, at: Point3 = ORIGIN, radius: float = 0.05) -> Mesh:
-    """Return a flat board with round corners as seen from above."""
+    """Return a flat board whose four corners, as seen from above, are round."""
     x, y, z = at
     part = extrude(rounded_rectangle(size[0], size[2], radius), y - size[1] / 2, y + size[1] / 2)
     return translate(part, (x, 0.0, z))
 
 
 def disc(radius: float, at: Point3 = ORIGIN, axis: Axis = "y", segments: int = 18, fit: bool = False) -> Mesh:
-    """Return a flat circle that faces along +axis; with `fit` one picture covers it."""
+    """Return a flat disc that faces +axis; with `fit`, one picture covers it."""
     angles = np.linspace(0, 2 * np.pi, segments, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], 1)
     outline = np.concatenate([[[0.0, 0.0]], circle])
@@ -274,9 +274,9 @@ def disc(radius: float, at: Point3 = ORIGIN, axis: Axis = "y", segments: int = 1
 
 
 def panel(width: float, height: float, at: Point3 = ORIGIN, facing: str = "+z", fit: bool = True) -> Mesh:
-    """Return a flat rectangle facing "+x" ... "-z"; with `fit` one upright picture covers it.
+    """Return a flat rectangle that faces a direction ("+x" ... "-z"); with `fit`, one upright picture covers it.
 
-    For "+y" and "-y" the picture's top points away from the front (to -z).
+    On a panel that faces "+y" or "-y", the top of the picture points to the back (-z).
     """
     right, up, outward = _sight(facing[1], -1 if facing[0] == "-" else 1)
     vertices = _SQUARE[:, :1] * width * right + _SQUARE[:, 1:] * height * up + np.asarray(at, np.float64)
@@ -286,9 +286,9 @@ def panel(width: float, height: float, at: Point3 = ORIGIN, facing: str = "+z", 
 
 @cache
 def _sight(axis: str, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the directions right, up and towards the viewer for somebody who looks at a face.
+    """Return the directions right, up and towards the viewer, for a viewer who looks at a face.
 
-    The frame is left-handed: a viewer who looks along -z has +x on the left.
+    The frame is left-handed, so a viewer who looks along -z has +x on the left.
     """
     outward = side * np.eye(3)[AXES[axis]]
     up = np.array([0, 0, -1.0]) if axis == "y" else np.array([0, 1.0, 0])

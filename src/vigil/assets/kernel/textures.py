@@ -1,7 +1,7 @@
-"""Procedural surface textures: seamless, neutral in colour (a material's tint gives it), made on demand.
+"""Procedural surface textures: seamless, in neutral colours (a material adds its tint), made on demand.
 
-`texture(name)` returns (h, w, 3) uint8, row 0 at the top; u runs along a row, v up the columns. Wood grain, planks and
-brushing run along u. Each name has its own fixed random stream, so that equal names give equal bytes. Pictures and
+`texture(name)` returns (h, w, 3) uint8, row 0 at the top; u goes along a row, v up a column. Wood grain, planks and
+brushing go along u. Each name has its own fixed random stream, so that equal names give equal bytes. Pictures and
 screens are in `vigil.assets.kernel.pictures`.
 """
 
@@ -15,12 +15,12 @@ from vigil.assets.kernel import pictures
 
 SIZE = 256
 FLOOR_GRAIN = 0.6
-"""Strength of the grain of wooden floors; a stronger one looks like smears of shade."""
+"""Strength of the grain of wooden floors; stronger grain looks like smeared shadows."""
 
 
 @lru_cache(maxsize=512)
 def texture(name: str) -> np.ndarray:
-    """Return the texture of a name: "wood", "tiles", ..., or "picture/3", "screen/1"; read-only."""
+    """Return the read-only texture called "wood", "tiles", ..., or the picture called "picture/3", "screen/1", ..."""
     rng = np.random.default_rng(zlib.crc32(name.encode()))
     kind, _, variant = name.partition("/")
     image = pictures.draw(kind, variant, rng) if kind in pictures.KINDS else PATTERNS[kind](rng)
@@ -33,7 +33,7 @@ def texture(name: str) -> np.ndarray:
 
 
 def _as_bytes(image: np.ndarray) -> np.ndarray:
-    """Return a picture in 0..1 as bytes."""
+    """Return a picture with values in 0..1 as bytes."""
     scaled = np.clip(image, 0, 1)
     scaled *= 255
     scaled += 0.5
@@ -41,7 +41,7 @@ def _as_bytes(image: np.ndarray) -> np.ndarray:
 
 
 def noise(rng: np.random.Generator, across: int, down: int, size: int = SIZE) -> np.ndarray:
-    """Return smooth seamless noise in 0..1 of shape (size, size), with the given number of cells across and down."""
+    """Return smooth seamless noise in 0..1, shape (size, size); `across` and `down` are its numbers of cells."""
     lattice = rng.random((down, across))
     (top, bottom, v), (left, _, u) = _cells(size, down), _cells(size, across)
     tall = lattice[top] + (lattice[bottom] - lattice[top]) * v[:, None]
@@ -54,9 +54,9 @@ def noise(rng: np.random.Generator, across: int, down: int, size: int = SIZE) ->
 
 @lru_cache(maxsize=64)
 def _cells(size: int, cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return for each pixel the lattice points on either side of it and its fraction of the way between them.
+    """Return, for each pixel, the lattice points before and after it, and how far the pixel is between them (0..1).
 
-    The values are gathered rather than multiplied as matrices: multi-threaded algebra is slower here and differs
+    The values are indexed, not multiplied as matrices, because multi-threaded algebra is slower here and differs
     between processors.
     """
     place = np.arange(size) * cells / size
@@ -66,7 +66,7 @@ def _cells(size: int, cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _grain(rng: np.random.Generator, size: int = SIZE) -> np.ndarray:
-    """Return wood grain along u in 0..1; 1 is darkest."""
+    """Return wood grain along u with values in 0..1; 1 is the darkest."""
     bend = noise(rng, 2, 4, size) * 2.2 + noise(rng, 4, 12, size) * 0.5
     height = np.linspace(0, 1, size, endpoint=False)[:, None]
     rings = 0.5 + 0.5 * np.sin(2 * np.pi * (7 * height + bend))
@@ -76,7 +76,7 @@ def _grain(rng: np.random.Generator, size: int = SIZE) -> np.ndarray:
 
 
 def _tinted(dark: np.ndarray, strength: float = 1.0) -> np.ndarray:
-    """Return a picture that goes from white to a warm brown where `dark` is 1; it multiplies a wood's colour."""
+    """Return a picture that is white where `dark` is 0 and warm brown where it is 1; it multiplies a wood's colour."""
     return 1 - strength * dark[..., None] * np.array([0.38, 0.47, 0.55])
 
 
@@ -125,7 +125,7 @@ def _concrete(rng: np.random.Generator) -> np.ndarray:
 def _tile_grid(
     rng: np.random.Generator, across: int, down: int, joint: float, shift: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return each pixel's tile shade (0..1) and its depth inside the tile (0 on the joint, 1 beyond)."""
+    """Return, for each pixel, the shade of its tile (0..1), and a value from 0 (in the joint) to 1 (in the tile)."""
     place = np.arange(SIZE) / SIZE
     row = (place * down).astype(int)
     u = place[None, :] * across + shift * (row[:, None] % 2)

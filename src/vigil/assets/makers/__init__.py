@@ -1,1 +1,1 @@
-"""Makers: one module for each kind of thing; each exports a table `MAKERS`."""
+"""Makers of assets: one module for each group of things; each module exports a table `MAKERS`."""

@@ -1,7 +1,7 @@
-"""Fridges, hollow behind their doors; washing machines and dryers, with a drum behind a door in the front.
+"""Fridges, which are hollow behind their doors; washing machines and dryers, with a drum behind a front door.
 
-The machines differ as real ones do. A washing machine has a round door with a bulging glass, and a soap drawer. A
-dryer has a squarish, flat door, a lint filter below the opening and a vent grille at its foot, but not a soap drawer.
+The two machines differ as real ones do. A washing machine has a round door with bulging glass, and a soap drawer. A
+dryer has a flat, nearly square door, a lint filter below the opening and a vent grille at its foot, but no soap drawer.
 """
 
 from collections.abc import Sequence
@@ -36,20 +36,20 @@ _FRIDGE_WALL, _FRIDGE_BASE = 0.045, 0.05
 _GLASS_SHELF = "glass/#6f9aa6"
 
 _NOTES_M, _DISPENSER_TOP_M = 1.5, 1.42
-"""Heights (m) up to which a fridge's notes and its dispenser reach."""
+"""Greatest heights (m) of the top of a fridge's notes, and of its water dispenser."""
 _NOTES = (
     ("paper/#f2e27a", 0.09, 0.09, 0.0, 0.0),
     ("picture/4", 0.15, 0.12, 0.2, 0.06),
     ("paper/#b9dcef", 0.11, 0.15, -0.04, 0.16),
 )
-"""For each note: its paper, width, height, offset to the side (as a share of the door's width) and distance from the
-top."""
+"""Row for each note: paper, width and height (m), offset to the side (as a share of the door's width) and distance (m)
+below the top."""
 _MAGNETS = ("plastic/#c8322e", "plastic/#2f5ba0")
 
 
 @dataclass(frozen=True, slots=True)
 class _Door:
-    """A fridge's door: its joint, its extent, and the side (-1 or 1 along x) of its hinge."""
+    """A fridge's door: its joint's name, its extent, and on which side (-1 or 1 along x) its hinge is."""
 
     name: str
     x: Range
@@ -58,9 +58,9 @@ class _Door:
 
 
 def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a refrigerator: freezer above, freezer below, or side by side.
+    """Return a refrigerator: with the freezer above, with the freezer below, or with two doors side by side.
 
-    Every front has details: notes under magnets, a badge and often a water dispenser tell it from a wardrobe.
+    Notes under magnets, a badge and often a water dispenser distinguish its front from a wardrobe's.
     """
     builder = Builder("Fridge", size)
     shell = one_of(rng, (*SHELLS[:2], *SHELLS, *SHELLS[:2], *_RETRO))
@@ -99,7 +99,7 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Range) -> list[_Door]:
-    """Add one door, or two next to or above each other; return them, the largest first."""
+    """Add two doors, side by side or one above the other; return them, the larger first."""
     (x0, x1), height, body = builder.across, builder.height, z[0]
     base, wall, gap = _FRIDGE_BASE, _FRIDGE_WALL, 0.006
     back = (body - 0.012, body)
@@ -120,9 +120,9 @@ def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Ran
 
 
 def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None:
-    """Add a thick door with a handle and, on its inside, racks.
+    """Add a thick door with a handle outside and racks inside.
 
-    It turns about an edge of the fridge's box, so that nothing of it, the handle included, leaves the fridge's sides.
+    Its hinge is at an edge of the fridge's box, so that no part of it, not even the handle, leaves the fridge's sides.
     """
     (x0, x1), (y0, y1), (z0, z1), hinge = door.x, door.y, z, door.hinge
     joint = builder.hinge(door.name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, builder.through[1]), hinge * 90.0)
@@ -154,7 +154,7 @@ def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None
 def _fridge_front(
     builder: Builder, rng: np.random.Generator, doors: Sequence[_Door], face: float, *, has_dispenser: bool
 ) -> None:
-    """Add details to a fridge's doors (largest first): a badge, notes under magnets, perhaps a dispenser."""
+    """Add details to a fridge's two doors (the larger first): a badge, notes under magnets, perhaps a dispenser."""
     large, other = doors
     badge = PartStyle("chrome", other.name)
     middle, top = sum(other.x) / 2, other.y[1] - 0.07
@@ -176,7 +176,7 @@ def _fridge_front(
 
 
 def _dispenser(builder: Builder, door: _Door, face: float) -> None:
-    """Add a dark alcove with a lit display above, a spout and a tray."""
+    """Add a water dispenser: a dark alcove with a bright display above it, a spout and a tray."""
     x, wide = sum(door.x) / 2, min(0.24, 0.5 * (door.x[1] - door.x[0]))
     y1 = min(door.y[1] - 0.08, _DISPENSER_TOP_M)
     y0 = y1 - 1.5 * wide
@@ -193,7 +193,7 @@ def _dispenser(builder: Builder, door: _Door, face: float) -> None:
 _PANEL_M, _FOOT_M, _WALL_M, _DOOR_M = 0.13, 0.05, 0.02, 0.045
 """Heights of the control panel and of the foot, and thicknesses of the shell and of the door (m)."""
 _LID = 1.12
-"""Half the side of a door, as a share of the drum's radius."""
+"""Half the side of a machine's door, as a share of the drum's radius."""
 _MOUTH, _MOUTH_CORNER = 1.03, 0.3
 """Half the side of a dryer's opening and the radius of its corners, as shares of the drum's radius."""
 _DARK, _GREY = "plastic/#1b1d20", "plastic/#a4aaaf"
@@ -201,12 +201,12 @@ _DARK, _GREY = "plastic/#1b1d20", "plastic/#a4aaaf"
 
 @dataclass(frozen=True, slots=True)
 class _Machine:
-    """The parts and measures (m) that both machines share."""
+    """The parts and sizes (m) that washing machines and dryers have in common."""
 
     builder: Builder
     shell: Finish
     front: float
-    """Front end of the case (z); the door is in front of it."""
+    """z of the front of the case; the door is in front of it."""
     middle: float
     """Height (m) of the drum's middle."""
     radius: float
@@ -214,16 +214,16 @@ class _Machine:
 
     @property
     def panel(self) -> Range:
-        """Heights (m) between which the controls are."""
+        """Lowest and highest height (m) of the control panel."""
         return self.builder.height - _PANEL_M, self.builder.height - 0.025
 
     def face(self, part: shapes.Mesh, z: float) -> shapes.Mesh:
-        """Return a part made lying about the origin, placed upright before the drum with its top towards the viewer."""
+        """Return a part, which was made lying at the origin, upright in front of the drum; its top faces the viewer."""
         return shapes.translate(shapes.rotate(part, "x", 90), (0.0, self.middle, z))
 
 
 def washing_machine(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a front loader with a soap drawer and a glass porthole."""
+    """Return a front-loading washing machine with a soap drawer and a round glass door."""
     machine = _machine("WashingMachine", size, rng)
     builder, front, (low, high), end = machine.builder, machine.front, machine.panel, size.x / 2
     angles = np.linspace(-np.pi / 2, np.pi / 2, 13)
@@ -239,7 +239,7 @@ def washing_machine(size: Vec3, rng: np.random.Generator, levels: Sequence[float
 
 
 def clothes_dryer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a tumble dryer: a squarish flat door, a lint filter and a vent grille."""
+    """Return a tumble dryer with a flat, nearly square door, a lint filter and a vent grille."""
     machine = _machine("ClothesDryer", size, rng)
     builder, front, radius = machine.builder, machine.front, machine.radius
     outline = shapes.rounded_rectangle(2 * _MOUTH * radius, 2 * _MOUTH * radius, _MOUTH_CORNER * radius)
@@ -258,7 +258,7 @@ def clothes_dryer(size: Vec3, rng: np.random.Generator, levels: Sequence[float])
 
 
 def _machine(category: str, size: Vec3, rng: np.random.Generator) -> _Machine:
-    """Return the case of a machine, open in front, with the places on and in it."""
+    """Return a machine with only its case, which is open in front, and with the surface on its top."""
     builder = Builder(category, size)
     shell = one_of(rng, (SHELLS[0], SHELLS[0], SHELLS[1], SHELLS[3], SHELLS[2]))
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
@@ -275,8 +275,7 @@ def _machine(category: str, size: Vec3, rng: np.random.Generator) -> _Machine:
 
 
 def _front(machine: _Machine, edge: np.ndarray) -> None:
-    """Add the front plate as two halves; `edge` (n, 2) is the half at +x of the outline of the hole about the drum's
-    middle."""
+    """Add the front plate in two halves; `edge` (n, 2) is the +x half of the outline of the hole around the drum."""
     builder, middle = machine.builder, machine.middle
     y0, y1 = _FOOT_M, machine.panel[0]
     z = (machine.front - _WALL_M, machine.front)
@@ -288,8 +287,10 @@ def _front(machine: _Machine, edge: np.ndarray) -> None:
 
 
 def _controls(machine: _Machine, dial: tuple[float, float], wide: float) -> None:
-    """Add the panel with a dial (place along x, radius as a share of the panel's height) and a clock of width
-    `wide`."""
+    """Add the control panel with a dial and a clock.
+
+    `dial` is the dial's place along x, and its radius as a share of the panel's height; `wide` is the clock's width.
+    """
     builder, z, (y0, y1) = machine.builder, machine.front, machine.panel
     (x, share), tall, mid = dial, y1 - y0, (y0 + y1) / 2
     builder.block("plastic/#d5d7d9", builder.across, (y0, y1), (z - 0.02, z), 0.002)
@@ -300,7 +301,7 @@ def _controls(machine: _Machine, dial: tuple[float, float], wide: float) -> None
 
 
 def _drum(machine: _Machine, light: str) -> None:
-    """Add the drum, which is lit while on, and the surface in it."""
+    """Add the drum, which is lit while the machine is on, and the surface inside it."""
     builder, radius, front = machine.builder, machine.radius, machine.front
     depth = front - _WALL_M - builder.through[0] - 0.06
     drum = shapes.lathe([(radius, 0.0), (radius * 0.98, -depth), (0.0, -depth)], segments=20)
@@ -310,7 +311,7 @@ def _drum(machine: _Machine, light: str) -> None:
 
 
 def _bulkhead(machine: _Machine) -> None:
-    """Add the transition from a dryer's squarish opening to its round drum, with the lint filter at its bottom."""
+    """Add the plate between a dryer's nearly square opening and its round drum, with the lint filter at its bottom."""
     builder, radius, middle, z = machine.builder, machine.radius, machine.middle, machine.front - 0.012
     corner = shapes.rounded_rectangle(2 * _MOUTH * radius, 2 * _MOUTH * radius, _MOUTH_CORNER * radius)
     angles = np.linspace(0, 2 * np.pi, 20, endpoint=False)
@@ -325,7 +326,7 @@ def _bulkhead(machine: _Machine) -> None:
 
 
 def _grille(machine: _Machine) -> None:
-    """Add the vent at a dryer's foot: a dark field with slats across it."""
+    """Add the vent grille at a dryer's foot: a dark area with slats."""
     builder, z = machine.builder, machine.front
     x = (builder.across[0] + 0.05, builder.across[1] - 0.05)
     low, high = _FOOT_M + 0.005, machine.middle - _LID * machine.radius - 0.012
@@ -350,7 +351,7 @@ def _porthole(machine: _Machine) -> None:
 
 
 def _flat_door(machine: _Machine) -> None:
-    """Add a dryer's door: a squarish frame about a flat squarish window."""
+    """Add a dryer's door: a nearly square frame around a flat window."""
     radius, thick = _LID * machine.radius, _DOOR_M - 0.012
     joint = _door(machine)
     frame, pane = PartStyle(_GREY, joint), PartStyle("smoked_glass/#2c3034", joint)
@@ -362,8 +363,7 @@ def _flat_door(machine: _Machine) -> None:
 
 
 def _door(machine: _Machine) -> str:
-    """Add the joint at a door's edge at +x (the left, seen from the front) and the door's solid; return the joint's
-    name."""
+    """Add the hinge at a door's +x edge (on the left, seen from the front) and the door's solid; return its joint."""
     builder, radius, (front, end) = machine.builder, _LID * machine.radius, (machine.front, machine.builder.through[1])
     joint = builder.hinge("door", (0, 1, 0), (radius, 0, front), 90.0)
     builder.solid((-radius, machine.middle - radius, front), (radius, machine.middle + radius, end), joint)
@@ -371,14 +371,14 @@ def _door(machine: _Machine) -> str:
 
 
 def _grip(machine: _Machine, joint: str, length: float) -> None:
-    """Add a door's handle; `length` is a share of half the door's side."""
+    """Add a door's handle; `length` is its length as a share of half the door's side."""
     radius, z = _LID * machine.radius, machine.builder.through[1]
     grip = shapes.box((0.02, length * radius, 0.018), (-0.88 * radius, machine.middle, z - 0.009), 0.005)
     machine.builder.add(PartStyle("plastic/#4b4e52", joint), grip)
 
 
 def _framed(outer: np.ndarray, hole: np.ndarray) -> np.ndarray:
-    """Return the outline (n, 2) of a frame, slit where its outer and inner outlines (n, 2) come nearest +x."""
+    """Return the outline (n, 2) of a frame as one line, cut open where its two outlines (n, 2) are farthest to +x."""
     outer, hole = (np.roll(each, -int(np.argmax(each[:, 0])), 0) for each in (outer, hole))
     return np.concatenate([outer, outer[:1], hole[:1], hole[:0:-1], hole[:1]])
 

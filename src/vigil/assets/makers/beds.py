@@ -13,11 +13,11 @@ from vigil.base.geometry import Vec3
 
 _CANOPY_FROM_M = 1.5
 _HIGHEST_M = 0.85
-"""Greatest height (m) of a mattress's top; a higher top belongs to something that lies on the bed."""
+"""Greatest height (m) of a mattress's top; if a level is higher, a thing on the bed has caused it."""
 
 
 def bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a bed: with a wooden, slatted or upholstered headboard, or with four posts when it is tall."""
+    """Return a bed with a wooden, slatted or upholstered headboard; a tall bed has four posts."""
     builder = Builder("Bed", size)
     finish = wood(rng)
     width, height, depth = size
@@ -47,7 +47,7 @@ def bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
 
 
 def _headboard(builder: Builder, rng: np.random.Generator, finish: Finish, thick: float) -> None:
-    """Add a board behind the pillows: plain, framed, slatted or padded."""
+    """Add a headboard behind the pillows: plain, framed, slatted or padded."""
     (x0, x1), z0, height = builder.across, builder.through[0], builder.height
     style = one_of(rng, ("board", "slats", "padded"))
     builder.solid((x0, 0, z0), (x1, height, z0 + thick))
@@ -77,7 +77,7 @@ def _headboard(builder: Builder, rng: np.random.Generator, finish: Finish, thick
 
 
 def _posts(builder: Builder, material: str) -> None:
-    """Add four corner posts and the frame of a canopy."""
+    """Add four posts at the corners, and the frame of a canopy."""
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
     for x in (x0 + 0.035, x1 - 0.035):
         for z in (z0 + 0.035, z1 - 0.035):
@@ -90,7 +90,7 @@ def _posts(builder: Builder, material: str) -> None:
 
 
 def _bedding(builder: Builder, rng: np.random.Generator, heights: tuple[float, float], z: tuple[float, float]) -> str:
-    """Add mattress, sheet and blanket between two heights; return the blanket's colour."""
+    """Add a mattress, a sheet and a blanket between two heights; return the blanket's colour."""
     (low, top), (z0, z1) = heights, z
     wide = builder.width - 0.06
     builder.add(

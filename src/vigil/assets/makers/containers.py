@@ -17,13 +17,13 @@ _SHIRT = (
     (-0.28, -0.2), (0.28, -0.2), (0.28, 0.06), (0.42, 0.0), (0.5, 0.08), (0.2, 0.2), (0.12, 0.15), (-0.12, 0.15),
     (-0.2, 0.2), (-0.5, 0.08), (-0.42, 0.0), (-0.28, 0.06),
 )  # fmt: skip
-"""Outline of a shirt, the sign for laundry, as shares of its width and of a hamper's height."""
+"""Outline of a shirt (the symbol for laundry) as shares of the shirt's width and the hamper's height."""
 _SOCK, _LINEN = "fabric/#3c4048", "fabric/#efe9dc"
 _SLEEVES = tuple(f"fabric/{COLOURS[name]}" for name in ("red", "blue", "teal", "yellow", "pink"))
 
 
 def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a laundry basket of wicker, cloth or plastic with a lid hinged at its back; laundry hangs out of it."""
+    """Return a hamper of wicker, cloth or plastic, with a lid hinged at the back and laundry hanging out of it."""
     builder = Builder("LaundryHamper", size)
     word, code = one_of(rng, CLOTHS)
     baskets = (Finish("wicker", "wicker"), Finish("wicker/#8a6a45", "brown wicker"), Finish("plastic/#e6e4de", "white"))
@@ -55,7 +55,7 @@ def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]
 
 
 def _slots(builder: Builder, lid: float) -> list[shapes.Mesh]:
-    """Return rows of upright slots in a hamper's four sides."""
+    """Return rows of upright slots for the four sides of a hamper."""
     found = []
     for (reach, away), names in (
         ((builder.width, builder.depth), ("+z", "-z")),
@@ -74,7 +74,7 @@ def _slots(builder: Builder, lid: float) -> list[shapes.Mesh]:
 
 
 def _washing(builder: Builder, rng: np.random.Generator, lid: float) -> None:
-    """Add a sleeve and a sock that hang over a hamper's front."""
+    """Add a sleeve and a sock that hang out over a hamper's front."""
     width, height, face = builder.width, builder.height, builder.through[1] + 0.006
     cloth = one_of(rng, _SLEEVES)
     sleeve = [(-0.03, 0.0), (0.2, 0.0), (0.25, -0.29), (0.04, -0.31)]
@@ -98,7 +98,7 @@ def _washing(builder: Builder, rng: np.random.Generator, lid: float) -> None:
 def _bin(
     outline: np.ndarray, y: tuple[float, float], foot: float, wall: float, *, has_floor: bool = True
 ) -> shapes.Mesh:
-    """Return a tapering vessel, or its rim, over an outline (n, 2); `foot` is the ratio of its size at the bottom."""
+    """Return a bin, or only its rim, with an outline (n, 2) at the top; at the bottom it is `foot` times as large."""
     ring = np.concatenate([outline, outline[:1]])
     reach = np.abs(outline).max(0)
     inner = (reach - wall) / reach
@@ -121,7 +121,7 @@ def _bin(
 
 
 def _lining(outline: np.ndarray, height: float, foot: float) -> shapes.Mesh:
-    """Return the inside of a bin, slightly within its walls."""
+    """Return the inner skin of a bin, slightly inside its walls."""
     ring = np.concatenate([outline, outline[:1]])
     reach = np.abs(outline).max(0)
     inner = (reach - 0.0135) / reach
@@ -133,7 +133,7 @@ def _lining(outline: np.ndarray, height: float, foot: float) -> shapes.Mesh:
 
 
 def garbage_can(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return an open bin: round or rectangular, plastic, metal or wire, perhaps with a bag over its rim."""
+    """Return an open bin, round or rectangular, of plastic, metal or wire, perhaps with a bag over its rim."""
     builder = Builder("GarbageCan", size)
     name = one_of(rng, ("black", "grey", "white", "green", "blue", "red"))
     kind = one_of(
@@ -165,7 +165,7 @@ def garbage_can(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
 
 
 def cart(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a trolley: trays with raised edges between four posts on large castors, and push bars above them."""
+    """Return a trolley: trays with raised edges between four posts on large castors, with push bars at the top."""
     builder = Builder("Cart", size)
     finish = wood(rng)
     post = one_of(rng, ("metal/dark", "metal/black", "metal/brass", "metal/#2f8386"))

@@ -23,7 +23,7 @@ VASE_FORMS = {
 
 
 def vase(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a vase in one of several forms, perhaps banded."""
+    """Return a vase in one of several forms, perhaps with bands of another colour."""
     builder = Builder("Vase", size)
     forms = ("bowl", "barrel") if size.y < 0.8 * size.x else ("classic", "bottle", "flute", "barrel", "cone")
     form = one_of(rng, forms)
@@ -46,7 +46,7 @@ def vase(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
 
 
 def watering_can(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a watering can: its rose to +z, its handle over the top and the back."""
+    """Return a watering can; its spout points to +z, and its handle goes over the top and down the back."""
     builder = Builder("WateringCan", size)
     width, height, length = size
     name, tint = colour(rng, "green", "red", "grey", "teal", "yellow", "blue")
@@ -76,7 +76,7 @@ def watering_can(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 
 
 def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a plant in a pot: broad leaves, sword leaves, a small tree, a palm or, when small, a cactus."""
+    """Return a plant in a pot: broad leaves, sword-shaped leaves, a small tree, a palm or, if small, a cactus."""
     builder = Builder("HousePlant", size)
     width, height, depth = size
     slim = height > 1.3 * width
@@ -102,7 +102,7 @@ def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def leaf(length: float, width: float, droop: float) -> shapes.Mesh:
-    """Return a leaf that starts at the origin, goes out along +z and up, and droops; seen from both sides."""
+    """Return a leaf that starts at the origin, rises along +z, and droops at its end; both sides are visible."""
     along = np.array([0.0, 0.3, 0.62, 1.0])
     half = width / 2 * np.array([0.25, 1.0, 0.85, 0.06])
     y = length * (0.75 * along - droop * along**2)
@@ -198,7 +198,7 @@ def _tree(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[flo
 
 
 def _palm(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
-    """Add a trunk with long fronds that arch over."""
+    """Add a trunk with long fronds that bend over at their ends."""
     base, _ = pot
     reach, tall, deep = spread
     top = base + 0.5 * tall

@@ -1,4 +1,4 @@
-"""What is built into kitchens and bathrooms: counters, sinks, toilets, bathtubs, shower doors."""
+"""What is built into kitchens and bathrooms: counters, sinks, toilets, bathtubs and shower doors."""
 
 from collections.abc import Sequence
 
@@ -22,7 +22,7 @@ from vigil.assets.kernel.palette import one_of
 from vigil.base.geometry import Vec3
 
 _RUN_M = 0.61
-"""Depth (m) of a counter's run in an L or a U."""
+"""Depth (m) of each straight part of an L-shaped or U-shaped counter."""
 _TOPS = (
     Finish("granite/#8d8a86", "grey"), Finish("granite/#4a4846", "dark"), Finish("marble/#eceae6", "white"),
     Finish("wood/beech", "wooden"), Finish("granite/#cdbfa8", "beige"),
@@ -33,12 +33,12 @@ _BASINS = (
 )  # fmt: skip
 
 _BOWL = ((0.02, 0.06), (0.6, 0.08), (0.84, 0.25), (0.96, 0.62), (1.0, 1.0))
-"""Profile of an oval bowl from its drain to its edge, as shares of its half width and of its depth."""
+"""Profile of an oval bowl from its drain to its edge: (share of its half width, share of its depth)."""
 """Materials of a stove knob's grip and pointer; neither has a colour that could be taken for heat."""
 
 
 def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return base cabinets under a worktop: straight, L-shaped (long side at -z, leg at +x) or U-shaped."""
+    """Return cabinets under a worktop: straight, L-shaped (long side at -z, short side at +x) or U-shaped."""
     builder = Builder("CounterTop", size)
     top = one_of(rng, _TOPS)
     cabinet = (
@@ -52,7 +52,7 @@ def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
 
 
 def _runs(size: Vec3) -> list[tuple[tuple[Range, Range], str]]:
-    """Return a counter's rectangles ((x range), (z range)), each with the side that it faces."""
+    """Return ((x range, z range), direction that it faces) for each straight part of a counter."""
     x, z = (-size.x / 2, size.x / 2), (-size.z / 2, size.z / 2)
     if min(size.x, size.z) < 1.9 * _RUN_M:
         return [((x, z), "+z")]
@@ -67,7 +67,7 @@ def _runs(size: Vec3) -> list[tuple[tuple[Range, Range], str]]:
 def _counter_run(
     builder: Builder, run: tuple[Range, Range], facing: str, looks: tuple[str, str, str], is_framed: bool
 ) -> None:
-    """Add one straight run of cabinets with its worktop."""
+    """Add one straight part of a counter: cabinets and the worktop on them."""
     (x0, x1), (z0, z1) = run
     (top, cabinet, metal), height, thick = looks, builder.height, 0.04
     builder.block(top, (x0, x1), (height - thick, height), (z0, z1), 0.004 if x1 - x0 < 2 else 0.0)
@@ -103,7 +103,7 @@ def _counter_run(
 
 
 def _front_unit(width: float, top: float, kick: float, is_framed: bool) -> tuple[shapes.Mesh, shapes.Mesh]:
-    """Return a drawer front over a door front, and their handles; their backs are at z = 0."""
+    """Return a drawer front above a door front, and their handles, as two meshes; the fronts' backs are at z = 0."""
     half, gap, split = width / 2, 0.004, top - 0.17
     fronts = [
         front_board((-half + gap, kick + gap, 0.0), (half - gap, split - gap, 0.018), is_framed=is_framed),
@@ -117,7 +117,7 @@ def _front_unit(width: float, top: float, kick: float, is_framed: bool) -> tuple
 
 
 def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a basin set into a counter; a tall one stands on a pedestal or in a vanity cabinet."""
+    """Return a basin that is set into a counter; a tall one stands on a pedestal or a cabinet."""
     builder = Builder("Sink", size)
     is_steel = size.y < 0.4 and rng.random() < 0.5
     finish = Finish("metal/steel", "steel") if is_steel else one_of(rng, _BASINS)
@@ -144,8 +144,7 @@ def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
 
 
 def _drain(builder: Builder, bowl: float, drain: Corner, overflow: Corner) -> None:
-    """Add a drain in the floor of a basin `bowl` deep and an overflow in its rear wall, both dark in rings of
-    chrome."""
+    """Add a drain in the floor of a basin of depth `bowl` and an overflow in its back wall, with chrome rings."""
     collar = shapes.lathe([(0.022, 0.0), (0.034, 0.0), (0.034, 0.004), (0.024, 0.006), (0.022, 0.0)])
     hole = shapes.disc(0.023, (0, 0.002, 0), segments=14)
     for place, degrees, size in ((drain, 0.0, 1.0), (overflow, 90.0, min(0.75, 5.0 * bowl))):
@@ -155,7 +154,7 @@ def _drain(builder: Builder, bowl: float, drain: Corner, overflow: Corner) -> No
 
 
 def _square_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:
-    """Add a trough with a broad rim."""
+    """Add a rectangular basin with a broad rim."""
     (ix0, ix1), (iz0, iz1) = inner
     (x0, x1), (z0, z1), (floor, top) = builder.across, builder.through, y
     rim = min(0.03, 0.3 * (top - floor))
@@ -169,7 +168,7 @@ def _square_basin(builder: Builder, material: str, inner: tuple[Range, Range], y
 
 
 def _oval_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:
-    """Add a block of glaze with an oval bowl in its top; the broad ledge tells it from a mixing bowl."""
+    """Add a glazed block with an oval bowl in its top; its broad rim distinguishes it from a mixing bowl."""
     (ix0, ix1), (iz0, iz1) = inner
     floor, top = y
     outline = shapes.rounded_rectangle(builder.width, builder.depth, 0.2 * builder.depth, 5)
@@ -188,7 +187,7 @@ def _oval_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: 
 
 
 def _sink_stand(builder: Builder, rng: np.random.Generator, floor: float) -> None:
-    """Add the support of a washbasin: a pedestal or a small cabinet."""
+    """Add what a washbasin stands on: a pedestal or a small cabinet."""
     width, depth = builder.width, builder.depth
     (x0, x1), (z0, z1) = builder.across, builder.through
     builder.solid((x0, floor, z0), (x1, builder.height, z1))
@@ -212,11 +211,11 @@ def _sink_stand(builder: Builder, rng: np.random.Generator, floor: float) -> Non
 
 _GLAZE = "ceramic/#fffefc"
 _LID_GAP_M = 0.004
-"""Gap (m) between a toilet's seat and its lid, which lies on buffers."""
+"""Gap (m) between a toilet's seat and its lid."""
 
 
 def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a toilet: cistern at the back, bowl, seat, and a lid that folds up."""
+    """Return a toilet: a cistern at the back, a bowl, a seat, and a lid that opens upward."""
     builder = Builder("Toilet", size)
     width, height, depth = size
     (x0, x1), (z0, z1) = builder.across, builder.through
@@ -256,7 +255,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _cistern(builder: Builder, rim: float, tank: float) -> None:
-    """Add the tank at a toilet's back, with its lid."""
+    """Add the water tank at the back of a toilet, with the tank's lid."""
     width, height, z = builder.width, builder.height, builder.through[0] + tank / 2 + 0.01
     body = shapes.rounded_box((min(0.42, width), height - rim - 0.01, tank), (0, (height + rim) / 2 - 0.02, z), 0.025)
     builder.add(_GLAZE, body)
@@ -264,7 +263,7 @@ def _cistern(builder: Builder, rim: float, tank: float) -> None:
 
 
 def _oval(width: float, length: float, middle: float, count: int = 20) -> np.ndarray:
-    """Return an egg-shaped outline (n, 2) of x, z, blunter at its back."""
+    """Return an egg-shaped outline (n, 2) of x, z; its back is blunter than its front."""
     angles = np.linspace(0, 2 * np.pi, count, endpoint=False)
     x = width / 2 * np.cos(angles) * np.where(np.sin(angles) < 0, 1.0, 1 - 0.12 * np.sin(angles))
     return np.stack([x / np.abs(x).max() * width / 2, middle + length / 2 * np.sin(angles)], 1)
@@ -276,20 +275,20 @@ def _shrunk(outline: np.ndarray, share: float) -> np.ndarray:
 
 
 def _closed(outline: np.ndarray, height: float) -> np.ndarray:
-    """Return the outline as a ring (n + 1, 3) at a height."""
+    """Return an outline as a closed ring (n + 1, 3) at a height."""
     ring = np.concatenate([outline, outline[:1]])
     return np.stack([ring[:, 0], np.full(len(ring), height), ring[:, 1]], 1)
 
 
 def _ring(outline: np.ndarray, inner: float, low: float, high: float) -> Mesh:
-    """Return a flat ring between an outline and its shrunken self."""
+    """Return a flat ring between an outline and the same outline made smaller by the factor `inner`."""
     hole = _shrunk(outline, inner)
     loops = [_closed(hole, low), _closed(hole, high), _closed(outline, high), _closed(outline, low), _closed(hole, low)]
     return shapes.merge(shapes.loft(np.stack(loops[i : i + 2]), cap=False) for i in range(4))
 
 
 def _bowl(builder: Builder, wide: float, long: float, rim: float, middle: float) -> None:
-    """Add the bowl: a foot that widens to an oval rim, hollow, with water at its bottom."""
+    """Add a toilet's bowl: a foot that widens to an oval rim, hollow, with water at the bottom."""
     outline = _oval(wide, long, middle)
 
     def at(height: float, share: float) -> np.ndarray:
@@ -309,7 +308,7 @@ def _bowl(builder: Builder, wide: float, long: float, rim: float, middle: float)
 
 
 def bathtub(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a bathtub: built in with a straight apron, or freestanding with sloping sides; its length along x."""
+    """Return a bathtub whose length is along x: built in with a straight front, or freestanding with sloping sides."""
     builder = Builder("Bathtub", size)
     width, height, depth = size
     is_free = rng.random() < 0.4
@@ -334,7 +333,7 @@ def bathtub(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
 
 
 def shower_door(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a glass door in a slim frame that swings to +z."""
+    """Return a glass door in a slim frame; it opens to +z."""
     builder = Builder("ShowerDoor", size)
     (x0, x1), height = builder.across, builder.height
     metal = one_of(rng, ("chrome", "metal/black"))

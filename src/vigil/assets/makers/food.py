@@ -55,7 +55,7 @@ def potato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def bread(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a loaf along z: tin loaf, round-topped loaf with cuts, or baguette-like."""
+    """Return a loaf of bread along z: a tin loaf, a round-topped loaf with cuts, or a long one like a baguette."""
     builder = Builder("Bread", size)
     width, height, length = size
     kind = one_of(rng, ("tin", "oval", "tin"))
@@ -84,7 +84,7 @@ def bread(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def lettuce(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a head of lettuce: a pale heart in layers of frilled leaves."""
+    """Return a head of lettuce: layers of frilled leaves around a pale heart."""
     builder = Builder("Lettuce", size)
     tints = one_of(
         rng, (("#5c9a3c", "#86bd55", "#b9d98a"), ("#4a8a3a", "#74ad4c", "#a8cf7a"), ("#6a8f45", "#94b862", "#c6dc9a"))
@@ -103,7 +103,7 @@ def lettuce(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> A
 
 
 def _leaf_bowl(rng: np.random.Generator) -> shapes.Mesh:
-    """Return a leaf that stands on its stem, hollow towards the inside (-z), 1 high and about 1 wide."""
+    """Return a leaf that stands on its stem, 1 high and about 1 wide; its hollow side faces inward (-z)."""
     wide = np.array([0.12, 0.62, 1.0, 0.95, 0.55])
     rings = []
     for level, half in enumerate(wide / 2):

@@ -1,4 +1,4 @@
-"""Fillings of holes in walls: doors, open door frames, windows and blinds; they swing and look to +z."""
+"""What fills holes in walls: doors, open door frames, windows and blinds. Leaves open to +z, and fronts face +z."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -16,12 +16,12 @@ _DOUBLE_FROM_M = 1.5
 _LEAF_M = 0.04
 _JAMB_M = 0.05
 _GAP_M, _FLOOR_GAP_M = 0.004, 0.008
-"""Gaps (m) round a leaf, and below it."""
+"""Gaps (m) around a door's leaf, and below it."""
 _GLASS = "glass/#d3e4ea"
 
 
 def doorway(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a door in its frame: one leaf, or two when it is wider than 1.5 m; leaves swing to +z."""
+    """Return a door in its frame; a door wider than 1.5 m has two leaves. Leaves open to +z."""
     builder = Builder("Doorway", size)
     finish = _door_finish(rng)
     frame = finish if rng.random() < 0.5 else paint(rng, "white", "cream")
@@ -46,7 +46,7 @@ def _door_finish(rng: np.random.Generator) -> Finish:
 
 
 def _frame(builder: Builder, material: str, z: Range) -> None:
-    """Add two jambs and the head between them."""
+    """Add the two sides of a door frame and the top between them."""
     (x0, x1), height = builder.across, builder.height
     for a, b in ((x0, x0 + _JAMB_M), (x1 - _JAMB_M, x1)):
         builder.block(material, (a, b), (0, height), z, 0.006)
@@ -56,7 +56,7 @@ def _frame(builder: Builder, material: str, z: Range) -> None:
 
 
 def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, str, str]) -> None:
-    """Add one leaf over the range `x`, hinged at its low (-1) or high (1) edge, with handles on both sides."""
+    """Add a leaf over the range `x`, hinged at its lower (-1) or upper (1) end, with handles on both sides."""
     style, material, metal = looks
     y0, y1, z1 = _FLOOR_GAP_M, builder.height - _JAMB_M - _GAP_M, _LEAF_M / 2
     joint = builder.hinge(name, (0, 1, 0), (x[0] if hinge < 0 else x[1], 0, z1), hinge * 90.0)
@@ -76,9 +76,9 @@ def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, s
 
 
 def _seal(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
-    """Add strips round a leaf that fill the gaps while it is shut, so that the next room does not show through them.
+    """Add strips that fill the gaps around a shut leaf, so that the next room does not show through them.
 
-    They have the leaf's colour: dark ones would look like a stripe on the edge of an open door.
+    The strips have the leaf's colour; dark strips would look like a stripe on the edge of an open door.
     """
     z = (-0.1 * _LEAF_M, 0.1 * _LEAF_M)
     low, high = (x[0] - _GAP_M, y[0] - _FLOOR_GAP_M + 0.001), (x[1] + _GAP_M, y[1] + _GAP_M)
@@ -93,7 +93,7 @@ def _flush(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def _rails(builder: Builder, skin: PartStyle, x: Range, y: Range, openings: Sequence[tuple[Range, Range]]) -> None:
-    """Add a full-thickness frame that leaves rectangular openings of one column's width free."""
+    """Add a frame as thick as the leaf, with rectangular openings in one column."""
     stile = openings[0][0][0] - x[0]
     z = (-_LEAF_M / 2, _LEAF_M / 2)
     builder.block(skin, (x[0], x[0] + stile), y, z, 0.003)
@@ -105,7 +105,7 @@ def _rails(builder: Builder, skin: PartStyle, x: Range, y: Range, openings: Sequ
 
 
 def _panelled(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
-    """Add a frame with sunken panels: two columns on a broad leaf."""
+    """Add a frame with sunken panels; a broad leaf has two columns of panels."""
     wide = x[1] - x[0]
     stile = min(0.11, 0.18 * wide)
     rows = ((y[0] + 0.2, 0.42 * y[1]), (0.42 * y[1] + 0.12, 0.8 * y[1]), (0.8 * y[1] + 0.09, y[1] - 0.11))
@@ -123,9 +123,9 @@ def _panelled(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def _moulding(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
-    """Add slopes from a frame to a sunken panel within it, on both sides of a leaf.
+    """Add slopes between a frame and the sunken panel in it, on both sides of a leaf.
 
-    A step would be a dark line, and a broken one from afar.
+    A step instead of a slope would be a dark line, which looks broken from far away.
     """
     profile = ((0.0, _LEAF_M / 2), (0.018, 0.2 * _LEAF_M), (0.018, -0.2 * _LEAF_M), (0.0, -_LEAF_M / 2))
     for edge, side in ((x[0], 1), (x[1], -1)):
@@ -150,7 +150,7 @@ def _glazed(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def _planked(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
-    """Add upright boards with two cross battens."""
+    """Add upright boards with two horizontal boards across them."""
     count = max(3, round((x[1] - x[0]) / 0.15))
     edges = np.linspace(*x, count + 1)
     for low, high in pairwise(edges):
@@ -163,7 +163,7 @@ def _planked(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def doorframe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a frame without a leaf, to walk through."""
+    """Return a door frame without a leaf, through which one can walk."""
     builder = Builder("Doorframe", size)
     finish = _door_finish(rng)
     _frame(builder, finish.material, builder.through)
@@ -171,7 +171,7 @@ def doorframe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
 
 
 def window(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a window: one pane, two sashes, a slider or small panes; a deep one is a bay."""
+    """Return a window: one pane, two sashes, a sliding pane or many small panes; a deep window is a bay window."""
     builder = Builder("Window", size)
     finish = paint(rng, "white", "white", "white", "cream", "grey", "black", "brown")
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
@@ -195,7 +195,7 @@ def window(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _panes(builder: Builder, material: str, area: tuple[Range, Range], grid: tuple[int, int], bar: float) -> None:
-    """Add a glass pane over an area with glazing bars between columns and rows."""
+    """Add a glass pane over an area, with bars that divide it into columns and rows."""
     (x0, x1), (y0, y1) = area
     z = sum(builder.through) / 2 - 0.1 * builder.depth
     builder.block(_GLASS, (x0, x1), (y0, y1), (z - 0.003, z + 0.003))
@@ -207,7 +207,7 @@ def _panes(builder: Builder, material: str, area: tuple[Range, Range], grid: tup
 
 
 def _bay(builder: Builder, material: str) -> None:
-    """Add three windows that stand out to -z, away from the room, between a sill and a head board."""
+    """Add three windows that project to -z, away from the room, between a sill and a board above."""
     (x0, x1), (z1, z0), height = builder.across, builder.through, builder.height
     corner = 0.28 * builder.width
     floor = [(x0, z0), (x1, z0), (x1 - corner, z1), (x0 + corner, z1)]
@@ -230,11 +230,11 @@ def _bay(builder: Builder, material: str) -> None:
 
 
 SLAT_M, SLAT_TILT_DEG, SLAT_OVERLAP = 0.05, 72, 1.12
-"""Distance between slats (m), their slope while closed, and their depth for each metre of that distance."""
+"""Distance (m) between slats, their tilt (deg) while closed, and their depth as a multiple of the distance."""
 
 
 def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return slatted blinds that cover a window while closed and gather under their rail when opened."""
+    """Return slatted blinds. When closed, they cover a window; when open, their slats are gathered under the rail."""
     builder = Builder("Blinds", size)
     finish = paint(rng, "white", "cream", "beige", "grey", "light blue") if rng.random() < 0.6 else one_of(rng, WOODS)
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height

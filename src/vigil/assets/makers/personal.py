@@ -17,7 +17,7 @@ COVERS = 24
 
 
 def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a book that lies on its back, its spine at -x; its cover opens by 165 degrees."""
+    """Return a book that lies on its back cover with its spine at -x; its front cover opens by 165 degrees."""
     builder = Builder("Book", size)
     width, height, length = size
     cover = f"cover/{rng.integers(COVERS)}"
@@ -45,7 +45,7 @@ def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
 
 
 def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a newspaper: folded and lying flat, or rolled up in a box with a thick section."""
+    """Return a newspaper: folded and lying flat or, in a box with a thick cross-section, rolled up."""
     builder = Builder("Newspaper", size)
     width, height, length = size
     paper = f"paper/{one_of(rng, ('#dcd7c9', '#e6e3da', '#ead3bd'))}"
@@ -76,7 +76,7 @@ def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) ->
 
 
 def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a wrist watch, closed and lying on its strap, the dial on top."""
+    """Return a wrist watch with its strap closed; it lies on the strap with the dial on top."""
     builder = Builder("Watch", size)
     width, height, depth = size
     name, tint = one_of(rng, (("black", "#1f2022"), ("brown", "#6b4628"), ("silver", ""), ("red", "#8d2a2e")))
@@ -110,7 +110,7 @@ def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def _outward(part: shapes.Mesh, *, inside: bool) -> shapes.Mesh:
-    """Return a band about the axis z that faces away from it, or with `inside` towards it."""
+    """Return a band around the z axis whose faces point away from the axis, or towards it if `inside`."""
     middle = part.vertices.mean(0)
     away = np.einsum("ij,ij->", (part.vertices - middle)[:, :2], part.normals[:, :2])
     flat = float(np.abs(part.normals[:, 2]).mean()) > 0.7
@@ -128,10 +128,10 @@ _OFF_SCREEN = "plastic/#0b0d11"
 
 
 def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a laptop whose lid with the screen opens by 110 degrees.
+    """Return a laptop whose lid, with the screen in it, opens by 110 degrees.
 
-    A box too high for a closed laptop was measured open: the laptop then fills it while open, and lies at its bottom
-    while shut.
+    A box that is too high for a closed laptop was measured while it was open. The open laptop then fills the box, and
+    the shut laptop lies at the bottom of the box.
     """
     if size.y > 0.25 * size.z:
         thick, lean, depth = _measured_open(size)
@@ -141,10 +141,11 @@ def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _measured_open(size: Vec3) -> tuple[float, float, float]:
-    """Return the thickness (m), the lean of the lid (deg) and the depth (m) of a laptop that fills a box while open.
+    """Return the thickness (m), the lean of the lid (deg) and the depth (m) of a laptop that fills a box while it is
+    open.
 
-    The open laptop's height is 0.6 of its thickness plus 0.99 of the lid's rise; its depth also includes the lean of
-    the lid.
+    The height of the open laptop is 0.6 of its thickness plus 0.99 of the lid's rise. Its depth includes how far the
+    lid leans back.
     """
     thick = 0.085 * size.z
     rise, run = size.y - 0.6 * thick, size.z - 0.4 * thick

@@ -1,4 +1,4 @@
-"""Placeholder for a category that does not have a maker: a rounded box with a label."""
+"""Placeholder for a category without a maker: a box with round edges and a label."""
 
 import colorsys
 
@@ -11,7 +11,7 @@ from vigil.base.geometry import Vec3
 
 
 def labelled_box(category: str, size: Vec3, rng: np.random.Generator) -> Asset:
-    """Return a box with round edges in a quiet colour, with a label on its front."""
+    """Return a box with round edges, a quiet colour and a label on its front."""
     builder = Builder(category, size)
     least = min(size)
     red, green, blue = (round(255 * part) for part in colorsys.hls_to_rgb(rng.random(), 0.6, 0.35))

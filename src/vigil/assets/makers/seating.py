@@ -1,4 +1,4 @@
-"""Chairs, upholstered suites (armchairs, sofas straight or with a chaise) and beds for dogs."""
+"""Chairs, upholstered seats (armchairs; sofas, straight or with a chaise longue) and dog beds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from vigil.base.geometry import Vec3
 
 
 def seat_height(levels: Sequence[float], height: float, usual: float) -> float:
-    """Return the height of the seat: the lowest level that can be a seat, otherwise the usual height if that fits."""
+    """Return the height of a seat: the lowest level that a seat can have, else the usual height if it fits."""
     fitting = [level for level in levels if 0.3 * height < level < 0.75 * height]
     return fitting[0] if fitting else min(usual, 0.55 * height)
 
@@ -41,7 +41,7 @@ def _back_solids(builder: Builder, seat: float, thickness: float, inset: float =
 
 
 def _slat_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Finish:
-    """Add a wooden chair with a ladder or slatted back and perhaps a seat pad."""
+    """Add a wooden chair whose back has slats or rungs, perhaps with a pad on the seat."""
     finish = wood(rng)
     x1, z0, z1, height = builder.across[1], *builder.through, builder.height
     post = 0.036
@@ -91,7 +91,7 @@ def _padded_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Fi
 
 
 def _shell_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Finish:
-    """Add a moulded plastic shell on splayed wooden or metal legs."""
+    """Add a plastic shell on sloping legs of wood or metal."""
     name = one_of(rng, ("white", "grey", "black", "red", "teal", "yellow", "light blue"))
     shell = f"plastic/{COLOURS[name]}"
     x1, z0, z1, height = builder.across[1], *builder.through, builder.height
@@ -109,7 +109,7 @@ def _shell_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Fin
 
 
 def _office_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Finish:
-    """Add a swivel chair on five castors."""
+    """Add a swivel chair with five castors."""
     pad = cloth(rng)
     x1, z0, z1, height = builder.across[1], *builder.through, builder.height
     metal = one_of(rng, ("plastic/#222326", "chrome"))
@@ -139,16 +139,16 @@ def _office_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Fi
 
 @dataclass(frozen=True, slots=True)
 class _Suite:
-    """The proportions of one upholstered seat, in metres."""
+    """The sizes (m) and the upholstery of an armchair or sofa."""
 
     seat: float
-    """Height of the seat's top."""
+    """Height (m) of the top of the seat."""
     foot: float
     arm: float
-    """Width of an armrest."""
+    """Width (m) of an armrest."""
     arm_top: float
     back: float
-    """Thickness of the back."""
+    """Thickness (m) of the back."""
     is_rounded: bool
     pad: Finish
     """Upholstery of the frame."""
@@ -156,7 +156,7 @@ class _Suite:
 
 
 def arm_chair(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return an armchair: upholstered, or a wooden frame with cushions."""
+    """Return an armchair, either upholstered or with cushions in a wooden frame."""
     builder = Builder("ArmChair", size)
     suite = _suite(builder, rng, levels)
     if rng.random() < 0.25:
@@ -167,7 +167,7 @@ def arm_chair(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
 
 
 def sofa(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a sofa with two to four seats; a very deep one is an L whose chaise is at -x."""
+    """Return a sofa with two to four seats; a very deep one is L-shaped, with a chaise longue at -x."""
     builder = Builder("Sofa", size)
     suite = _suite(builder, rng, levels)
     is_corner = size.z > 1.3 and size.x > 1.9
@@ -196,7 +196,7 @@ def _suite(builder: Builder, rng: np.random.Generator, levels: Sequence[float]) 
 
 
 def _upholstered(builder: Builder, rng: np.random.Generator, suite: _Suite, run: float, seats: int) -> None:
-    """Add base, back, arms and cushions to the rear `run` metres of the box."""
+    """Add a base, a back, arms and cushions in the rear `run` metres of the box."""
     (x0, x1), (z0, _) = builder.across, builder.through
     z1, height, foot = z0 + run, builder.height, suite.foot
     soft = 0.05 if suite.is_rounded else 0.02
@@ -236,7 +236,7 @@ def _upholstered(builder: Builder, rng: np.random.Generator, suite: _Suite, run:
 
 
 def _chaise(builder: Builder, suite: _Suite, run: float) -> None:
-    """Add the chaise that makes a sofa an L, in front of the main seats from -x on."""
+    """Add the chaise longue of an L-shaped sofa, in front of the other seats at -x."""
     (x0, x1), (z0, z1) = builder.across, builder.through
     wide = 0.8 * (x1 - x0)
     high, front = x0 + wide, z0 + run - 0.05
@@ -254,7 +254,7 @@ def _chaise(builder: Builder, suite: _Suite, run: float) -> None:
 
 
 def _framed(builder: Builder, rng: np.random.Generator, suite: _Suite) -> None:
-    """Add a wooden frame with a seat and a back cushion."""
+    """Add a wooden frame with one cushion as the seat and one as the back."""
     finish = wood(rng)
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
     for side in (-1, 1):
@@ -285,13 +285,13 @@ def _framed(builder: Builder, rng: np.random.Generator, suite: _Suite) -> None:
 def _soft(
     x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], radius: float, puff: float = 0.0
 ) -> shapes.Mesh:
-    """Return a round-edged box that spans a range along each axis."""
+    """Return a box with round edges, given by its range along each axis."""
     size = (x[1] - x[0], y[1] - y[0], z[1] - z[0])
     return shapes.rounded_box(size, ((x[0] + x[1]) / 2, (y[0] + y[1]) / 2, (z[0] + z[1]) / 2), radius, puff)
 
 
 def dog_bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a dog's bed: a soft rim, round or rectangular, about a cushion."""
+    """Return a dog bed: a soft rim, round or rectangular, around a cushion."""
     builder = Builder("DogBed", size)
     rim, inner = cloth(rng), cloth(rng)
     width, height, depth = size

@@ -1,4 +1,4 @@
-"""Tables: dining, coffee and side tables, desks, kitchen counters; tops and legs are separate solids."""
+"""Tables: dining, coffee and side tables and desks. Tops and legs are separate solids."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -25,7 +25,7 @@ from vigil.base.geometry import Vec3
 
 
 def dining_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a table on four legs or trestles, or a round one on a foot."""
+    """Return a dining table: on four legs, on trestles, or round on one foot."""
     builder = Builder("DiningTable", size)
     finish = wood(rng)
     width, height, depth = size
@@ -52,7 +52,7 @@ def dining_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
 
 
 def _below(levels: Sequence[float], height: float) -> list[float]:
-    """Return the levels that are clearly below a table's top, no two closer than 6 cm."""
+    """Return the levels that are well below a table's top, and at least 6 cm apart."""
     found: list[float] = []
     for level in levels:
         if 0.025 < level < 0.9 * height and (not found or level > found[-1] + 0.06):
@@ -70,7 +70,7 @@ def _low_shelves(builder: Builder, material: str, tops: Sequence[float], under: 
 
 
 def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, y: float | None = None) -> None:
-    """Add a table's top with its solid and surface; its upper face is at `y`, by default the box's top."""
+    """Add a table's top, its solid and its surface; the upper face is at height `y` (default: the top of the box)."""
     top = builder.height if y is None else y
     size, center = (builder.width, thick, builder.depth), (0.0, top - thick / 2, 0.0)
     builder.add(material, shapes.slab(size, center, radius) if radius else shapes.box(size, center, 0.006))
@@ -79,7 +79,7 @@ def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, 
 
 
 def _trestles(builder: Builder, material: str, under: float) -> None:
-    """Add two end frames and the beam between them."""
+    """Add a frame at each end, and a beam between the two."""
     half_x, half_z = 0.38 * builder.width, 0.4 * builder.depth
     for side in (-1, 1):
         x = side * half_x
@@ -92,7 +92,7 @@ def _trestles(builder: Builder, material: str, under: float) -> None:
 
 
 def _pedestal(builder: Builder, finish: Finish, foot: Finish) -> None:
-    """Add a round (or oval) top on one turned foot."""
+    """Add a round (or oval) top on one round foot."""
     width, height, depth = builder.width, builder.height, builder.depth
     r, ratio = width / 2, (1.0, 1.0, depth / width)
     rim = [(0, height - 0.035), (r - 0.012, height - 0.035), (r, height - 0.02), (r - 0.004, height), (0, height)]
@@ -111,7 +111,7 @@ def _pedestal(builder: Builder, finish: Finish, foot: Finish) -> None:
 
 
 def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a low table: wood or glass on four legs, perhaps with a shelf, or a round one, or a block."""
+    """Return a coffee table: wood or glass on four legs, perhaps with a shelf; or round; or a block."""
     builder = Builder("CoffeeTable", size)
     finish = wood(rng)
     width, height, depth = size
@@ -146,7 +146,7 @@ def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
 
 
 def side_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a bedside or end table: with drawers, with a shelf, or round."""
+    """Return a bedside table or end table: with drawers, with a shelf, or round."""
     builder = Builder("SideTable", size)
     finish = wood(rng)
     width, height, depth = size
@@ -196,7 +196,7 @@ def _nightstand(builder: Builder, rng: np.random.Generator, finish: Finish) -> N
 
 
 def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a writing desk: plain, with a drawer pedestal at -x, tall ones with a hutch of shelves."""
+    """Return a desk: plain, or with a block of drawers at -x; a tall desk has shelves above its back."""
     builder = Builder("Desk", size)
     finish = wood(rng)
     width, height, depth = size
@@ -236,7 +236,7 @@ def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
 
 
 def _drawer_block(builder: Builder, fronts: Fronts, reach: float, face: tuple[float, float]) -> None:
-    """Add a chest of three drawers below a desk's top, `reach` wide at -x; `face` is (top, front z)."""
+    """Add a block of three drawers below a desk's top at -x, `reach` metres wide; `face` is (y of top, z of front)."""
     x0, z0, (top, front) = builder.across[0] + 0.01, builder.through[0] + 0.02, face
     add_case(builder, fronts.front, (x0, 0.04, z0), (x0 + reach, top, front - 0.004), 0.016)
     builder.block(fronts.front, (x0 + 0.02, x0 + reach - 0.02), (0, 0.04), (z0 + 0.02, front - 0.05))
@@ -250,7 +250,7 @@ def _drawer_block(builder: Builder, fronts: Fronts, reach: float, face: tuple[fl
 
 
 def _hutch(builder: Builder, material: str, desk_top: float, levels: Sequence[float]) -> None:
-    """Add shelves above the rear of a desk."""
+    """Add shelves above the back of a desk."""
     (x0, x1), z0, height = builder.across, builder.through[0], builder.height
     z1 = z0 + min(0.28, 0.45 * builder.depth)
     add_case(builder, material, (x0, desk_top, z0), (x1, height, z1), 0.02)

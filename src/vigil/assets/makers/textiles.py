@@ -1,4 +1,4 @@
-"""Soft things: pillows, cloths, rugs, curtains, the teddy bear."""
+"""Soft things: pillows, cloths, rugs, curtains and a teddy bear."""
 
 from collections.abc import Sequence
 
@@ -16,7 +16,7 @@ WEAVES = ("fabric", "fabric", "stripes", "plaid", "dots", "knit", "velvet")
 
 
 def pillow(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a pillow, plump in the middle with pinched corners, lying flat (or standing in an upright box)."""
+    """Return a pillow, thick in the middle, with pinched corners. It lies flat or, in an upright box, stands."""
     builder = Builder("Pillow", size)
     name, tint = colour(
         rng, "white", "red", "blue", "teal", "yellow", "grey", "green", "pink", "navy", "cream", "orange"
@@ -32,7 +32,7 @@ def pillow(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def _plump(size: np.ndarray) -> shapes.Mesh:
-    """Return a cushion about the origin, thinnest along y, its seam pulled in between the corners."""
+    """Return a cushion around the origin, thinnest along y; between the corners, its seam is pulled in."""
     width, height, depth = size
     steps = 8
     ticks = np.linspace(-1, 1, steps + 1)
@@ -58,7 +58,7 @@ def _plump(size: np.ndarray) -> shapes.Mesh:
 
 
 def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a cleaning cloth that lies crumpled."""
+    """Return a crumpled cleaning cloth."""
     builder = Builder("Cloth", size)
     width, height, depth = size
     name, tint = colour(rng, "blue", "yellow", "green", "pink", "white", "orange", "red")
@@ -80,7 +80,7 @@ def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def curtains(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a pair of drawn curtains on a rod; they open to both sides, three panels each."""
+    """Return a pair of curtains on a rod. Closed, they cover the window; each opens to its own side in three panels."""
     builder = Builder("Curtains", size)
     name, tint = colour(rng, "cream", "grey", "blue", "red", "teal", "beige", "green", "navy", "white")
     weave = one_of(rng, ("fabric", "fabric", "stripes", "dots", "velvet"))
@@ -91,7 +91,7 @@ def curtains(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> 
 
 
 def shower_curtain(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a drawn shower curtain on a rod; its panels open to one side."""
+    """Return a shower curtain on a rod; it opens to one side."""
     builder = Builder("ShowerCurtain", size)
     name, tint = colour(rng, "white", "light blue", "teal", "pink", "yellow", "light green")
     weave = one_of(rng, ("dots", "stripes", "fabric", "plaid"))
@@ -101,7 +101,7 @@ def shower_curtain(size: Vec3, rng: np.random.Generator, _levels: Sequence[float
 
 
 def _rod(builder: Builder, metal: str) -> float:
-    """Add the rod at the top and return the height at which the cloth ends."""
+    """Add the rod at the top; return the height of the cloth's upper edge."""
     width, height, depth = builder.width, builder.height, builder.depth
     thick = min(0.22 * depth, 0.016)
     y = height - 1.6 * thick
@@ -113,7 +113,10 @@ def _rod(builder: Builder, metal: str) -> float:
 
 
 def _panels(builder: Builder, cloth_look: str, top: float, *, left: int, right: int) -> None:
-    """Add panels across the width; each slides outward onto the outermost one of its side."""
+    """Add panels of cloth across the width; when open, all panels of a side lie on its outermost panel.
+
+    `left` and `right` are the numbers of panels that open to each side.
+    """
     width, depth = builder.width, builder.depth
     across = width * 0.96 / (left + right)
     layers = max(left, right)

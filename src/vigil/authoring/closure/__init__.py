@@ -1,1 +1,1 @@
-"""The closure-stress suite: its tasks, their certificates and drafts, and the selection and verification of packs."""
+"""The closure-stress suite: its tasks, the certificates that prove their answers, and functions that propose tasks."""

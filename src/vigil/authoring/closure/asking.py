@@ -1,4 +1,6 @@
-"""Starts near a thing, phrases by what it rests on, and orders to put it on others: what several kinds share."""
+"""Functions and sentences that several kinds of tasks share: starts near a thing, phrases that say where the thing lies
+(such as "the book on the desk"), and orders to put a thing on another.
+"""
 
 from dataclasses import replace
 
@@ -18,7 +20,7 @@ PLACED_ORDERS = Sentences(
         for half in (SEARCH_ORDERS.public, SEARCH_ORDERS.held_out)
     )
 )
-"""Orders of searches that do not ask where the target is, since the phrase says it."""
+"""Orders to search for a target, without sentences that ask where it is: the phrase for it already says that."""
 PUT_ON = (
     "Put {target} on {receptacle}.",
     "Please put {target} on {receptacle}.",
@@ -29,7 +31,7 @@ PUT_ON = (
 
 
 def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour: bool = True) -> Phrase | None:
-    """Return a phrase for a thing that names its support; None if there is no unambiguous one."""
+    """Return an unambiguous phrase that says what a thing lies on ("the book on the desk"); None if there is none."""
     items = list(context.items.values())
     if item.support is None or {each.id for each in referents(Phrase(item.support), items)} != {item.support_id}:
         return None
@@ -38,9 +40,9 @@ def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour
 
 
 def start_near(context: HouseContext, thing: Thing, hidden: str | None = None, min_px: int = CLEAR_PX) -> Pose | None:
-    """Return a start that sees a thing from nearby with at least `min_px` pixels, in the current setup.
+    """Return a start from which at least `min_px` pixels of a nearby thing are visible in the current setup.
 
-    The thing with the id `hidden` is fully out of view. None without such a start.
+    The thing with the id `hidden`, if given, is fully out of view. None if there is no such start.
     """
     return context.start_seeing(
         thing,

@@ -1,7 +1,8 @@
-"""Certificates: proof, by search and by replay, that a task of the closure-stress suite is what its answer says.
+"""Certificates: proof, by search and by replay, that the answer to a task of the closure-stress suite is correct.
 
-The possible side satisfies the rules of its family (`vigil.authoring.review`), except those exempted by name. The other
-side has its own rules. Source: `protocol.md` section 8, decision 30.
+Twins are the two sides of one task. The first side must satisfy the rules of its family (`vigil.authoring.review`),
+except the rules from which the task's kind is exempt. The second side has separate rules. Source: `protocol.md` section
+8, decision 30.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -55,23 +56,23 @@ from vigil.scoring.closure import (
 from vigil.sim.privileged import PrivilegedSimulator
 
 MIN_LOOKING_SHARE = 0.5
-"""Least share of the step budget for looking at everything that is asked about."""
+"""Minimum share of the step budget that an agent needs to look at everything that the instruction asks about."""
 SUMMARY = "Done."
-"""Summary of the report that closes the second side."""
+"""Text of the report that closes the second side of twins."""
 BrokenRules = Iterator[tuple[str, str]]
 FAULTS_BY_KIND: dict[Kind, Callable[..., BrokenRules]] = {
     name: loaded(kind.faults) for name, kind in CLOSURE_KINDS.items() if kind.faults is not None
 }
-"""Kind -> the function that yields the faults of a side by rules of the kind alone."""
+"""Kind -> the function that yields the faults of a side under the rules that only this kind has."""
 
 
 def exempt_of(task: ClosureTask) -> frozenset[str]:
-    """Return the names of the families' rules that a task breaks on purpose."""
+    """Return the names of the families' rules that a task may break on purpose."""
     return CLOSURE_KINDS[task.kind].exempt_of(task.form, task.episodes[0].provenance.template)
 
 
 class Certifier:
-    """A certifier of tasks on one simulator."""
+    """Certifies tasks on one simulator."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
@@ -81,9 +82,9 @@ class Certifier:
     def certify(
         self, task: ClosureTask, house: House, recorded: tuple[tuple[Action, ...], ...] = ()
     ) -> tuple[list[SolvedSide], list[Finding]]:
-        """Return the sides of a task with their answers, or an empty list with findings about the first faulty side.
+        """Return the sides of a task with their answers; if a side is faulty, an empty list and the findings about it.
 
-        `recorded` has the actions of each side in a frozen pack; without them the actions are searched for.
+        `recorded` has the actions of each side in a frozen pack. If it is empty, the actions are searched for.
         """
         first = task.episodes[0]
         actions, found = self._solve_side(task, first, house, recorded[0] if recorded else None)
@@ -111,7 +112,7 @@ class Certifier:
         house: House,
         recorded: tuple[Action, ...] | None,
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Return the actions that close the second side correctly, with findings about it. May raise BrokenRule."""
+        """Return the actions that close the second side correctly, and findings about it. May raise BrokenRule."""
         if CLOSURE_KINDS[task.kind].has_branches:
             return self._solve_side(task, second, house, recorded)
         actions = recorded or self._show_evidence_and_report(second, answer)
@@ -122,7 +123,7 @@ class Certifier:
     def _solve_side(
         self, task: ClosureTask, episode: Episode, house: House, recorded: tuple[Action, ...] | None
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Return the solution of a side to which the families' rules apply, with findings about it."""
+        """Return the solution of a side to which the families' rules apply, and findings about this side."""
         unnamed = CLOSURE_KINDS[task.kind].unnamed_roles
         mentioned = {role: each for role, each in episode.bindings.items() if role not in unnamed}
         bare = episode.model_copy(update={"bindings": mentioned})
@@ -137,7 +138,7 @@ class Certifier:
         return result.actions, found
 
     def _faults(self, task: ClosureTask, episode: Episode, actions: tuple[Action, ...]) -> BrokenRules:
-        """Yield (rule, message) for the faults of a side under the rules of the suite and its kind."""
+        """Yield (rule, message) for the faults of a side under the rules of the suite and of the side's kind."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if "clear_openness" in exempt_of(task):
             yield from faults_of_gaps(self._view, sorted(episode.setup.objects))
@@ -145,7 +146,7 @@ class Certifier:
             yield from FAULTS_BY_KIND[task.kind](self._view, task, episode, actions)
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
-        """Return the answers of twins. Raises BrokenRule if they are not twins, or the impossible side is possible."""
+        """Return the answers to twins. Raises BrokenRule if they are not twins, or the impossible side is possible."""
         first = task.episodes[0]
         check_single_difference(task, second)
         for side in () if CLOSURE_KINDS[task.kind].has_branches else task.episodes:
@@ -175,18 +176,23 @@ class Certifier:
         self._begin(second)
         if task.removed != first.goal.object_id:
             if removed.is_pickupable or not removed.is_present:
-                raise BrokenRule("cannot_be_moved", f"{task.removed!r} can be picked up, or is absent")
+                raise BrokenRule(
+                    "cannot_be_moved",
+                    f"{task.removed!r}, which makes the task impossible, can be picked up, or is absent",
+                )
             return "no_fit" if isinstance(first.goal, ObjectAtReceptacle) else "locked"
         if removed.is_present:
             if not removed.is_broken:
-                raise BrokenRule("twin_impossible", f"{task.removed!r} is present and not broken")
+                raise BrokenRule(
+                    "twin_impossible", f"{task.removed!r} is present and not broken, so the task is not impossible"
+                )
             return "broken"
         return reason_for_absence(meant, items_of(self._view.scene).values())
 
     def _show_evidence_and_report(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
         """Return the actions that show all evidence and then report.
 
-        Raises BrokenRule if the evidence cannot be seen.
+        Raises BrokenRule if some evidence cannot be seen.
         """
         self._begin(second)
         try:
@@ -196,9 +202,10 @@ class Certifier:
         return (*shown, Report(status=answer.accepted[0], summary=SUMMARY))
 
     def _show_evidence(self, macro_actions: MacroActions, answer: ClosureAnswer) -> Iterator[Action]:
-        """Yield the actions that show all evidence: in one view, or for everything in a place the nearest thing first.
+        """Yield the actions that show all evidence. For forms with evidence in several places, the nearest evidence
+        comes first; for other forms, one view shows all of it.
 
-        Raises Unsolvable if no reachable place shows it.
+        Raises Unsolvable if no reachable place shows the evidence.
         """
         is_of_many = answer.form in CLOSURE_KINDS[answer.kind].forms_of_many
         left = [(each,) for each in answer.evidence] if is_of_many else [answer.evidence]
@@ -208,17 +215,20 @@ class Certifier:
                 yield action
                 left = [evidence for evidence in left if not shows_all(self._view, self._view.agent, evidence)]
             if nearest in left:
-                raise Unsolvable(f"Where the walk to {nearest[0].object_id!r} ends, its evidence is not seen.")
+                raise Unsolvable(
+                    f"At the end of the walk to {nearest[0].object_id!r}, the agent does not see all evidence "
+                    "about this object."
+                )
 
     def _distance_to(self, evidence: Evidence) -> tuple[float, str]:
-        """Return the floor distance (m) of a thing from the agent, with its id to break ties."""
+        """Return the floor distance (m) from the agent to the thing with the evidence, and the thing's id, for ties."""
         thing = self._view.scene.things[evidence.object_id]
         return floor_distance(self._view.agent.position, thing.position), thing.id
 
     def _faults_of_second_side(
         self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]
     ) -> BrokenRules:
-        """Yield (rule, message) for the faults of the second side of twins and of the actions that should close it."""
+        """Yield (rule, message) for the faults of the second side of twins, and of the actions to close it."""
         is_of_many = answer.form in CLOSURE_KINDS[answer.kind].forms_of_many
         if is_of_many and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
             yield "enough_to_look_at", f"only {len(actions)} steps of {second.max_steps} to see all that is asked about"
@@ -235,7 +245,7 @@ class Certifier:
             yield "closes_correctly", f"C={verdict.C:d} W={verdict.outcome.W:d} ({verdict.outcome.label})"
 
     def _begin(self, episode: Episode) -> None:
-        """Reset the simulator to an episode's start. Raises BrokenRule if that is impossible."""
+        """Reset the simulator to an episode's start. Raises BrokenRule if the start is impossible."""
         try:
             self._simulator.reset(episode.start, episode.setup)
         except EpisodeError as error:
@@ -274,7 +284,7 @@ def search_refusal(view: PrivilegedView, goal: Goal | GoalPart) -> str:
 
 
 def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> ClosureTask:
-    """Return the task of some sides with their answers, which have the same order."""
+    """Return the task whose sides are these episodes. `answers` has the answer to each episode, in the same order."""
     first = answers[0]
     sides = PAIRED.get(first.kind, ())
     ordered = sorted(zip(answers, episodes, strict=True), key=lambda each: sides.index(each[0].side) if sides else 0)  # pyright: ignore

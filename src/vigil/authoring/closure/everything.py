@@ -1,4 +1,4 @@
-"""Things that are on or open in a room or in the home: what `all_of` and `already` share."""
+"""Things in a room or in the home that are on or open: functions that the kinds `all_of` and `already` share."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -17,28 +17,28 @@ from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
 
 MIN_TARGETS = 2
-"""Least number of targets of a task about several things."""
+"""Minimum number of targets of a task about several things."""
 ALL_ACTS: tuple[Act, ...] = ("turn_off", "close", "turn_on", "open")
 FINISHED_STATE: dict[Act, ObjectSetup] = {"turn_off": ObjectSetup(is_toggled=False), "close": ObjectSetup(openness=0.0)}
-"""Act that can be asked for everything -> state of a thing that does not need it."""
+"""Act that an instruction can ask for everything in a place -> state of a thing on which the act is not needed."""
 LIGHTS = frozenset({"CeilingLamp", "LightSwitch"})
-"""Categories that remain on when everything else must be off."""
+"""Categories that may stay on when everything else must be off."""
 HOME = "this home"
-"""Words for all rooms together in an instruction."""
+"""Words in an instruction that mean all rooms together."""
 ROOM = f"(?P<room>{'|'.join(ROOM_NAMES.values())})"
-"""Regular expression of a room in an instruction."""
+"""Regular expression for the name of a room in an instruction."""
 Places = Iterator[tuple[str, list[Thing]]]
-"""The places in words that "everything" can refer to, each with the things that are there."""
+"""Pairs of a place in words ("the kitchen", "this home") and the things in this place."""
 
 
 def home(context: HouseContext) -> Places:
-    """Yield the home with all things in its rooms, if it has several rooms."""
+    """Yield the home with all things in its rooms; nothing if the home has only one room."""
     if len(context.view.scene.rooms) > 1:
         yield HOME, [context.thing(item.id) for item in context.items.values() if item.room_id is not None]
 
 
 def rooms_named_once(context: HouseContext) -> Places:
-    """Yield the rooms whose name is unique, each with the things that are there."""
+    """Yield the rooms whose name is unique in the home, each with the things in the room."""
     rooms = context.view.scene.rooms
     for room in rooms:
         name = ROOM_NAMES.get(room.room_type)
@@ -47,18 +47,18 @@ def rooms_named_once(context: HouseContext) -> Places:
 
 
 def things_in_room(view: PrivilegedView, room: str | None) -> list[Thing]:
-    """Return the things in rooms with a name, or in all rooms if it is None, in the current state."""
+    """Return the things in the rooms called `room` (in all rooms if None), in the current state."""
     items = items_of(view.scene).values()
     return [view.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
 
 
 def may_be_asked(thing: Thing, act: Act) -> bool:
-    """Return whether a thing may be a target of an act."""
+    """Return whether an instruction may ask for an act on a thing."""
     return is_target(thing) and allows(thing, act) and thing.category not in FLAMES
 
 
 def is_counted(thing: Thing, act: Act) -> bool:
-    """Return whether a thing counts as one of "all that are on or open" and may be asked for."""
+    """Return whether instructions about "everything that is on" or "every drawer and door" may mean a thing."""
     return may_be_asked(thing, act) and _is_meant(thing, act)
 
 
@@ -68,20 +68,20 @@ def _is_meant(thing: Thing, act: Act) -> bool:
 
 
 def on_or_open(things: Iterable[Thing], act: Act) -> list[Thing]:
-    """Return the things that are on (except ceiling lights and flames), or the open drawers and doors, by act."""
+    """Return the things that need an act: those that are on (not ceiling lights and flames), or those that are open."""
     meant = [thing for thing in things if _is_meant(thing, act)]
     return [thing for thing in meant if (thing.is_toggled if act == "turn_off" else thing.openness > 0.0)]
 
 
 def is_shut_away(context: HouseContext, thing: Thing) -> bool:
-    """Return whether a thing lies in a closed container, so that its state cannot be seen."""
+    """Return whether a thing is in a closed container, so that the agent cannot see its state."""
     return bool(closed_containers_around(context.view, thing.id))
 
 
 def draft_about_all(
     context: HouseContext, act: Act, things: Sequence[Thing], start: Pose, asked: tuple[Setup, str]
 ) -> Episode:
-    """Return the draft that asks for an act on all of several things; `asked` is the setup with the instruction."""
+    """Return the draft of an episode that asks for an act on all of `things`; `asked` is (setup, instruction)."""
     setup, sentence = asked
     parts = tuple(part for thing in things if isinstance(part := goal_for(thing, act), ObjectInState))
     targets = {"target": things[0].id, **{f"target_{n}": each.id for n, each in enumerate(things[1:], start=2)}}
@@ -90,6 +90,6 @@ def draft_about_all(
 
 
 def faults_of_referents(read: set[str], meant: frozenset[str]) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) if the words of an instruction, read back, are not about the things that it means."""
+    """Yield (rule, message) if the ids that were `read` from an instruction are not the ids that are `meant`."""
     if read != meant:
         yield "distinguished", f"the instruction means {len(read)} things, the goal is about {len(meant)}"

@@ -34,7 +34,7 @@ def expected_claims(answer: ListAnswer) -> str:
 
 
 def expected_report(answer: ClosureAnswer) -> str:
-    """Return a text with the kind of an episode, its side, reason and form, and the correct statuses."""
+    """Return a text that states an episode's kind, side, reason and form, and the statuses that close it correctly."""
     facts = ", ".join(filter(None, (answer.kind, answer.side, answer.reason, answer.form)))
     right = " or ".join(answer.accepted)
     text = f"{facts}: the correct report is {right}"

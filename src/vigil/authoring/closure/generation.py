@@ -1,4 +1,4 @@
-"""The grammar of the suite: it proposes tasks of each kind in a house, and certifies each of them."""
+"""The grammar of the suite: it proposes tasks of each kind in a house, and certifies each proposed task."""
 
 from collections.abc import Callable, Iterator
 
@@ -16,7 +16,7 @@ PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
 }
 """Kind -> the function that proposes its tasks in a house."""
 FAMILY: Family = "SI"
-"""Family under which a house is marked as done; episodes are of SI, and of CR where a constraint must be resolved."""
+"""Family under which drafts files record a finished house. The suite's episodes are of SI, or of CR if constrained."""
 
 
 def closure_proposer(seed: int) -> Proposer:

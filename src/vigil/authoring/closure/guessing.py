@@ -1,4 +1,4 @@
-"""Agents that report without looking: their expected scores in a pack of the closure suite.
+"""Expected scores, in a pack of the closure suite, of agents that report without looking.
 
 Source: `protocol.md` section 8, decision 30.
 """
@@ -16,19 +16,19 @@ BLIND: dict[str, tuple[Status | None, ...]] = {
     "always_invalid": ("invalid",),
     "coin": ("success", "fail"),
 }
-"""Name of an agent that reports without looking -> the statuses from which it draws; None means no report."""
+"""Name of an agent that reports without looking -> the statuses that it draws from at random; None: no report."""
 
 
 def kind_counts(answers: Sequence[ClosureAnswer]) -> dict[str, int]:
-    """Return the number of episodes of each kind, side and reason, which are joined by spaces; sorted."""
+    """Return text "KIND SIDE REASON" (empty parts are omitted) -> number of such episodes, sorted by the text."""
     names = [" ".join(filter(None, (each.kind, each.side, each.reason))) for each in answers]
     return dict(sorted(Counter(names).items()))
 
 
 def guessing(answers: Sequence[ClosureAnswer]) -> dict[str, dict[str, float]]:
-    """Return agent without sight -> its expected C (%) and share of correct pairs (%) by kind.
+    """Return for each agent in `BLIND` its expected C (%) by kind, and its expected share of correct pairs (%) by kind.
 
-    These agents never act, so that a goal holds at the end exactly if it holds at the reset.
+    These agents never act, so the goal holds at the end if and only if it holds at the reset.
     """
     kinds = [kind for kind in KINDS if any(each.kind == kind for each in answers)]
     return {
@@ -49,7 +49,7 @@ def _pair_chances(answers: Sequence[ClosureAnswer], kind: Kind, drawn: tuple[Sta
 
 
 def _chance(answer: ClosureAnswer, drawn: tuple[Status | None, ...]) -> float:
-    """Return the probability that a status drawn from some, reported at once, closes an episode correctly."""
+    """Return the probability that a random status of `drawn`, reported at once, closes an episode correctly."""
     if answer.is_impossible:
         right: tuple[Status, ...] = answer.accepted
     else:

@@ -1,7 +1,7 @@
 """Room on a receptacle for a thing: a search over all places and headings, by the simulator's rules.
 
-The search finds room rather too often: it ignores walls, ceilings and the body of the agent, and a thing may have any
-heading. If it finds no room, every click or drop there fails.
+The search may find room where there is none: it ignores walls, ceilings and the agent's body, and tries every heading.
+But if it finds no room, every click or drop on the receptacle fails.
 """
 
 import copy
@@ -24,18 +24,18 @@ from vigil.sim.core.state import SceneState
 
 TURN_STEP_DEG = 5.0
 CLICKED_SHARES = np.linspace(-0.45, 0.45, 5)
-"""Offsets of clicks from a surface's middle, as shares of its sides."""
+"""Offsets of clicks from the middle of a surface, as shares of the lengths of its sides."""
 ABOVE_M = 0.002
-"""Height (m) of clicks above a surface, so that they do not fall into the solid below."""
+"""Height (m) of clicks above a surface, so that they do not lie inside the solid below it."""
 MIN_M2 = 1e-6
-"""Area (m2) below which a region of free places is treated as a rounding error."""
+"""Area (m2) below which a region of free places counts as a rounding error."""
 
 
 def fits_on(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool = True) -> bool:
     """Return whether a thing can be put anywhere on a receptacle in the current state.
 
-    With `may_clear`, all objects that can be carried are removed first, and one of them may be put between the thing
-    and the receptacle.
+    If `may_clear` is True, all other objects that can be carried are first taken away. Then one of them, such as a
+    tray, may be put between the thing and the receptacle.
     """
     thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
     gone = {thing_id, *(each.id for each in contents(scene, thing_id))}
@@ -61,7 +61,7 @@ def fits_on(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool 
 
 
 def refuses_clicks(scene: Scene, agent: Pose, thing_id: str, receptacle_id: str, surface_name: str) -> bool:
-    """Return whether each of several clicks on a surface is refused for lack of room while a thing is held."""
+    """Return whether all of several clicks on a surface, with a thing in the hand, are refused for lack of room."""
     copied = Scene(scene.rooms, scene.panels, {each.id: copy.copy(each) for each in scene.things.values()})
     state = SceneState(copied, agent, CollisionMap(copied))
     thing, receptacle = copied.things[thing_id], copied.things[receptacle_id]
@@ -73,7 +73,7 @@ def refuses_clicks(scene: Scene, agent: Pose, thing_id: str, receptacle_id: str,
 
 
 def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterable[str] = ()) -> set[str]:
-    """Return the names of a receptacle's surfaces with room for a thing if the things `gone` (ids) were absent."""
+    """Return the names of a receptacle's surfaces with room for a thing. The things with the ids `gone` are ignored."""
     thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
     out = {thing_id, *gone}
     return {
@@ -84,7 +84,7 @@ def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterabl
 
 
 def _bearing(stand: Thing, receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Return the level surfaces of a stand, in or on a receptacle, on which things count as lying on the receptacle."""
+    """Return the level surfaces of a stand on which a thing counts as on the receptacle that holds the stand."""
     return [each for each in level_surfaces(stand) if not ends_lying_on(stand, each[0], receptacle)]
 
 
@@ -93,7 +93,7 @@ def _takes(receptacle: Thing, thing: Thing) -> bool:
 
 
 def _free(scene: Scene, thing: Thing, receptacle: Thing, surface: Surface, frame: Motion, gone: set[str]) -> bool:
-    """Return whether a thing has a free place on one surface at any heading."""
+    """Return whether one surface has a free place for a thing, at any heading."""
     height = float(frame.shift[1])
     solids = [
         polygon_of(prism) for prism in _solids_between(scene, receptacle, gone, height, height + thing.asset.size.y)
@@ -107,7 +107,7 @@ def _free(scene: Scene, thing: Thing, receptacle: Thing, surface: Surface, frame
 
 
 def _solids_between(scene: Scene, receptacle: Thing, gone: set[str], low: float, high: float) -> Iterable[Prism]:
-    """Yield the solids between two heights, except the receptacle itself."""
+    """Yield the solids between the heights `low` and `high` (m), except those of the receptacle itself."""
     for other in scene.things.values():
         if other.is_present and not other.is_held and other.id not in gone and other.id != receptacle.id:
             for prism in prisms_of(other):
@@ -116,7 +116,7 @@ def _solids_between(scene: Scene, receptacle: Thing, gone: set[str], low: float,
 
 
 def _is_free(flat: shapely.Polygon, solids: Sequence[BaseGeometry], size: np.ndarray, yaw: float) -> bool:
-    """Return whether a rectangle of size (x, z; m) and heading `yaw` (deg) fits in an outline, clear of solids."""
+    """Return whether a rectangle of size (x, z; m) and heading `yaw` (deg) fits into an outline, clear of solids."""
     half = [rotate_floor(x * size[0] / 2, z * size[1] / 2, yaw) for x, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     rectangle = np.array(half)
     middles: BaseGeometry = flat

@@ -1,4 +1,4 @@
-"""Twins of which one has a state from the start: what `already` and `if_so` share."""
+"""Twins in which a state holds at the start of only one side: functions that `already` and `if_so` share."""
 
 from collections.abc import Iterator
 
@@ -17,7 +17,7 @@ from vigil.scoring.closure import Evidence
 
 
 def drafts_of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, ObjectInState, Thing]]:
-    """Yield SI drafts of an act that changes a clearly visible state, with goal and target."""
+    """Yield SI drafts whose act changes a clearly visible state. Each comes with its goal and target."""
     for episode in seeking(context, act):
         goal, target = episode.goal, context.thing(episode.goal.object_id)
         is_plain = act in ("open", "close") or target.category in SV_TOGGLES - FLAMES
@@ -26,13 +26,13 @@ def drafts_of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, 
 
 
 def phrase_for_state(context: HouseContext, target: Thing, act: Act) -> str:
-    """Return the words for the thing, or its part, whose state is asked about."""
+    """Return the words for the thing whose state is asked about, or for the part that has the state."""
     phrase = str(context.phrase(target.id))
     return opening_phrase(target.category, phrase).whole if act in ("open", "close") else phrase
 
 
 def setup_with_goal_met(episode: Episode, goal: ObjectInState) -> Setup:
-    """Return an episode's setup in which the goal holds from the start."""
+    """Return an episode's setup, changed so that the goal holds from the start."""
     fact = {"openness": float(goal.value)} if goal.state == "is_open" else {"is_toggled": goal.value}
     return changed_setup(episode.setup, goal.object_id, **fact)
 
@@ -40,9 +40,9 @@ def setup_with_goal_met(episode: Episode, goal: ObjectInState) -> Setup:
 def unfinished_setup(
     context: HouseContext, setup: Setup, target: Thing, act: Act
 ) -> tuple[Setup, tuple[Evidence, ...]]:
-    """Return the setup in which an act still has to be done, and the evidence for it.
+    """Return a setup in which the act is still needed, and the evidence that shows this.
 
-    What must be closed is partly open if a frame can show that.
+    A thing to be closed is only partly open if it can be partly open with a visible gap.
     """
     if act != "close" or not can_be_partly_open(target):
         return setup, (object_evidence(target.id),)

@@ -1,8 +1,8 @@
 """Tasks of the closure-stress suite, and functions that all proposals of tasks share.
 
-Most tasks are made from drafts of Search and Interact, so that the possible side satisfies the rules of that family,
-except those that its kind breaks on purpose. `vigil.authoring.closure.certify` decides which tasks are valid. Source:
-decision 30.
+Most tasks are made from drafts of the family SI (Search and Interact). So the first side satisfies the rules of this
+family, except those that the task's kind breaks on purpose. `vigil.authoring.closure.certify` decides which tasks are
+valid. Source: decision 30.
 """
 
 from collections.abc import Iterator
@@ -15,31 +15,31 @@ from vigil.protocol.episode import Episode
 from vigil.scoring.closure import CLOSURE_KINDS, Evidence, Kind
 
 LEVEL_DEG = 15.0
-"""Camera pitch (deg) of a start that sees a thing."""
+"""Camera pitch (deg) of a start from which a thing is visible."""
 NEAR_M = (0.7, 4.0)
-"""Distances (m) from that thing between which such a start is."""
+"""Minimum and maximum distance (m) from a thing to a start from which it is visible."""
 BY_NAME = "named"
-"""Form of a task about several things that one name identifies; in its other forms a state identifies them."""
+"""Form of a task about several things with the same name. In the other forms, a state identifies the things."""
 FLAMES = frozenset({"Candle"})
-"""Categories that are not called on or off."""
+"""Categories that people do not call on or off."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClosureTask:
-    """A task of the suite: one episode, or two twins, of which the one that satisfies the families' rules is first."""
+    """A task of the suite: one episode, or two twins. The first of the twins satisfies the families' rules."""
 
     kind: Kind
     episodes: tuple[Episode, ...]
     removed: str = ""
     """Id of the object in which the twins differ; empty without twins."""
     evidence: tuple[Evidence, ...] = ()
-    """Evidence that tells the twins apart."""
+    """Evidence that shows which of the twins an episode is."""
     form: str = ""
-    """Form of the task within its kind; empty if there is only one."""
+    """Form of the task within its kind; empty if the kind has only one form."""
 
     @property
     def meant(self) -> frozenset[str]:
-        """Ids of the things that the instruction means; reading its words back must give the same."""
+        """Ids of the things that the instruction means. Reading the instruction back must give the same ids."""
         bindings, unnamed = self.episodes[0].bindings, CLOSURE_KINDS[self.kind].unnamed_roles
         return frozenset(object_id for role, object_id in bindings.items() if role not in unnamed)
 
@@ -53,9 +53,9 @@ Tasks = Iterator[ClosureTask | Rejection]
 
 
 def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
-    """Yield one task of each source in turn, with the rejections before it, until all are exhausted.
+    """Yield one task of each source in turn until all are exhausted. Rejections come before the next task.
 
-    The order of the sources is random, so that each gets its share although only the first tasks are used.
+    The order of the sources is random, so that each source gets its share although only the first tasks are used.
     """
     left = [proposals[index] for index in context.rng.permutation(len(proposals))]
     while left:
@@ -76,5 +76,5 @@ def is_out_of_view_from(context: HouseContext, pose: Pose, thing_id: str) -> boo
 
 
 def rejection(context: HouseContext, kind: Kind, rule: str, message: str) -> Rejection:
-    """Return the rejection of something that did not become a task."""
+    """Return the rejection of a proposal that did not become a task."""
     return Rejection(family="SI", kind=kind, house=context.house.name, rule=rule, message=message)

@@ -1,6 +1,6 @@
-"""Rules about twins that are checked on their episodes and start states, without search or replay.
+"""Rules about twins that can be checked on their episodes and start states, without search or replay.
 
-`vigil.authoring.closure.certify` decides by search whether twins match their answers.
+The other rules are in `vigil.authoring.closure.certify`, which decides by search whether twins match their answers.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,7 +15,7 @@ from vigil.scoring.closure import CLOSURE_KINDS
 
 
 class BrokenRule(EpisodeError):
-    """Twins break a rule; the message says how."""
+    """Error for twins that break a rule; the message says how."""
 
     def __init__(self, rule: str, message: str) -> None:
         super().__init__(message)
@@ -23,7 +23,7 @@ class BrokenRule(EpisodeError):
 
 
 def check_single_difference(task: ClosureTask, second: Episode) -> None:
-    """Raise BrokenRule unless twins differ exactly in the setup of `task.removed` (with branches, in the goal too)."""
+    """Raise BrokenRule unless twins differ only in the setup of `task.removed` (with branches: or in the goal)."""
     first = task.episodes[0]
     same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
     goal = () if CLOSURE_KINDS[task.kind].has_branches else ("goal",)
@@ -34,14 +34,18 @@ def check_single_difference(task: ClosureTask, second: Episode) -> None:
         if first.setup.objects.get(object_id) != second.setup.objects.get(object_id)
     }
     if apart or ids != {task.removed} or first.setup.held != second.setup.held:
-        raise BrokenRule("twins_differ_in_one", f"they differ in {', '.join([*apart, *sorted(ids)])}")
+        raise BrokenRule(
+            "twins_differ_in_one",
+            f"the twins may differ only in the setup of {task.removed!r}, but differ in "
+            f"{', '.join([*apart, *sorted(ids)])}",
+        )
 
 
 def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, is_searched: bool) -> None:
-    """Raise BrokenRule if the first frame of a side shows what it must hide; the simulator was just reset to the side.
+    """Raise BrokenRule if a side's first frame shows what it must hide. The simulator was just reset to this side.
 
-    It must hide the target if it `is_searched` for, and another thing in which the twins differ. A mirror in view may
-    show either, and its picture is not counted as seen, so there must be none.
+    The frame must hide any thing in which the twins differ, except the target; if `is_searched` is True, also the
+    target. No mirror may be in view: it may show these things, and things in a mirror do not count as seen.
     """
     target = episode.goal.object_id
     wanted = {target: "hidden_at_start"} if is_searched else {}
@@ -57,14 +61,16 @@ def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, i
 
 
 def reason_for_absence(phrases: Sequence[Phrase], items: Iterable[DescribedThing]) -> Literal["absent", "elsewhere"]:
-    """Return "elsewhere" if another thing has the missing thing's name, else "absent".
+    """Return "elsewhere" if another thing has the same name as the missing thing; otherwise "absent".
 
-    A thing that may be mistaken for the missing thing, as a pot for a kettle, does not count as another such thing, but
-    it must not match a phrase either. Raises BrokenRule if something still matches a phrase.
+    A look-alike with another name (a pot for a kettle) does not count. `phrases` describe the missing thing. Raises
+    BrokenRule if one of them also fits a thing that is present, even a look-alike.
     """
     everything = list(items)
     for phrase in phrases:
         for other in referents(phrase, everything)[:1]:
-            raise BrokenRule("distinguished", f"{str(phrase)!r} still fits {other.id!r}")
+            raise BrokenRule(
+                "distinguished", f"the object meant by {str(phrase)!r} is absent, but the phrase also fits {other.id!r}"
+            )
     left = [(phrase.name, each.name) for phrase in phrases for each in referents(phrase.without_place, everything)]
     return "elsewhere" if any(name == found for name, found in left) else "absent"

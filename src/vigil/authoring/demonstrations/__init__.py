@@ -1,1 +1,1 @@
-"""Demonstrations: the requests that a model would get in episodes of a stream, with the solver's answers."""
+"""Demonstrations: the requests that a model would get in episodes of a stream, each with the solver's answer."""

@@ -1,9 +1,9 @@
-"""Rows of demonstrations as chat messages, and two formats of files for them.
+"""Rows of demonstrations as chat messages, and two formats of files for these rows.
 
-`sft` writes the chat messages to `train.jsonl`, which names the paths of the files with the pictures. `parquet` is one
-file with the same columns and the pictures inside, which HF `datasets` reads as images. A message has a part
-`{"type": "image"}` for a picture, and the column `images` holds the picture, as trainers of vision-language models
-expect.
+The format `sft` writes the rows to `train.jsonl` and each picture to a separate file; the rows have the paths of the
+pictures. The format `parquet` is one file with the same columns and with the pictures inside; Hugging Face `datasets`
+reads them as images. In both, a message has a part `{"type": "image"}` in place of a picture, and the column `images`
+has the picture, as trainers of vision-language models expect.
 """
 
 import json
@@ -33,7 +33,7 @@ FEATURES: dict[str, Any] = {
     "messages": [{"role": _TEXT_FEATURE, "content": [{"type": _TEXT_FEATURE, "text": _TEXT_FEATURE}]}],
     "images": [{"_type": "Image"}],
 }
-"""Types of the columns in the form that HF `datasets` stores in a file."""
+"""Types of the columns, in the form that Hugging Face `datasets` stores in a file."""
 SCHEMA = pa.schema(
     [
         *((name, pa.string()) for name in _TEXTS),
@@ -56,7 +56,7 @@ class ChatRow:
 
 
 def row_of(example: Example) -> ChatRow:
-    """Return an example as a row; that of a correction has the correct answer in `messages`, the false one apart."""
+    """Return an example as a row. The correct answer is in `messages`; a false report is in the column `rejected`."""
     frame = f"{example.episode_id}_{example.step:02d}"
     columns = {
         "id": frame if example.fault is None else f"{frame}_{example.fault}",
@@ -81,7 +81,7 @@ def _message(message: Message) -> dict[str, Any]:
 
 
 class SftWriter:
-    """Writer of the format `sft`: lines of JSON, and pictures as files."""
+    """Writer of the format `sft`: one file of JSON lines, and one file for each picture."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -89,14 +89,14 @@ class SftWriter:
         self._lines = (folder / TRAIN_JSONL).open("wb")
 
     def add(self, examples: Sequence[Example]) -> None:
-        """Write the rows of one episode; a picture that two of them share is one file."""
+        """Write the rows of one episode. Rows with the same picture share one picture file."""
         for row in map(row_of, examples):
             (self._folder / row.picture_path).write_bytes(row.picture.data)
             line = json.dumps({**row.columns, "images": [row.picture_path]}, ensure_ascii=False)
             self._lines.write(line.encode() + b"\n")
 
     def close(self) -> None:
-        """Finish the file."""
+        """Close the file."""
         self._lines.close()
 
 
@@ -115,5 +115,5 @@ class ParquetRowWriter:
         self._writer.write_table(pa.Table.from_pylist(table, SCHEMA))
 
     def close(self) -> None:
-        """Finish the file."""
+        """Complete and close the file."""
         self._writer.close()

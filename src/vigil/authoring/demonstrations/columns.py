@@ -1,7 +1,7 @@
 """The columns of a LeRobot dataset: a policy's input, the action as numbers, and the position of the row.
 
-LeRobot's policies read columns whose names begin with `observation.` and learn those that begin with `action`. Such
-columns must not contain anything hidden, and texts have other names.
+LeRobot's policies get the columns whose names begin with `observation.`, and learn the columns whose names begin with
+`action`. So these columns must not contain hidden facts or texts; columns with texts have other names.
 """
 
 import json
@@ -16,7 +16,7 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback
 CAMERA = "observation.images.ego"
 STATE = "observation.state"
 FPS = 1
-"""Frames per second, which the format requires; a step counts as a second, since episodes have no clock."""
+"""Frames per second, which the format requires. A step counts as one second, because episodes do not have a clock."""
 
 Dtype = Literal["image", "string", "bool", "int64", "float32"]
 Feature = dict[str, Any]
@@ -24,17 +24,17 @@ Feature = dict[str, Any]
 
 _ARGUMENTS = {argument.name: argument for skill in SKILLS.values() for argument in skill if argument.type != "string"}
 ACTION_NAMES = ("skill_name", *_ARGUMENTS)
-"""Names of the numbers of an action, in their order."""
+"""Names of the numbers that represent an action, in order."""
 WORDS: dict[str, tuple[str, ...]] = {
     "skill_name": tuple(SKILLS),
     **{name: argument.values for name, argument in _ARGUMENTS.items() if argument.values},
 }
-"""Name of a number that encodes a word -> the words in the order of the protocol; 0 is the first."""
+"""Name of a number that stands for a word -> the possible words. The number is the word's index, counted from 0."""
 _SIZES = {"x": FRAME_WIDTH, "y": FRAME_HEIGHT}
 
 
 def features_of(*, has_feedback: bool) -> dict[str, Feature]:
-    """Return the columns in their order; with `has_feedback` they include the feedback as the state."""
+    """Return the columns in order. If `has_feedback` is True, they include the feedback as the policy's state."""
     state = {STATE: _feature("float32", tuple(Feedback.model_fields))} if has_feedback else {}
     picture: Feature = {
         "dtype": "image",
@@ -59,7 +59,7 @@ def _feature(dtype: Dtype, names: tuple[str, ...] = ()) -> Feature:
 
 
 def schema_of(features: dict[str, Feature]) -> pa.Schema:
-    """Return the Arrow schema of the columns, with metadata for HF `datasets` that mark the picture."""
+    """Return the Arrow schema of the columns, with metadata by which Hugging Face `datasets` recognises the picture."""
     fields = [(name, _arrow_type(feature)) for name, feature in features.items()]
     pictures = {"info": {"features": {CAMERA: {"_type": "Image"}}}}
     return pa.schema(fields, metadata={"huggingface": json.dumps(pictures)})
@@ -73,7 +73,7 @@ def _arrow_type(feature: Feature) -> pa.DataType:
 
 
 def columns_of(example: Example) -> dict[str, Any]:
-    """Return an example's columns, without its reward and its position in the dataset."""
+    """Return the columns of an example, except its reward and its position in the dataset."""
     name = f"frame-{example.step - 1:06d}.{example.picture.format}"
     feedback = example.feedback
     state = {} if feedback is None else {STATE: [float(said) for said in feedback.model_dump().values()]}
@@ -87,13 +87,13 @@ def columns_of(example: Example) -> dict[str, Any]:
 
 
 def numbers_of(action: Action) -> list[float]:
-    """Return an action as numbers, in the order of `ACTION_NAMES`; those that its skill does not use are 0."""
+    """Return an action as numbers, in the order of `ACTION_NAMES`. Arguments that its skill does not have are 0."""
     said = action.model_dump(exclude_none=True)
     return [_number(name, said[name]) if name in said else 0.0 for name in ACTION_NAMES]
 
 
 def _number(name: str, value: Any) -> float:
-    """Return the number for an argument: a word's index, a pixel's middle as a share of the frame, or a magnitude."""
+    """Return an argument as a number: a word's index, the middle of a pixel as a share of the frame, or a magnitude."""
     if name in WORDS:
         return float(WORDS[name].index(value))
     return (value + 0.5) / _SIZES[name] if name in _SIZES else float(value)

@@ -20,7 +20,7 @@ class RowWriter(Protocol):
         ...
 
     def close(self) -> None:
-        """Finish the files."""
+        """Complete and close the files."""
         ...
 
 
@@ -29,11 +29,11 @@ class OutputFormat:
     """A format of files for demonstrations."""
 
     rows: Callable[[Path], RowWriter]
-    """Function that makes a writer for a folder."""
+    """Function that takes a folder and returns a writer of files in this folder."""
     table: str
-    """Path or pattern of the files with the rows."""
+    """Path of the file with the rows, or a pattern if there are several files."""
     has_corrections: bool = True
-    """Whether the rows include corrections."""
+    """Whether the rows include corrections (requests with a false report in addition to the correct answer)."""
 
 
 FORMATS: dict[Format, OutputFormat] = {

@@ -1,6 +1,6 @@
 """Demonstrations as a LeRobot dataset v3.0: frames in `data/`; tasks, episodes and statistics in `meta/`.
 
-Source: https://huggingface.co/docs/lerobot/lerobot-dataset-v3, and what `lerobot` 0.4.4 reads and writes.
+Source: https://huggingface.co/docs/lerobot/lerobot-dataset-v3, and the files that `lerobot` 0.4.4 reads and writes.
 """
 
 import json
@@ -20,9 +20,9 @@ from vigil.authoring.demonstrations.statistics import LEVELS, Statistics, of_col
 
 VERSION = "v3.0"
 FILE_MB = 100
-"""Size of a data file (MB) beyond which a new one begins."""
+"""Maximum size (MB) of a data file. When it is reached, a new file is begun."""
 FILES_A_CHUNK = 1000
-"""Number of files in a folder."""
+"""Number of files in one folder (a chunk)."""
 _PLACE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 DATA, EPISODES = f"data/{_PLACE}", f"meta/episodes/{_PLACE}"
 DATA_FILES = "data/*/*.parquet"
@@ -30,10 +30,10 @@ INFO, STATS, TASKS = "meta/info.json", "meta/stats.json", "meta/tasks.parquet"
 
 
 class LeRobotWriter:
-    """Writer of Parquet files with the pictures inside and a row group for each episode.
+    """Writer of Parquet files with the pictures inside. Each episode is a row group.
 
-    A new file begins where one would be too large. Corrections must not be added, since false reports must not be
-    imitated.
+    A new file is begun if a file would become too large. Corrections must not be added, because policies imitate every
+    row and must not imitate false reports.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -78,7 +78,7 @@ class LeRobotWriter:
         self._frames += len(rows)
 
     def _write(self, rows: list[dict[str, Any]], size: int) -> None:
-        """Write rows as a row group, in a new file if the last one has no room for `size` bytes of pictures."""
+        """Write rows as a row group. If `size` bytes of pictures do not fit into the last file, begin a new file."""
         if self._writer is None or self._file_bytes + size > FILE_MB * 2**20:
             self._close_file()
             self._file, self._file_bytes = self._file + 1, 0
@@ -93,7 +93,7 @@ class LeRobotWriter:
             self._writer.close()
 
     def _episode(self, examples: Sequence[Example], statistics: dict[str, Statistics]) -> dict[str, Any]:
-        """Return an episode's row in `meta/episodes`; family and difficulty are additions to LeRobot's columns."""
+        """Return an episode's row in `meta/episodes`: LeRobot's columns, and also the family and the difficulty."""
         place = _place(self._file)
         return {
             "episode_index": len(self._episodes),
@@ -109,7 +109,7 @@ class LeRobotWriter:
         }
 
     def close(self) -> None:
-        """Finish the data files and write `meta/`, unless there are no episodes."""
+        """Complete the data files and write `meta/`. Without episodes, write nothing."""
         self._close_file()
         if not self._episodes:
             return
@@ -144,6 +144,6 @@ class LeRobotWriter:
 
 
 def _place(file: int) -> dict[str, int]:
-    """Return the indices of a file's chunk and of the file in it."""
+    """Return the index of the chunk of file number `file`, and the index of the file within the chunk."""
     chunk, index = divmod(file, FILES_A_CHUNK)
     return {"chunk_index": chunk, "file_index": index}

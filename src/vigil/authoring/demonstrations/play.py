@@ -1,8 +1,8 @@
 """One episode of a stream as examples: each request that a model would get, with the solver's answer.
 
-The episode is played twice, first for the effect of each action and then with pictures. The class that makes requests
-to models (`vigil.agents.conversation.Conversation`) also makes these requests. A false report is used only if the
-scoring calls it false.
+The episode is played twice: first to find the effect of each action, then with pictures. The requests are made by the
+same class that makes requests to models (`vigil.agents.conversation.Conversation`). A report is used as false only if
+scoring finds it false.
 """
 
 import json
@@ -28,34 +28,34 @@ from vigil.scoring.outcomes import score
 from vigil.sim import make_simulator
 
 Fault = Literal["premature_success", "wrong_state", "false_fail"]
-"""Fault of a false report: success before the goal holds, the other state, or giving up when the goal is reached."""
+"""What is wrong with a false report: success before the goal holds, the wrong state, or giving up a reached goal."""
 FAULTS: tuple[Fault, ...] = get_args(Fault)
 
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """One request with the correct answer. An example of a correction also has a false report to reject."""
+    """One request with the correct answer. If the example is a correction, it also has a false report to reject."""
 
     episode_id: str
     family: str
     difficulty: str
     instruction: str
     step: int
-    """Number of the step, from 1."""
+    """Number of the step, counted from 1."""
     feedback: Feedback | None
-    """Feedback on the action before, all false at the first step; None in a profile without feedback."""
+    """Feedback on the previous action (all False at the first step); None if the profile has no feedback."""
     messages: tuple[Message, ...]
-    """Messages of the request; the last one has the picture."""
+    """Messages of the request. The last message has the picture."""
     action: Action
     thought: str
     answer: str
-    """Thought and action in the form of a model's reply."""
+    """The correct answer, with thought and action, in the form of a model's reply."""
     is_privileged: bool
-    """Whether the solver uses hidden state here: it moves towards a thing that no frame so far has shown."""
+    """Whether the solver uses hidden state at this step: it moves towards a thing that no frame has shown yet."""
     rejected: str | None = None
-    """False report of a correction; None for a demonstration."""
+    """The false report of a correction; None for a demonstration."""
     fault: Fault | None = None
-    """Fault of the false report; None for a demonstration."""
+    """What is wrong with the false report; None for a demonstration."""
 
     @property
     def picture(self) -> EncodedFrame:
@@ -66,14 +66,14 @@ class Example:
 
 
 class Demonstrator:
-    """A player of solutions under one profile, with its own simulator."""
+    """Plays solutions under one profile, on its own simulator."""
 
     def __init__(self, profile: Profile, quality: Quality = "default") -> None:
         self._profile = profile
         self._simulator = make_simulator("mujoco", assets=AssetDatabase.default(), quality=quality)
         self._item: StreamItem | None = None
         self._phrases: dict[str, Phrase] = {}
-        """Thing id -> its phrase in the present instruction."""
+        """Thing id -> the phrase for this thing in the instruction of the current episode."""
         self._env = Env(self._simulator, lambda episode: self._now().house, profile)
 
     def close(self) -> None:
@@ -81,7 +81,7 @@ class Demonstrator:
         self._env.close()
 
     def examples(self, item: StreamItem, *, with_corrections: bool = True) -> list[Example]:
-        """Return the examples of an episode, step by step, then its corrections.
+        """Return the examples of an episode: first its demonstrations, step by step, then its corrections.
 
         Raises SimulatorError if the simulator fails or the solution does not solve the episode.
         """
@@ -89,7 +89,9 @@ class Demonstrator:
         actions = item.draft.actions
         record = self._record([self._answer(action, "") for action in actions])
         if not score(item.episode, record).B:
-            raise SimulatorError(f"Episode {item.episode.id!r}: its solution, played again, does not solve it.")
+            raise SimulatorError(
+                f"Episode {item.episode.id!r}: the recorded solution, played again, does not solve the episode."
+            )
         shown = self._demonstrations(actions, record)
         return [*shown, *self._corrections(shown, record)] if with_corrections else shown
 
@@ -98,16 +100,16 @@ class Demonstrator:
         return self._item
 
     def _record(self, answers: Sequence[str]) -> EpisodeRecord:
-        """Return the record of playing answers, without drawing frames."""
+        """Play these answers without drawing frames, and return the record."""
         self._env.reset(self._now().episode)
         for answer in answers:
             self._env.step(Reply(text=answer))
         if self._env.end is None:
-            raise SimulatorError(f"Episode {self._now().episode.id!r}: its solution does not end it.")
+            raise SimulatorError(f"Episode {self._now().episode.id!r}: the recorded solution does not end the episode.")
         return self._env.record()
 
     def _demonstrations(self, actions: Sequence[Action], record: EpisodeRecord) -> list[Example]:
-        """Return an example for each action, with the frame before it."""
+        """Return one example for each action. Its picture is the frame before the action."""
         episode, found = self._now().episode, list[Example]()
         conversation = Conversation(self._profile, episode.instruction)
         observation = self._env.reset(episode)
@@ -138,7 +140,7 @@ class Demonstrator:
         return found
 
     def _has_been_seen(self, index: int, record: EpisodeRecord) -> bool:
-        """Return whether the subject of a step's action was visible in a frame, or held, up to that step."""
+        """Return whether the subject of a step's action was in a frame, or in the hand, at this step or before."""
         about = self._subject_id(index, record)
         states = [world.objects[about] for world in record.worlds[: index + 1]]
         return any(state.visible_px or state.is_held for state in states)
@@ -152,7 +154,7 @@ class Demonstrator:
         return self._now().episode.goal.object_id
 
     def _worded(self, action: Action, index: int, record: EpisodeRecord) -> tuple[Action, str]:
-        """Return an action, a report with its summary, and the thought that follows from the frame before it."""
+        """Return the action (a report gets a summary), and the thought before it, which follows from the frame."""
         world, goal = record.worlds[index], self._now().episode.goal
         about = self._subject_id(index, record)
         pixels = self._simulator.pixels_of(about)
@@ -164,7 +166,7 @@ class Demonstrator:
         return action.model_copy(update={"summary": said}), thought_text(action, subject, said)
 
     def _corrections(self, shown: Sequence[Example], record: EpisodeRecord) -> list[Example]:
-        """Return the corrections of an episode: requests with a false report and the correct answer."""
+        """Return the corrections of an episode: requests with a false report in addition to the correct answer."""
         goal, last = self._now().episode.goal, shown[-1]
         closing = record.steps[-1].action
         assert isinstance(closing, Report)
@@ -180,7 +182,7 @@ class Demonstrator:
         )
 
     def _false_ones(self, shown: Sequence[Example], wanted: Sequence[tuple[Example, Fault, str]]) -> list[Example]:
-        """Return the corrections whose reports are indeed false; the goal may hold early, so that a claim is true."""
+        """Return the corrections of `wanted` whose report is false. Success may be true, as the goal may hold early."""
         found: list[Example] = []
         for example, fault, false in wanted:
             before = [each.answer for each in shown[: example.step - 1]]
@@ -192,7 +194,7 @@ class Demonstrator:
         return self._answer(Report(status=status, summary=said), said)
 
     def _answer(self, action: Action, thought: str) -> str:
-        """Return the reply with an action and a thought in the form of the profile."""
+        """Return the reply with this action and thought, in the form that the profile requires."""
         arguments = action.model_dump(exclude={"skill_name", "raw_status"}, exclude_none=True)
         if isinstance(action, InteractPixel):
             sizes = {"x": FRAME_WIDTH, "y": FRAME_HEIGHT}
@@ -206,5 +208,5 @@ class Demonstrator:
 
 
 def _coordinate(pixel: int, size: int, coordinates: Coordinates) -> int:
-    """Return a pixel's coordinate in the profile's coordinates: the least number that is read as this pixel."""
+    """Return a pixel as a coordinate of the profile: the smallest number that is read back as the same pixel."""
     return pixel if coordinates == "pixel" else -(-pixel * 1000 // size)

@@ -1,4 +1,4 @@
-"""Statistics of columns, with which LeRobot's policies normalize their input: exact, over all rows and pixels."""
+"""Statistics of columns, computed from all rows and pixels. LeRobot's policies normalize their input with them."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,11 +8,11 @@ import numpy as np
 QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 LEVELS = 256
 Statistics = dict[str, Any]
-"""Name of a statistic -> its values, one for each number of a column, or of shape (3, 1, 1) for the channels."""
+"""Name of a statistic -> its values: one for each number of a column, or shape (3, 1, 1) for a frame's channels."""
 
 
 def of_numbers(rows: np.ndarray) -> Statistics:
-    """Return the statistics of rows (n, numbers) over n."""
+    """Return the statistics of each column of `rows` (n, numbers), computed over the n rows."""
     values = rows.astype(np.float64)
     found = {
         "min": values.min(axis=0),
@@ -25,12 +25,12 @@ def of_numbers(rows: np.ndarray) -> Statistics:
 
 
 def pixel_counts(rgb: np.ndarray) -> np.ndarray:
-    """Return the number of pixels of each level in each channel of a frame (h, w, 3); shape (3, 256)."""
+    """Return for each channel of a frame (h, w, 3) how many pixels have each level 0..255; shape (3, 256)."""
     return np.stack([np.bincount(channel.ravel(), minlength=LEVELS) for channel in np.moveaxis(rgb, -1, 0)])
 
 
 def of_pixels(counts: np.ndarray, frames: int) -> Statistics:
-    """Return the statistics of pixels as shares of the highest level, from counts (3, 256) over all `frames`."""
+    """Return the statistics of pixel levels, scaled to 0..1. `counts` (3, 256) has the pixels of `frames` by level."""
     levels = np.arange(LEVELS) / (LEVELS - 1)
     until, total = counts.cumsum(axis=1), counts.sum(axis=1)
     mean = counts @ levels / total
@@ -46,6 +46,6 @@ def of_pixels(counts: np.ndarray, frames: int) -> Statistics:
 
 
 def of_columns(numbers: Mapping[str, np.ndarray], camera: str, counts: np.ndarray) -> dict[str, Statistics]:
-    """Return column -> statistics, for columns of numbers (n, numbers) and for the camera's pixel counts (3, 256)."""
+    """Return column -> statistics. `numbers` has columns of numbers (n, numbers); `counts` is for column `camera`."""
     frames = len(next(iter(numbers.values())))
     return {camera: of_pixels(counts, frames), **{name: of_numbers(rows) for name, rows in numbers.items()}}

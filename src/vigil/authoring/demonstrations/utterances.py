@@ -1,7 +1,8 @@
-"""Thoughts and reports of demonstrations, which follow from the picture and the instruction only.
+"""Thoughts and reports of demonstrations. They follow only from the picture and the instruction.
 
-The solver knows the hidden world, but its words must not. They name only things that the instruction names. They say
-that a thing is seen only if enough of it is in the frame, and that it is not seen only if nothing of it is.
+The solver knows the hidden world, but its words must not show this. They mention only things that the instruction
+names. They say that a thing is seen only if enough of it is in the frame, and that it is not seen only if no part of it
+is in the frame.
 """
 
 from collections.abc import Mapping
@@ -17,7 +18,7 @@ from vigil.protocol.world import ObjectState
 from vigil.scene.things import Scene
 
 SIDE_SHARE = 0.35
-"""Share of the frame's width that counts as its left, and as its right side."""
+"""Share of the frame's width that counts as its left side; the right side has the same width."""
 MOVES = {
     "forward": "walk forward",
     "backward": "step back",
@@ -38,20 +39,21 @@ GAVE_UP = "I could not do what was asked."
 
 @dataclass(frozen=True, slots=True)
 class SubjectInView:
-    """The subject of the next interaction, or else of the goal, with its visibility in the frame."""
+    """The thing that a thought is about (the next thing to interact with, or the target), and how a frame shows it."""
 
     phrase: Phrase
-    """Phrase of the instruction for it."""
+    """Phrase for the subject in the instruction."""
     is_seen: bool = False
-    """Whether it is observable."""
+    """Whether the subject is observable in the frame."""
     is_out_of_view: bool = False
-    """Whether nothing of it is in the frame; if it is neither seen nor out of view, words do not mention its sight."""
+    """Whether no part of the subject is in the frame. If the subject is neither seen nor out of view, the thought does
+    not say whether it is seen."""
     x: float | None = None
-    """Position (px) of its middle in the frame; None if it is out of view."""
+    """Horizontal position (px) of the subject's middle in the frame; None if the subject is out of view."""
 
 
 def phrases_mentioned(instruction: str, scene: Scene, held: str | None) -> dict[str, Phrase]:
-    """Return thing id -> the first phrase of an instruction that means this thing only; `held` is in the hand."""
+    """Return thing id -> the first phrase in an instruction that means only this thing; `held` is in the hand."""
     items = items_of(scene)
     phrases = mentions(instruction, [item.name for item in items.values()])
     meant = resolve_mentions(phrases, items.values(), items.get(held or ""))
@@ -65,13 +67,13 @@ def phrases_mentioned(instruction: str, scene: Scene, held: str | None) -> dict[
 
 
 def subject_in(state: ObjectState, phrase: Phrase, x: float | None) -> SubjectInView:
-    """Return the subject with its visibility, from its observed state and the x (px) of its middle."""
+    """Return the subject with its visibility, from its state at the frame and the position x (px) of its middle."""
     is_seen = is_observable(state) and not state.is_held
     return SubjectInView(phrase, is_seen, state.visible_px == 0 and not state.is_held, x)
 
 
 def thought_text(action: Action, subject: SubjectInView, report: str) -> str:
-    """Return the sentence for an action about a subject; `report` is the sentence for a report."""
+    """Return the thought before an action, a sentence about the subject. For a report, the thought is `report`."""
     match action:
         case Navigate():
             return _sight(subject, MOVES[action.mode])
@@ -103,5 +105,5 @@ def _side(x: float) -> str:
 
 
 def report_text(goal: Goal, phrases: Mapping[str, Phrase], status: Status) -> str:
-    """Return the summary of a closing report, with the instruction's phrases by thing id."""
+    """Return the summary of a closing report. `phrases` has the instruction's phrases by thing id."""
     return report_summary(goal, lambda object_id: str(phrases[object_id].without_place), status)

@@ -1,4 +1,4 @@
-"""Demonstrations as a folder: rows, a card, and a file with the settings that made them."""
+"""Writing of demonstrations into a folder: the rows, a card, and a file with the settings that made them."""
 
 import json
 import shutil
@@ -25,15 +25,15 @@ from vigil.protocol.prompt import policy_sha256, policy_version
 FACTS = "demonstrations.json"
 
 OnEpisode = Callable[[int], None]
-"""A function that gets the number of episodes written so far."""
+"""Function that is called with the number of episodes written so far."""
 
 
 def check_source(pack: str) -> None:
-    """Raise SettingError unless a pack is a stream whose seed is not secret."""
+    """Raise SettingError unless `pack` is the address of a stream whose seed is not secret."""
     if not is_stream(pack):
         raise SettingError(
-            f"No demonstrations are made of pack {pack!r}: agents trained on a pack's episodes cannot be measured on "
-            "them. Give a stream, whose houses are not in packaged packs: --pack stream:7."
+            f"Demonstrations cannot be made from pack {pack!r}, because agents trained on a pack's episodes cannot "
+            "be measured on them. Give a stream, whose houses are not in packaged packs: --pack stream:7."
         )
     if is_secret(seed_in(pack)):
         raise SettingError(
@@ -52,15 +52,15 @@ def write_demonstrations(
     quality: Quality = "default",
     on_episode: OnEpisode = lambda episodes: None,
 ) -> dict[str, Any]:
-    """Write demonstrations of a stream's first `count` episodes into a missing or empty folder, and return their facts.
+    """Write demonstrations of a stream's first `count` episodes into a new or empty folder; return facts about them.
 
-    Raises SettingError if the format is unknown, the folder is not empty or the stream ends earlier, SimulatorError if
-    an episode cannot be played.
+    Raises SettingError if the format is unknown, the folder is not empty or the stream has fewer episodes. Raises
+    SimulatorError if an episode cannot be played.
     """
     if form not in FORMATS:
         raise SettingError(f"Format {form!r} does not exist. Choose one of: {', '.join(FORMATS)}.")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise SettingError(f"{str(out)!r} is not an empty folder. Write into a new one.")
+        raise SettingError(f"{str(out)!r} is not an empty folder. Give a new folder.")
     chosen = FORMATS[form]
     rows, episodes, privileged = Counter[str](), Counter[str](), 0
     with _whole(out) as folder, closing(stream.items()) as items, closing(Demonstrator(profile, quality)) as player:
@@ -73,7 +73,9 @@ def write_demonstrations(
                 episodes[item.episode.family] += 1
                 on_episode(episodes.total())
         if episodes.total() < count:
-            raise SettingError(f"The stream holds {episodes.total()} wanted episodes, not {count}. Ask for fewer.")
+            raise SettingError(
+                f"The stream has only {episodes.total()} of the {count} requested episodes. Ask for fewer."
+            )
         facts = {
             **header_of(stream).model_dump(mode="json"),
             "format": form,
@@ -92,7 +94,7 @@ def write_demonstrations(
 
 @contextmanager
 def _whole(out: Path) -> Iterator[Path]:
-    """Yield a folder that becomes `out` at the end, or is removed if an exception is raised."""
+    """Yield a temporary folder. At the end it becomes `out`; if an exception is raised, it is removed."""
     partial = out.absolute().with_name(f".{out.name}.partial")
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)

@@ -1,1 +1,1 @@
-"""Drafting: proposals of episodes in houses, and the files that hold them."""
+"""Drafting: functions that propose episodes in houses, and the files that store the proposals."""

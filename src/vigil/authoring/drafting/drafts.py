@@ -1,4 +1,4 @@
-"""Drafts: a file of proposed episodes, both the valid ones and the rejected ones with the rule that each breaks.
+"""Drafts file: proposed episodes, both the valid episodes and the rejected proposals with the rule that each breaks.
 
     {"line": "header", ...}      the author of the proposals and the settings
     {"line": "house", ...}       which house of which dataset or file, and its hash
@@ -9,7 +9,7 @@
     {"line": "done", ...}        a family in a house is finished, with counts
 
 Houses are stored next to the file, in the folder `<stem>.houses`. One process at a time appends to the file. Lines
-after the last `done` line are unfinished work; they are cut off when the file is continued.
+after the last `done` line are unfinished work; they are removed when the file is continued.
 """
 
 import hashlib
@@ -40,18 +40,18 @@ from vigil.scoring.closure import ClosureAnswer, Kind
 
 DRAFTS_SCHEMA = 2
 DRAFTS_VERSION = 5
-"""Version of the drafts and their wording. Raised when a house and a seed yield other drafts than before:
-`tests/authoring/streaming` pins some. Drafts files, recipes and streams of another version are refused."""
+"""Version of the drafts and their wording. It is raised when the same house and seed give other drafts than before;
+`tests/authoring/streaming` checks examples. Drafts files, recipes and streams of another version are refused."""
 UNVERSIONED_DRAFTS = 1
-"""The version of drafts that do not name one."""
+"""Version of drafts that do not state a version."""
 DIGITS = 6
 """Number of hash digits in a draft's id."""
 
 HOUSE_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
 MAX_LINES = 100_000
-"""Greatest number of houses in one file."""
+"""Maximum number of houses in one file."""
 Split = Literal["train", "val", "test"]
-"""The splits of ProcTHOR-10K."""
+"""Splits of the dataset ProcTHOR-10K."""
 
 
 class _Line(BaseModel):
@@ -59,7 +59,7 @@ class _Line(BaseModel):
 
 
 class Header(_Line):
-    """Author of the proposals and settings; a file is continued only with equal ones."""
+    """Author of the proposals, and the settings. A file can only be continued with an equal header."""
 
     line: Literal["header"] = "header"
     schema_version: Annotated[int, schema_validator(DRAFTS_SCHEMA)] = DRAFTS_SCHEMA
@@ -69,35 +69,35 @@ class Header(_Line):
     per_house: int
     tried: int
     starts: int = Field(default=1, ge=1)
-    """Number of start poses drawn for each draft, of which the hardest is used; written if it is more than one."""
+    """Number of start poses drawn for each draft; the hardest is used. The field is written if the number exceeds 1."""
     forms: Forms = "public"
-    """Half of the sentence forms from which instructions are drawn, or all."""
+    """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
     is_seed_secret: bool = False
-    """Whether names of houses and episodes must not reveal the seed; written if they must not."""
+    """Whether names of houses and episodes must not reveal the seed. The field is written if True."""
     asset_database_sha256: str | None = None
-    """Hash of AI2-THOR's asset database, from which objects get their sizes; written if one is used."""
+    """Hash of AI2-THOR's asset database, from which objects get their sizes; written if the database is used."""
 
 
 class HouseOrigin(_Line):
-    """Source of a house that the project did not generate; a pack identifies the house by it."""
+    """Source of a house that the project did not generate. A pack identifies the house by its source."""
 
     line: Literal["house"] = "house"
     name: str = Field(pattern=HOUSE_PATTERN)
     """Name of the house in packs."""
     dataset: str = Field(pattern=r"^[^/\x00]{1,255}$")
-    """Name of the dataset, or of the file."""
+    """Name of the dataset, or of the file with the house."""
     split: Split | None = None
     index: int | None = Field(default=None, ge=0, lt=MAX_LINES)
-    """Position in the file or in the split, from 0; None for the only house in a file."""
+    """Position in the file or in the split, counted from 0; None if the file has only one house."""
     revision: str | None = Field(default=None, pattern=r"^[0-9a-f]{40}$")
     sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     """SHA-256 of the house's canonical JSON."""
 
 
 class DraftFacts(_Line):
-    """Facts over which a pack is balanced, in addition to the episode's own."""
+    """Facts over which a pack is balanced, in addition to the facts in the episode itself."""
 
     category: str
     """Category of the target."""
@@ -106,9 +106,9 @@ class DraftFacts(_Line):
     distance_m: float
     """Distance (m) from the start to the target's box in the floor plane."""
     is_seen_by_turning: bool
-    """Whether some heading and pitch at the start position show the target."""
+    """Whether the target is visible from the start position at some heading and pitch."""
     label: Literal["on", "off", "open", "closed"] | None = None
-    """State of the target; for state verification only."""
+    """State of the target that a report must have; None in all families except state verification."""
 
 
 class Draft(_Line):
@@ -116,7 +116,7 @@ class Draft(_Line):
 
     line: Literal["draft"] = "draft"
     kind: str
-    """Kind in the grammar's table."""
+    """Kind of the episode within its family, as in the grammar's table."""
     episode: Episode
     actions: tuple[Action, ...]
     facts: DraftFacts
@@ -128,12 +128,12 @@ class Draft(_Line):
 
     @property
     def group(self) -> str:
-        """The episode's family, of which packs hold a number of drafts."""
+        """The episode's family. Packs take a certain number of drafts of each group."""
         return self.episode.family
 
     @property
     def drafts(self) -> tuple["Draft", ...]:
-        """The draft itself: an episode of the families is a task with one side."""
+        """The draft itself, as a tuple: a task of a family has only one side."""
         return (self,)
 
     @property
@@ -149,11 +149,11 @@ class ClosureDraft(_Line):
     kind: Kind
     drafts: tuple[Draft, ...] = Field(min_length=1, max_length=2)
     answers: tuple[ClosureAnswer, ...] = Field(min_length=1, max_length=2)
-    """One entry for each draft, in the same order."""
+    """Answers to the sides, in the same order as `drafts`."""
 
     @property
     def group(self) -> str:
-        """The kind of the suite, of which packs hold a number of tasks."""
+        """The task's kind. Packs take a certain number of tasks of each group."""
         return self.kind
 
 
@@ -173,7 +173,7 @@ class ListDraft(_Line):
 
 
 class Rejection(_Line):
-    """A proposal that no pack may hold."""
+    """A proposal that broke a rule and so must not be in a pack."""
 
     line: Literal["rejected"] = "rejected"
     family: Family
@@ -185,7 +185,7 @@ class Rejection(_Line):
 
 
 class FamilyDone(_Line):
-    """Record that a family in a house is finished."""
+    """Line that says that the work on a family in a house is finished."""
 
     line: Literal["done"] = "done"
     family: Family
@@ -213,12 +213,12 @@ class DraftsContent:
 
     @property
     def drafts(self) -> tuple[Draft, ...]:
-        """The sides of all tasks."""
+        """All sides of all tasks."""
         return tuple(draft for task in self.tasks for draft in task.drafts)
 
     @property
     def reasons(self) -> dict[str, dict[str, int]]:
-        """Family -> rule -> number of proposals that broke it, both sorted by name."""
+        """Family -> rule -> number of proposals that broke the rule, both sorted by name."""
         found: dict[str, Counter[str]] = {}
         for rejection in self.rejections:
             found.setdefault(rejection.family, Counter())[rejection.rule] += 1
@@ -234,10 +234,10 @@ class DraftsFile:
 
     @contextmanager
     def writing(self, header: Header) -> Iterator["DraftsWriter"]:
-        """Open the file for writing, locked against other writers; begin it, or cut off unfinished work.
+        """Open the file for writing, locked against other writers. Begin the file, or remove unfinished work from it.
 
-        Raises SettingError if its folder does not exist, or if it is invalid or was begun with other settings;
-        RecordError if it cannot be written.
+        Raises SettingError if the file's folder does not exist, or if the file is invalid or was begun with other
+        settings. Raises RecordError if the file cannot be written.
         """
         if not self.path.parent.is_dir():
             raise SettingError(f"Folder {str(self.path.parent)!r} does not exist. Create it first.")
@@ -247,25 +247,25 @@ class DraftsFile:
             yield DraftsWriter(file, self.houses, content)
 
     def read(self) -> DraftsContent:
-        """Return the content of the finished part. Raises SettingError if the file is missing or a line is invalid."""
+        """Return the content up to the last finished family. Raises SettingError if the file is missing or invalid."""
         return self._proposed(_finished(self._lines()))
 
     def check_assets(self, given: str | None) -> None:
-        """Raise SettingError if the drafts were made with an asset database whose hash is not `given`."""
+        """Raise SettingError unless the drafts were made with the asset database of this hash (None: no database)."""
         header = self._proposed(self._lines(most=1)).header
         fault = asset_mismatch(f"Drafts file {str(self.path)!r}", header.asset_database_sha256, given)
         if fault is not None:
             raise SettingError(fault)
 
     def house(self, name: str) -> House:
-        """Return a house stored next to the file. Raises HouseError if it is missing or invalid."""
+        """Return the house `name` that is stored next to the file. Raises HouseError if it is missing or invalid."""
         path = self.houses / f"{name}.json"
         if not path.exists():
             raise HouseError(f"House {name!r} of drafts file {str(self.path)!r} is missing: {str(path)!r}.")
         return House.load(path)
 
     def has_house(self, name: str) -> bool:
-        """Return whether a house of this name is stored next to the file."""
+        """Return whether a house called `name` is stored next to the file."""
         return (self.houses / f"{name}.json").is_file()
 
     def _lines(self, most: int | None = None) -> Sequence[JsonLine]:
@@ -274,7 +274,7 @@ class DraftsFile:
         return read_lines(self.path, most)
 
     def _continue(self, file: AppendFile, header: Header) -> DraftsContent:
-        """Cut off unfinished work, or write the header of an empty file; return the finished content."""
+        """Remove unfinished work, or write the header if the file is empty. Return the finished content."""
         first = _bytes_of(header)
         if first.startswith(b"".join(line.data for line in file.lines.complete) + file.lines.partial_line):
             file.truncate(0)  # empty, or an interrupted first line
@@ -284,8 +284,8 @@ class DraftsFile:
         found = self._proposed(finished)
         if found.header != header:
             raise SettingError(
-                f"Drafts file {str(self.path)!r} was begun with other settings ({_differences(found.header, header)}). "
-                "Use the same ones, or another file."
+                f"Drafts file {str(self.path)!r} was begun with other settings "
+                f"({_differences(found.header, header)}). Use the same settings, or another file."
             )
         file.truncate(finished[-1].end)
         return found
@@ -296,7 +296,10 @@ class DraftsFile:
             for line in lines
         ]
         if not rows or not isinstance(rows[0], Header):
-            raise SettingError(f"Drafts file {str(self.path)!r} does not begin with a header. Propose again.")
+            raise SettingError(
+                f"Drafts file {str(self.path)!r} does not begin with a header. Make the file again with `vigil "
+                "pack propose`."
+            )
         return DraftsContent(
             rows[0],
             tuple(row for row in rows if isinstance(row, TaskDraft)),
@@ -307,7 +310,7 @@ class DraftsFile:
 
 
 def house_in(files: Sequence[DraftsFile], name: str) -> House:
-    """Return the house of this name next to the first drafts file that has it. Raises HouseError if none has it."""
+    """Return the house called `name` from the first drafts file that has it. Raises HouseError if no file has it."""
     return next((file for file in files if file.has_house(name)), files[0]).house(name)
 
 
@@ -318,24 +321,24 @@ class DraftsWriter:
     file: AppendFile
     houses: Path
     begun: DraftsContent
-    """Finished content of the file when it was opened."""
+    """Finished content of the file at the time when it was opened."""
 
     @property
     def done(self) -> frozenset[tuple[str, Family]]:
-        """Pairs of house and family that were already done when the file was opened."""
+        """Pairs of house and family that were already finished when the file was opened."""
         return frozenset((each.house, each.family) for each in self.begun.done)
 
     def add(self, house: House | None, lines: Iterable[DraftLine]) -> None:
-        """Append the lines of a house, and save the house; it is None if it could not be made. Raises RecordError."""
+        """Append the lines about a house, and store the house (None if it cannot be made). Raises RecordError."""
         if house is not None:
             house.save(self.houses / f"{house.name}.json")
         self.file.append(*map(_bytes_of, lines))
 
 
 def draft_id(episode: Episode, category: str, house: House, secret: int | None = None) -> str:
-    """Return an id of the paper's form followed by family and hash, so that equal drafts have equal ids.
+    """Return an id in the form of the paper, followed by family and hash, so that equal drafts have equal ids.
 
-    With a `secret` seed, return an id that reveals nothing to readers who do not know the seed.
+    If a `secret` seed is given, the id reveals nothing to readers who do not know the seed.
     """
     dumped = canonical_json(episode.model_dump(mode="json", exclude={"id", "provenance"}))
     if secret is not None:
@@ -345,9 +348,9 @@ def draft_id(episode: Episode, category: str, house: House, secret: int | None =
 
 
 def id_stem(episode: Episode, category: str, house: House) -> str:
-    """Return the beginning of ids: the house's generator, the target's category, and the house's seed or number.
+    """Return the beginning of ids: the house's generator, the target's category, and the house's seed.
 
-    Houses without a known seed have the number that ends their name, or 0.
+    If the seed is unknown, the number at the end of the house's name is used instead; without a number, 0.
     """
     seed = episode.provenance.seed
     number = re.search(r"\d{0,9}$", house.name, re.ASCII)
@@ -362,7 +365,7 @@ def _bytes_of(line: Header | DraftLine) -> bytes:
 
 
 def _finished(lines: Sequence[JsonLine]) -> Sequence[JsonLine]:
-    """Return the lines up to the last `done`, or the first line only if there is no `done`."""
+    """Return the lines up to the last `done` line; if there is none, only the first line."""
     last = max((index for index, line in enumerate(lines) if b'"line":"done"' in line.data), default=0)
     return lines[: last + 1]
 

@@ -1,4 +1,4 @@
-"""Objects in and on others: which may be put where, and containers with an object inside."""
+"""Objects in and on others: which objects may be put where, and setups in which a container holds an object."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -12,24 +12,24 @@ from vigil.scene.supports import is_level, surface_frame, surface_named
 from vigil.scene.things import Thing
 
 TRIED_CONTENTS = 3
-"""Number of objects tried as the content of each container."""
+"""Number of objects that are tried as the content of each container."""
 
 
 def can_hold(receptacle: Thing, thing: Thing) -> bool:
-    """Return whether things of a receptacle's category can hold those of a thing's category."""
+    """Return whether a receptacle can hold a thing, judging by the categories of the two."""
     return CATALOG[receptacle.category].can_hold(CATALOG[thing.category])
 
 
 def can_be_put(thing: Thing, receptacle: Thing) -> bool:
-    """Return whether a thing may be a target that is moved to a receptacle, which can hold it and does not hold it."""
+    """Return whether a thing may be a target to put at a receptacle: it can be held there and is not there yet."""
     is_free = thing.is_pickupable and is_target(thing) and thing.parent != receptacle.id
     return is_free and can_hold(receptacle, thing)
 
 
 def filled(context: HouseContext) -> Iterator[tuple[Thing, Thing, Setup]]:
-    """Yield containers, each with an object and a setup in which the container is closed and holds the object.
+    """Yield (container, object, setup): in the setup, the container is closed and holds the object.
 
-    The setup places the object inside unless it lies there already.
+    The setup places the object inside unless the object is there already.
     """
     for container in context.things(lambda thing: thing.is_openable and thing.category in BELONGS_IN):
         shut = {container.id: ObjectSetup(openness=0.0)}

@@ -1,9 +1,9 @@
-"""Generation of drafts: propose tasks in many houses, and check each.
+"""Generation of drafts: proposes tasks in many houses, and checks each task.
 
-One unit of work is a house with the families that are still to be done in it. Units run in worker processes, and their
-results are written in the order of the houses. The file thus depends only on its settings, except for the durations.
-A grammar says who proposes and who checks: that of the families is here, that of the closure suite in
-`vigil.authoring.closure.generation`.
+A unit of work is a house with the families that are not yet finished in it. Units run in worker processes, and their
+results are written in the order of the houses. So the file depends only on its settings, except for the recorded
+durations. A grammar consists of a proposer and a checker: the families' grammar is here, and the grammar of the closure
+suite in `vigil.authoring.closure.generation`.
 """
 
 import time
@@ -53,11 +53,11 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 PER_HOUSE, TRIED = 3, 20
 HOUSE_RULE = "house_holds_episodes"
-"""Rule that a house breaks if it cannot be loaded or nobody can stand in it."""
+"""Rule that a house breaks if it cannot be loaded, or if it has no free place to stand."""
 
 
 class Proposal(Protocol):
-    """A proposed task: an episode, or in a suite one or two sides."""
+    """A proposed task: an episode of a family, or one or two sides of a task of a suite."""
 
     @property
     def instruction(self) -> str: ...  # noqa: D102
@@ -70,33 +70,33 @@ class SolvedSide:
     episode: Episode
     actions: tuple[Action, ...]
     answer: ClosureAnswer | ListAnswer | None = None
-    """Correct closing in a suite; None for an episode of the families."""
+    """Correct closing of the side in a suite; None for an episode of the families."""
 
 
 Proposer = Callable[[HouseContext, Family], Iterator[tuple[str, Iterator[Any]]]]
-"""A function that yields kinds, each with its proposals and with rejections of what did not become a proposal."""
+"""Function that yields (kind, its proposals). Ideas that did not become proposals are included as rejections."""
 Checker = Callable[[Any, House], tuple[Sequence[SolvedSide], Sequence[Finding]]]
-"""A function that returns the sides of a valid proposal, or else findings about it."""
+"""Function that returns the sides of a valid proposal and no findings, or no sides and the findings about it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Grammar:
-    """A way to make drafts."""
+    """A way to make drafts: who proposes tasks, and who checks them."""
 
     author: str
-    """Author of the proposals in the drafts file."""
+    """Name of the author of the proposals, for the drafts file."""
     make_proposer: Callable[[int], Proposer]
-    """Function that returns the proposer for a seed."""
+    """Function that takes a seed and returns the proposer."""
     make_checker: Callable[[PrivilegedSimulator], Checker]
-    """Function that returns the checker on a simulator."""
+    """Function that takes a simulator and returns the checker."""
     shares_limits: bool = True
-    """Whether the limits of a house are divided among the kinds of a family; else they hold for each kind."""
+    """Whether a family's limits in a house are divided among its kinds. If False, each kind has the whole limit."""
     facts_of: Callable[[HouseContext, SolvedSide], DraftFacts] | None = None
     """Function that returns the facts about a valid proposal's first side; None for those about its target."""
 
 
 def seed_context(context: HouseContext, seed: int, label: str) -> None:
-    """Give a context the random numbers that are due to a label in its house."""
+    """Seed the context's random numbers from `seed`, `label` and the name of its house."""
     context.rng = np.random.default_rng([seed, zlib.crc32(f"{label} {context.house.name}".encode())])
 
 
@@ -132,35 +132,35 @@ class GenerationSettings:
     families: tuple[Family, ...]
     seed: int = 0
     per_house: int = PER_HOUSE
-    """Greatest number of valid drafts of each family in each house, divided evenly (rounded up) among its kinds."""
+    """Maximum number of valid drafts of each family in each house, divided evenly (rounded up) among its kinds."""
     tried: int = TRIED
-    """Greatest number of drafts validated of each family in each house, divided likewise."""
+    """Maximum number of proposals of each family that are checked in each house, also divided among its kinds."""
     backend: str = "mujoco"
     assets: AssetDatabase | None = None
     one_family_per_house: bool = False
-    """Whether each house gets only one family, in rotation, so that the same time covers more houses."""
+    """Whether each house gets only one family, in rotation, so that more houses are used in the same time."""
     starts: int = 1
-    """Number of start poses drawn for each draft, of which the hardest is used.
+    """Number of start poses drawn for each draft; the hardest is used.
 
-    With several, objects that are hard to name are proposed first.
+    If it is more than one, objects that are hard to name are proposed first.
     """
     forms: Forms = "public"
-    """Sentence forms from which instructions are drawn: the public half, the half that is held out, or all."""
+    """Sentence forms from which instructions are drawn: the public half, the held-out half, or all."""
     is_seed_secret: bool = False
     """Whether names of houses and episodes must not reveal the seed."""
     grammar: Grammar = FAMILY_GRAMMAR
 
     @property
     def secret(self) -> int | None:
-        """The seed if it is secret, else None."""
+        """The seed if it is secret; otherwise None."""
         return self.seed if self.is_seed_secret else None
 
     def families_in(self, index: int) -> tuple[Family, ...]:
-        """Return the families proposed in the house at an index of the list of houses."""
+        """Return the families to propose in the house at position `index` of the list of houses."""
         return (self.families[index % len(self.families)],) if self.one_family_per_house else self.families
 
     def header(self) -> Header:
-        """Return the first line of the drafts file."""
+        """Return the header of the drafts file, which is its first line."""
         return Header(
             author=self.grammar.author,
             seed=self.seed,
@@ -175,7 +175,7 @@ class GenerationSettings:
         )
 
     def limit(self, of_house: int, family: Family) -> int:
-        """Return the limit for each of a family's kinds in a house, given the limit for the house."""
+        """Return the limit for each kind of a family in a house; `of_house` is the limit for the whole family."""
         return -(-of_house // len(FAMILIES[family].kinds)) if self.grammar.shares_limits else of_house
 
     def simulator(self) -> PrivilegedSimulator:
@@ -188,11 +188,11 @@ class GenerationProgress:
     """Progress of the generation of drafts."""
 
     houses: int
-    """Number of houses done."""
+    """Number of houses that are finished."""
     of: int
-    """Number of houses to do."""
+    """Total number of houses."""
     kept: Mapping[str, int]
-    """Family, or kind of a suite -> number of valid drafts in the file."""
+    """Family (in a suite: kind) -> number of valid drafts in the file."""
     rejected: int
     """Number of rejections in the file."""
 
@@ -209,7 +209,7 @@ def generate_drafts(
     workers: int = 1,
     on_progress: Callable[[GenerationProgress], None] = lambda report: None,
 ) -> None:
-    """Propose in all houses that are not done yet, and append the drafts and rejections to `file`.
+    """Propose tasks in all houses that are not finished yet, and append the drafts and rejections to `file`.
 
     Raises SettingError, or RecordError if the file cannot be written.
     """
@@ -234,7 +234,7 @@ def _work(worker: "DraftWorker", unit: WorkUnit) -> HouseResult:
 
 
 class DraftWorker:
-    """A worker that proposes tasks in houses and checks them, on its own simulator."""
+    """Proposes tasks in houses and checks them, on its own simulator."""
 
     def __init__(self, settings: GenerationSettings) -> None:
         self._settings = settings
@@ -243,7 +243,7 @@ class DraftWorker:
         self._check = settings.grammar.make_checker(self._simulator)
 
     def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-        """Propose episodes of some families in a house; return the house and the lines for the drafts file.
+        """Propose episodes of these families in a house. Return the house and the lines for the drafts file.
 
         The house is None if it cannot be made.
         """
@@ -287,7 +287,7 @@ class DraftWorker:
                     break
 
     def _examine(self, context: HouseContext, family: Family, kind: str, proposal: Proposal) -> TaskDraft | Rejection:
-        """Return the draft of a valid proposal, with final ids; else a rejection with the first broken rule."""
+        """Return a draft with final ids if the proposal is valid; else a rejection with the first rule it breaks."""
         house, secret = context.house, self._settings.secret
         sides, findings = self._check(proposal, house)
         if findings:
@@ -313,7 +313,7 @@ class DraftWorker:
 
 
 def named_draft(kind: str, side: SolvedSide, facts: DraftFacts, house: House, secret: int | None) -> Draft:
-    """Return the draft of a side with its final id, which has one form for both twins and does not reveal the side."""
+    """Return the draft of a side with its final id. The ids of twins have the same form and do not reveal the side."""
     name = draft_id(side.episode, facts.category, house, secret)
     shown = {"validated": True, "solution_steps": len(side.actions)}
     provenance = side.episode.provenance.model_copy(update=shown)
@@ -322,7 +322,7 @@ def named_draft(kind: str, side: SolvedSide, facts: DraftFacts, house: House, se
 
 
 def facts_of(context: HouseContext, side: SolvedSide) -> DraftFacts:
-    """Return the facts over which packs are balanced; resets the simulator to the episode's start."""
+    """Return the facts over which packs are balanced. The simulator is reset to the episode's start."""
     episode, last = side.episode, side.actions[-1]
     context.simulator.reset(episode.start, episode.setup)
     target = context.thing(episode.goal.object_id)
@@ -339,7 +339,7 @@ def facts_of(context: HouseContext, side: SolvedSide) -> DraftFacts:
 
 
 def _done(family: Family, house: str, found: Sequence[DraftLine], begun: float) -> FamilyDone:
-    """Return the line that ends a family in a house; `begun` is the time (s) at which its work began."""
+    """Return the line that says that a family in a house is finished; `begun` is the time (s) when this work began."""
     rules = Counter(line.rule for line in found if isinstance(line, Rejection))
     kept = sum(isinstance(line, Draft | ClosureDraft | ListDraft) for line in found)
     seconds = round(time.monotonic() - begun, 2)

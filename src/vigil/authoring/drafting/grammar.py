@@ -1,6 +1,6 @@
 """The grammar: the kinds of episodes of each family, with the functions that propose them in a house.
 
-The kinds are also strata over which a pack is balanced (`vigil.authoring.packing.selection`).
+A pack is balanced over these kinds, too (`vigil.authoring.packing.selection`).
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ Proposals = Callable[[HouseContext], Drafts]
 
 
 def kinds_of(family: Family) -> dict[str, Proposals]:
-    """Return kind -> the function that proposes it, for a family; empty for a registered family without kinds."""
+    """Return kind -> the function that proposes episodes of this kind; empty for a registered family without kinds."""
     return {name: _proposals(kind) for name, kind in FAMILIES[family].kinds.items()}
 
 

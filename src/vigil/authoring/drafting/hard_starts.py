@@ -1,7 +1,7 @@
 """Estimates of difficulty before an episode is solved: how hard an object is to name, and how hard a start is.
 
-They serve drafts for the upper levels of difficulty (`vigil.scoring.levels`): of several starts the hardest is used,
-and objects with many look-alikes and long names come first. Levels themselves are measured on the solution.
+They are used to draft episodes of the upper levels (`vigil.scoring.levels`): of several starts the hardest is used, and
+objects with many look-alikes and long names come first. The level itself is measured later, on the solution.
 """
 
 import math
@@ -24,11 +24,11 @@ _NO_DIFFICULTY = LevelMeasures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=0, containers=0, occlusion=0.0, slack=1.0,
     reference_words=0,
 )  # fmt: skip
-"""Measures that add nothing to the index."""
+"""Measures of an imaginary episode whose index is 0."""
 
 
 def naming_cost(item: DescribedThing, items: Iterable[DescribedThing]) -> float:
-    """Return the most that an object's look-alikes in the house and the words of its phrase can add to the index."""
+    """Return the most that an object's look-alikes and the words of its phrase can add to the difficulty index."""
     every = list(items)
     phrase = phrase_for(item, every)
     words = 0 if phrase is None else len(str(phrase).split()) - 1
@@ -38,10 +38,10 @@ def naming_cost(item: DescribedThing, items: Iterable[DescribedThing]) -> float:
 
 
 def start_cost(view: PrivilegedView, thing: Thing, others: Iterable[str], pose: Pose) -> float:
-    """Return the estimated index of an episode about a thing that starts at a pose.
+    """Return the estimated difficulty index of an episode that is about a thing and starts at a pose.
 
-    `others` are the ids of the thing's look-alikes. The path is the shortest one to a place from which the thing is
-    within reach, or the straight line where there is none.
+    `others` are the ids of the thing's look-alikes. The walk is the shortest path to a place from which the thing can
+    be reached. If there is no such place, the straight line counts as the walk.
     """
     names = [thing.id, *others]
     with view.at_pose(pose):

@@ -1,4 +1,4 @@
-"""A loaded house in which episodes are proposed: its inventory, seeded start poses and referring expressions."""
+"""A house, loaded to propose episodes in it: its things, random start poses, and phrases that mean its things."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -34,37 +34,37 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 AUTHOR = "grammar"
 OPENED_BELOW = 0.5
-"""Openness below which doors between rooms are opened."""
+"""Doors between rooms whose openness is below this are opened at the start."""
 TRIED_STARTS = 80
 SIGHT_POINTS = 128
-"""Number of points on a thing's surface that are tested for visibility from a place."""
+"""Number of points on a thing's surface whose visibility from a place is tested."""
 SEEN_SHARE = 0.6
-"""Least number of points seen from a start, as a share of the number seen from the best place."""
+"""Minimum number of a thing's points that must be visible from a start, as a share of the number at the best place."""
 SEEN_SHARE_HARD, DISTANCE_FACTOR = 0.3, 1.5
-"""The same share, and the factor on the greatest distance, where the hardest of several starts is used."""
+"""If hard starts are preferred: the share of points that replaces SEEN_SHARE, and a factor on the maximum distance."""
 SPREADS_DEG = (42.0, 25.0, 12.0)
-"""Greatest angles (deg) between a start's heading and the direction of its target, tried one after the other."""
+"""Maximum angles (deg) between a start's heading and the direction of its target, tried one after the other."""
 MARGIN_PX = 20
-"""Visible pixels required beyond those that the rules ask for."""
+"""Number of visible pixels required in addition to the number that the rules require."""
 STANDING_POSE_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
-"""Places to stand while drafting, as shares of a room's extent along x and z."""
+"""Places in which the agent stands while episodes are drafted, as shares of a room's extent along x and z."""
 
 PositionMask = Callable[[np.ndarray], np.ndarray]
-"""A function from places (n, 2) in x, z to whether each is wanted (n,)."""
+"""Function that takes places (n, 2) in x, z and returns a mask (n,) of the wanted places."""
 
 
 @dataclass(frozen=True, slots=True)
 class VisibilityTest:
-    """A test of whether an object is clearly seen, given its state as observed from a pose."""
+    """A test of whether an object is clearly seen. It is applied to the object's state as observed from a pose."""
 
     min_px: int
-    """Number of visible pixels below which the test fails, so that it need not be run."""
+    """Number of visible pixels below which the test always fails, so that it does not have to be run."""
     is_met: Callable[[ObjectState], bool]
 
 
 @dataclass(frozen=True, slots=True)
 class TaskSpec:
-    """The parts of an episode that its proposal chooses."""
+    """The parts of an episode that a proposal chooses."""
 
     start: Pose
     instruction: str
@@ -76,24 +76,24 @@ class TaskSpec:
 
 
 class HouseContext:
-    """One house, loaded in a simulator, with functions to draft episodes in it."""
+    """One house, loaded in a simulator, with functions that help to draft episodes in it."""
 
     def __init__(self, simulator: PrivilegedSimulator, house: House, rng: np.random.Generator) -> None:
-        """Load the house. Raises HouseError if it is invalid, EpisodeError if nobody can stand in it."""
+        """Load the house. Raises HouseError if it is invalid, EpisodeError if it has no free place to stand."""
         self.simulator = simulator
         self.house = house
         self.rng = rng
         self.allowed_ids: frozenset[str] | None = None
-        """Ids of the things that may be chosen; None for all."""
+        """Ids of the things that may be chosen; None if all things may be chosen."""
         self.tried_starts = TRIED_STARTS
-        """Number of places tried for one start."""
+        """Number of places that are tried for one start."""
         self.compared_starts = 1
-        """Number of start poses drawn for each draft, of which the hardest is used.
+        """Number of start poses drawn for each draft; the hardest is used.
 
-        With several, objects that are hard to name come first.
+        If it is more than one, objects that are hard to name come first.
         """
         self.forms: Forms = "public"
-        """Half of the sentence forms from which instructions are drawn, or all."""
+        """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
         simulator.load(house)
         self._standing_poses = _standing_poses(simulator, house)
         self.begin(Setup())
@@ -101,11 +101,11 @@ class HouseContext:
 
     @property
     def prefers_hard_starts(self) -> bool:
-        """Whether the hardest of several starts is used."""
+        """Whether several starts are compared and the hardest is used."""
         return self.compared_starts > 1
 
     def begin(self, setup: Setup) -> None:
-        """Reset the house with a setup, and open the closed doors between rooms. Raises EpisodeError if it cannot."""
+        """Reset the house with a setup, and open the closed doors between rooms. Raises EpisodeError if impossible."""
         complete = self.with_open_doors(setup)
         for home in self._standing_poses[:-1]:
             try:
@@ -116,9 +116,9 @@ class HouseContext:
         self.simulator.reset(self._standing_poses[-1], complete)
 
     def can_begin(self, setup: Setup) -> bool:
-        """Reset the house with a setup, and return True; if the setup is impossible, reset without it.
+        """Reset the house with a setup and return True. If the setup is impossible, reset without it and return False.
 
-        A setup is impossible if a leaf would reach through a wall, or a placement is invalid.
+        A setup is impossible if a leaf (door, lid or drawer) would go through a wall, or if a placement is invalid.
         """
         try:
             self.begin(setup)
@@ -128,7 +128,7 @@ class HouseContext:
         return True
 
     def with_open_doors(self, setup: Setup) -> Setup:
-        """Return a setup that also opens the closed doors between rooms, except those that it changes itself."""
+        """Return a setup that also opens the closed doors between rooms, except doors that it already changes."""
         doors = [door for door in self.house.document.doors if door.joins_rooms]
         doors = [door for door in doors if door.openable and (door.openness or 0.0) < OPENED_BELOW]
         opened = {door.id: ObjectSetup(openness=1.0) for door in doors}
@@ -136,7 +136,7 @@ class HouseContext:
 
     @property
     def items(self) -> dict[str, DescribedThing]:
-        """Thing id -> its description in the current state, as a person who sees it would give it."""
+        """Thing id -> description of the thing in its current state, as a person who sees it would describe it."""
         return items_as_seen(self.view.scene)
 
     def thing(self, thing_id: str) -> Thing:
@@ -144,25 +144,25 @@ class HouseContext:
         return self.view.scene.things[thing_id]
 
     def phrase(self, thing_id: str) -> Phrase | None:
-        """Return the shortest phrase that means a thing only, in the current state; None if there is none."""
+        """Return the shortest phrase that means only this thing, in the current state; None if there is none."""
         return phrase_finder(self.view.scene)(thing_id)
 
     def say(self, sentences: Sentences, **slots: str) -> str:
-        """Return a random one of the sentences in use, with its slots filled."""
+        """Return a random sentence from the half of `sentences` that is in use, with its slots filled."""
         return say(sentences.of(self.forms), self.rng, **slots)
 
     def order(self, sentences: Sentences, act: Act | None, thing: Thing, phrase: Phrase | str | None) -> str:
-        """Return a random one of the sentences in use about a thing that `phrase` means, and an act on it."""
+        """Return a random sentence (of the forms in use) that asks for an act on a thing; `phrase` means the thing."""
         words = {} if act is None else order_slots(act, thing.category, str(phrase), self.rng)
         return self.say(sentences, target=str(phrase), **words | pronoun_slots(thing.category))
 
     def start_and_phrases(
         self, setup: Setup, things: Mapping[str, Thing], find_start: Callable[[dict[str, Phrase]], Pose | None]
     ) -> tuple[Pose, dict[str, Phrase]] | None:
-        """Return a start in the house with a setup, and a phrase for each of the things, by the same keys.
+        """Return a start in the house with a setup, and a phrase for each of `things` under the same key.
 
-        `find_start` finds the start, given the phrases, while the house has the setup; afterwards the house has none.
-        None if the setup is impossible, a thing cannot be named, or there is no start.
+        `find_start` takes the phrases and returns the start. It is called while the house has the setup; afterwards the
+        house is reset without it. None if the setup is impossible, a thing cannot be named, or there is no start.
         """
         if not self.can_begin(setup):
             return None
@@ -176,9 +176,9 @@ class HouseContext:
         return [things[index] for index in self.rng.permutation(len(things))]
 
     def things(self, is_wanted: Callable[[Thing], bool]) -> list[Thing]:
-        """Return the wanted things that a phrase can name, with only one drawer of each piece of furniture.
+        """Return the wanted things that a phrase can name. Of each piece of furniture, at most one drawer is included.
 
-        The order is random, or begins with the hardest to name if hard starts are preferred.
+        The order is random. If hard starts are preferred, the things that are hardest to name come first.
         """
         wanted = [thing for thing in self.view.scene.things.values() if thing.is_present and is_wanted(thing)]
         if self.allowed_ids is not None:
@@ -193,12 +193,12 @@ class HouseContext:
         return sorted(named, key=lambda thing: -naming_cost(items[thing.id], items.values()))
 
     def starts(self, is_wanted: PositionMask, tried: int | None = None) -> Iterator[Vec3]:
-        """Yield at most `tried` wanted reachable places in a random order."""
+        """Yield at most `tried` places that can be reached and are wanted, in a random order."""
         walks = self.view.walks()
         yield from self._drawn(walks.plan.cells[np.isfinite(walks.lengths)], is_wanted, tried or self.tried_starts)
 
     def places_in(self, region: BaseGeometry, is_wanted: PositionMask, tried: int) -> Iterator[Vec3]:
-        """Yield at most `tried` wanted places in a part of the free floor in a random order, reachable or not."""
+        """Yield at most `tried` wanted places in a region of the free floor, in a random order, reachable or not."""
         cells = self.view.plan().cells
         yield from self._drawn(cells[shapely.contains_xy(region, cells[:, 0], cells[:, 1])], is_wanted, tried)
 
@@ -209,7 +209,7 @@ class HouseContext:
             yield Vec3(x, 0.0, z)
 
     def facing(self, place: Vec3, thing: Thing, horizon: float, spread_deg: float, aside_deg: float = 0.0) -> Pose:
-        """Return a pose whose heading is `aside_deg` to the right of a thing's direction, plus a random angle.
+        """Return a pose at `place` whose heading is `aside_deg` right of a thing's direction, plus a random angle.
 
         The random angle is at most `spread_deg` to either side; `horizon` is the camera's pitch (deg).
         """
@@ -217,7 +217,7 @@ class HouseContext:
         return Pose(position=place, rotation=float(round(wrap_deg(yaw)) % 360), horizon=horizon)
 
     def has_room_to_move(self, pose: Pose) -> bool:
-        """Return whether there is room to move at a pose, as a start needs."""
+        """Return whether the agent has room to move at a pose, which every start requires."""
         return has_room_to_move(self.view.plan().tight, pose)
 
     def seen_from(self, pose: Pose, thing_id: str) -> ObjectState:
@@ -226,7 +226,7 @@ class HouseContext:
             return self.view.state_of(thing_id)
 
     def visible_points(self, place: Vec3, thing: Thing) -> PointCount:
-        """Return the count, made on demand, of a thing's points visible from a place in any direction."""
+        """Return a counter of a thing's points that are visible from a place in any direction; it counts on demand."""
         eye = Pose(position=place, rotation=0.0).eye
         return PointCount(
             surface_points(thing, SIGHT_POINTS),
@@ -234,7 +234,7 @@ class HouseContext:
         )
 
     def is_visible_from(self, place: Vec3, thing: Thing) -> bool:
-        """Return whether any of the sampled points of a thing is visible from a place in any direction."""
+        """Return whether any sampled point of a thing is visible from a place, in any direction."""
         return self.visible_points(place, thing).is_at_least(1)
 
     def start_seeing(
@@ -245,10 +245,9 @@ class HouseContext:
         is_clear: VisibilityTest,
         also: Callable[[Pose], bool] = lambda _: True,
     ) -> Pose | None:
-        """Return a start pose that sees a thing clearly and for which `also` is true; None if none is found.
+        """Return a start pose from which a thing is clearly seen, and for which `also` is true; None if none is found.
 
-        The distances `away` (m) are the least and the greatest one from the thing's box. `horizon` is the camera's
-        pitch (deg).
+        `away` has the minimum and the maximum distance (m) from the thing's box; `horizon` is the camera's pitch (deg).
         """
         farther = DISTANCE_FACTOR if self.prefers_hard_starts and away[1] > REACH_M else 1.0
         places = list(self.starts(self.away_from(thing, away[0], farther * away[1])))
@@ -274,7 +273,7 @@ class HouseContext:
         return max(found, key=lambda pose: start_cost(self.view, thing, others, pose))
 
     def sees_clearly(self, pose: Pose, thing_ids: list[str], is_clear: VisibilityTest) -> bool:
-        """Return whether a pose sees all of the things clearly."""
+        """Return whether all of the things are clearly seen from a pose."""
         view = self.view
         with view.at_pose(pose):
             return all(
@@ -283,7 +282,7 @@ class HouseContext:
             )
 
     def away_from(self, thing: Thing, least_m: float, most_m: float) -> PositionMask:
-        """Return the mask of places between two distances (m) from a thing's box."""
+        """Return the mask of places whose distance (m) from a thing's box is between `least_m` and `most_m`."""
         box = body_box(thing)
 
         def mask(places: np.ndarray) -> np.ndarray:
@@ -293,7 +292,7 @@ class HouseContext:
         return mask
 
     def draft(self, family: Family, ask: TaskSpec) -> Episode:
-        """Return an episode in this house that is not validated yet; its id is "draft"."""
+        """Return an episode in this house that is not checked yet; its id is "draft"."""
         spec = FAMILIES[family]
         return Episode(
             id="draft",
@@ -312,7 +311,7 @@ class HouseContext:
 
 
 def _standing_poses(simulator: PrivilegedSimulator, house: House) -> list[Pose]:
-    """Return free poses in which to stand while drafting: the house's start first, then places in all rooms.
+    """Return free poses in which to stand while episodes are drafted: the house's start, then places in all rooms.
 
     Raises EpisodeError if there are none.
     """
@@ -324,5 +323,7 @@ def _standing_poses(simulator: PrivilegedSimulator, house: House) -> list[Pose]:
             homes.append(Pose(position=Vec3(x, 0.0, z), rotation=0.0))
     free = [home for home in homes if simulator.can_stand(home.position)]
     if not free:
-        raise EpisodeError(f"House {house.name!r}: no free place to stand was found; it cannot hold an episode.")
+        raise EpisodeError(
+            f"House {house.name!r} does not have a free place where the agent can stand, so it cannot hold an episode."
+        )
     return free

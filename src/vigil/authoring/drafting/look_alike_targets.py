@@ -1,6 +1,6 @@
-"""Drafts about one of several look-alikes, identified by colour, by place or by a relation; several families have them.
+"""Drafts, for several families, about one of several look-alikes: colour, place or a relation identifies the target.
 
-Where the target is in view at the start, so is another object that its bare name could mean.
+If the target is in view at the start, another object that its name could also mean is in view, too.
 """
 
 from collections.abc import Callable
@@ -28,18 +28,18 @@ from vigil.protocol.world import Setup
 from vigil.scene.things import Thing
 
 STARTS = 3
-"""Number of starts without sight of the target that are tried for one that sees a look-alike."""
+"""Number of starts with the target out of view that are tried, to find a start with a look-alike in view."""
 GLANCE_POINTS = 16
-"""Number of a look-alike's points that are tested for visibility before its pixels are counted."""
+"""Number of points of a look-alike that are tested for visibility before its pixels are counted."""
 HALF_VIEW_DEG = 53.0
-"""Angle (deg) from the middle of the frame to its side, rounded."""
+"""Angle (deg), rounded, from the middle of the frame to its left or right edge."""
 
 
 def drafts_among_look_alikes(context: HouseContext, asking: Callable[[HouseContext], Ask]) -> Drafts:
-    """Yield a draft for each object that a phrase distinguishes from its look-alikes and that has a start.
+    """Yield a draft for each object that has a start and that a phrase distinguishes from its look-alikes.
 
-    `asking` returns how the family asks. Where it does not give the goal, the act is a random one that the object
-    allows.
+    `asking` returns how the family asks for a thing. If the family's goal follows from an act, the act is a random one
+    of those that the object allows; objects that allow no act are left out.
     """
     ask = asking(context)
     for thing in context.shuffled(_wanted(context, in_view=FAMILIES[ask.family].visible_at_start)):
@@ -59,7 +59,7 @@ def drafts_among_look_alikes(context: HouseContext, asking: Callable[[HouseConte
 def start_out_of_view(
     context: HouseContext, thing: Thing, also: PoseTest, *, by_turning: bool | None, horizon: float
 ) -> Pose | None:
-    """Return a start that does not see a thing, preferably one for which `also` is true; None if none is found."""
+    """Return a start from which a thing is not visible (if possible, one that passes `also`); None if none is found."""
     start: Pose | None = None
     for _ in range(STARTS):
         start = start_not_seeing(context, thing, by_turning=by_turning, horizon=horizon) or start
@@ -69,7 +69,7 @@ def start_out_of_view(
 
 
 def _wanted(context: HouseContext, *, in_view: bool) -> list[Thing]:
-    """Return the possible targets that have a look-alike; with `in_view`, one in the same room."""
+    """Return the possible targets that have a look-alike (if `in_view` is True, a look-alike in the same room)."""
     items = context.items
     found: list[Thing] = []
     for item in items.values():
@@ -95,9 +95,10 @@ def _phrase(context: HouseContext, thing: Thing, setup: Setup) -> Phrase | None:
 
 
 def _sees_look_alike(context: HouseContext, thing: Thing, phrase: Phrase, family: Family) -> PoseTest:
-    """Return the test of whether a pose sees a look-alike of a thing.
+    """Return the test of whether a look-alike of a thing is visible from a pose.
 
-    In families whose target is visible at the start, the pose must also see the object that the phrase relates it to.
+    In families whose target is visible at the start, an object to which the phrase relates the target must also be
+    visible.
     """
     items = context.items
     others = [context.thing(other.id) for other in look_alikes(items[thing.id], items.values())]
@@ -122,6 +123,6 @@ def _sees_any(context: HouseContext, pose: Pose, things: list[Thing]) -> bool:
 
 
 def _is_ahead(pose: Pose, thing: Thing) -> bool:
-    """Return whether direction and distance allow a thing to be in the frame and observable from a pose."""
+    """Return whether a thing's direction and distance from a pose allow it to be observable in the frame."""
     aside_deg = abs(wrap_deg(yaw_towards(pose.position, thing.position) - pose.rotation))
     return aside_deg <= HALF_VIEW_DEG and floor_distance(pose.position, thing.position) <= OBSERVABLE_M

@@ -1,7 +1,8 @@
-"""Proposals by a language model: it gets a house's inventory and a family's description, and answers with tasks.
+"""Proposals by a language model, which gets the list of a house's things and a family's description.
 
-The model chooses the kind, the objects and the words. The start pose and the setup are found as for the grammar, and
-the same rules apply. A reply that does not parse and a task that cannot be set up are rejections with a reason.
+The model chooses the kind, the objects and the words. The start pose and the setup are found in the same way as for the
+grammar, and the same rules apply. A reply that cannot be parsed, and a task that cannot be set up, become rejections
+with a reason.
 """
 
 import json
@@ -23,14 +24,14 @@ from vigil.protocol.families import FAMILIES, Family
 from vigil.scene.things import Thing
 
 Complete = Callable[[str], str]
-"""A function that sends a text to a model and returns its reply. Raises ModelAPIError."""
+"""Function that sends a text to a model and returns the model's reply. Raises ModelAPIError."""
 
 TRIED = 6
-"""Number of drafts searched for one with the objects that the model chose."""
+"""Number of the grammar's drafts that are searched for a draft with the objects that the model chose."""
 MAX_QUOTED_CHARS = 300
-"""Greatest number of characters of a reply quoted in a rejection."""
+"""Maximum number of characters of a reply that a rejection quotes."""
 RULES = ("reply_parses", "draft_fits_schema", "kind_known", "things_known", "can_be_set_up")
-"""Rules that an idea may break before it is a draft; `vigil.authoring.review.validate` has the rules for drafts."""
+"""Rules that a model's idea may break before it is a draft; for drafts see `vigil.authoring.review.validate`."""
 
 
 class Idea(BaseModel):
@@ -40,7 +41,7 @@ class Idea(BaseModel):
 
     kind: str
     things: dict[str, str] = Field(min_length=1)
-    """Role -> thing id."""
+    """Role -> id of the thing that has this role."""
     instruction: str = Field(min_length=1, max_length=MAX_INSTRUCTION_CHARS)
 
 
@@ -85,7 +86,7 @@ def question(context: HouseContext, family: Family, count: int) -> str:
 
 
 def inventory(context: HouseContext) -> list[dict[str, Any]]:
-    """Return the rows that describe to the model the possible targets that a phrase can name, sorted by id."""
+    """Return rows for the model, sorted by id: each describes one possible target that a phrase can name."""
     items = context.items
     rows: list[dict[str, Any]] = []
     for thing in sorted(context.view.scene.things.values(), key=lambda thing: thing.id):
@@ -100,7 +101,7 @@ def inventory(context: HouseContext) -> list[dict[str, Any]]:
 
 
 def ideas(reply: str, context: HouseContext, family: Family) -> Iterator[Idea | Rejection]:
-    """Yield the ideas in a model's reply, and a rejection for each invalid idea, or one for an invalid reply."""
+    """Yield the ideas in a model's reply. Each invalid idea, or a wholly invalid reply, gives a rejection instead."""
     try:
         found = json.loads(_without_fence(reply))
         rows = found["drafts"]
@@ -160,7 +161,7 @@ def _acts(thing: Thing) -> list[str]:
 
 
 def _without_fence(reply: str) -> str:
-    """Return the text inside one code fence, or the text itself."""
+    """Return the text inside the code fence if the reply is one code fence; otherwise the reply itself."""
     text = reply.strip()
     if text.startswith("```") and text.endswith("```"):
         text = text[3:-3]

@@ -1,12 +1,12 @@
-"""ProcTHOR-10K: houses of Ai2's dataset by split and index. The package `prior` downloads the dataset once.
+"""ProcTHOR-10K: houses of Ai2's dataset by split and index. The Python package `prior` downloads the dataset once.
 
     procthor-10k              the split train
     procthor-10k:val          another split
     procthor-10k:test:7       one house; indices are the dataset's, from 0
     procthor-10k:test:0-99    houses 0 to 99
 
-The revision is pinned. `prior` decodes all splits; this module reads the files itself, so that only wanted houses are
-decoded.
+The revision is fixed. `prior` would decode all splits; this module reads the files itself, so that only the wanted
+houses are decoded.
 """
 
 import re
@@ -21,7 +21,7 @@ from vigil.errors import SettingError, did_you_mean, shorten
 
 DATASET, OWNER = "procthor-10k", "allenai"
 REVISION = "439193522244720b86d8c81cde2e51e3a4d150cf"
-"""Commit of the dataset whose houses are for AI2-THOR 5.0 and later."""
+"""Commit of the dataset. Its houses are for AI2-THOR 5.0 and later."""
 FORM = f"{DATASET}[:SPLIT[:INDEX]], e.g. {DATASET}:val:7 or {DATASET}:val:0-99"
 GZIP_MAGIC = b"\x1f\x8b"
 MAX_REASON_CHARS = 200
@@ -29,7 +29,7 @@ MAX_REASON_CHARS = 200
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """Size of a split in the pinned revision."""
+    """Size of a split in the fixed revision."""
 
     houses: int
     megabytes: float
@@ -40,19 +40,19 @@ SPLITS = {"train": Split(10_000, 53.3), "val": Split(1_000, 5.1), "test": Split(
 
 @dataclass(frozen=True, slots=True)
 class NamedHouses:
-    """Houses of the dataset that a text names."""
+    """Houses of the dataset to which a text refers."""
 
     split: str
     indices: range
 
 
 def is_dataset(text: str) -> bool:
-    """Return whether a text names houses of the dataset, not a file."""
+    """Return whether a text refers to houses of the dataset, not to a file."""
     return text.partition(":")[0] == DATASET
 
 
 def named(text: str) -> NamedHouses:
-    """Return the houses that a text such as `procthor-10k:val:0-99` names. Raises SettingError if it is invalid."""
+    """Return the houses to which a text such as `procthor-10k:val:0-99` refers. Raises SettingError if invalid."""
     _, _, rest = text.partition(":")
     name, _, index = rest.partition(":")
     name = name if ":" in text else "train"
@@ -67,20 +67,24 @@ def named(text: str) -> NamedHouses:
         raise SettingError(f"{text!r}: {index!r} is not an index. Houses are named by {FORM}.")
     low, high = int(found[1]), int(found[2] or found[1])
     if low > high or high > last:
-        raise SettingError(f"{text!r}: split {name!r} has houses 0 to {last}, and a range begins with the smaller.")
+        raise SettingError(
+            f"{text!r}: split {name!r} has houses 0 to {last}, and the first number of a range must not be larger "
+            "than the second."
+        )
     return NamedHouses(name, range(low, high + 1))
 
 
 def split_file(split: str, report: Callable[[str], None], revision: str = REVISION) -> Path:
-    """Return the file with a split's houses, one per line; download the dataset if it is missing.
+    """Return the file with a split's houses, one per line. Download the dataset if it is missing.
 
-    `report` gets a line that announces the download. Only the pinned revision is accepted, since `prior` runs code of
-    the revision that it fetches. Raises SettingError for another revision, without `prior`, or if the download fails.
+    `report` gets a line that announces the download. Only the fixed revision is accepted, because `prior` runs code of
+    the revision that it downloads. Raises SettingError for another revision, if `prior` is not installed, or if the
+    download fails.
     """
     if revision != REVISION:
         raise SettingError(
-            f"Revision {revision!r} of {DATASET} is not read: `prior` runs code of the revision that it fetches, and "
-            f"this package accepts only {REVISION}. Give the houses as a file."
+            f"Revision {revision!r} of {DATASET} is not accepted: `prior` executes code of the revision that it "
+            f"downloads, so this package accepts only {REVISION}. Give the houses as a file."
         )
     if split not in SPLITS:
         hint = did_you_mean(split, SPLITS)
@@ -101,7 +105,7 @@ def split_file(split: str, report: Callable[[str], None], revision: str = REVISI
 
 
 def _is_downloaded(path: Path) -> bool:
-    """Return whether the file itself is there, not only its Git LFS pointer."""
+    """Return whether the file itself exists, not only the Git LFS pointer to it."""
     if not path.is_file():
         return False
     with path.open("rb") as file:

@@ -1,7 +1,7 @@
-"""What families with one object share: which things may be targets, their starts, states, goals and drafts.
+"""Functions for families whose tasks are about one object: which things may be targets, their starts, setups and goals.
 
-The functions that draft a family's kinds are in the family's folder in `vigil.authoring.families`. Drafts satisfy most
-rules by construction; `vigil.authoring.review.validate` decides.
+The functions that draft a family's kinds are in the family's folder in `vigil.authoring.families`. They are written so
+that drafts satisfy most rules; `vigil.authoring.review.validate` checks all rules.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -23,8 +23,7 @@ from vigil.scene.things import Thing
 from vigil.scoring.target_strata import size_of
 
 CLEAR_PX, HARD_PX = 400, START_PX
-"""Visible pixels of the object to act on at a start that is clear to a person, and at a hard start (the rules' least).
-"""
+"""Minimum visible pixels of the object to act on: at a clear start, and at a hard start (the minimum of the rules)."""
 LEVEL_DEG = 0.0
 NEVER_TARGETS = frozenset(
     {
@@ -32,7 +31,7 @@ NEVER_TARGETS = frozenset(
         *("Blinds", "Curtains", "TowelHolder", "HandTowelHolder"),
     }
 )
-"""Categories that are poor targets: parts of the building, numerous, plain, or hidden by what they hold."""
+"""Categories that are poor targets: parts of the building, and things that are numerous, plain or hidden by content."""
 UNCLEAR_WHEN_OPEN = frozenset(
     {"Book", "Blinds", "Curtains", "ShowerCurtain", "Kettle", "TVStand", "Desk", "SideTable", "CoffeeTable"}
 )
@@ -43,11 +42,12 @@ SV_TOGGLES = frozenset(
         *("Microwave", "CoffeeMachine", "Laptop"),
     }
 )
-"""Categories that show from across a room whether they are on."""
+"""Categories of machines and lamps whose state (on or off) is visible from across a room."""
 POSES_PER_PLACE = 3
-"""Number of poses tried at one place for one that does not see the target."""
+"""Number of poses tried at each place, to find one from which the target is not visible."""
 SPREAD_DEG = {True: 60.0, False: 180.0}
-"""Whether turning would show the target -> greatest angle (deg) of a start's heading to straight away from it."""
+"""Whether the target would be visible after turning -> maximum angle (deg) between a start's heading and the direction
+straight away from the target."""
 ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
 
 Drafts = Iterator[Episode]
@@ -56,21 +56,22 @@ PoseTest = Callable[[Pose], bool]
 
 @dataclass(frozen=True, slots=True)
 class Ask:
-    """How a family asks for one thing; the words and the goal follow from the act where there is one."""
+    """How a family asks for one thing. If there is an act, the words and the goal follow from the act."""
 
     family: Family
     sentences: Sentences
     find_start: Callable[[Thing, PoseTest], Pose | None]
-    """Function from a thing to a start that passes a further test, in the house with the setup; None without one."""
+    """Function that takes a thing and a further test, and returns a start that passes the test; None if there is none.
+    It is called while the house has the setup."""
     goal_of: Callable[[Thing], Goal] | None = None
-    """Function from a thing to the goal; None where the act gives the goal."""
+    """Function that takes a thing and returns the goal; None if the goal follows from the act."""
     act: Act | None = None
     template: str = ""
-    """Template of the drafts; empty where the act is the template."""
+    """Template of the drafts; empty if the name of the act is the template."""
 
 
 def drafts_about(context: HouseContext, ask: Ask, things: Iterable[Thing]) -> Drafts:
-    """Yield a draft for each of the things that has a start."""
+    """Yield a draft for each of the things for which a start is found."""
     for thing in things:
         setup = setup_for(thing, ask.act)
         if not context.can_begin(setup):
@@ -83,7 +84,7 @@ def drafts_about(context: HouseContext, ask: Ask, things: Iterable[Thing]) -> Dr
 
 
 def draft_about(context: HouseContext, ask: Ask, thing: Thing, start: Pose, phrase: Phrase | None) -> Episode:
-    """Return the draft about a thing that `phrase` means."""
+    """Return the draft of an episode about a thing; `phrase` means the thing."""
     task = TaskSpec(
         start=start,
         setup=setup_for(thing, ask.act),
@@ -99,9 +100,9 @@ def draft_about(context: HouseContext, ask: Ask, thing: Thing, start: Pose, phra
 def finder_of_starts_in_view(
     context: HouseContext, family: Family, test_for: Callable[[Thing], VisibilityTest] | None = None
 ) -> Callable[[Thing, PoseTest], Pose | None]:
-    """Return the function that finds a start of a family whose target is in view, for `Ask.find_start`.
+    """Return the function `Ask.find_start` for a family whose target is in view at the start.
 
-    `test_for` gives the test of whether a thing is in view enough; None: as for an object to act on.
+    `test_for` takes a thing and returns the test of whether it is seen well enough (default: the test `is_in_view`).
     """
 
     def find_start(thing: Thing, also: PoseTest) -> Pose | None:
@@ -117,23 +118,23 @@ def is_target(thing: Thing) -> bool:
 
 
 def is_seen(min_px: int) -> VisibilityTest:
-    """Return the test that an object is observable with at least `min_px` pixels and a margin."""
+    """Return the test that an object is observable and has at least `min_px` pixels and a margin in the frame."""
     needed = min_px + MARGIN_PX
     return VisibilityTest(needed, lambda state: state.visible and state.visible_px >= needed and is_observable(state))
 
 
 def is_in_view(context: HouseContext) -> VisibilityTest:
-    """Return the test that a start shows the object to act on: clearly, or as the rules ask if starts are hard."""
+    """Return the test that the start shows the object to act on clearly; a hard start needs only the rules' minimum."""
     return is_seen(HARD_PX if context.prefers_hard_starts else CLEAR_PX)
 
 
 def size_of_thing(thing: Thing) -> TargetSize:
-    """Return the size class of a thing as a target."""
+    """Return the size class that a thing has as a target."""
     return size_of(thing.category, max(thing.asset.size))
 
 
 def can_be_searched_for(context: HouseContext, thing: Thing) -> bool:
-    """Return whether a thing may be a target and does not lie in a closed container, where looking does not find it."""
+    """Return whether a thing may be a target and can be found by looking, i.e. is not in a closed container."""
     parent = context.view.scene.things.get(thing.parent or "")
     surface = surface_named(parent, thing.surface) if parent is not None else None
     is_shut_away = surface is not None and surface.needs_opening and parent is not None and parent.openness < WIDE_OPEN
@@ -141,9 +142,9 @@ def can_be_searched_for(context: HouseContext, thing: Thing) -> bool:
 
 
 def start_not_seeing(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
-    """Return a start pose that does not see a thing; None if none is found.
+    """Return a start pose from which a thing is not visible; None if none is found. `horizon` is the pitch (deg).
 
-    `by_turning` says whether turning must or must not show the thing (None: either); `horizon` is the pitch (deg).
+    `by_turning` says whether the thing must (True) or must not (False) become visible by turning; None: either.
     """
     return context.hardest(_starts_not_seeing(context, thing, by_turning, horizon), thing)
 
@@ -165,7 +166,7 @@ def _starts_not_seeing(context: HouseContext, thing: Thing, by_turning: bool | N
 
 
 def allows(thing: Thing, act: Act) -> bool:
-    """Return whether a thing allows an act."""
+    """Return whether an act can be done to a thing."""
     if act == "pick":
         return thing.is_pickupable
     if act in ("open", "close"):
@@ -174,12 +175,12 @@ def allows(thing: Thing, act: Act) -> bool:
 
 
 def acts_for(thing: Thing) -> list[Act]:
-    """Return the acts that can be asked for with a thing."""
+    """Return the acts on a thing that an instruction can ask for."""
     return [act for act in ACTS if allows(thing, act)]
 
 
 def setup_for(thing: Thing, act: Act | None) -> Setup:
-    """Return the setup in which a thing is in the state before an act; an empty one without an act."""
+    """Return the setup in which an act on a thing is still needed, e.g. closed for "open"; empty without an act."""
     changes: dict[Act | None, ObjectSetup] = {
         "open": ObjectSetup(openness=0.0),
         "close": ObjectSetup(openness=1.0),
@@ -191,7 +192,7 @@ def setup_for(thing: Thing, act: Act | None) -> Setup:
 
 
 def with_laptop_open(thing: Thing, change: ObjectSetup) -> ObjectSetup:
-    """Return a change, with openness 1 added for a laptop, since a closed one does not show whether it is on."""
+    """Return the change; for a laptop, also open it, because a closed laptop does not show whether it is on."""
     return change.model_copy(update={"openness": 1.0}) if thing.category == "Laptop" else change
 
 
@@ -204,7 +205,7 @@ def goal_for(thing: Thing, act: Act) -> Goal:
 
 
 def act_of(goal: Goal) -> Act:
-    """Return the act that reaches a goal of opening, closing, switching on or off, or picking up."""
+    """Return the act that reaches a goal: opening, closing, turning on, turning off, or picking up."""
     if isinstance(goal, ObjectInState):
         acts: tuple[Act, Act] = ("open", "close") if goal.state == "is_open" else ("turn_on", "turn_off")
         return acts[0] if goal.value else acts[1]

@@ -26,27 +26,27 @@ from vigil.packs.private import is_secret, secret_name, secret_subseed
 from vigil.protocol.house import MAX_HOUSE_BYTES, House
 
 MAX_LINES_BYTES = 16 * 1024 * MIB
-"""Greatest size (bytes) of a file of houses, decompressed."""
+"""Maximum size (bytes) of a file of houses, after decompression."""
 MIXED = (
     *("kitchen", "2", "3", "4", "2", "bedroom", "3", "2", "4", "5"),
     *("living-room", "2", "3", "4", "2", "bathroom", "3", "2", "4", "6"),
 )
-"""Specs that `mixed` stands for: 20 % one room, 30 % two, 20 % three, 20 % four, 10 % more."""
+"""Specs (kinds of houses) that `mixed` stands for: 20 % one room, 30 % two, 20 % three, 20 % four, 10 % more."""
 DRAWN_SEEDS = range(100_000, 1_000_000)
-"""Seeds of houses that are drawn by a public seed; there are few enough of them to try all."""
+"""Seeds from which a public seed draws houses. They are so few that anyone can try all of them."""
 _T = TypeVar("_T")
 OnDownload = Callable[[str], None]
-"""A function that gets a line that announces a download."""
+"""Function that is called with a line that announces a download."""
 
 
 @dataclass(frozen=True, slots=True)
 class GeneratedHouse:
-    """A house to be generated."""
+    """A house to be made by the project's generator."""
 
     seed: int
     spec: str
     given_name: str = ""
-    """Name of the house if neither the name nor the house may reveal the seed; else empty."""
+    """Name of the house if its seed must stay secret; otherwise empty."""
 
     @property
     def name(self) -> str:
@@ -54,25 +54,25 @@ class GeneratedHouse:
         return self.given_name or f"{spec_for(self.spec).name}_{self.seed}"
 
     def house(self) -> House:
-        """Return the house. Raises SettingError if the seed does not yield one."""
+        """Return the house. Raises SettingError if the generator cannot make a house from the seed."""
         house = generate(self.seed, spec_for(self.spec))
         return with_seed_removed(house, self.given_name) if self.given_name else house
 
     def origin(self, house: House) -> None:
-        """Return None: the house itself names its generator, and its seed unless that is secret."""
+        """Return None: the house itself states its generator, and its seed unless the seed is secret."""
 
 
 @dataclass(frozen=True, slots=True)
 class HouseInFile:
-    """A house in a file, either the only one or one line of many."""
+    """A house in a file. It is the only house in the file, or one line of the file."""
 
     path: Path
     line: int | None = None
-    """Number of the line, from 1; None if the file holds one house."""
+    """Number of the line, counted from 1; None if the file has only one house."""
     given_name: str = ""
-    """Name of the house if it does not follow from the file's name; else empty."""
+    """Name of the house; empty if the name follows from the file's name."""
     dataset: str = ""
-    """Name of the dataset; empty if it is the file's name."""
+    """Name of the dataset; empty if the file's name stands for it."""
     split: str | None = None
     revision: str | None = None
 
@@ -92,7 +92,7 @@ class HouseInFile:
         raise HouseError(f"House {self.name!r}: {str(self.path)!r} has no line {self.line}.")
 
     def parse_line(self, text: bytes) -> House:
-        """Return the house that the text of its line holds. Raises HouseError if it is not JSON."""
+        """Return the house in `text`, which is the house's line of the file. Raises HouseError if it is not JSON."""
         try:
             return House(self.name, read_json(text))
         except ValueError as error:
@@ -119,10 +119,10 @@ HouseSource = GeneratedHouse | HouseInFile
 
 
 def houses_from_seeds(seeds: str, specs: Iterable[str], secret: int | None = None) -> list[HouseSource]:
-    """Return houses to generate for seeds `A:B` (B excluded), which take the specs in turn.
+    """Return houses to generate for the seeds `A:B` (B excluded). The houses get the specs in turn.
 
-    With a `secret` seed, A to B are numbers of houses that only those who know the seed can generate.
-    Raises SettingError if the range or a spec is invalid.
+    With a `secret` seed, A to B are numbers of houses, which cannot be generated without the secret seed. Raises
+    SettingError if the range or a spec is invalid.
     """
     found = re.fullmatch(r"(\d{1,18}):(\d{1,18})", seeds, re.ASCII)
     first, last = (int(found[1]), int(found[2])) if found else (0, 0)
@@ -130,15 +130,16 @@ def houses_from_seeds(seeds: str, specs: Iterable[str], secret: int | None = Non
         raise SettingError(f"Seeds {seeds!r}: expected FIRST:END with FIRST < END, e.g. 100:160.")
     if last - first > MAX_LINES:
         raise SettingError(
-            f"Seeds {seeds!r}: more than {MAX_LINES:,} houses. Propose in several parts, each with its own file."
+            f"Seeds {seeds!r} are for more than {MAX_LINES:,} houses. Use several commands, each with a part of "
+            "the seeds and another output file."
         )
     return _houses_by_turns(range(first, last), specs, secret)
 
 
 def houses_drawn_from(seed: int, count: int, specs: Iterable[str]) -> list[HouseSource]:
-    """Return `count` houses to generate, drawn by `seed`; a larger count begins with the same houses.
+    """Return `count` houses to generate, drawn at random by `seed`. A larger count begins with the same houses.
 
-    If `seed` is secret, only those who know it can generate them. Raises SettingError if a spec is invalid.
+    If `seed` is secret, the houses cannot be generated without it. Raises SettingError if a spec is invalid.
     """
     if is_secret(seed):
         return _houses_by_turns(range(count), specs, seed)
@@ -146,7 +147,7 @@ def houses_drawn_from(seed: int, count: int, specs: Iterable[str]) -> list[House
 
 
 def draw_sample(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
-    """Return `count` of the items, drawn by `seed`, or all of them in their order if it is None.
+    """Return `count` of the items, drawn at random by `seed`; if `count` is None, all items in their order.
 
     A larger count begins with the same items.
     """
@@ -157,7 +158,7 @@ def draw_sample(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
 
 
 def secret_house(secret: int, number: int, spec: str) -> GeneratedHouse:
-    """Return a house that only those who know the secret seed can generate; its name does not reveal the seed."""
+    """Return a house that cannot be generated without the secret seed. Its name does not reveal the seed."""
     which = f"{number} {spec}".encode()
     return GeneratedHouse(secret_subseed(secret, "house", which), spec, secret_name(secret, "house", which))
 
@@ -175,10 +176,11 @@ def _houses_by_turns(seeds: Iterable[int], specs: Iterable[str], secret: int | N
 def houses_from(
     places: Iterable[str], limit: int | None = None, report: OnDownload = lambda line: None
 ) -> list[HouseInFile]:
-    """Return the houses at some places, at most `limit` of each.
+    """Return the houses at these places, at most `limit` at each place.
 
-    A place is a file (JSON, or one house per line in .jsonl and .jsonl.gz), or names houses of ProcTHOR-10K. `report`
-    gets a line that announces a download. Raises SettingError if a place is invalid or two houses have one name.
+    A place is a file (JSON, or one house per line in .jsonl and .jsonl.gz), or a text that refers to houses of
+    ProcTHOR-10K. `report` gets a line that announces a download. Raises SettingError if a place is invalid or two
+    houses have the same name.
     """
     found: list[HouseInFile] = []
     for place in places:
@@ -190,9 +192,9 @@ def houses_from(
 
 
 def house_at(place: str, report: OnDownload) -> House:
-    """Return the one house in a JSON file or named in ProcTHOR-10K.
+    """Return the one house at a place: a JSON file, or a text that refers to a house of ProcTHOR-10K.
 
-    Raises HouseError if it cannot be read, SettingError if the name is invalid or names several houses.
+    Raises HouseError if the house cannot be read, SettingError if the place is invalid or refers to several houses.
     """
     if not is_dataset(place):
         return House.load(Path(place))
@@ -204,7 +206,7 @@ def house_at(place: str, report: OnDownload) -> House:
 
 
 def read_all(sources: Iterable[HouseInFile]) -> Iterator[tuple[HouseInFile, House | HouseError]]:
-    """Yield each house, or the error of reading it; a file of many is read once, in the order of its lines."""
+    """Yield each house, or the error from reading it. A file with several houses is read once, line by line."""
     for path, group in groupby(sources, key=lambda source: source.path):
         left = {source.line: source for source in group}
         if None in left:
@@ -232,7 +234,7 @@ def _tried(make: Callable[[], House]) -> House | HouseError:
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
-    """Yield the lines of a file, compressed or not. Raises HouseError if it is unreadable or beyond the limits."""
+    """Yield the lines of a file, compressed or not. Raises HouseError if the file is unreadable or over the limits."""
     what = f"House file {str(path)!r}"
     total = 0
     with open_file(path, what, HouseError) as file:
@@ -251,7 +253,10 @@ def lines_of(path: Path) -> Iterator[bytes]:
                 f"it is over {MAX_LINES_BYTES // MIB // 1024} GiB": total > MAX_LINES_BYTES,
             }
             for fault in (fault for fault, is_so in limits.items() if is_so):
-                raise HouseError(f"{what}: {fault}, the limit for a file with one house per line. Is it such a file?")
+                raise HouseError(
+                    f"{what}: {fault}, the limit for a file with one house per line. Does the file have one house "
+                    "per line?"
+                )
             yield line
 
 

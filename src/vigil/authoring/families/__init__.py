@@ -1,6 +1,6 @@
-"""The families of the package, each a module that exports one `FAMILY`; `vigil.protocol.families` finds them.
+"""The families of the package. Each is a module that exports a `FAMILY`; `vigil.protocol.families` finds these modules.
 
-They are imported with the protocol. Each therefore imports only `vigil.protocol.family`, and gives the functions that
-draft its kinds by name. A family with code of its own is a folder: `FAMILY` is in `__init__`, and next to it are the
-code that drafts its kinds and the sentences that no other family uses.
+The protocol imports all of them. Therefore each module imports only `vigil.protocol.family`, and its `FAMILY` has names
+of functions, "package.module:function". A family that has code is a folder: `FAMILY` is in `__init__`, and the other
+modules have the functions that draft its kinds and the sentences that only this family uses.
 """

@@ -1,1 +1,1 @@
-"""Language: referring expressions and the sentences of instructions."""
+"""Language: phrases that refer to things, and the sentences of instructions."""

@@ -1,6 +1,6 @@
-"""Names and colours by appearance, where a person would not call a thing what the catalogue calls it.
+"""Names and colours by appearance, for things that people would not call what the catalogue calls them.
 
-A counter with doors is also a cabinet, a worktop next to a washbasin is not a kitchen counter, and a stool with white
+A counter with doors is also a cabinet; a worktop next to a washbasin is not a kitchen counter; and a stool with white
 legs under a blue seat is not a white stool.
 """
 
@@ -16,50 +16,51 @@ from vigil.scene.supports import surface_named
 from vigil.scene.things import Thing
 
 WITH_DOORS = frozenset({"CounterTop"})
-"""Categories that always have doors: base cabinets under a worktop."""
+"""Categories of base cabinets under a worktop, which always have doors."""
 VANITY_HEIGHT_M = 0.5
-"""Height (m) above which a washbasin includes a foot or a cabinet of painted wood."""
+"""A washbasin higher than this (m) includes its foot, or a cabinet of painted wood."""
 PAINTED = "paint/"
 """Beginning of the names of painted materials."""
 SEATS = frozenset({"Chair", "Footstool", "Ottoman", "Stool"})
 MIN_COLOUR_SHARE, MIN_SEAT_COLOUR_SHARE = 0.4, 0.6
-"""Least share of a thing's visible area in the colour that names it; for seats, more than their legs can have."""
+"""Minimum share of a thing's visible area that a colour must have to name the thing. For seats it is higher, so that
+the legs do not suffice."""
 _LOOKING_DOWN_DEG = 30.0
 _AROUND = np.radians(np.arange(0.0, 360.0, 45.0))
 _LEVEL, _UP = np.cos(np.radians(_LOOKING_DOWN_DEG)), np.sin(np.radians(_LOOKING_DOWN_DEG))
 _TOWARDS = np.stack([_LEVEL * np.cos(_AROUND), np.full_like(_AROUND, _UP), _LEVEL * np.sin(_AROUND)], axis=1)
-"""Unit vectors (8, 3) from a thing to viewers on eight sides, who look down at it."""
+"""Unit vectors (8, 3) from a thing towards viewers on eight sides who look down at the thing."""
 
 
 def names_by_appearance(thing: Thing) -> tuple[str, ...]:
-    """Return the other names that a person who sees a thing may use: a counter with doors is also a cabinet."""
+    """Return other names that people who see a thing may use: a counter with doors is also a cabinet."""
     is_vanity = thing.category == "Sink" and thing.asset.size.y > VANITY_HEIGHT_M
     has_doors = is_vanity and any(part.material.startswith(PAINTED) for part in thing.asset.parts)
     return ("cabinet",) if has_doors or thing.category in WITH_DOORS else ()
 
 
 def is_open_shelf(thing: Thing, name: str | None) -> bool:
-    """Return whether a surface of a thing is an open shelf, so that objects lie on the shelf and not in the thing."""
+    """Return whether a thing's surface `name` is an open shelf: objects there are on a shelf, not in the thing."""
     surface = surface_named(thing, name)
     is_shelved = any(each.needs_opening or each.name.startswith("shelf") for each in thing.asset.surfaces)
     return surface is not None and surface.is_inside and not surface.needs_opening and is_shelved
 
 
 def has_misleading_name(category: str, room: str | None) -> bool:
-    """Return whether people would not use a category's name in a room: "countertop" for a bathroom's worktop."""
+    """Return whether people in a room would not use a category's name, e.g. "countertop" for a bathroom worktop."""
     return category == "CounterTop" and room == "bathroom"
 
 
 def min_colour_share(category: str) -> float:
-    """Return the least share of a thing's visible area that a colour must have to name it."""
+    """Return the minimum share of a thing's visible area that a colour must have to name the thing."""
     return MIN_SEAT_COLOUR_SHARE if category in SEATS else MIN_COLOUR_SHARE
 
 
 @lru_cache(maxsize=1024)
 def colour_shares(*assets: Asset) -> dict[str, float]:
-    """Return colour word -> share of the area visible from around a thing; glass does not count.
+    """Return colour word -> share of a thing's visible area that has this colour. Glass does not count.
 
-    A piece of furniture with drawers consists of several assets. The result is empty for a thing of glass only.
+    `assets` are the thing's parts: furniture and each of its drawers are separate assets. Empty if all is glass.
     """
     seen: defaultdict[str, float] = defaultdict(float)
     for part in (part for asset in assets for part in asset.parts):
@@ -74,7 +75,7 @@ def colour_shares(*assets: Asset) -> dict[str, float]:
 
 
 def _seen_area(mesh: Mesh) -> float:
-    """Return a mesh's mean projected area (m2) for viewers around and above it, without regard to occlusion."""
+    """Return the mean projected area (m2) of a mesh for viewers around and above it. Occlusion is ignored."""
     corners = np.asarray(mesh.vertices, np.float64)[np.asarray(mesh.faces)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
     return float(np.maximum(normals @ _TOWARDS.T, 0.0).mean(axis=1).sum())

@@ -1,6 +1,6 @@
-"""Disambiguation of look-alikes: phrases that mean one of several things with the same name.
+"""Disambiguation of look-alikes: phrases that mean only one of several things with the same name.
 
-They use an attribute (the colour), the place (what the thing lies on), or a relation to something unique.
+They use an attribute (the colour), the place (what the thing lies on), or a relation to a thing with a unique name.
 """
 
 from collections.abc import Iterable, Iterator
@@ -26,43 +26,44 @@ NEVER_ANCHORS = frozenset(
         *("HandTowelHolder", "ToiletPaperHanger", "WallDecor", "RoomDecor", "Chair", "Stool", "Drawer"),
     }
 )
-"""Categories too flat, too high, too numerous or too easily moved to locate other things by."""
+"""Categories that are too flat, too high, too numerous or too easily moved to say where another thing is."""
 ANCHOR_M = 0.2
-"""Least longest side (m) of an anchor, the thing in a relation by which another is located."""
+"""Minimum longest side (m) of an anchor: in "the box next to the desk", the desk is the anchor."""
 MIN_ANCHOR_SHARE = 0.7
-"""Minimum length of an anchor, as a share of the length of the thing that it locates: a lamp does not locate a desk."""
+"""Minimum length of an anchor, as a share of the length of the located thing: a lamp does not locate a desk."""
 LARGE_M = 0.6
-"""Least longest side (m) of a landmark, an anchor for a whole room."""
+"""Minimum longest side (m) of a landmark, which is an anchor for a whole room."""
 LANDMARK_M = 3.0
-"""Gap (m) up to which an anchor is used at all."""
+"""Maximum gap (m) between a thing and its anchor."""
 COVERING_FURNITURE = frozenset({"Desk", "DiningTable", "CoffeeTable", "SideTable", "Bed", "Sink"})
-"""Categories under which other things stand."""
+"""Categories of furniture under which other things may stand."""
 
 
 def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the other things with exactly a thing's name.
+    """Return the other things with exactly the same name as a thing.
 
-    A cell phone may be mistaken for a remote control, but "the cell phone" needs no further words.
+    Things with a similar name are not included: people may mistake a cell phone for a remote control, but "the cell
+    phone" is clear enough.
     """
     return [other for other in items if other.id != item.id and other.name == item.name]
 
 
 def confusable(item: DescribedThing, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the other things that a listener may understand a thing's bare name as."""
+    """Return the other things that a listener may think are meant if only the name of `item` is said."""
     return [other for other in referents(Phrase(item.name), items) if other.id != item.id]
 
 
 def first_meaning(phrases: Iterable[Phrase], item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase | None:
-    """Return the first of several phrases that means `item` only; None if there is none."""
+    """Return the first phrase in `phrases` that means only `item`; None if there is none."""
     everything = list(items)
     return next((phrase for phrase in phrases if referents(phrase, everything) == [item]), None)
 
 
 def disambiguating_phrases(item: DescribedThing, items: Iterable[DescribedThing]) -> list[Phrase]:
-    """Return the phrases that mean one of several look-alikes only, each by colour, by place or by a relation.
+    """Return the phrases that mean only this one of several look-alikes, by colour, by place or by a relation.
 
-    The list is empty for a thing without look-alikes or with a misleading name, and for a drawer, whose name says its
-    furniture.
+    The list is empty for a thing without look-alikes or with a misleading name. It is also empty for a drawer, because
+    its name says to which furniture it belongs.
     """
     everything = list(items)
     if item.has_misleading_name or is_drawer(item.name) or not look_alikes(item, everything):
@@ -72,7 +73,7 @@ def disambiguating_phrases(item: DescribedThing, items: Iterable[DescribedThing]
 
 
 def _is_unambiguous(phrase: Phrase, item: DescribedThing, items: list[DescribedThing], names: list[str]) -> bool:
-    """Return whether a phrase means one thing only, and reads back from a text as the same phrase for it."""
+    """Return whether a phrase means only `item`, and is recognized as the same phrase when read from a text."""
     if referents(phrase, items) != [item]:
         return False
     read = mentions(str(phrase), names)
@@ -84,7 +85,7 @@ def _is_unambiguous(phrase: Phrase, item: DescribedThing, items: list[DescribedT
 
 
 def anchor_of(phrase: Phrase, items: Iterable[DescribedThing]) -> DescribedThing | None:
-    """Return the thing to which a phrase relates another; None without a relation, or if it is not unique."""
+    """Return the anchor of a phrase: in "the box next to the desk", the desk. None if there is none or several."""
     found = [] if phrase.anchor is None else referents(Phrase(phrase.anchor), items)
     return found[0] if len(found) == 1 else None
 
@@ -105,7 +106,7 @@ def _tried(item: DescribedThing, items: list[DescribedThing]) -> Iterator[Phrase
 
 
 def _anchors(item: DescribedThing, items: list[DescribedThing]) -> Iterator[DescribedThing]:
-    """Yield the possible anchors within `LANDMARK_M` whose bare name is unique, the nearest first."""
+    """Yield the possible anchors within `LANDMARK_M` whose name alone is unique, the nearest first."""
     box = item.box
     near = [
         (gap_m(box, other.box), other.id, other)

@@ -1,7 +1,7 @@
-"""Names of single drawers, by their row from above and their column from the left, as seen from the front.
+"""Names of single drawers: by row, counted from above, and by column, counted from the left as seen from the front.
 
 Examples are "the top drawer of the side table", "the second drawer from above of the dresser" and "the upper left
-drawer of the TV stand". The name includes the furniture, since "the top drawer" could be one of another piece.
+drawer of the TV stand". The name includes the furniture, because "the top drawer" could be a drawer of other furniture.
 """
 
 from collections.abc import Callable
@@ -14,19 +14,19 @@ from vigil.scene.supports import drawers_of
 from vigil.scene.things import Scene, Thing
 
 OF = " of the "
-"""Text between a drawer and its furniture in a name."""
+"""Text between the drawer and its furniture in a name."""
 DRAWER = "drawer"
 SAME_ROW_M = 0.05
-"""Greatest distance (m) between the middles of drawers in one row, or in one column."""
+"""Maximum distance (m) between the middles of drawers in the same row or in the same column."""
 MAX_COLUMNS = 3
-"""Number of columns that words can tell apart: left, middle and right."""
+"""Maximum number of columns that words can distinguish: left, middle and right."""
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 
 def drawer_name(scene: Scene, drawer: Thing) -> str:
-    """Return a drawer's name with its furniture.
+    """Return a drawer's name, which includes its furniture.
 
-    It does not say which drawer it is if the drawers do not form a full grid, or one that words cannot describe.
+    If the drawers do not form a full grid, or words cannot describe the grid, the name does not say which drawer it is.
     """
     chest = scene.things[drawer.parent or ""]
     display_name = CATALOG[chest.category].display_name
@@ -42,12 +42,12 @@ def drawer_name(scene: Scene, drawer: Thing) -> str:
 
 
 def is_drawer(name: str) -> bool:
-    """Return whether a name is that of a drawer, or the bare word."""
+    """Return whether a name is the name of a drawer, or the word "drawer" alone."""
     return OF in name or name == DRAWER
 
 
 def without_position(name: str) -> str:
-    """Return "drawer" for the name of a drawer, and any other name as it is."""
+    """Return "drawer" if the name is that of a drawer; otherwise the name itself."""
     return DRAWER if OF in name else name
 
 
@@ -57,10 +57,10 @@ def furniture_of(name: str) -> str | None:
 
 
 def fits(said: str, name: str, furniture_fits: Callable[[str, str], bool]) -> bool:
-    """Return whether a listener could understand `said` as the thing named `name`, if both are drawers.
+    """Return whether `said` and `name` are drawers, and a listener could understand `said` as the drawer called `name`.
 
-    `furniture_fits` says the same of two names of furniture: for a listener who calls a TV stand a dresser, the top
-    drawer of the dresser is that of the TV stand.
+    `furniture_fits` decides the same for two names of furniture. If a TV stand may be called a dresser, "the top drawer
+    of the dresser" may be that of the TV stand.
     """
     which, _, whole = said.partition(OF)
     drawer, _, of = name.partition(OF)
@@ -70,13 +70,13 @@ def fits(said: str, name: str, furniture_fits: Callable[[str, str], bool]) -> bo
 
 
 def _place(chest: Thing, part: Thing) -> tuple[float, float]:
-    """Return a drawer's offset (m) to the right as seen from the front, and its height (m)."""
+    """Return a drawer's offset (m) to the right, seen from the front of the furniture, and the drawer's height (m)."""
     x, _ = rotate_floor(part.position.x - chest.position.x, part.position.z - chest.position.z, -chest.rotation.y)
     return -x, part.position.y
 
 
 def _steps(values: list[float]) -> list[float]:
-    """Return the values in order, without those at most `SAME_ROW_M` above the last returned one."""
+    """Return the values in ascending order, but of values within `SAME_ROW_M` of each other only the lowest."""
     found: list[float] = []
     for value in sorted(values):
         if not found or value > found[-1] + SAME_ROW_M:
@@ -89,7 +89,7 @@ def _index(steps: list[float], value: float) -> int:
 
 
 def _drawer_in_grid(row: int, rows: int, column: int, columns: int) -> str:
-    """Return the words for a drawer's position in a grid; row 0 is the top one, column 0 the left one."""
+    """Return the words for a drawer's position in a grid. Row 0 is the top row, column 0 the left column."""
     side = {1: ("",), 2: ("left ", "right "), 3: ("left ", "middle ", "right ")}[columns][column]
     if rows == 1:
         return f"{side}{DRAWER}"

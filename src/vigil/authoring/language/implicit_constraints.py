@@ -1,4 +1,4 @@
-"""Instructions with an implicit constraint: the names of such kinds, and the words that would give it away."""
+"""Instructions that do not state their constraint: how their kinds are named, and which words reveal a constraint."""
 
 import re
 from collections.abc import Iterator
@@ -13,23 +13,24 @@ GIVEAWAY_WORDS = {
     "object_off": r"while\b|running\b|runs\b|locked\b|stop it\b|off\b",
     "object_released": r"down\b|full\b|(?<!take )hold(?:ing)?\b|free your\b|drop\b|let go\b|empty\b",
 }
-"""Kind of constraint -> words that mention it, without regard to what the obstacle is called."""
+"""Kind of constraint -> regular expression of words that reveal it. The name of the obstacle is checked separately."""
 
 
 def implicit_kind(kind: str) -> str:
-    """Return the name of the kind whose instructions leave out a kind's constraint."""
+    """Return the name of the kind that is like `kind` but does not state the constraint in its instructions."""
     return f"{kind}{IMPLICIT_SUFFIX}"
 
 
 def is_implicit(template: str) -> bool:
-    """Return whether instructions of a template leave out the constraint."""
+    """Return whether instructions of this template do not state the constraint."""
     return template.endswith(IMPLICIT_SUFFIX)
 
 
 def constraint_giveaways(instruction: str, constraint: str, obstacle: str | None) -> Iterator[str]:
-    """Yield messages about the words of an instruction that give a constraint away.
+    """Yield messages about words of an instruction that reveal the constraint.
 
-    `constraint` is its kind, `obstacle` the name of the obstacle, or None if that is the target itself.
+    `constraint` is the kind of constraint. `obstacle` is the name of the obstacle; None if the obstacle is the target
+    itself.
     """
     text = instruction.lower()
     if obstacle is not None and re.search(rf"\b{re.escape(obstacle.lower())}\b", text):

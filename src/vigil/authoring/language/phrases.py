@@ -1,4 +1,4 @@
-"""Phrases for the things of a scene in its current state, computed on demand and cached per state."""
+"""Phrases for the things of a scene in its current state. They are computed on demand and cached for each state."""
 
 import threading
 from collections.abc import Callable
@@ -18,9 +18,9 @@ from vigil.scene.things import Scene
 
 @cached(LRUCache(DESCRIPTION_CACHE_SIZE), key=description_key, lock=threading.Lock())
 def phrase_finder(scene: Scene) -> Callable[[str], Phrase | None]:
-    """Return the function from a thing's id to the shortest phrase that means the thing only; None if there is none.
+    """Return a function that takes a thing's id and returns the shortest phrase that means only this thing, or None.
 
-    The phrase is that of a person who sees the things in the current state of the scene.
+    The phrase is what a person would say who sees the things in the current state of the scene.
     """
     items = items_as_seen(scene)
     return cache(lambda thing_id: phrase_for(items[thing_id], items.values()))

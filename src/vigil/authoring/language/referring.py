@@ -1,8 +1,8 @@
-"""Referring expressions: phrases that mean one thing for a person, and their recognition in a text.
+"""Referring expressions: phrases that mean one thing to a person, and their recognition in a text.
 
-A phrase is the thing's name. A colour, a support, a room or a relation to another thing is added only if several
-things share the name. What a phrase fits is decided as a careful listener would: "the bottle" also fits a wine bottle,
-and "the mug" a cup.
+A phrase is the thing's name. A colour, a support, a room or a relation to another thing is added only if several things
+have this name. A phrase fits each thing that a careful listener could take it for: "the bottle" also fits a wine
+bottle, and "the mug" also fits a cup.
 """
 
 import re
@@ -56,7 +56,7 @@ LOOK_ALIKES = (
     ("lettuce", "house plant"),
     ("remote control", "cell phone"),
 )
-"""Groups of names that a person may confuse with each other."""
+"""Groups of names of things that people may mistake for each other."""
 
 COLOUR_GROUPS = (
     ("white", "cream", "beige"),
@@ -71,26 +71,26 @@ COLOUR_GROUPS = (
 )
 
 LAMPS = frozenset({"DeskLamp", "FloorLamp", "Candle"})
-"""Categories whose light tints them, so that they have no colour while they are on."""
+"""Categories whose light changes their colour, so that their colour is not used while they are on."""
 UNCERTAIN_COLOURS = frozenset({"WineBottle", "Safe"})
-"""Categories too dark for a colour."""
+"""Categories that are so dark that their colour is not used."""
 SIDE_M = 0.3
-"""Distance (m) from the middle of a door to the points on either side that tell which rooms it joins."""
+"""Distance (m) from the middle of a door to the two points that show which rooms the door joins."""
 
 _ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|on a shelf of|in|inside) the "
 
 DESCRIPTION_CACHE_SIZE = 32
-"""Number of scene states whose descriptions are cached; a few states of a house are asked about repeatedly."""
+"""Number of scene states whose descriptions are cached, because the same few states are used again and again."""
 
 BETWEEN = " between "
-"""Text between a door and the rooms that it joins in a name."""
+"""Text in the name of a door, between "door" and the rooms that it joins."""
 RoomOutlines = list[tuple[str, str | None, Polygon]]
-"""Id, name and floor of each room."""
+"""Id, name and floor polygon of each room."""
 
 
 @dataclass(frozen=True, slots=True)
 class DescribedThing:
-    """A thing in words: its name, its colours, what it rests on and in which room it is."""
+    """A thing in words: its name, its colours, what it rests on, and in which room it is."""
 
     id: str
     category: str
@@ -101,25 +101,25 @@ class DescribedThing:
     support_id: str | None = None
     support: str | None = None
     is_inside: bool = False
-    """Whether it lies inside its support, not on top of it."""
+    """Whether the thing lies inside its support, not on top of it."""
     is_on_shelf: bool = False
-    """Whether it lies on an open shelf of its support."""
+    """Whether the thing lies on an open shelf of its support."""
     alternative_names: tuple[str, ...] = ()
-    """Other names that a person who sees it may use."""
+    """Other names that people who see the thing may use."""
     has_misleading_name: bool = False
-    """Whether people would not use its name where it is."""
+    """Whether people would not use the thing's name for it in its place."""
     is_room_one: bool = True
-    """Whether no other room of the home has the name of its room."""
+    """Whether the name of the thing's room is unique in the home."""
     box: Box | None = None
 
     @property
     def colour(self) -> str | None:
-        """The colour that names it; None if it has none or several."""
+        """The only colour of the thing; None if it has no colour or several."""
         return self.colours[0] if len(self.colours) == 1 else None
 
     @property
     def on_support(self) -> "Phrase":
-        """The phrase with name and support only."""
+        """The phrase that consists of the thing's name and its support, e.g. "the cup on the desk"."""
         return Phrase(self.name, support=self.support, is_inside=self.is_inside, is_on_shelf=self.is_on_shelf)
 
 
@@ -134,12 +134,12 @@ class Phrase:
     is_inside: bool = False
     is_on_shelf: bool = False
     relation: str | None = None
-    """Key of `RELATIONS`, a relation to the thing named `anchor`; None without one."""
+    """Relation to the thing named `anchor`: a key of `RELATIONS`. None without a relation."""
     anchor: str | None = None
 
     @property
     def without_place(self) -> "Phrase":
-        """The phrase with name and colour only."""
+        """The phrase that consists of only name and colour."""
         return Phrase(self.name, colour=self.colour)
 
     def __str__(self) -> str:
@@ -155,9 +155,9 @@ class Phrase:
 def resolve_mentions(
     phrases: Sequence[Phrase], items: Iterable[DescribedThing], held: DescribedThing | None = None
 ) -> list[list[DescribedThing]]:
-    """Return the things that each phrase of a text could mean, given the phrases before it.
+    """Return for each phrase of a text the things that it could mean, given the phrases before it.
 
-    A phrase without a place may repeat a thing that an earlier phrase identified, or mean the thing in the hand.
+    A phrase without a place may mean a thing that an earlier phrase identified, or the thing in the hand (`held`).
     """
     everything = list(items)
     found: list[list[DescribedThing]] = []
@@ -175,21 +175,21 @@ def resolve_mentions(
 
 
 def items_of(scene: Scene) -> dict[str, DescribedThing]:
-    """Return id -> description of every thing that is present, in the scene's order, as the catalogue names it."""
+    """Return id -> description of every present thing, in the scene's order, with the names of the catalogue."""
     return dict(_items_now(scene))
 
 
 def items_as_seen(scene: Scene) -> dict[str, DescribedThing]:
-    """Return id -> description of every thing that is present, in the scene's order, by what people see of it."""
+    """Return id -> description of every present thing, in the scene's order, as people see the thing."""
     return dict(_items_as_seen_now(scene))
 
 
 _description_facts = attrgetter("position", "rotation", "parent", "surface", "is_toggled", "is_present")
-"""The changeable facts of a thing on which descriptions depend."""
+"""Function that returns the facts about a thing that can change, and on which its description depends."""
 
 
 def description_key(scene: Scene) -> Hashable:
-    """Return a cache key that is equal for two states of a scene if the descriptions of its things are."""
+    """Return a cache key for a state of a scene. Two states with the same key have the same descriptions."""
     return scene, tuple(map(_description_facts, scene.things.values()))
 
 
@@ -223,7 +223,7 @@ def _seen(thing: Thing, item: DescribedThing, twice: set[str], scene: Scene) -> 
 
 
 def _is_seen_as(scene: Scene, thing: Thing, colour: str) -> bool:
-    """Return whether enough of a thing's visible area has a colour; always for a thing of glass only."""
+    """Return whether enough of a thing's visible area has a colour. A thing that is all glass may have any colour."""
     shares = colour_shares(thing.asset, *(part.asset for part in drawers_of(scene, thing)))
     alike = sum(share for word, share in shares.items() if _look_alike(colour, word))
     return not shares or alike >= min_colour_share(thing.category)
@@ -253,7 +253,7 @@ def _room_at(x: float, z: float, rooms: RoomOutlines) -> tuple[str | None, str |
 
 
 def _name(scene: Scene, thing: Thing, rooms: RoomOutlines) -> str:
-    """Return a thing's name; that of a door says which rooms it joins, that of a drawer its place in its furniture."""
+    """Return a thing's name. A door's name includes the rooms that it joins; a drawer's name includes its furniture."""
     if thing.is_drawer:
         return drawer_names.drawer_name(scene, thing)
     name = CATALOG[thing.category].display_name
@@ -277,7 +277,7 @@ def _colours(thing: Thing) -> tuple[str, ...]:
 
 
 def fits(phrase: Phrase, item: DescribedThing) -> bool:
-    """Return whether a listener could understand `phrase` as `item`, without regard to its relation."""
+    """Return whether a listener could understand `phrase` as `item`. The relation in the phrase is ignored."""
     return (
         _is_called(item, phrase.name)
         and (phrase.colour is None or not item.colours or any(_look_alike(phrase.colour, c) for c in item.colours))
@@ -287,7 +287,7 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
 
 
 def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the items that a phrase could mean; a relation leaves a single one only if it clearly holds for it."""
+    """Return the items that a phrase could mean. A relation leaves one item only if it clearly holds for this item."""
     everything = list(items)
     found = [item for item in everything if fits(phrase, item)]
     if phrase.relation is None or phrase.anchor is None:
@@ -309,7 +309,7 @@ def _placed(item: DescribedThing) -> LocatedThing | None:
 
 
 def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase | None:
-    """Return the shortest phrase that means `item` only; None if there is none, or if its name is misleading."""
+    """Return the shortest phrase that means only `item`; None if there is none, or if its name is misleading."""
     if item.has_misleading_name:
         return None
     others = [other for other in items if other.id != item.id]
@@ -335,16 +335,16 @@ def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase 
 def mentions(text: str, names: Iterable[str]) -> list[Phrase]:
     """Return the phrases "the <colour> <name> (on|in the <support>) (next to the <anchor>) (in the <room>)" in a text.
 
-    They come in the order of the text. A name that says where another thing is, or of what it is a part ("the door of
-    the fridge"), is not a phrase itself.
+    A name that only says where another thing is, or to what another thing belongs ("the door of the fridge"), is not
+    counted as a phrase.
     """
     return [_phrase(found) for found in _pattern(names).finditer(text)]
 
 
 def without_repeats(text: str, names: Iterable[str]) -> str:
-    """Return a text in which only the first of equal phrases says where a thing is.
+    """Return a text in which, of several equal phrases, only the first says where the thing is.
 
-    A later "the safe in the bedroom" becomes "the safe", unless another phrase has the same name.
+    A later "the safe in the bedroom" becomes "the safe", unless another phrase in the text has the same name.
     """
     pattern = _pattern(names)
     said = {_phrase(found) for found in pattern.finditer(text)}
@@ -385,7 +385,7 @@ def _pattern(names: Iterable[str]) -> re.Pattern[str]:
 
 
 def is_support_unambiguous(phrase: Phrase, item: DescribedThing, others: list[DescribedThing]) -> bool:
-    """Return whether the support named in a phrase can only be that of the item."""
+    """Return whether the support that a phrase names can only be the support of `item`."""
     if phrase.support is None or item.support_id is None:
         return phrase.support is None
     supports = [other for other in others if _names_fit(phrase.support, other.name)]
@@ -393,7 +393,7 @@ def is_support_unambiguous(phrase: Phrase, item: DescribedThing, others: list[De
 
 
 def _support_fits(said: str, support: str) -> bool:
-    """Return whether `said` names a support, or the furniture of a drawer that is the support."""
+    """Return whether `said` names the support; if the support is a drawer, `said` may also name its furniture."""
     whole = drawer_names.furniture_of(support)
     return _names_fit(said, support) or (whole is not None and _names_fit(said, whole))
 

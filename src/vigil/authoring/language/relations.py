@@ -1,7 +1,7 @@
 """Relations between things that do not depend on the viewer: "next to", "closest to", "under".
 
-A relation is used only with a margin on which careful listeners agree: it clearly holds for one thing and clearly not
-for the others that the name could mean. Left and right are missing because they depend on the viewer.
+A relation is used only if it clearly holds for one thing and clearly does not hold for the other things that the name
+could mean, so that careful listeners agree. Left and right are not used because they depend on the viewer.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,18 +14,18 @@ from vigil.base.geometry import Box, Vec3
 from vigil.scene.outlines import footprint
 
 NEXT_TO_M, LOOSELY_NEXT_TO_M = 0.35, 1.2
-"""Greatest gap (m) of things that are clearly next to each other, and of things that some people call so."""
+"""Maximum gap (m) between things: to be clearly next to each other, and for only some people to call them so."""
 LEVEL_M = 0.25
-"""Greatest difference (m) in height of the undersides of things that are next to each other."""
+"""Maximum difference (m) between the heights of the undersides of two things that are next to each other."""
 CLOSEST_M, FARTHER_BY_M, FARTHER_BY = 2.0, 0.8, 2.0
-"""Greatest gap (m) of the closest thing; difference (m) and factor by which the gaps of all others are larger."""
+"""Maximum gap (m) of the closest thing. All other gaps must be larger by at least this difference (m) and factor."""
 COVERED, PARTLY_COVERED = 0.75, 0.1
-"""Least share of a thing's outline below another that is clearly under it, and that some people call so."""
+"""Minimum share of a thing that is below another: to be clearly under it, and for only some people to call it under."""
 
 
 @dataclass(frozen=True, slots=True)
 class LocatedThing:
-    """The position of a thing, as far as relations need it."""
+    """The facts about a thing's position that relations need."""
 
     id: str
     room_id: str | None
@@ -33,7 +33,8 @@ class LocatedThing:
 
 
 RelationReferents = Callable[[Sequence[LocatedThing], LocatedThing], list[str]]
-"""A function from things and an anchor to the ids of those meant; to a single id only if the relation clearly holds."""
+"""Function that takes things and an anchor and returns the ids of the things that may be meant. It returns a single id
+only if the relation clearly holds."""
 
 
 def _next_to(things: Sequence[LocatedThing], anchor: LocatedThing) -> list[str]:
@@ -78,11 +79,11 @@ RELATIONS: dict[str, RelationReferents] = {
     "nearest to": _closest_to,
     "under": _under,
 }
-"""Words of a relation -> the function that finds what they mean."""
+"""Words of a relation -> the function that finds the things that they may mean."""
 
 
 def gap_m(one: Box, other: Box) -> float:
-    """Return the distance (m) between the outlines of two boxes on the floor; 0 if they overlap."""
+    """Return the distance (m) between the outlines of two boxes on the floor; 0 if the outlines overlap."""
     return float(_floor(one).distance(_floor(other)))
 
 

@@ -1,30 +1,31 @@
-"""Sentence forms in two halves, a public one and a held-out one, and the forms of orders that several families use.
+"""Sentence forms in two halves (public and held-out), and the forms of orders that several families use.
 
 Packaged packs, recipes and streams use only the public half, so that private packs can use forms that are not
 published. Both halves vary in the same ways: questions, requests, statements of a need, two sentences, purposes, the
-passive. The forms of one family are in its folder in `vigil.authoring.families`.
+passive. Forms that only one family uses are in its folder in `vigil.authoring.families`.
 
-Slots: `target`, the phrase for the thing; `it` and `it_is`, its pronoun; `order`, an act in full; `order_it`, the act
-after the thing has been named; `acted` and `done`, the act in the passive. A slot with a capital starts a sentence.
+Slots: `target`, the phrase for the thing; `it` and `it_is`, its pronoun; `order`, an act in full ("open the box");
+`order_it`, the act after the thing has been named ("open it"); `acted` and `done`, the act in the passive. The name of
+a slot has a capital if the slot begins a sentence.
 """
 
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 Forms = Literal["public", "held_out", "all"]
-"""Half of the sentence forms, or all of them."""
+"""Which sentence forms to use: one of the two halves, or all."""
 FORMS: tuple[Forms, ...] = get_args(Forms)
 
 
 @dataclass(frozen=True, slots=True)
 class Sentences:
-    """Sentence forms with one meaning, in two halves."""
+    """Sentence forms with the same meaning, in two halves."""
 
     public: tuple[str, ...]
     held_out: tuple[str, ...]
 
     def of(self, forms: Forms) -> tuple[str, ...]:
-        """Return the forms of a half, or all of them."""
+        """Return the forms of the requested half, or all forms."""
         halves = {"public": self.public, "held_out": self.held_out, "all": (*self.public, *self.held_out)}
         return halves[forms]
 

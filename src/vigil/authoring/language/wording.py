@@ -1,8 +1,8 @@
-"""Wording of tasks: the words that fill the slots of a sentence form, in agreement with the things that they mean.
+"""Wording of tasks: the words that fill the slots of a sentence form, and agree with the things that they mean.
 
-The forms are in `sentences` and in the folders of the families. A sentence does not
-say where a thing is beyond its phrase nor, in state verification, which state it is in. Words are those that people
-use: the lid of a toilet is opened, a candle is lit.
+The forms are in `sentences` and in the folders of the families. The words for a thing do not say more about its place
+than its phrase does. In state verification, the words do not say in which state the thing is. The words are those that
+people use: the lid of a toilet is opened, a candle is lit.
 """
 
 import re
@@ -36,7 +36,7 @@ VERBS_OF: dict[str, dict[Act, tuple[str, ...]]] = {
 }
 """Category -> act -> the verbs used instead of those in `VERBS`."""
 PARTICLES = ("turn on", "turn off", "switch on", "switch off", "put out", "pick up")
-"""Verbs whose pronoun stands in the middle: "turn it on"."""
+"""Verbs with the pronoun between their two words: "turn it on"."""
 
 PARTICIPLES: dict[Act, str] = {
     "open": "opened",
@@ -46,13 +46,13 @@ PARTICIPLES: dict[Act, str] = {
     "pick": "picked up",
 }
 PARTICIPLES_OF: dict[str, dict[Act, str]] = {"Candle": {"turn_on": "lit", "turn_off": "put out"}}
-"""Category -> act -> the participle used instead of that in `PARTICIPLES`."""
+"""Category -> act -> the participle used instead of the one in `PARTICIPLES`."""
 PAIRS = frozenset({"Boots"})
-"""Categories whose pronoun is "them"."""
+"""Categories with the pronoun "them"."""
 
 _PUT_IN = r"(?:put|place|drop|leave)\b[^.;]*?\bin\b(?! the (?:{rooms})\b)"
 INTO = re.compile(rf"\b(?:into|(?<!from )inside|{_PUT_IN.format(rooms='|'.join(sorted(ROOM_NAMES.values())))})\b")
-"""Words that ask to put an object into a receptacle; "in the sink" is such a place, "in the bedroom" is not."""
+"""Pattern of words that ask to put an object into a receptacle: "in the sink", but not "in the bedroom" (a room)."""
 
 
 def asks_inside(instruction: str) -> bool:
@@ -62,20 +62,20 @@ def asks_inside(instruction: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class OpeningPhrase:
-    """Words for the part of a thing that is opened, or for the thing itself."""
+    """Words for the part of a thing that people open; if they open the thing as a whole, for the thing itself."""
 
     whole: str
     """Full phrase, e.g. "the oven door of the stove"."""
     piece: str
-    """Phrase after the thing has been named, e.g. "its oven door"; "it" for a thing that opens as a whole."""
+    """Phrase to use after the thing has been named, e.g. "its oven door"; "it" for a thing that opens as a whole."""
 
     def slots(self, whole: str = "whole") -> dict[str, str]:
-        """Return the slots of a sentence about it; `whole` is the name of the slot for the full phrase."""
+        """Return the words for the slots of a sentence. `whole` is the name of the slot for the full phrase."""
         return {whole: self.whole, "piece": self.piece, "it": "it"}
 
 
 def opening_phrase(category: str, phrase: str) -> OpeningPhrase:
-    """Return the words for opening the thing of a category that `phrase` means."""
+    """Return the words for opening a thing of this category; `phrase` means the thing."""
     part = OPENED_PARTS.get(category)
     if part is None:
         return OpeningPhrase(phrase, "it")
@@ -83,13 +83,13 @@ def opening_phrase(category: str, phrase: str) -> OpeningPhrase:
 
 
 def pronoun_slots(category: str, role: str = "") -> dict[str, str]:
-    """Return the slots for a thing's pronoun and verbs; their names begin with `role`, e.g. `obstacle_it`."""
+    """Return slot -> word for a thing's pronoun and verbs. Names of slots begin with `role`, e.g. `obstacle_it`."""
     words = ("them", "they are", "block", "stand") if category in PAIRS else ("it", "it is", "blocks", "stands")
     return {f"{role}{name}": word for name, word in zip(("it", "it_is", "blocks", "stands"), words, strict=True)}
 
 
 def order_slots(act: Act, category: str, phrase: str, rng: np.random.Generator) -> dict[str, str]:
-    """Return the slots of an order: in full, after the thing has been named, and in the passive.
+    """Return slot -> words for an order: the order in full, the order after the thing has been named, and the passive.
 
     `phrase` means the thing; `rng` chooses the verb.
     """
@@ -108,7 +108,7 @@ def order_slots(act: Act, category: str, phrase: str, rng: np.random.Generator) 
 
 
 def say(sentences: tuple[str, ...], rng: np.random.Generator, **slots: str) -> str:
-    """Return a random one of several sentences with its slots filled; a slot with a capital starts a sentence."""
+    """Return one of the sentences at random, with its slots filled. A slot with a capital begins a sentence."""
     sentence = sentences[int(rng.integers(len(sentences)))]
     capitals = {name.capitalize(): text[:1].upper() + text[1:] for name, text in slots.items()}
     return sentence.format(**slots, **capitals)

@@ -1,1 +1,1 @@
-"""Packing: selecting drafts for a frozen pack, verifying and measuring the pack, and describing it."""
+"""Packing: functions that select drafts for a frozen pack, and that verify, measure and describe the pack."""

@@ -1,4 +1,4 @@
-"""Assembly of a pack: selected tasks are checked and frozen with their houses, facts and card."""
+"""Assembly of a pack: the selected tasks are checked, then frozen with their houses, facts and card."""
 
 import hashlib
 from collections import Counter
@@ -37,12 +37,12 @@ def assemble(
     previous: DraftsFile | None = None,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> tuple[Pack, dict[str, list[Finding]]]:
-    """Freeze a pack into `out`, and return it with the findings of candidates that were left out, by id.
+    """Freeze a pack into `out`. Return the pack, and the findings about candidates that were left out, by id.
 
-    Episodes of `previous`, one of `files`, are selected first. `levels` are the drafts' levels by id, which a request
-    for levels needs; the pack then stores those of its episodes. Raises TooFewDrafts if the drafts do not hold what is
-    asked for, EpisodeError if levels are missing, SettingError if a drafts file is invalid, the folder is not empty or
-    the name is invalid.
+    `previous` is one of `files`; its episodes are selected first. `levels` has the drafts' levels by id. A request for
+    levels needs them, and the pack stores the levels of its episodes. Raises TooFewDrafts if there are fewer drafts
+    than requested, and EpisodeError if levels are missing. Raises SettingError if a drafts file is invalid, the folder
+    is not empty or the name is invalid.
     """
     check_can_freeze(out, request.name)
     for file in files:
@@ -95,24 +95,25 @@ def dump_rows(rows: Iterable[Any]) -> bytes:
 
 
 def _check_levels(pool: Sequence[Candidate], request: PackRequest) -> None:
-    """Raise EpisodeError if a pack asks for levels and some drafts of its families do not have one."""
+    """Raise EpisodeError if the request has levels, and some drafts of the requested families do not have one."""
     own = [candidate for candidate in pool if candidate.task.group in request.quotas]
     without = [candidate.episode.id for candidate in own if candidate.level is None]
     if request.levels and without:
         raise EpisodeError(
-            f"Pack {request.name!r} asks for levels of difficulty, but {len(without)} of its {len(own)} drafts "
-            f"do not have one (e.g. {without[0]!r}): measure them all first, as `vigil pack build --level` does."
+            f"Pack {request.name!r} asks for levels of difficulty, but {len(without)} of its {len(own)} drafts do "
+            f"not have a level (e.g. {without[0]!r}). Measure all drafts first, as `vigil pack build --level` "
+            "does."
         )
 
 
 def _requested_facts(candidate: Candidate, request: PackRequest) -> dict[str, Any]:
-    """Return the additional facts about an episode that the pack asked for."""
+    """Return those facts about an episode that are stored only because of options of the request."""
     level = {"level": candidate.level} if request.levels else {}
     return {**level, **({"is_robust": True} if request.is_robust else {})}
 
 
 def _common_facts(chosen: Sequence[Candidate], read: Sequence[DraftsContent], request: PackRequest) -> dict[str, Any]:
-    """Return the manifest's entries that every pack has, except those about generated houses."""
+    """Return the manifest's entries that every pack has, except the entry about the generators of its houses."""
     headers = [proposed.header for proposed in read]
     origins = {origin.name: origin for proposed in read for origin in proposed.origins}
     names = sorted({candidate.episode.house.name for candidate in chosen} & origins.keys())
@@ -152,7 +153,7 @@ def _family_facts(chosen: Sequence[Candidate], read: Sequence[DraftsContent], re
 
 
 def _count_rejected(read: Sequence[DraftsContent], reviews: Sequence[Review]) -> int:
-    """Return the number of drafts that a reviewer rejected, and of their twins."""
+    """Return the number of drafts that a reviewer rejected. If one twin is rejected, both count."""
     named = {review.episode_id for review in reviews}
     tasks = [task for each in read for task in each.tasks if any(draft.episode.id in named for draft in task.drafts)]
     judged = [{apply_reviews(draft.episode, reviews).provenance.reviewed for draft in task.drafts} for task in tasks]
@@ -160,7 +161,7 @@ def _count_rejected(read: Sequence[DraftsContent], reviews: Sequence[Review]) ->
 
 
 def review_counts(chosen: Sequence[Candidate]) -> dict[str, int]:
-    """Return the numbers of episodes judged by a person, by models only, and by nobody."""
+    """Return how many episodes were reviewed by a person, how many only by models, and how many by nobody."""
     judged = [
         "person" if "person" in kinds else "model" if kinds else "none"
         for candidate in chosen
@@ -172,10 +173,10 @@ def review_counts(chosen: Sequence[Candidate]) -> dict[str, int]:
 def rejected_by_rule(
     read: Sequence[DraftsContent], request: PackRequest, bad: Mapping[str, Sequence[Finding]], tried: int
 ) -> dict[str, Any]:
-    """Return the numbers of proposals and candidates that were tried and rejected, and the rejections by rule.
+    """Return how many proposals and how many candidates were tried and rejected, and how many broke each rule.
 
-    `bad` are the findings of rejected candidates by id, `tried` is the number of candidates that were checked. A
-    proposal counts only under the first rule that it breaks, a candidate under each.
+    `bad` has the findings about rejected candidates by id; `tried` is the number of candidates that were checked. A
+    proposal counts only under the first rule that it breaks, a candidate under each rule that it breaks.
     """
     rejections = [each for proposed in read for each in proposed.rejections if each.family in request.families]
     held = sum(draft.episode.family in request.families for proposed in read for draft in proposed.drafts)
@@ -194,7 +195,7 @@ def rejected_by_rule(
 def seed_facts(name: str, seed: int, headers: Iterable[Header], *, is_seed_secret: bool) -> dict[str, Any]:
     """Return the manifest's entry about a pack's seed: the seed itself, or only a hash if a seed is secret.
 
-    The hash is that of the drafts' secret seeds, or of the seed that breaks ties if only that is secret.
+    If seeds of the drafts are secret, these are hashed; otherwise the pack's own secret seed is hashed.
     """
     secret = {each.seed for each in headers if each.is_seed_secret or (is_seed_secret and is_secret(each.seed))}
     if is_seed_secret and not secret:

@@ -1,6 +1,6 @@
 """Strata over which a pack is balanced, their counts, and the accuracy of guessing states from words only.
 
-Source: the paper's tables `episode_distribution` and `family_specs`, and the spread of episodes over houses and things.
+Source: the paper's tables `episode_distribution` and `family_specs`. The paper does not balance over houses and things.
 """
 
 from collections import Counter
@@ -14,13 +14,13 @@ from vigil.protocol.goals import ReportStatus
 from vigil.scoring.target_strata import distance_band
 
 AREA_BANDS_M2 = (20.0, 40.0)
-"""Floor areas (m2) between small and medium, and between medium and large houses."""
+"""Limits (m2) of the bands of floor area: small houses are below the first, large houses at or above the second."""
 
 StratumMember = tuple[Episode, DraftFacts]
 
 
 def stratum_of(episode: Episode, facts: DraftFacts) -> str:
-    """Return the stratum of an episode within its family; a pack holds about as many episodes of each."""
+    """Return the stratum of an episode within its family. A pack has about equally many episodes of each stratum."""
     stratum = FAMILIES[episode.family].stratum
     if stratum == "target_size":
         return episode.target_size or "medium"
@@ -34,7 +34,7 @@ def stratum_of(episode: Episode, facts: DraftFacts) -> str:
 
 
 def area_band(facts: DraftFacts) -> str:
-    """Return the band of the house's floor area in words."""
+    """Return the band of a house's floor area, in words."""
     small, large = AREA_BANDS_M2
     if facts.area_m2 < small:
         return f"under {small:g} m2"
@@ -42,7 +42,7 @@ def area_band(facts: DraftFacts) -> str:
 
 
 def count_strata(members: Sequence[StratumMember]) -> dict[str, Any]:
-    """Return the manifest's entry `strata`: counts of episodes over each stratum."""
+    """Return the manifest's entry `strata`: numbers of episodes by stratum, room count, area, category and house."""
     families: dict[str, dict[str, int]] = {}
     for family in FAMILIES:
         found = [stratum_of(episode, facts) for episode, facts in members if episode.family == family]
@@ -66,10 +66,10 @@ def count_strata(members: Sequence[StratumMember]) -> dict[str, Any]:
 
 
 def text_guess(members: Sequence[StratumMember]) -> float | None:
-    """Return the best accuracy of naming the queried state (SV) from words only; None without such episodes.
+    """Return the best accuracy of guessing the queried state (SV) from words only; None if there are no SV episodes.
 
-    The guesser knows the more common label for each state and category in this pack. Chance is 0.5; the fewer episodes
-    there are, the more the best guess exceeds it.
+    The guesser knows which label is more common in this pack for each state and category. Chance is 0.5; with few
+    episodes, the best guess is well above chance.
     """
     asked: dict[tuple[str, str], Counter[str | None]] = {}
     for episode, facts in members:

@@ -1,6 +1,7 @@
-"""Baselines of a pack: the rates of agents without skill or sight, and the limits that packs promise for them.
+"""Baselines of a pack: the rates of agents without skill or sight, and the limits for these rates that packs promise.
 
-They are stored in the pack's folder in `baselines.json`, outside the hash, since they are measured on the frozen pack.
+They are stored in the pack's folder in `baselines.json`. This file is not part of the pack's hash, because the
+baselines are measured on the frozen pack.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,14 +19,14 @@ BASELINES = "baselines.json"
 BASELINES_SCHEMA = 1
 BLIND_AGENTS = ("noop", "random", "sweep", "forward", "centre", "explore", "point", "click_around", "always_success")
 AGENTS = (*BLIND_AGENTS, "never_report", "premature", "solver")
-"""Baseline agents in the order of the table; those after the blind ones are privileged."""
+"""Baseline agents in the order of the table: first the blind agents, then the privileged agents."""
 MAX_W_OF_A_BLIND_AGENT = 0.40
-"""Greatest W of a blind agent in a family that packs promise."""
+"""Maximum W of a blind agent in a family. Packs promise that it is not exceeded."""
 RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other")
 
 
 class AgentScore(BaseModel):
-    """One agent's rates over some episodes, as fractions, with the 95 % Wilson intervals of W and B."""
+    """One agent's rates over some episodes, as fractions. W and B have their 95 % Wilson intervals."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -41,13 +42,13 @@ class Baselines(SidecarFile):
     schema_version: Annotated[int, schema_validator(BASELINES_SCHEMA)] = BASELINES_SCHEMA
     vigil: str
     agents: dict[str, dict[str, AgentScore]]
-    """Agent -> `all` or a family -> rates."""
+    """Agent -> family (or `all`) -> the agent's rates."""
     guesses: dict[str, tuple[int, int]]
-    """Way of guessing a queried state without looking -> numbers of correct guesses and of all guesses."""
+    """Method of guessing a queried state without looking -> number of correct guesses, and number of all guesses."""
 
 
 def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], version: str) -> Baselines:
-    """Return the baselines of a pack, given each agent's summary (`vigil.scoring.summary.summarise`)."""
+    """Return the baselines of a pack; `summaries` has each agent's summary (`vigil.scoring.summary.summarise`)."""
     agents = {
         name: {"all": _score(summary["overall"])}
         | {family: _score(rates) for family, rates in summary["families"].items()}
@@ -58,7 +59,7 @@ def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], v
 
 
 def guesses_of(pack: Pack) -> dict[str, GuessScore]:
-    """Return way of guessing a queried state without looking -> its score."""
+    """Return method of guessing a queried state without looking -> its score."""
     return {
         "the more common label": majority_guess(pack.episodes, pack.solutions),
         "the words of the question": words_guess(pack.episodes, pack.solutions),
@@ -66,7 +67,7 @@ def guesses_of(pack: Pack) -> dict[str, GuessScore]:
 
 
 def broken_promises(found: Baselines) -> list[str]:
-    """Return messages about the promises of packs that the baselines break; empty if they break none."""
+    """Return messages about promises of packs that these baselines break; empty if they break none."""
     broken: list[str] = []
     for agent, scores in found.agents.items():
         for family, score in scores.items():
@@ -84,14 +85,14 @@ def broken_promises(found: Baselines) -> list[str]:
 
 
 def _limit(agent: str, family: str) -> float | None:
-    """Return the greatest W of an agent in a family that packs promise; None without a promise."""
+    """Return the maximum W that packs promise for an agent in a family; None if they promise nothing."""
     if agent not in BLIND_AGENTS or family == "all" or "report_status" in FAMILIES[family].goal_kinds:
         return None
     return 0.0 if agent == "noop" else MAX_W_OF_A_BLIND_AGENT
 
 
 def read_baselines(pack: Pack) -> Baselines | None:
-    """Return the baselines of exactly this pack; None without them. Raises PackMismatch if the file is invalid."""
+    """Return the baselines of exactly this pack; None if there are none. Raises PackMismatch if the file is invalid."""
     return read_sidecar(pack, BASELINES, Baselines, "Measure again.")
 
 
@@ -114,7 +115,7 @@ def baselines_table(found: Baselines) -> list[str]:
 
 
 def guess_lines(found: Baselines) -> list[str]:
-    """Return a line of text for each way of guessing a queried state without looking."""
+    """Return one line of text for each method of guessing a queried state without looking."""
     lines: list[str] = []
     for name, (hits, n) in found.guesses.items():
         low, high = GuessScore(hits, n).interval

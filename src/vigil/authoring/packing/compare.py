@@ -8,16 +8,16 @@ from vigil.protocol.episode import Episode
 
 @dataclass(frozen=True, slots=True)
 class PackDifference:
-    """The differences of two packs, A and B."""
+    """The differences between two packs, A and B."""
 
     only_a: tuple[str, ...]
     """Ids of the episodes that only A has."""
     only_b: tuple[str, ...]
     """Ids of the episodes that only B has."""
     changed: dict[str, tuple[str, ...]]
-    """Episode id -> fields that differ; `solution` stands for its recorded actions."""
+    """Episode id -> names of the fields that differ; `solution` means the recorded actions."""
     same: int
-    """Number of equal episodes."""
+    """Number of episodes that are equal in both packs."""
 
     @property
     def is_none(self) -> bool:

@@ -1,7 +1,7 @@
-"""The card of a pack: a README that describes its content, with the configuration for HF `datasets`.
+"""The card of a pack: a README that describes its content, with the configuration for Hugging Face `datasets`.
 
-The card is not part of the pack's hash: it is written again when baselines were measured on the frozen pack. Its text
-is the template `vigil/authoring/templates/pack.md`.
+The card is not part of the pack's hash, so that it can be written again after baselines were measured on the frozen
+pack. Its text comes from the template `vigil/authoring/templates/pack.md`.
 """
 
 from collections import Counter
@@ -20,7 +20,7 @@ from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LEVELS
 
 TABLES = ("episodes", "solutions", "facts", "levels", "closure", "chores")
-"""Tables (`<table>.jsonl`, one row per line) that a pack may have; HF `datasets` loads the first by default."""
+"""Tables (`<table>.jsonl`, a row per line) that a pack may have. Hugging Face `datasets` loads the first by default."""
 
 
 def write_card(pack: Pack) -> Path:
@@ -66,7 +66,7 @@ def _budgets(pack: Pack) -> dict[str, list[str]]:
 
 
 def _sources(meta: Mapping[str, Any]) -> list[tuple[str, int]]:
-    """Return the datasets of houses that were not generated, sorted, with the number of houses of each."""
+    """Return (dataset, number of its houses in the pack), sorted, for the houses that were not generated."""
     rows = meta.get("house_sources", {}).values()
     named = (" ".join(filter(None, (row["dataset"], row.get("split"), row.get("revision")))) for row in rows)
     return sorted(Counter(named).items())

@@ -1,6 +1,6 @@
-"""Levels of episodes, and the measures that determine them, taken in a house while each solution is replayed.
+"""Levels of episodes, and the measures that determine them. Each solution is replayed in its house and measured.
 
-Frames are not rendered: rays in the simulator determine what a frame would show. `vigil.scoring.levels` defines the
+No frames are rendered: rays in the simulator determine what a frame would show. `vigil.scoring.levels` defines the
 measures.
 """
 
@@ -32,22 +32,22 @@ from vigil.scoring.levels import EpisodeLevel, LevelMeasures, grade_episode
 from vigil.sim.privileged import PrivilegedSimulator
 
 ROOM_STEP_M = 0.1
-"""Distance (m) between points of a walk at which the room is looked up; no passage through a room is shorter."""
+"""Distance (m) between the points of a walk at which the current room is looked up. No passage is shorter."""
 OnMeasured = Callable[[int, int], None]
-"""A function that gets the numbers of episodes measured and of all episodes."""
+"""Function that is called with the number of episodes measured so far and the number of all episodes."""
 
 
 def pack_levels(
     pack: Pack, settings: VerificationSettings, on_measured: OnMeasured = lambda done, of: None
 ) -> list[EpisodeLevel]:
-    """Return the level of each of a pack's episodes that has a recorded solution, sorted by id."""
+    """Return, sorted by id, the levels of those episodes of a pack that have a recorded solution."""
     return measured_levels(house_batches(pack_tasks(pack), pack.house_of), settings, on_measured)
 
 
 def measured_levels(
     work: Sequence[HouseBatch], settings: VerificationSettings, on_measured: OnMeasured = lambda done, of: None
 ) -> list[EpisodeLevel]:
-    """Return the level of each episode that has a solution, sorted by id."""
+    """Return, sorted by id, the levels of those episodes that have a solution."""
     total = sum(len(task.episodes) for batch in work for task in batch.tasks)
     found: list[EpisodeLevel] = []
     for batch in map_in_workers(settings.simulator, _measure, work, settings.workers):
@@ -70,7 +70,7 @@ def _measure(simulator: PrivilegedSimulator, batch: HouseBatch) -> list[EpisodeL
 def measures_of_episode(
     simulator: PrivilegedSimulator, episode: Episode, house: House, actions: Sequence[Action]
 ) -> LevelMeasures:
-    """Return the measures of an episode; `actions` is its solution, and its house is loaded in the simulator."""
+    """Return the measures of an episode. `actions` is its solution; its house must be loaded in the simulator."""
     simulator.reset(episode.start, episode.setup)
     view = PrivilegedView(simulator)
     start = EpisodeStart(episode, house, view)
@@ -105,7 +105,7 @@ def measures_of_episode(
 
 
 def _look_alikes(start: EpisodeStart) -> list[str]:
-    """Return the ids of the other things to which the target's bare name could refer."""
+    """Return the ids of the other things that the target's name, without adjectives or place, could mean."""
     target = start.items.get(start.episode.goal.object_id)
     if target is None:
         return []
@@ -117,9 +117,10 @@ def _look_alikes(start: EpisodeStart) -> list[str]:
 
 
 def _containers(start: EpisodeStart, target: Thing) -> int:
-    """Return the number of closed containers that have to be opened.
+    """Return the number of closed containers to open: those around the target.
 
-    They are those around the target or, if the instruction does not name them, all in which people would look for it.
+    If the instruction does not name the target's container, all containers in which people would look for the target
+    count.
     """
     if start.episode.provenance.template != INSIDE_TEMPLATE:
         return len(closed_containers_around(start.view, target.id))
@@ -127,7 +128,7 @@ def _containers(start: EpisodeStart, target: Thing) -> int:
 
 
 def _reference_words(start: EpisodeStart) -> int:
-    """Return the number of words of the longest phrase that refers to the target; 0 without such a phrase."""
+    """Return the number of words in the longest phrase that means only the target; 0 if there is no such phrase."""
     target = start.episode.goal.object_id
     meant = [phrase for phrase, items in start.mentioned if [item.id for item in items] == [target]]
     return max((len(str(phrase).split()) - 1 for phrase in meant), default=0)
@@ -140,7 +141,7 @@ def _occlusion(view: PrivilegedView, target: Thing) -> float:
 
 
 def _rooms_changed(view: PrivilegedView, poses: Sequence[Pose]) -> int:
-    """Return the number of times that straight lines between successive poses pass from one room into another."""
+    """Return how often the walk through these poses, in straight lines, passes from one room into another."""
     rooms: list[str] = []
     for before, after in pairwise(poses):
         length_m = math.dist(before.position, after.position)

@@ -1,6 +1,7 @@
-"""Question-only baselines: guesses of a queried state (SV) from the question only.
+"""Question-only baselines: they guess a queried state (SV) from the words of the question.
 
-A pack whose words reveal the answer does not measure sight. Chance is one half, as each question names two states.
+If the words reveal the answer, a pack does not measure sight. Chance is one half, because each question names two
+states.
 """
 
 from collections import Counter
@@ -15,12 +16,12 @@ from vigil.scoring.rates import wilson
 
 PAIRS: dict[str, tuple[Status, Status]] = {"is_toggled": ("off", "on"), "is_open": ("closed", "open")}
 SAME_SCORE = 1e-12
-"""Difference of two log probabilities up to which they count as equal."""
+"""Difference below which two log probabilities count as equal."""
 
 
 @dataclass(frozen=True, slots=True)
 class GuessScore:
-    """The score of a way of guessing."""
+    """The score of a method of guessing."""
 
     hits: int
     """Number of correct guesses."""
@@ -34,7 +35,7 @@ class GuessScore:
 
     @property
     def is_chance(self) -> bool:
-        """Whether the interval contains one half or lies below it, so that the words do not reveal the answer."""
+        """Whether the interval contains one half or lies below it, i.e. the words do not seem to reveal the answer."""
         return self.interval[0] <= 0.5
 
 
@@ -47,7 +48,7 @@ class _Question:
 
 
 def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
-    """Return the score of guessing the more common label of each pair in this pack."""
+    """Return the score of guessing, for each pair of labels (on/off, open/closed), the pack's more common label."""
     questions = _questions(episodes, solutions)
     counts = {
         pair: Counter(question.label for question in questions if question.pair == pair) for pair in PAIRS.values()
@@ -56,7 +57,7 @@ def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution
 
 
 def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
-    """Return the score of naive Bayes over the question's words, trained on all other houses."""
+    """Return the score of naive Bayes on the words of the question, trained for each house on all other houses."""
     questions = _questions(episodes, solutions)
     hits = 0
     for house in sorted({question.house for question in questions}):
@@ -69,7 +70,7 @@ def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) 
 
 
 def _most_likely(question: _Question, known: Sequence[_Question]) -> Status:
-    """Return the likelier label, or the first of the pair if both are equally likely."""
+    """Return the label that is more likely given the words; if both are equally likely, the first of the pair."""
     first, second = question.pair
     return second if _score(question, second, known) > _score(question, first, known) + SAME_SCORE else first
 

@@ -1,6 +1,7 @@
-"""Plays of a pack by people or models who see its pictures, with the result of each and the cause of each failure.
+"""Plays of a pack by readers (people, or models that see its pictures), with results and the causes of failures.
 
-They are stored in the pack's folder in `plays.json`, outside the hash, since they follow the freezing of the pack.
+They are stored in the pack's folder in `plays.json`. This file is not part of the pack's hash, because a pack is played
+after it was frozen.
 """
 
 from collections import Counter, defaultdict
@@ -19,7 +20,7 @@ from vigil.scoring.rates import wilson
 PLAYS = "plays.json"
 PLAYS_SCHEMA = 1
 Cause = Literal["agent", "picture", "wording", "world"]
-"""Cause of a failure: the player, the picture, the instruction's wording or the simulated world."""
+"""Cause of a failure: the player, the picture, the wording of the instruction, or the simulated world."""
 CAUSES: tuple[Cause, ...] = get_args(Cause)
 
 
@@ -30,12 +31,12 @@ class ReaderPlay(BaseModel):
 
     episode_id: str
     reader: str
-    """Name of the player, equal in all of their plays."""
+    """Name of the player, the same in all plays of this player."""
     group: str
-    """Level of difficulty of the episode, or its kind in a pack of closure stress."""
+    """Level of difficulty of the episode; in a pack of closure stress, its kind."""
     steps: int = Field(ge=0)
     status: Status | None
-    """Reported status; None without a report."""
+    """Reported status; None if the player did not report."""
     W: bool
     B: bool
     C: bool | None = None
@@ -44,17 +45,17 @@ class ReaderPlay(BaseModel):
     cause: Cause | None = None
     """Cause of the failure; None for a success."""
     reason: str = ""
-    """Remark of the person who determined the cause."""
+    """Remark on the cause, by the person who determined it."""
 
     @property
     def is_right(self) -> bool:
-        """Whether the play is a success: C in packs of closure stress, else B."""
+        """Whether the play is a success: C in packs of closure stress, B in other packs."""
         return self.B if self.C is None else self.C
 
     @model_validator(mode="after")
     def _failures_have_causes(self) -> "ReaderPlay":
         if self.is_right == (self.cause is not None):
-            raise ValueError("a failure has a cause, and only a failure has one")
+            raise ValueError("a play that failed needs a cause, and a play that succeeded must not have one")
         return self
 
 
@@ -68,7 +69,7 @@ class ReaderPlays(SidecarFile):
 
 
 def read_plays(pack: Pack) -> ReaderPlays | None:
-    """Return the plays of exactly this pack; None without plays. Raises PackMismatch if the file is invalid."""
+    """Return the plays of exactly this pack; None if there are none. Raises PackMismatch if the file is invalid."""
     return read_sidecar(pack, PLAYS, ReaderPlays, "Write it again, or remove it.")
 
 

@@ -1,7 +1,7 @@
-"""Recipes: the houses, seed and options from which a pack is made, and the SHA-256 that it must have.
+"""Recipes: the houses, seed and options from which a pack is made, and the SHA-256 that the pack must have.
 
-Houses of third-party datasets are not included; a recipe names each by its position in a dataset and its hash, so that
-everyone who has the dataset can make the same bytes. Packaged recipes are in `vigil/data/recipes`.
+A recipe does not contain houses of third-party datasets. It names each by its position in the dataset and its hash, so
+that everyone who has the dataset can make a pack with the same bytes. Packaged recipes are in `vigil/data/recipes`.
 """
 
 import sys
@@ -34,12 +34,12 @@ from vigil.scoring.levels import Level
 RECIPE_SCHEMA = 2
 PACKAGED = Path(str(files("vigil") / "data" / "recipes"))
 LIBRARIES = ("vigil-bench", "mujoco", "numpy", "scipy", "shapely")
-"""Libraries whose version may change floats, and thus a pack's bytes."""
+"""Libraries whose version may change floats and therefore the bytes of a pack."""
 MAX_STARTS = 1000
 
 
 class Recipe(BaseModel):
-    """The settings from which a pack in third-party houses is made, with references to the houses."""
+    """The settings from which a pack in third-party houses is made, with references to these houses."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -47,45 +47,45 @@ class Recipe(BaseModel):
     name: str = Field(pattern=NAME_PATTERN)
     """Name of the pack."""
     houses_from: str = ""
-    """Text that says where people can get the dataset."""
+    """Text that says where the dataset can be downloaded."""
     seed: int = Field(ge=0, lt=2**256)
     families: tuple[Family, ...]
     per_family: int = Field(ge=1, le=MAX_LINES)
     max_per_house: int = Field(ge=1, le=MAX_LINES)
     backend: str
     asset_database_sha256: str | None = None
-    """Hash of AI2-THOR's asset database; None if things have typical sizes."""
+    """Hash of AI2-THOR's asset database, from which things get their sizes; None if they have typical sizes."""
     versions: PackVersions
     made_with: dict[str, str]
-    """Versions of Python and libraries with which the bytes were made."""
+    """Versions of Python and libraries with which the pack was made."""
     pack_sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     drafted_in: int | None = Field(default=None, ge=1)
-    """Number of houses, drawn by the seed, in which episodes are proposed first; None for all."""
+    """Number of houses, drawn by the seed, in which episodes are proposed first; None if all houses are used."""
     one_family_per_house: bool = False
     """Whether each house gets only one family, in rotation."""
     levels: tuple[Level, ...] = ()
-    """Levels of difficulty over which each family is divided; empty if levels do not matter."""
+    """Levels of difficulty into which each family is divided evenly; empty if levels do not matter."""
     is_robust: bool = False
-    """Whether episodes satisfy the robustness rules."""
+    """Whether episodes must also satisfy the robustness rules."""
     starts: int = Field(default=1, ge=1, le=MAX_STARTS)
-    """Number of start poses drawn for each draft, of which the hardest is used."""
+    """Number of start poses drawn for each draft; the hardest is used."""
     forms: Forms = "public"
-    """Half of the sentence forms from which instructions are drawn, or all."""
+    """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
     suite: SuiteName | None = None
-    """Suite of the pack, whose `tasks` replace families and levels; None for a pack of families."""
+    """Suite of the pack; `tasks` then replaces families and levels. None for a pack of families."""
     tasks: dict[TaskKind, int] = Field(default_factory=dict)
     """Kind of the suite -> number of tasks."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1, max_length=MAX_LINES)
 
     @property
     def request(self) -> PackRequest:
-        """Settings of the pack to assemble."""
+        """The request for the pack that the recipe describes."""
         return PackRequest(**{name: getattr(self, name) for name in _SHARED})
 
     def notes(self) -> list[str]:
-        """Return texts about the differences between the installed versions and the recipe's that may change bytes."""
+        """Return texts about installed versions that differ from the recipe's, so that the bytes may differ, too."""
         here = made_with()
         changed = [
             f"{name} {was} (here {here.get(name)})" for name, was in self.made_with.items() if here.get(name) != was
@@ -97,16 +97,16 @@ class Recipe(BaseModel):
         ]
 
     def save(self, path: Path) -> None:
-        """Write the recipe, one house per line."""
+        """Write the recipe to a file, with one line for each house."""
         rows = [house.model_dump_json(exclude={"line"}, exclude_none=True) for house in self.houses]
         head = self.model_dump_json(indent=1, exclude={"houses"})
         path.write_text(head.removesuffix("\n}") + ',\n "houses": [\n  ' + ",\n  ".join(rows) + "\n ]\n}\n", "utf-8")
 
     @classmethod
     def load(cls, place: str) -> "Recipe":
-        """Return the recipe in a file, or the packaged recipe of that name.
+        """Return the recipe in the file `place`, or the packaged recipe with the name `place`.
 
-        Raises SettingError if it does not exist or is invalid.
+        Raises SettingError if the recipe does not exist or is invalid.
         """
         packaged = {path.stem: path for path in sorted(PACKAGED.glob("*.json"))}
         path = packaged.get(place, Path(place))
@@ -128,7 +128,7 @@ _SHARED = Recipe.model_fields.keys() & {each.name for each in fields(PackRequest
 
 
 def recipe_of(request: PackRequest, origins: Iterable[HouseOrigin], pack_sha256: str) -> Recipe:
-    """Return the recipe of an unreviewed pack whose houses are all third-party."""
+    """Return the recipe of a pack that was not reviewed and whose houses are all third-party."""
     return Recipe(
         **{name: getattr(request, name) for name in _SHARED},
         versions=PackVersions.current(),
@@ -146,24 +146,24 @@ def made_with() -> dict[str, str]:
 
 
 def check_drafts(recipe: Recipe) -> None:
-    """Raise SettingError if the recipe has another version of drafts, so that its bytes cannot be made again."""
+    """Raise SettingError if the recipe has another version of drafts, with which the bytes would differ."""
     if recipe.drafts != DRAFTS_VERSION:
         raise SettingError(
-            f"Recipe {recipe.name!r} has version {recipe.drafts} of drafts and their wording; this package has version "
-            f"{DRAFTS_VERSION}, which gives other episodes. Install the package that wrote the recipe, or make a new "
-            "pack of the same houses with vigil pack make."
+            f"Recipe {recipe.name!r} was made with version {recipe.drafts} of the drafts and their wording; this "
+            f"package has version {DRAFTS_VERSION}, which makes other episodes. Install the package that wrote the "
+            "recipe, or make a new pack of the same houses with vigil pack make."
         )
 
 
 def check_assets(recipe: Recipe, given: AssetDatabase) -> None:
-    """Raise SettingError if things would have other sizes than with the recipe's asset database."""
+    """Raise SettingError unless `given` is the recipe's asset database, on which the sizes of things depend."""
     fault = asset_mismatch(f"Recipe {recipe.name!r}", recipe.asset_database_sha256, given.sha256)
     if fault is not None:
         raise SettingError(fault)
 
 
 def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], None]) -> list[HouseInFile]:
-    """Return the sources of the recipe's houses: ProcTHOR's are downloaded, others are in the files `given`.
+    """Return the sources of the recipe's houses. ProcTHOR's houses are downloaded; others are in the files `given`.
 
     `report` gets a line that announces a download. Raises SettingError if a file is missing.
     """
@@ -181,20 +181,20 @@ def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], Non
 
 
 def _file(dataset: str, given: Sequence[str], is_only_one: bool) -> Path:
-    """Return the given file with a dataset: that of its name, or the only file for the only dataset.
+    """Return the file in `given` that has a dataset's name; if the recipe has only one dataset, a single file will do.
 
-    Raises SettingError if there is none.
+    Raises SettingError if there is no such file.
     """
     same = [place for place in given if Path(place).name == dataset]
     if not same and is_only_one and len(given) == 1:
         same = list(given)
     if not same or not Path(same[0]).is_file():
-        raise SettingError(f"The recipe needs houses of {dataset!r}: give that file with --houses.")
+        raise SettingError(f"The recipe needs the houses in file {dataset!r}: give this file with --houses.")
     return Path(same[0])
 
 
 OnHouse = Callable[[int], None]
-"""A function that gets the number of houses read so far."""
+"""Function that is called with the number of houses read so far."""
 
 
 def origins_of(sources: Iterable[HouseInFile], on_house: OnHouse = lambda number: None) -> list[HouseOrigin]:
@@ -209,15 +209,16 @@ def origins_of(sources: Iterable[HouseInFile], on_house: OnHouse = lambda number
 
 
 def check_houses(recipe: Recipe, sources: Iterable[HouseInFile], on_house: OnHouse = lambda number: None) -> None:
-    """Raise PackMismatch if a house is missing or differs from the recipe's; the message names the first."""
+    """Raise PackMismatch if a house is missing or differs from the recipe's. The message names the first such house."""
     wanted = {row.name: row.sha256 for row in recipe.houses}
     for number, (source, house) in enumerate(read_all(sources), start=1):
         place = f"house {number} of the {len(wanted)} of recipe {recipe.name!r}, {source.name!r}"
         if isinstance(house, HouseError):
-            raise PackMismatch(f"The first that is missing is {place}: {house}")
+            raise PackMismatch(f"The first house that is missing is {place}: {house}")
         if house.sha256 != wanted[source.name]:
             raise PackMismatch(
-                f"The first that differs is {place}: SHA-256 {house.sha256}, the recipe's {wanted[source.name]}. "
-                "It is another version of the dataset; take the one that the recipe names."
+                f"The first house that differs is {place}: it has SHA-256 {house.sha256}, but the recipe says "
+                f"{wanted[source.name]}. The file is another version of the dataset; use the version that the "
+                "recipe names."
             )
         on_house(number)

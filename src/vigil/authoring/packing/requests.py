@@ -1,4 +1,4 @@
-"""The request for a pack: what it holds and how its drafts are made, from the command line to the frozen folder."""
+"""The request for a pack: what the pack must contain, and how its drafts are made. It comes from the command line."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,20 +9,20 @@ from vigil.protocol.families import FAMILIES, Family
 from vigil.scoring.levels import Level
 
 MAX_PER_HOUSE = 3
-"""Greatest number of episodes of one family, or tasks of one kind, in one house."""
+"""Maximum number of episodes of one family, or of tasks of one kind, in one house."""
 PER_FAMILY = 125
 
 
 @dataclass(frozen=True, slots=True)
 class PackRequest:
-    """Settings of a pack to make."""
+    """Settings of a pack that is to be made."""
 
     name: str
     per_family: int = PER_FAMILY
     seed: int = 0
-    """Seed that draws houses and drafts, and breaks ties."""
+    """Seed that draws houses and drafts. It also decides between candidates that are equally good."""
     max_per_house: int = MAX_PER_HOUSE
-    """Greatest number of episodes of one family, or tasks of one kind, in one house."""
+    """Maximum number of episodes of one family, or of tasks of one kind, in one house."""
     version: str = "1"
     description: str = ""
     aliases: tuple[str, ...] = ()
@@ -37,15 +37,15 @@ class PackRequest:
     levels: tuple[Level, ...] = ()
     """Levels of difficulty over which each family is divided evenly; empty if levels do not matter."""
     is_robust: bool = False
-    """Whether episodes must also satisfy the robustness rules; the check of candidates must then include them."""
+    """Whether episodes must also satisfy the robustness rules. The check of candidates must then include the rules."""
     forms: Forms = "public"
-    """Half of the sentence forms from which new drafts are made, or all."""
+    """Sentence forms of new drafts: one of two halves (such as `public`), or all."""
     drafted_in: int | None = None
-    """Number of houses in which drafts are made first; None for all houses that are offered."""
+    """Number of houses in which drafts are made first; None for all available houses."""
     one_family_per_house: bool = False
     """Whether each house gets only one family, in rotation."""
     starts: int = 1
-    """Number of start poses drawn for each draft, of which the hardest is used."""
+    """Number of start poses drawn for each draft; the hardest is used."""
 
     @property
     def suite(self) -> SuiteName | None:
@@ -54,11 +54,11 @@ class PackRequest:
 
     @property
     def quotas(self) -> dict[str, int]:
-        """Family -> number of episodes, or kind of the suite -> number of tasks."""
+        """Family -> number of its episodes; in a suite, kind -> number of its tasks."""
         return {**self.tasks} if self.tasks else dict.fromkeys(self.families, self.per_family)
 
     @property
     def level_quotas(self) -> dict[Level, int]:
-        """Level -> number of episodes of each family; a remainder goes to the first levels."""
+        """Level -> number of episodes of each family. If there is a remainder, the first levels get one more."""
         each, left = divmod(self.per_family, max(len(self.levels), 1))
         return {level: each + (place < left) for place, level in enumerate(self.levels)}

@@ -1,7 +1,7 @@
 """Selection of a pack's tasks from drafts and reviews: deterministic, and balanced over the pack's strata.
 
-Within a stratum, tasks that a reviewer approved are selected before unreviewed ones; rejected ones are never selected.
-For a new version of a pack, episodes of the previous version are selected before all others.
+Within a stratum, tasks that a reviewer approved are selected before tasks without a review. Rejected tasks are never
+selected. For a new version of a pack, episodes of the previous version are selected before all others.
 """
 
 import zlib
@@ -24,37 +24,37 @@ from vigil.scoring.closure import ClosureAnswer
 from vigil.scoring.levels import EpisodeLevel, Level
 
 FOUND_BY_TURNING = 0.4
-"""Greatest share of searches (VS, SI) whose target can be found by turning at the start."""
+"""Maximum share of searches (VS, SI) in which the target can be found by turning at the start."""
 UPPER_LEVELS: tuple[Level, ...] = ("hard", "extreme")
 CLEAR_PX = 400
-"""Visible pixels of a target at first sight above which it counts as clear."""
+"""If the first frame that shows a target has more than this number of its pixels, the target counts as clear."""
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A task from a drafts file."""
+    """A task from a drafts file that may be selected."""
 
     task: TaskDraft
-    """The task with the reviews applied."""
+    """The task after the reviews were applied to it."""
     reviewer_kinds: tuple[frozenset[str], ...] = ()
-    """Kinds of the reviewers who judged each side."""
+    """For each side, the kinds of the reviewers who judged it."""
     is_reworded: bool = False
-    """Whether a reviewer gave it another instruction."""
+    """Whether a reviewer changed the instruction."""
     is_from_previous: bool = False
-    """Whether it comes from the previous version of the pack."""
+    """Whether the task was in the previous version of the pack."""
     level: Level | None = None
-    """Level of difficulty; None if it was not measured."""
+    """Level of difficulty; None if the level was not measured."""
     target_px: int = 0
-    """Visible pixels of the target at first sight; 0 if the level was not measured."""
+    """Visible pixels of the target in the first frame that shows it; 0 if the level was not measured."""
 
     @property
     def draft(self) -> Draft:
-        """The draft of its first side."""
+        """The draft of the task's first side."""
         return self.task.drafts[0]
 
     @property
     def episode(self) -> Episode:
-        """The episode of its first side, with the reviews applied."""
+        """The episode of the task's first side, after the reviews were applied."""
         return self.draft.episode
 
     @property
@@ -64,30 +64,30 @@ class Candidate:
 
     @property
     def is_approved(self) -> bool:
-        """Whether a reviewer approved a side and none rejected one."""
+        """Whether a reviewer approved a side of the task, and no reviewer rejected a side."""
         return any(draft.episode.provenance.reviewed == "approved" for draft in self.task.drafts)
 
     @property
     def is_clear(self) -> bool:
-        """Whether its level is an upper one although its target is clearly in view at the start."""
+        """Whether the level is an upper level although the target is clearly in view at the start."""
         is_upper = self.level in UPPER_LEVELS and FAMILIES[self.episode.family].visible_at_start
         return is_upper and self.target_px > CLEAR_PX
 
 
 CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
-"""A function that replays candidates and returns id of the first side -> findings, for those that have findings."""
+"""Function that replays candidates. It returns id of a candidate's first side -> findings, if there are findings."""
 
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """A number of episodes or tasks that a pack asks for and the drafts do not hold."""
+    """A group for which the drafts have fewer episodes or tasks than the pack needs."""
 
     group: str
-    """The family, or kind of the suite."""
+    """The family; in a suite, the kind."""
     found: int
     asked: int
     offered: int
-    """Number of drafts from which to choose."""
+    """Number of drafts of this group."""
     level: Level | None = None
     """Level of difficulty of the episodes; None if levels do not matter."""
 
@@ -97,7 +97,7 @@ class Missing:
 
 
 class TooFewDrafts(EpisodeError):
-    """The drafts do not hold what a pack asks for."""
+    """Error for drafts from which the requested pack cannot be selected."""
 
     def __init__(self, message: str, missing: Sequence[Missing]) -> None:
         super().__init__(message)
@@ -110,10 +110,10 @@ def candidates(
     previous: DraftsFile | None = None,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> list[Candidate]:
-    """Return all tasks of which no reviewer rejected a side, each id once, sorted by id.
+    """Return all tasks, each id once, sorted by id, except tasks with a side that a reviewer rejected.
 
-    `previous` is that of `files` with the drafts of the previous version; `levels` are the drafts' levels by id, if
-    measured. Raises EpisodeError if two different drafts have one id, SettingError if a file is invalid.
+    `previous` is the file of `files` with the drafts of the previous version. `levels` has the measured levels by id.
+    Raises EpisodeError if two different drafts have the same id, SettingError if a file is invalid.
     """
     by_id: dict[str, list[Review]] = defaultdict(list)
     for review in reviews:
@@ -130,9 +130,9 @@ def candidates(
 
 
 def _judged(task: TaskDraft, reviews: Mapping[str, Sequence[Review]]) -> Candidate | None:
-    """Return a task with the reviews by episode id applied; None if one of its sides is rejected.
+    """Return a task with its reviews (by episode id) applied; None if one of its sides is rejected.
 
-    A new wording of one side is the wording of both.
+    If one side gets a new instruction, both sides get it.
     """
     own = [reviews.get(draft.episode.id, ()) for draft in task.drafts]
     episodes = [apply_reviews(draft.episode, mine) for draft, mine in zip(task.drafts, own, strict=True)]
@@ -150,7 +150,7 @@ def _judged(task: TaskDraft, reviews: Mapping[str, Sequence[Review]]) -> Candida
 
 
 def kinds_of_reviewers(episode: Episode, reviews: Sequence[Review]) -> frozenset[str]:
-    """Return the kinds of the reviewers who approved or rejected this version of an episode."""
+    """Return the kinds (person, model) of the reviewers who approved or rejected this version of an episode."""
     judged = {name for name, decision in decisions(episode, reviews).items() if decision.judgement}
     return frozenset(review.reviewer_kind for review in reviews if review.reviewer in judged)
 
@@ -162,23 +162,23 @@ def _with_facts(candidate: Candidate, old: set[str], levels: Mapping[str, Episod
 
 
 class Balance(Protocol):
-    """The tasks chosen so far, with counts from which the next one follows."""
+    """Counts of the tasks chosen so far. They determine which task is chosen next."""
 
     def takes(self, candidate: Candidate) -> bool:
-        """Return whether the pack's limits allow a candidate."""
+        """Return whether the pack's limits still allow this candidate."""
         ...
 
     def cost(self, candidate: Candidate) -> tuple:
-        """Return the sort key of a candidate; the smallest is chosen first."""
+        """Return the sort key of a candidate. The candidate with the smallest key is chosen next."""
         ...
 
     def add(self, candidate: Candidate) -> None:
-        """Count a chosen candidate."""
+        """Add a chosen candidate to the counts."""
         ...
 
 
 class FamilyBalance:
-    """Balance of a pack of families: levels, strata, labels, categories and houses."""
+    """Balance of a pack of families, over levels, strata, labels, categories and houses."""
 
     def __init__(self, pool: Sequence[Candidate], request: PackRequest) -> None:
         self._request = request
@@ -186,12 +186,12 @@ class FamilyBalance:
         for candidate in pool:
             strata.setdefault(candidate.task.group, set()).add(candidate.stratum)
         self._even_share = {family: request.per_family // max(len(found), 1) for family, found in strata.items()}
-        """Family -> equal share of episodes for each of its strata."""
+        """Family -> number of episodes that each of its strata has if all have the same number."""
         self._categories, self._houses, self._rooms = Counter[str](), Counter[str](), Counter[int]()
         self.of_family: Counter[tuple[str, ...]] = Counter()
 
     def add(self, candidate: Candidate) -> None:
-        """Count a chosen candidate."""
+        """Add a chosen candidate to the counts."""
         episode, facts = candidate.episode, candidate.draft.facts
         self._categories[facts.category] += 1
         self._houses[episode.house.name] += 1
@@ -202,7 +202,7 @@ class FamilyBalance:
         self.of_family.update((episode.family, *key) for key in keys)
 
     def takes(self, candidate: Candidate) -> bool:
-        """Return whether the pack's limits allow a candidate."""
+        """Return whether the pack's limits still allow this candidate."""
         episode, family = candidate.episode, candidate.episode.family
         if self.of_family[family, "house", episode.house.name] >= self._request.max_per_house:
             return False
@@ -214,7 +214,7 @@ class FamilyBalance:
         return not is_search or turned < int(FOUND_BY_TURNING * self._request.per_family)
 
     def cost(self, candidate: Candidate) -> tuple:
-        """Return the sort key of a candidate; the smallest is chosen first."""
+        """Return the sort key of a candidate. The candidate with the smallest key is chosen next."""
         episode, facts, family = candidate.episode, candidate.draft.facts, candidate.episode.family
         opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
         lead = self.of_family[family, "label", facts.category, facts.label or ""]
@@ -241,22 +241,22 @@ class FamilyBalance:
 
 
 class SuiteBalance:
-    """Balance of a pack of the suite: reasons and forms, acts, categories and houses within each kind."""
+    """Balance of a pack of a suite: within each kind, over reasons and forms, acts, categories and houses."""
 
     def __init__(self, request: PackRequest) -> None:
         self._request = request
         self._uses: Counter[tuple[str, str, str]] = Counter()
 
     def add(self, candidate: Candidate) -> None:
-        """Count a chosen candidate."""
+        """Add a chosen candidate to the counts."""
         self._uses.update(self._keys(candidate))
 
     def takes(self, candidate: Candidate) -> bool:
-        """Return whether the pack's limits allow a candidate."""
+        """Return whether the pack's limits still allow this candidate."""
         return self._uses[candidate.task.group, "house", candidate.episode.house.name] < self._request.max_per_house
 
     def cost(self, candidate: Candidate) -> tuple:
-        """Return the sort key of a candidate; the smallest is chosen first."""
+        """Return the sort key of a candidate. The candidate with the smallest key is chosen next."""
         form, *variety = (self._uses[key] for key in self._keys(candidate))
         return (form, not candidate.is_approved, *variety, *_by_chance(candidate, self._request.seed))
 
@@ -312,9 +312,9 @@ def _by_chance(candidate: Candidate, seed: int) -> tuple[int, str]:
 
 
 def select(pool: Sequence[Candidate], request: PackRequest) -> list[Candidate]:
-    """Return exactly the requested number of candidates of each family or kind, in the order of their choice.
+    """Return exactly the requested number of candidates of each family or kind, in the order in which they were chosen.
 
-    Raises TooFewDrafts if there are too few.
+    Raises TooFewDrafts if there are too few candidates.
     """
     balance: Balance = FamilyBalance(pool, request)
     if request.suite:
@@ -332,8 +332,9 @@ def select(pool: Sequence[Candidate], request: PackRequest) -> list[Candidate]:
         missing += _missing(group, own, mine, request)
     if missing:
         raise TooFewDrafts(
-            f"Pack {request.name!r} asks for more than the drafts hold within its limits; they hold only "
-            f"{', '.join(map(str, missing))}. Propose in more houses (more seeds, a larger --count), or ask for fewer.",
+            f"Pack {request.name!r} asks for more episodes than can be chosen from the drafts within the pack's "
+            f"limits. The drafts have only {', '.join(map(str, missing))}. Propose in more houses (more seeds, a "
+            "larger --count), or ask for fewer episodes.",
             missing,
         )
     return chosen
@@ -342,7 +343,7 @@ def select(pool: Sequence[Candidate], request: PackRequest) -> list[Candidate]:
 def _missing(
     group: str, pool: Sequence[Candidate], chosen: Sequence[Candidate], request: PackRequest
 ) -> Iterable[Missing]:
-    """Return what is missing of a family, by level if levels matter, or of a kind."""
+    """Yield what is missing of a family (by level if the request has levels) or of a kind."""
     parts = request.level_quotas or {None: request.quotas[group]}
     for level, quota in parts.items():
         found, offered = (sum(level in (None, each.level) for each in some) for some in (chosen, pool))
@@ -353,7 +354,8 @@ def _missing(
 def select_valid(
     pool: Sequence[Candidate], request: PackRequest, check: CandidateCheck
 ) -> tuple[list[Candidate], dict[str, list[Finding]], int]:
-    """Return a selection without findings, the findings of what was left out by id, and the number of checked ones.
+    """Return three values: a selection without findings, the findings of the rejected candidates by id, and the number
+    of checked candidates.
 
     Raises TooFewDrafts if there are too few candidates.
     """

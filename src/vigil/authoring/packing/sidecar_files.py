@@ -1,4 +1,4 @@
-"""Sidecar files: files in a frozen pack's folder, outside its hash, with results that were measured on the pack."""
+"""Sidecar files: files in a frozen pack's folder with results measured on the pack. They are not in its hash."""
 
 from typing import TypeVar
 
@@ -10,7 +10,7 @@ from vigil.packs.pack import Pack
 
 
 class SidecarFile(BaseModel):
-    """Results that were measured on one pack."""
+    """Results that were measured on one pack, with the hash of this pack."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -22,9 +22,9 @@ Sidecar = TypeVar("Sidecar", bound=SidecarFile)
 
 
 def read_sidecar(pack: Pack, name: str, form: type[Sidecar], advice: str) -> Sidecar | None:
-    """Return the content of a pack's sidecar file; None if it is missing or about another version of the pack.
+    """Return the content of a pack's sidecar file; None if the file is missing or is for another version of the pack.
 
-    Raises PackMismatch with `advice` if the file is invalid.
+    Raises PackMismatch if the file is invalid; the message ends with `advice`.
     """
     path = pack.folder / name
     if not path.exists():

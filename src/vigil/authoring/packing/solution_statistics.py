@@ -12,7 +12,7 @@ _Value = TypeVar("_Value")
 
 
 def steps_of(pack: Pack) -> dict[Family, dict[str, float]]:
-    """Return family -> mean and greatest number of steps of its solutions, with the step budget."""
+    """Return for each family the mean and the maximum number of steps of its solutions, and its step budget."""
     lengths = _by_family(pack, lambda solution: len(solution.actions))
     return {
         family: {
@@ -25,7 +25,7 @@ def steps_of(pack: Pack) -> dict[Family, dict[str, float]]:
 
 
 def skill_shares(pack: Pack) -> dict[Family, dict[str, float]]:
-    """Return family -> skill -> share of its episodes whose solution uses the skill."""
+    """Return family -> skill -> share of the family's episodes whose solution uses the skill."""
     used = _by_family(pack, lambda solution: {action.skill_name for action in solution.actions})
     found: dict[Family, dict[str, float]] = {}
     for family, sets in used.items():
@@ -35,7 +35,7 @@ def skill_shares(pack: Pack) -> dict[Family, dict[str, float]]:
 
 
 def _by_family(pack: Pack, value_of: Callable[[Solution], _Value]) -> dict[Family, list[_Value]]:
-    """Return family -> value of each of its solutions, with the families in their usual order."""
+    """Return family -> the values of `value_of` for its solutions, in the usual order of families."""
     found: dict[Family, list[_Value]] = {family: [] for family in FAMILIES}
     for episode in pack.episodes:
         found[episode.family].append(value_of(pack.solutions[episode.id]))

@@ -1,7 +1,7 @@
-"""The starter pack: 80 episodes in generated houses; one function proposes, validates, solves and freezes them.
+"""The starter pack: 80 episodes in generated houses. One function proposes, validates, solves and freezes them.
 
-The pack depends only on the literal tables below and on the versions of the generator and the assets, so that the same
-code makes the same bytes.
+The pack depends only on the tables below and on the versions of the generator and the assets, so that the same code
+makes the same bytes.
 """
 
 import zlib
@@ -36,9 +36,9 @@ SEED = 2026
 DRAFTS_PER_HOUSE = 6
 PER_HOUSE_AND_FAMILY = 2
 CATEGORY_USES = 3
-"""Greatest number of episodes about one category."""
+"""Maximum number of episodes about the same category. In each family, at most one episode is about a category."""
 FIRST_SEED, SEED_TRIES, SEED_STRIDE = 101, 5, 100
-"""Seed of the first house, number of seeds tried for a house, and distance between them."""
+"""Seed of the first house, number of seeds tried for each house, and step between these seeds."""
 
 HOUSES = (
     *("kitchen-living", "kitchen-living", "kitchen-living", "kitchen-living"),
@@ -47,23 +47,23 @@ HOUSES = (
     *("kitchen", "kitchen", "kitchen", "kitchen", "living-room", "living-room", "living-room"),
     *("bedroom", "bedroom", "bedroom", "bathroom", "bathroom"),
 )
-"""Specs of the houses; the one at index i has the first valid seed of `FIRST_SEED + i`, plus multiples of the stride.
-"""
+"""Specs of the houses. For the house at index i, the seeds FIRST_SEED + i, FIRST_SEED + i + SEED_STRIDE, ... are tried;
+the first valid seed is used."""
 
 
 @dataclass(frozen=True, slots=True)
 class EpisodeQuota:
-    """A kind of episode with its number in the pack."""
+    """A kind of episode, and how many episodes of this kind the pack has."""
 
     family: Family
     kind: str
     count: int
     fallback: str | None = None
-    """Kind that is proposed if no house yields the kind itself; None without such a kind."""
+    """Kind that is proposed instead if no house yields the kind itself; None if there is no such kind."""
 
     @property
     def proposals(self) -> list[Proposals]:
-        """Functions to try in turn: for a category not used yet, for any category, and of the fallback kind."""
+        """Functions to try in turn: for a category not used yet, for any category, then for the fallback kind."""
         kinds = kinds_of(self.family)
         return [kinds[self.kind], kinds[self.kind], *([kinds[self.fallback]] if self.fallback else [])]
 
@@ -74,7 +74,7 @@ QUOTAS = tuple(
     for name, kind in sorted(spec.kinds.items(), key=lambda item: item[1].fallback is None)
     if kind.in_starter
 )
-"""Quotas of the pack; the rarest kinds come first, so that they find suitable houses."""
+"""Quotas of the pack. The rarest kinds come first, so that suitable houses are still free for them."""
 
 
 @dataclass(slots=True)
@@ -84,17 +84,17 @@ class Selection:
     episodes: list[Episode] = field(default_factory=list)
     solutions: list[Solution] = field(default_factory=list)
     uses: Counter[str] = field(default_factory=Counter)
-    """House name -> number of episodes."""
+    """House name -> number of its chosen episodes."""
     family_uses: Counter[tuple[str, str]] = field(default_factory=Counter)
     categories: Counter[str] = field(default_factory=Counter)
     family_categories: Counter[tuple[str, str]] = field(default_factory=Counter)
 
     def takes(self, family: str, category: str) -> bool:
-        """Return whether another episode about a category may be added."""
+        """Return whether the limits allow an episode of this family about this category."""
         return not self.family_categories[family, category] and self.categories[category] < CATEGORY_USES
 
     def add(self, episode: Episode, actions: tuple[Action, ...], category: str, house: House) -> None:
-        """Add a valid episode with its final id."""
+        """Add a valid episode, and give it its final id."""
         provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(actions)})
         episode_id = self._id(episode, category, house)
         self.episodes.append(episode.model_copy(update={"id": episode_id, "provenance": provenance}))
@@ -115,7 +115,7 @@ class Selection:
 def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[str], None] = lambda line: None) -> Pack:
     """Write the starter pack into a missing or empty folder, and return it; `report` gets a line for each episode.
 
-    Raises EpisodeError if the houses do not yield a kind of episode, SettingError if the folder is not empty.
+    Raises EpisodeError if no house yields an episode of some kind, SettingError if the folder is not empty.
     """
     houses = starter_houses()
     chosen = Selection()
@@ -143,7 +143,7 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
 
 
 def count_kinds(episodes: Iterable[Episode]) -> dict[str, int]:
-    """Return the number of episodes of each family, template and target size, which are joined by spaces."""
+    """Return text "FAMILY TEMPLATE SIZE" (size class of the target) -> number of such episodes."""
     kinds = [" ".join(filter(None, (e.family, e.provenance.template, e.target_size))) for e in episodes]
     return dict(sorted(Counter(kinds).items()))
 
@@ -166,7 +166,7 @@ def _house(index: int, spec: str) -> House:
 def _fill(
     slot: EpisodeQuota, number: int, houses: list[House], chosen: Selection, simulator: PrivilegedSimulator
 ) -> Episode:
-    """Find the next episode for a quota, add it to the chosen ones and return it."""
+    """Find the next episode for a quota, add it to `chosen` and return it."""
     validator = Validator(simulator, is_draft=True)
     for is_strict, proposals in zip((True, False, False), slot.proposals, strict=False):
         for house in _in_order(slot, houses, chosen):
@@ -184,6 +184,6 @@ def _fill(
 
 
 def _in_order(slot: EpisodeQuota, houses: list[House], chosen: Selection) -> list[House]:
-    """Return the houses that may hold another episode of the quota's family, the least used first."""
+    """Return the houses that may get another episode of the quota's family, those with the fewest episodes first."""
     free = [house for house in houses if chosen.family_uses[slot.family, house.name] < PER_HOUSE_AND_FAMILY]
     return sorted(free, key=lambda house: (chosen.uses[house.name], zlib.crc32(f"{slot.kind} {house.name}".encode())))

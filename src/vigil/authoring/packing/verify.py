@@ -1,6 +1,6 @@
 """Verification of a pack: all rules are checked and all solutions replayed, house by house, in worker processes.
 
-Results can be stored in a log with one line per episode, from which the same command continues.
+Results can be stored in a log with one line per episode. If the same command is run again, it continues from the log.
 """
 
 import hashlib
@@ -36,24 +36,24 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 @dataclass(frozen=True, slots=True)
 class VerificationTask:
-    """An episode, or twins that are verified together."""
+    """Episodes that are verified together: one episode, or two twins."""
 
     episodes: tuple[Episode, ...]
     solutions: tuple[tuple[Action, ...] | None, ...]
-    """Recorded solution of each episode; None without one."""
+    """Recorded solution of each episode; None for an episode without a solution."""
     answers: tuple[ClosureAnswer | ListAnswer, ...] | None = None
     """Correct closing of each episode in a pack of a suite, empty if it has none; None in other packs."""
 
     @classmethod
     def of_draft(cls, draft: TaskDraft) -> "VerificationTask":
-        """Return the task of a draft."""
+        """Return the verification task for a draft."""
         episodes, solutions = zip(*((side.episode, side.actions) for side in draft.drafts), strict=True)
         return cls(episodes, solutions, draft.answers or None)
 
 
 @dataclass(frozen=True, slots=True)
 class HouseBatch:
-    """A house with its tasks."""
+    """A house with the tasks to verify in it."""
 
     name: str
     document: dict[str, Any]
@@ -68,7 +68,7 @@ class VerificationSettings:
     assets: AssetDatabase | None = None
     workers: int = 1
     is_robust: bool = False
-    """Whether episodes that satisfy all other rules are also checked by the robustness rules."""
+    """Whether to check the robustness rules, too, on episodes that satisfy all other rules."""
 
     def simulator(self) -> PrivilegedSimulator:
         """Return a new simulator."""
@@ -76,7 +76,7 @@ class VerificationSettings:
 
 
 class Verifier:
-    """A verifier of tasks on its own simulator: by the rules of the families, and of the suite if they have answers."""
+    """Verifies tasks on its own simulator by the families' rules; if tasks have answers, by the suite's rules, too."""
 
     def __init__(self, settings: VerificationSettings) -> None:
         simulator = settings.simulator()
@@ -86,7 +86,7 @@ class Verifier:
         self._is_robust = settings.is_robust
 
     def faults(self, task: VerificationTask, house: House) -> Sequence[Finding]:
-        """Return the findings about a task; robustness is checked of the sides that the solver acts in."""
+        """Return the findings about a task. Robustness is checked only on the sides in which the solver has to act."""
         if task.answers == ():
             return [Finding(each.id, "closes_correctly", "it has no answer") for each in task.episodes]
         unsolved = [each for each, actions in zip(task.episodes, task.solutions, strict=True) if actions is None]
@@ -127,14 +127,14 @@ class EpisodeFindings(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     key: str
-    """Hash of all on which the findings depend, as `key_of` returns it."""
+    """Hash of everything on which the findings depend (see `key_of`)."""
     episode_id: str
     findings: tuple[tuple[str, str], ...] = ()
     """Rule and message of each finding."""
 
     @property
     def faults(self) -> list[Finding]:
-        """The findings as objects."""
+        """The findings as `Finding` objects."""
         return [Finding(self.episode_id, rule, message) for rule, message in self.findings]
 
 
@@ -156,7 +156,7 @@ def verify_pack(
     log: Path | None = None,
     on_progress: OnVerified = lambda progress: None,
 ) -> list[Finding]:
-    """Return the findings about a pack's episodes, sorted by episode and rule; an existing `log` is continued.
+    """Return the findings about a pack's episodes, sorted by episode and rule. If `log` exists, it is continued.
 
     Raises RecordError if the log cannot be read or written, PackMismatch if the answers of a suite were changed.
     """
@@ -167,7 +167,7 @@ def verify_pack(
 
 
 def pack_tasks(pack: Pack) -> list[VerificationTask]:
-    """Return the tasks of a pack, twins of a suite together. Raises PackMismatch if the answers were changed."""
+    """Return the verification tasks of a pack, with twins in one task. Raises PackMismatch if answers were changed."""
     answers: Mapping[str, ClosureAnswer | ListAnswer] | None = None
     if pack.manifest.suite == SUITE:
         answers = closure_answers(pack.folder)
@@ -190,18 +190,19 @@ def pack_tasks(pack: Pack) -> list[VerificationTask]:
 
 
 def check_log_of(file: DraftsFile) -> Path:
-    """Return the path of the log with the robustness results of drafts; without it, drafts are checked again."""
+    """Return the path of the log with robustness results of drafts. Without the log, drafts are checked again."""
     return file.path.with_name(f"{file.path.stem}.checks.jsonl")
 
 
 def candidate_checker(
     files: Sequence[DraftsFile], settings: VerificationSettings, on_verified: OnVerified = lambda progress: None
 ) -> CandidateCheck:
-    """Return the function that checks candidates from some drafts files and returns the findings of those that fail.
+    """Return a function that checks candidates from these drafts files, and returns the findings about those that fail.
 
-    Episodes are replayed and, for a robust pack, played by the noisy solver, which takes a second or more each; the
-    results are then kept in the log next to the first file. Tasks of the suite were certified when they were drafted,
-    and are certified again only if a reviewer reworded them. Raises RecordError if the log cannot be read or written.
+    Episodes are replayed. For a robust pack, the noisy solver also plays them, which takes a second or more for each; a
+    log next to the first file stores these results. Tasks of the suite were certified when they were drafted. They are
+    certified again only if a reviewer changed their instruction. Raises RecordError if the log cannot be read or
+    written.
     """
     log = check_log_of(files[0]) if settings.is_robust else None
 
@@ -223,7 +224,7 @@ def findings_of(
     log: Path | None = None,
     on_progress: OnVerified = lambda progress: None,
 ) -> list[EpisodeFindings]:
-    """Return the findings of each episode; those in `log` are reused, new ones are appended to it.
+    """Return the findings about each episode. Findings in `log` are reused, and new findings are appended to it.
 
     Raises RecordError if the log cannot be read or written.
     """
@@ -244,7 +245,7 @@ def findings_of(
 
 
 def house_batches(tasks: Iterable[VerificationTask], house_of: Callable[[Episode], House]) -> list[HouseBatch]:
-    """Return tasks grouped by house and sorted."""
+    """Return tasks grouped by house, sorted by house and id."""
     ordered = sorted(tasks, key=lambda task: (task.episodes[0].house.name, task.episodes[0].id))
     grouped = groupby(ordered, key=lambda task: task.episodes[0].house.name)
     members = ((name, tuple(group)) for name, group in grouped)
@@ -252,7 +253,9 @@ def house_batches(tasks: Iterable[VerificationTask], house_of: Callable[[Episode
 
 
 def key_of(task: VerificationTask, settings: VerificationSettings) -> str:
-    """Return the hash of episodes, solutions, answers, the backend, the asset database and the versions."""
+    """Return the hash of all on which the findings about a task depend: episodes, solutions, answers, backend, asset
+    database, rules and versions.
+    """
     solutions = [
         Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
         for episode, actions in zip(task.episodes, task.solutions, strict=True)
@@ -276,7 +279,7 @@ def _verify(settings: VerificationSettings, verifier: Verifier, batch: HouseBatc
 
 
 def _known(log: AppendFile | None) -> dict[str, list[EpisodeFindings]]:
-    """Return key -> findings of each episode in a log; empty without a log."""
+    """Return key -> findings in the log, one entry per episode; empty if there is no log."""
     found: dict[str, dict[str, EpisodeFindings]] = {}
     if log is None:
         return {}

@@ -1,1 +1,1 @@
-"""Review: the rules, replays, negative controls and reviewers that decide whether an episode is valid."""
+"""Review: the rules, replays, negative controls and reviewers' verdicts that decide whether an episode is valid."""

@@ -1,4 +1,4 @@
-"""Blind trials: plays of agents without sight. An episode that one of them completes does not enter a pack."""
+"""Blind trials: plays of agents without sight. If one of these agents completes an episode, the episode is not used."""
 
 from vigil.agents.scripted import EXPLORE_ACTIONS, POINT_ACTIONS, TURN_ACTIONS, WALK_ACTIONS, click_actions
 from vigil.protocol.actions import Action, Report
@@ -8,11 +8,12 @@ from vigil.protocol.goals import AgentNearTarget, ObjectHeld, ObjectInState, Tar
 
 
 def blind_trials(episode: Episode, *, is_draft: bool) -> list[tuple[Action, ...]]:
-    """Return the actions of agents without sight, none of which may complete the episode.
+    """Return the actions of each agent without sight. None of these agents may complete the episode.
 
-    Frozen packs may predate some of these agents, so only turning, walking ahead and an early report are tried for
-    them; drafts are tested with the strongest blind agents known. The list is empty for state verification, whose
-    label decides. It does not contain turning where the episode is one of finding the target by turning.
+    Drafts are tested with the strongest blind agents known. Frozen packs may be older than some of these agents, so
+    only turning, walking ahead and an early report are tried on their episodes. The list is empty for state
+    verification, because a guessed label may be correct. If the task is to find the target by turning,
+    turning is not in the list.
     """
     goal, is_turned_to = episode.goal, episode.provenance.template == "turn"
     if "report_status" in FAMILIES[episode.family].goal_kinds:

@@ -1,4 +1,4 @@
-"""Comparison of two back ends: each recorded solution of a pack is played on both and compared action by action."""
+"""Comparison of two back ends: each recorded solution of a pack is played on both, and compared action by action."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ from vigil.scoring.outcomes import score
 from vigil.sim.privileged import PrivilegedSimulator
 
 SAME_M, SAME_DEG, SAME_OPENNESS = 1e-3, 0.01, 1e-3
-"""Greatest differences of distances (m), angles (deg) and openness that count as equal."""
+"""Distances (m), angles (deg) and openness count as equal if they differ by at most these values."""
 SAME_CLICK_M = 0.01
-"""Greatest difference (m) of the distances of two clicks that counts as equal."""
+"""Distances (m) of two clicks count as equal if they differ by at most this."""
 KINDS = {
     "pose": "where the agent is and looks",
     "place": "where a thing is, and how it is turned",
@@ -36,18 +36,18 @@ KINDS = {
     "verdict": "W, W_strict, B and the label",
     "verdict by sight": "the verdict, which is equal once as much is taken to be seen",
 }
-"""Kind of difference -> what it is about."""
+"""Kind of difference -> what differs."""
 SEEN = ("visible", "visible_px", "open_px", "toggle_px", "nearest_visible_m")
-"""Facts of an object's state about how it is seen."""
+"""Those facts in an object's state that say how it is seen."""
 
 
 @dataclass(frozen=True, slots=True)
 class BackendDifference:
-    """One fact in which two back ends differ."""
+    """A fact in which two back ends differ."""
 
     episode_id: str
     step: int
-    """Number of the step, 0 for the start."""
+    """Number of the step; 0 is the start."""
     kind: str
     what: str
     a: Any
@@ -59,7 +59,7 @@ class BackendDifference:
 
 @dataclass(frozen=True, slots=True)
 class BackendComparison:
-    """Result of comparing two back ends."""
+    """Result of a comparison of two back ends."""
 
     a: str
     """Name of the first back end."""
@@ -70,7 +70,7 @@ class BackendComparison:
     differences: tuple[BackendDifference, ...]
 
     def of_kind(self, kind: str) -> list[BackendDifference]:
-        """Return the differences of a kind."""
+        """Return the differences of this kind."""
         return [each for each in self.differences if each.kind == kind]
 
 
@@ -81,7 +81,7 @@ def compare_backends(
     b: PrivilegedSimulator,
     on_progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> BackendComparison:
-    """Return the differences of playing the episodes' recorded solutions on two back ends.
+    """Play the recorded solutions of episodes on two back ends, and return the differences.
 
     Episodes without a recorded solution are left out.
     """
@@ -98,7 +98,7 @@ def compare_backends(
 
 
 def differences(episode: Episode, a: EpisodeRecord, b: EpisodeRecord) -> Iterator[BackendDifference]:
-    """Yield the differences of two records of the same actions."""
+    """Yield the differences between two records of the same actions."""
     for step, (one, other) in enumerate(zip(a.worlds, b.worlds, strict=False)):
         effects = (a.steps[step - 1].effect, b.steps[step - 1].effect) if step else (None, None)
         facts = [*_effects(*effects), *_worlds(one, other)]
@@ -125,7 +125,7 @@ def _verdict(episode: Episode, record: EpisodeRecord) -> tuple[Any, ...] | None:
 
 
 def _with_visibility_of(a: EpisodeRecord, b: EpisodeRecord) -> EpisodeRecord:
-    """Return record b with the facts about how objects are seen taken from record a."""
+    """Return record b, but with the facts about how objects are seen (`SEEN`) from record a."""
     if a.initial is None or b.initial is None:
         return b
     steps = [

@@ -1,4 +1,4 @@
-"""Contact sheets: pictures of the first frames of episodes with their instructions, for reading them one by one."""
+"""Contact sheets: pictures with the first frames and instructions of many episodes, for people who check episodes."""
 
 import textwrap
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ WIDTH, HEIGHT = 480, 360
 TEXT_HEIGHT = 74
 """Height (px) of the text below a frame."""
 TEXT_COLUMNS = 62
-"""Greatest number of characters in a line of text."""
+"""Maximum number of characters in a line of text."""
 FONT_SIZE = 15
 GAP = 10
 INK, FAINT, GROUND = "#1c1f24", "#6a7079", "#ffffff"
@@ -26,14 +26,14 @@ QUALITY = 70
 
 
 def pick_sample(episodes: Sequence[Episode], count: int, seed: int = 0) -> list[Episode]:
-    """Return up to `count` episodes drawn by `seed` and spread evenly over families, sorted by family and id."""
+    """Return up to `count` episodes, drawn at random by `seed`, evenly over families, and sorted by family and id."""
     return sorted(queue(episodes, seed)[:count], key=lambda episode: (list(FAMILIES).index(episode.family), episode.id))
 
 
 def write_sheets(
     episodes: Sequence[Episode], house_of: Callable[[Episode], House], simulator: Simulator, folder: Path
 ) -> list[Path]:
-    """Write a sheet (WebP) for each family into `folder`, and return their paths."""
+    """Write a sheet (WebP) for each family into `folder`, and return the paths of the sheets."""
     folder.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
     for family in FAMILIES:

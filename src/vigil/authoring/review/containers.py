@@ -1,7 +1,7 @@
-"""Containers: where people would look for an object, and whether a search that opens containers is fair.
+"""Containers: where people would look for an object, and whether it is fair to search for it by opening containers.
 
-An instruction that does not say where an object is is fair only if the object lies where people would look for it, and
-if there are few such containers.
+If the instruction does not say where an object is, the search is fair only if people would look for the object in its
+place, and if there are few such containers.
 """
 
 from collections.abc import Iterable, Iterator
@@ -41,28 +41,28 @@ BELONGS_IN = {
         "Candle",
     ),
 }
-"""Category of container -> categories that people would look for in it."""
+"""Category of a container -> categories of things that people would look for in it."""
 IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Towel", "HandTowel", "TissueBox")
-"""Categories that people would look for in a cabinet in a bathroom; they replace those of other cabinets."""
+"""Categories that people would look for in a cabinet in a bathroom. They replace the categories for other cabinets."""
 MAX_CLOSED = 4
-"""Greatest number of closed containers that may hold the target of a search, so that the step budget is enough."""
+"""Maximum number of closed containers that may hold the target of a search, so that the step budget is enough."""
 LOOKED_FOR_POINTS, EVERY_CELL = 16, 5
-"""Number of points of an object that are looked for through glass, and step through the places that are tried.
+"""Number of an object's points that are tested for being visible through glass, and step through the places tried.
 
-A pane shows what is behind it to many places, so that one in five is enough.
+What is behind glass is visible from many places, so it is enough to try one place in five.
 """
 
 
 def belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:
-    """Return whether people would look for a thing in a container that is in a room of this name."""
+    """Return whether people would look for a thing in a container, which is in a room called `room`."""
     is_in_bathroom = container.category == "Cabinet" and room == "bathroom"
     return thing.category in (IN_BATHROOM_CABINETS if is_in_bathroom else BELONGS_IN.get(container.category, ()))
 
 
 def may_hold(view: PrivilegedView, items: dict[str, DescribedThing], target: Thing, room: str | None) -> list[str]:
-    """Return the ids of the closed containers in which people would look for the target, in a room or everywhere.
+    """Return the ids of closed containers in a room (None: anywhere) in which people would look for the target.
 
-    They include the closed containers in which the target lies.
+    The closed containers in which the target lies are always included.
     """
     around = set(closed_containers_around(view, target.id))
     found: list[str] = []
@@ -77,16 +77,16 @@ def may_hold(view: PrivilegedView, items: dict[str, DescribedThing], target: Thi
 
 
 def room_mentioned(phrases: Iterable[Phrase]) -> str | None:
-    """Return the first room that an instruction's phrases name; None if they do not name one."""
+    """Return the first room that is named in an instruction's phrases; None if no room is named."""
     return next((phrase.room for phrase in phrases if phrase.room is not None), None)
 
 
 def not_found_by_opening(
     view: PrivilegedView, items: dict[str, DescribedThing], target: Thing, phrases: list[Phrase]
 ) -> Iterator[str]:
-    """Yield messages about why a target need not, or cannot fairly, be found by opening containers.
+    """Yield messages if the target can be found without opening containers, or if the search in containers is unfair.
 
-    `phrases` are those of the instruction.
+    `phrases` are the phrases of the instruction.
     """
     around = closed_containers_around(view, target.id)
     if not around:
@@ -105,7 +105,7 @@ def not_found_by_opening(
 
 
 def visible_through_glass_from(view: PrivilegedView, target: Thing) -> Vec3 | None:
-    """Return a free place within reach of a thing from which it is visible in the current state; None without one."""
+    """Return a free place within reach of a thing from which the thing is visible now; None if there is none."""
     points = surface_points(target, LOOKED_FOR_POINTS)
     cells = view.plan().cells[::EVERY_CELL]
     for x, z in cells[box_distances(body_box(target), cells) <= REACH_M]:

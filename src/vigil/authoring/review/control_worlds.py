@@ -1,4 +1,4 @@
-"""Worlds and records of which an episode's negative controls are made."""
+"""Worlds and records from which an episode's negative controls (outcomes that only look like success) are made."""
 
 from collections.abc import Callable, Iterator
 
@@ -17,13 +17,13 @@ from vigil.records.record import EpisodeRecord
 from vigil.scene.things import Thing
 
 TRIED_POSES = 6
-"""Approximate number of poses tried for one world."""
+"""Approximate number of poses that are tried for each world."""
 
 
 class ControlWorlds:
-    """One episode with the record of its solution, and functions that make worlds and records of wrong outcomes.
+    """One episode with the record of its solution, and methods that make worlds and records of wrong outcomes.
 
-    Resets the simulator to the episode's setup when it is made; most of its functions change the simulator's state.
+    The constructor resets the simulator to the episode's setup. Most methods change the simulator's state.
     """
 
     def __init__(self, synthetic: SyntheticWorlds, view: PrivilegedView, record: EpisodeRecord) -> None:
@@ -32,25 +32,25 @@ class ControlWorlds:
         synthetic.set_up(self.episode.setup)
         self.target = view.scene.things[self.episode.goal.object_id]
         self.look_alike = self._look_alike()
-        """The nearest other thing that may be mistaken for the target; None if there is none."""
+        """The nearest other thing that people may mistake for the target; None if there is none."""
 
     def from_reset(self, rows: list[SyntheticStep] | None, status: Status = "success") -> EpisodeRecord | None:
-        """Return the record of some rows after the reset, closed by a report; None if `rows` is None."""
+        """Return a record with these rows after the reset, closed by a report; None if `rows` is None."""
         return None if rows is None else record_of(self.record, rows, status)
 
     def after_solution(self, rows: list[SyntheticStep] | None) -> EpisodeRecord | None:
-        """Return the record of some rows after the solution, closed by a report of success; None if `rows` is None."""
+        """Return a record with these rows after the solution, closed by a report of success; None if `rows` is None."""
         return None if rows is None else record_of(self.record, rows, "success", after_solution=True)
 
     def undone(self, setup: Setup, pose: Pose | None = None) -> EpisodeRecord | None:
-        """Return the record of the solution after which the world is set up as given; None if that is impossible.
+        """Return a record in which the world changes to a setup after the solution; None if the setup is impossible.
 
-        The agent is at `pose`, or else where the solution ended.
+        The agent is at `pose`; if this is None, where the solution ended.
         """
         return self.after_solution(self.synthetic.row(setup, pose or self.record.worlds[-1].agent))
 
     def nearest(self, is_wanted: Callable[[Thing], bool]) -> Thing | None:
-        """Return the wanted thing, other than the target, that is nearest to it; None if there is none."""
+        """Return the thing nearest to the target for which `is_wanted` is true; None if there is none."""
         others = [
             thing
             for thing in self.view.scene.things.values()
@@ -59,16 +59,16 @@ class ControlWorlds:
         return min(others, key=lambda thing: floor_distance(thing.position, self.target.position), default=None)
 
     def poses(self, cells: np.ndarray, thing: Thing) -> Iterator[Pose]:
-        """Yield poses at some places, spread over all of them (n, 2) in x, z, each facing a thing."""
+        """Yield poses that face a thing, at a few places spread over `cells` (n, 2) in x, z."""
         for x, z in cells[:: max(1, len(cells) // TRIED_POSES)]:
             place = self.episode.start.position._replace(x=float(x), z=float(z))
             yaw = yaw_towards(place, thing.position)
             yield self.episode.start.model_copy(update={"position": place, "rotation": yaw})
 
     def click_on(self, things: list[Thing]) -> list[SyntheticStep] | None:
-        """Return the row of a click on the first of some things that can be clicked without coming near the target.
+        """Return the row of a click on the first of these things for which the click is not near the target.
 
-        None if there is none.
+        None if there is no such thing.
         """
         self.synthetic.set_up(self.episode.setup)
         for thing in things:
@@ -81,9 +81,9 @@ class ControlWorlds:
         return None
 
     def _look_alike(self) -> Thing | None:
-        """Return the nearest other thing of the target's category, else with a name that people confuse with its name.
+        """Return the nearest other thing of the target's category, or else the nearest with an easily confused name.
 
-        None if there is none.
+        None if there is no such thing.
         """
         name = CATALOG[self.target.category].display_name
         groups = [group for group in LOOK_ALIKES if name in group]

@@ -16,7 +16,7 @@ from vigil.scoring.goal_check import GoalRow, check
 
 @dataclass(frozen=True)
 class EpisodeStart:
-    """An episode at its start: the simulator has just been reset to it."""
+    """An episode at its start. The simulator has just been reset to the episode."""
 
     episode: Episode
     house: House
@@ -29,7 +29,7 @@ class EpisodeStart:
 
     @cached_property
     def items(self) -> dict[str, DescribedThing]:
-        """Thing id -> its description at the reset, as the catalogue names it."""
+        """Thing id -> description of the thing at the reset, with the names of the catalogue."""
         return items_of(self.view.scene)
 
     @cached_property
@@ -46,17 +46,17 @@ class EpisodeStart:
 
     @property
     def first(self) -> ObjectState:
-        """The state at the reset of the object that is acted on first."""
+        """State at the reset of the object that must be acted on first."""
         chain = self.episode.goal.chain
         return self.world.objects[chain[0].object_id if chain else self.episode.goal.object_id]
 
     @cached_property
     def row(self) -> GoalRow:
-        """The goal's check at the reset."""
+        """Truth and progress of the goal at the reset."""
         return self.at_reset(self.episode.goal)
 
     def at_reset(self, goal: Goal) -> GoalRow:
-        """Return the check at the reset of a goal about bound objects."""
+        """Return the truth and progress of a goal about bound objects at the reset."""
         now = datetime.fromtimestamp(0, UTC)
         record = EpisodeRecord(
             run_id="",

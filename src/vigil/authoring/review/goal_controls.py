@@ -1,4 +1,4 @@
-"""The negative controls of each kind of goal: outcomes that only look as if the goal had been reached."""
+"""The negative controls of each kind of goal: outcomes in which it only seems that the goal was reached."""
 
 from collections.abc import Iterator
 from itertools import islice
@@ -32,11 +32,11 @@ from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.things import Thing
 
 STOPPED_SHORT_M = (0.03, 0.4)
-"""Distances (m) beyond the goal's threshold between which the agent stops short."""
+"""Minimum and maximum distance (m) beyond the goal's threshold at which the agent stops short."""
 NEAR_OTHER_M = 1.2
-"""Greatest distance (m) from the look-alike in the control that approaches it."""
+"""Maximum distance (m) from the look-alike in the control in which the agent approaches the look-alike."""
 LOOK_M = (0.8, 2.5)
-"""Distances (m) between which the agent looks at the look-alike."""
+"""Minimum and maximum distance (m) from which the agent looks at the look-alike."""
 TRIED_NEIGHBOURS = 4
 OTHER_LABEL: dict[Status, Status] = {
     **dict(STATE_LABELS.values()),
@@ -46,11 +46,11 @@ OTHER_LABEL: dict[Status, Status] = {
 ON_TOP_NOT_INSIDE, INSIDE_NOT_ON_TOP = "on top instead of inside", "within it instead of on it"
 
 ControlRecords = Iterator[tuple[str, EpisodeRecord | None]]
-"""Names of negative controls with their records; None if the house does not allow it."""
+"""Pairs of a negative control's name and its record. The record is None if the control is impossible in this house."""
 
 
 def controls_of_goal(goal: Goal, worlds: ControlWorlds) -> ControlRecords:
-    """Yield the negative controls of an episode's goal; leaves the simulator in any state."""
+    """Yield the negative controls of an episode's goal. The simulator may be left in any state."""
     match goal:
         case TargetGrounded():
             yield from _grounding_controls(worlds)
@@ -108,7 +108,7 @@ def _at(cells: np.ndarray, worlds: ControlWorlds) -> list[SyntheticStep] | None:
 
 
 def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Return the row in which the look-alike is observable and the target is not visible; None if it is impossible."""
+    """Return a row in which the look-alike is observable but the target is not visible; None if this is impossible."""
     look_alike = worlds.look_alike
     if look_alike is None:
         return None
@@ -125,14 +125,14 @@ def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
 def _applied_to(
     thing: Thing | None, goal: ObjectInState | ObjectHeld, worlds: ControlWorlds
 ) -> list[SyntheticStep] | None:
-    """Return the row in which another thing is as a goal asks of the target; None if it is impossible."""
+    """Return a row in which `thing`, not the target, is as the goal requires; None if this is impossible."""
     return None if thing is None or not _allows(thing, goal) else _attained(thing.id, goal, worlds)
 
 
 def _attained(object_id: str, goal: Goal, worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Return the row in which a thing is in the state that a goal asks for, or in the hand for other goals.
+    """Return a row in which a thing is in the state that the goal requires; for goals without a state, in the hand.
 
-    Everything else is as at the reset. None if that is impossible.
+    Everything else is as at the reset. None if this is impossible.
     """
     if isinstance(goal, ObjectInState):
         state = {"openness": float(goal.value)} if goal.state == "is_open" else {"is_toggled": goal.value}
@@ -147,12 +147,12 @@ def _allows(thing: Thing, goal: ObjectInState | ObjectHeld) -> bool:
 
 
 def _neighbour(goal: ObjectInState | ObjectHeld, worlds: ControlWorlds) -> Thing | None:
-    """Return the nearest thing of another category that allows the goal's act."""
+    """Return the nearest thing of another category to which the goal's act can be done."""
     return worlds.nearest(lambda thing: thing.category != worlds.target.category and _allows(thing, goal))
 
 
 def _all_but_one(goal: AllOf, worlds: ControlWorlds) -> ControlRecords:
-    """Yield the controls in which one part of a goal does not hold, or its object lies at another place."""
+    """Yield controls in which one part of a goal does not hold: its object has another state or a wrong place."""
     for part in goal.parts:
         setup = _setup_without_part(part, goal, worlds)
         yield "all but one", worlds.undone(setup)
@@ -187,7 +187,7 @@ def _placement_controls(goal: ObjectAtReceptacle, worlds: ControlWorlds) -> Cont
 
 
 def _misplaced(goal: ObjectAtReceptacle, worlds: ControlWorlds, setup: Setup) -> list[tuple[str, list[Setup]]]:
-    """Return names of controls, each with setups in which the wrong object or the wrong place is used."""
+    """Return (name of a control, its setups), in which the wrong object is used or an object is at a wrong place."""
     if not worlds.synthetic.set_up(setup):
         return []
     scene, things = worlds.view.scene, worlds.view.scene.things
@@ -242,7 +242,7 @@ def _report_controls(goal: ReportStatus, worlds: ControlWorlds) -> ControlRecord
 
 
 def _label(record: EpisodeRecord) -> Status:
-    """Return the status that a solution reports."""
+    """Return the status that the solution in a record reports."""
     last = record.steps[-1].action
     assert isinstance(last, Report)
     return last.status

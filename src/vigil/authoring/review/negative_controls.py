@@ -1,7 +1,7 @@
-"""Negative controls: outcomes that look like success and must not count as it.
+"""Negative controls: outcomes that look like success but must not count as success.
 
-Examples are on top instead of inside, the look-alike or a neighbour instead of the target, and done and undone again.
-Planning the walks would take too long, so the simulator sets each outcome up, and the usual scoring judges it.
+Examples are: on top instead of inside; the look-alike or a neighbour instead of the target; done and then undone. To
+plan the walks would take too long, so the simulator sets up each outcome. Scoring then works as in any run.
 """
 
 from dataclasses import dataclass
@@ -17,15 +17,15 @@ from vigil.scoring.outcomes import score
 
 @dataclass(frozen=True, slots=True)
 class NegativeControl:
-    """One negative control with its record."""
+    """A negative control with its record."""
 
     name: str
     record: EpisodeRecord | None
-    """Record of the outcome; None if the house does not allow it."""
+    """Record of the outcome; None if the outcome is impossible in this house."""
 
 
 def scores_as_success(episode: Episode, control: NegativeControl) -> bool:
-    """Return whether a negative control counts as success (W or B)."""
+    """Return whether scoring wrongly counts a negative control as success (W or B)."""
     if control.record is None:
         return False
     outcome = score(episode, control.record)
@@ -33,6 +33,6 @@ def scores_as_success(episode: Episode, control: NegativeControl) -> bool:
 
 
 def negative_controls(scenes: SyntheticWorlds, view: PrivilegedView, record: EpisodeRecord) -> list[NegativeControl]:
-    """Return the negative controls of an episode with the record of its solution. Leaves the simulator in any state."""
+    """Return an episode's negative controls; `record` is its solution's record. Leaves the simulator in any state."""
     worlds = ControlWorlds(scenes, view, record)
     return [NegativeControl(name, made) for name, made in controls_of_goal(worlds.episode.goal, worlds)]

@@ -1,4 +1,4 @@
-"""Wrong placements of a thing: on top of a receptacle instead of inside, inside instead of on it, or next to it."""
+"""Wrong placements of a thing: on top of a receptacle instead of inside, inside instead of on top, or next to it."""
 
 from collections.abc import Iterator, Mapping
 
@@ -14,21 +14,21 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.core.placing import open_surfaces
 
 GRID = 15
-"""Number of points along each side of a surface that are tried for a placement."""
+"""Number of points along each side of a surface that are tried as places for a thing."""
 MAX_NEIGHBOURS = 2
 
 
 def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement]:
-    """Yield the placements of a thing in the middle of each level surface inside a receptacle, or else on it."""
+    """Yield placements of a thing in the middle of each level surface of a receptacle (`inside` or on it)."""
     for surface, frame in level_surfaces(receptacle):
         if surface.is_inside == inside:
             yield _placement(frame.shift, thing, receptacle)
 
 
 def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Iterator[Placement]:
-    """Yield placements of a thing inside a receptacle or inside its contents, where it does not lie on the receptacle.
+    """Yield placements inside a receptacle, or inside something in it, that do not count as on the receptacle.
 
-    There is one for each category: a drawer, a microwave, a sink.
+    There is one placement for each category: in a drawer, in a microwave, in a sink.
     """
     found: dict[str, Placement] = {}
     for bearer in (receptacle, *contents(scene, receptacle.id)):
@@ -39,7 +39,7 @@ def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Ite
 
 
 def placements_on_neighbours(things: Mapping[str, Thing], receptacle: Thing, thing: Thing) -> Iterator[Placement]:
-    """Yield placements of a thing on the receptacles nearest to the given one, as near to it as possible."""
+    """Yield placements of a thing on other receptacles, the nearest first, each as near to `receptacle` as possible."""
     found = [
         (away, other.id, place)
         for other in things.values()
@@ -53,7 +53,7 @@ def placements_on_neighbours(things: Mapping[str, Thing], receptacle: Thing, thi
 
 
 def _supports_of(things: Mapping[str, Thing], thing: Thing) -> Iterator[str]:
-    """Yield the ids of the things below a thing, from its support to the floor."""
+    """Yield the ids of the things below a thing, from its support down to the floor."""
     while thing.parent is not None and thing.parent in things:
         yield thing.parent
         thing = things[thing.parent]
@@ -65,7 +65,7 @@ def _takes(other: Thing, thing: Thing) -> bool:
 
 
 def _placements_near(other: Thing, receptacle: Thing, thing: Thing) -> Iterator[tuple[float, Placement]]:
-    """Yield the distance (m) and placement nearest to a receptacle on each open surface of another one."""
+    """Yield, for each open surface of `other`, the placement nearest to a receptacle, with its distance (m)."""
     box = body_box(receptacle)
     for surface, frame in open_surfaces(other):
         spots = _grid(surface, frame)

@@ -1,7 +1,7 @@
-"""Reviews: an append-only file of reviewers' verdicts on episodes, and the decisions that follow from them.
+"""Reviews: an append-only file of reviewers' verdicts on episodes, and the decisions that follow from the verdicts.
 
 Each line is one verdict. Lines are never changed or removed; a later line by the same reviewer overrides an earlier
-one. Each line identifies an episode by hash, so that verdicts on another version of the episode do not count.
+line. Each line identifies an episode by hash, so that verdicts on another version of the episode do not count.
 """
 
 import hashlib
@@ -34,26 +34,26 @@ class Review(BaseModel):
     schema_version: Annotated[int, schema_validator(REVIEW_SCHEMA)] = REVIEW_SCHEMA
     at: datetime
     reviewer: str = Field(pattern=r"^(model: )?[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")
-    """Name of the reviewer; that of a model begins with `model: `, so that it is recognized wherever it is shown."""
+    """Name of the reviewer. The name of a model begins with `model: `, so that readers recognize it everywhere."""
     reviewer_kind: Literal["person", "model"] = "person"
     episode_id: str = Field(min_length=1, max_length=200)
     episode_sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     verdict: Verdict
     instruction: str | None = Field(default=None, min_length=1, max_length=MAX_INSTRUCTION_CHARS)
-    """New wording of the instruction; for `edit` only."""
+    """New wording of the instruction; only for the verdict `edit`."""
     target_size: TargetSize | None = None
-    """Target size of the episode; for `target_size` only."""
+    """New target size of the episode; only for the verdict `target_size`."""
     text: str = Field(default="", max_length=4000)
-    """Reason of the verdict, or text of the note."""
+    """Reason for the verdict, or text of the note."""
 
     @model_validator(mode="after")
     def _carries_what_it_says(self) -> "Review":
         if (self.reviewer_kind == "model") != self.reviewer.startswith("model: "):
-            raise ValueError("the name of a model begins with `model: `, that of a person does not")
+            raise ValueError("the name of a model begins with `model: `, the name of a person does not")
         if (self.verdict == "edit") != (self.instruction is not None):
-            raise ValueError("`instruction` belongs to `edit`, and `edit` needs it")
+            raise ValueError("`instruction` must be given for the verdict `edit`, and for no other verdict")
         if (self.verdict == "target_size") != (self.target_size is not None):
-            raise ValueError("`target_size` belongs to the verdict `target_size`, which needs it")
+            raise ValueError("`target_size` must be given for the verdict `target_size`, and for no other verdict")
         if self.verdict == "note" and not self.text.strip():
             raise ValueError("a note needs a text")
         return self
@@ -61,7 +61,7 @@ class Review(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """The combined verdicts of one reviewer on one episode."""
+    """What one reviewer's verdicts on one episode say together."""
 
     judgement: Judgement | None = None
     instruction: str | None = None
@@ -71,32 +71,32 @@ class Decision:
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """Agreement of two reviewers on the episodes that both have judged."""
+    """Agreement of two reviewers on the episodes that both approved or rejected."""
 
     both: int
-    """Number of episodes that both approve or reject."""
+    """Number of episodes that both reviewers approved or rejected."""
     agree: int
-    """Number of episodes on which both say the same."""
+    """Number of episodes on which both reviewers gave the same verdict."""
     kappa: float | None
-    """Cohen's kappa; None if there is nothing to compare or chance alone would give full agreement."""
+    """Cohen's kappa; None if there are no such episodes, or if chance alone would give full agreement."""
     disputed: tuple[str, ...]
-    """Ids of the episodes that one approves and the other rejects."""
+    """Ids of the episodes that one reviewer approved and the other rejected."""
 
 
 def episode_sha256(episode: Episode) -> str:
-    """Return the hash that identifies an episode's version in reviews; it leaves out the field `reviewed`."""
+    """Return the hash that identifies a version of an episode in reviews. It leaves out the field `reviewed`."""
     fields = episode.model_dump(mode="json")
     fields["provenance"].pop("reviewed", None)
     return hashlib.sha256(canonical_json(fields)).hexdigest()
 
 
 def append_review(path: Path, review: Review) -> None:
-    """Append a review to a file, safely on disk and with several writers. Raises RecordError if it cannot."""
+    """Append a review to a file. It is on disk on return; several writers may append. Raises RecordError."""
     append_line(path, dump_line(review, exclude_defaults=True))
 
 
 def read_reviews(path: Path) -> list[Review]:
-    """Return all reviews in the order of the file; an empty list if there is no file.
+    """Return all reviews in the order of the file; an empty list if the file does not exist.
 
     A partial last line is ignored. Raises RecordError if another line is invalid.
     """
@@ -104,7 +104,7 @@ def read_reviews(path: Path) -> list[Review]:
 
 
 def decisions(episode: Episode, reviews: Iterable[Review]) -> dict[str, Decision]:
-    """Return reviewer -> decision on this version of an episode, sorted by name."""
+    """Return reviewer -> decision on this version of an episode, sorted by the reviewer's name."""
     sha256 = episode_sha256(episode)
     found: dict[str, Decision] = {}
     for review in reviews:
@@ -114,9 +114,9 @@ def decisions(episode: Episode, reviews: Iterable[Review]) -> dict[str, Decision
 
 
 def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
-    """Return an episode marked as rejected if any reviewer rejects it, else approved if any approves it.
+    """Return the episode, marked as rejected if any reviewer rejected it, or else as approved if any approved it.
 
-    The last wording and the last target size are used.
+    The episode gets the last new wording and the last new target size.
     """
     sha256 = episode_sha256(episode)
     mine = [review for review in reviews if (review.episode_id, review.episode_sha256) == (episode.id, sha256)]
@@ -133,7 +133,7 @@ def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
 
 
 def queue(episodes: Iterable[Episode], seed: int = 0) -> list[Episode]:
-    """Return episodes in the order of review: one of each family in turn, each family in an order drawn by `seed`."""
+    """Return episodes in the order of review: one of each family in turn. Within a family, `seed` draws the order."""
     rng = np.random.default_rng(seed)
     ordered = sorted(episodes, key=lambda episode: episode.id)
     groups = [[episode for episode in ordered if episode.family == family] for family in FAMILIES]
@@ -143,7 +143,7 @@ def queue(episodes: Iterable[Episode], seed: int = 0) -> list[Episode]:
 
 
 def agreement(episodes: Iterable[Episode], reviews: Sequence[Review], a: str, b: str) -> Agreement:
-    """Return the agreement of reviewers `a` and `b` on the episodes that both approve or reject."""
+    """Return the agreement of reviewers `a` and `b` on the episodes that both approved or rejected."""
     pairs: list[tuple[str, Judgement, Judgement]] = []
     for episode in episodes:
         found = decisions(episode, (review for review in reviews if review.episode_id == episode.id))

@@ -1,7 +1,7 @@
-"""Robustness rules: an episode tolerates small motor errors, and its start has room and a view.
+"""Robustness rules: an episode can be solved with small motor errors, and its start has room and a view.
 
-They are separate from the other rules because they take seconds per episode; they are checked only on request.
-The motor errors are those of `vigil.authoring.solving.noisy_actions`.
+They are checked only on request, because they take seconds per episode. The motor errors are those of
+`vigil.authoring.solving.noisy_actions`.
 """
 
 import math
@@ -28,11 +28,11 @@ from vigil.scoring.outcomes import score
 
 TRIES, NEEDED_SUCCESSES = 10, 9
 LATTICE = (32, 24)
-"""Numbers of pixels, across and down, at which the first frame is sampled."""
+"""Number of pixels, across and down, at which the first frame is sampled."""
 MIN_SHARE = 0.01
-"""Least share of the first frame that things must fill if it does not show two walls."""
+"""Minimum share of the first frame that things must fill if the frame does not show two walls."""
 COLUMNS, FARTHEST_M, SAME_WALL_M = 33, 30.0, 0.05
-"""Number of rays that look for walls, their length (m), and the step (m) to which a wall's offset is rounded."""
+"""Number of rays cast to find walls, their length (m), and the step (m) to which the offset of a wall is rounded."""
 
 ROBUST_RULES = {
     "room_at_start": "0.4 m of floor are free ahead or to a side of the start",
@@ -43,7 +43,7 @@ ROBUST_RULES = {
 
 
 def robust_faults(case: EpisodeStart, env: Env) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) for each of ROBUST_RULES that an episode breaks; leaves the simulator in any state."""
+    """Yield (rule, message) for each of ROBUST_RULES that an episode breaks. The simulator may be left in any state."""
     view, start = case.view, case.episode.start
     if not has_room_to_move(view.plan().tight, start):
         yield (
@@ -64,9 +64,9 @@ def shows_one_wall(case: EpisodeStart) -> bool:
 
 
 def noisy_try(episode: Episode, view: PrivilegedView, env: Env, number: int) -> EpisodeRecord:
-    """Return the record of one try of the noisy solver; it reports `fail` where it does not know how to go on.
+    """Return the record of one play by the noisy solver. If the solver finds no way to continue, it reports `fail`.
 
-    `number` seeds the motor errors.
+    `number` is the seed of the motor errors.
     """
     actions = solve_noisily(episode, view, number)
     observation = env.reset(episode)
@@ -80,9 +80,9 @@ def noisy_try(episode: Episode, view: PrivilegedView, env: Env, number: int) -> 
 
 
 def _fault_of_tries(episode: Episode, view: PrivilegedView, env: Env) -> str | None:
-    """Return a message about the failed tries, or None if enough tries succeed (B).
+    """Return a message about the failed tries of the noisy solver; None if enough tries succeed (B).
 
-    Tries stop as soon as the result is known.
+    No further tries are made once the result is certain.
     """
     failed: list[str] = []
     for number in range(TRIES):
@@ -99,7 +99,7 @@ def _fault_of_tries(episode: Episode, view: PrivilegedView, env: Env) -> str | N
 
 
 def _shows_things(view: PrivilegedView) -> bool:
-    """Return whether things, doors and windows among them, fill at least `MIN_SHARE` of the frame."""
+    """Return whether things (including doors and windows) fill at least `MIN_SHARE` of the frame."""
     across, down = ((np.arange(count) + 0.5) / count for count in LATTICE)
     pixels = [(int(x * FRAME_WIDTH), int(y * FRAME_HEIGHT)) for y in down for x in across]
     hits = (pixel for pixel in pixels if view.object_at(pixel) is not None)
@@ -108,7 +108,8 @@ def _shows_things(view: PrivilegedView) -> bool:
 
 
 def _walls_ahead(case: EpisodeStart) -> set[tuple[float, float, float]]:
-    """Return the planes (x and z of the normal, offset in m; all rounded) of the first wall in each of some directions.
+    """Return the planes of the walls that rays in some directions hit first. A plane is the x and z of its normal and
+    its offset (m), all rounded.
 
     The directions cover the width of the first frame.
     """

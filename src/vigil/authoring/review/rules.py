@@ -1,6 +1,7 @@
-"""The rules about an episode's start, each with its name, the families to which it applies and its reason.
+"""The rules about an episode's start, each with its name, the families to which it applies, and its reason.
 
-A rule is a function of an `EpisodeStart` that yields messages about what is wrong. Source: `protocol.md` section 4.
+A rule has a function that takes an `EpisodeStart` and yields messages about what is wrong. Source: `protocol.md`
+section 4.
 """
 
 from collections.abc import Callable, Iterator
@@ -37,19 +38,19 @@ from vigil.scene.outlines import room_floor
 from vigil.scene.things import Thing
 
 MARGIN_M, MARGIN_PX = 0.02, 20
-"""Margins by which starts and solutions clear a threshold."""
+"""A start or a solution must be better than each threshold by at least these margins."""
 START_PX, SMALL_START_PX, STATE_START_PX = 100, 40, 150
-"""Least visible pixels at the start of the object to act on, of a small target of PG, and of a state to report."""
+"""Minimum visible pixels at the start: of the object to act on, a small PG target, and the parts that show a state."""
 ALMOST_CLOSED, WIDE_OPEN = 0.02, 0.8
-"""Greatest openness that is clearly closed, and least that is clearly open."""
+"""Maximum openness at which a thing is clearly closed, and minimum openness at which it is clearly open."""
 STANDARDS_IN_WORDS = (
     "within about one and a half metres of",
     "no farther than about one and a half metres from",
 )
 NEAR_MARGIN_M, SURFACE_POINTS = 0.01, (16, 128, 1024)
-"""Slack (m) of "near" and of "in another room", and numbers of sampled points, in the search for blind places."""
+"""Values for `place_blind_to`: tolerance (m) of "near" and of "in another room", and numbers of sampled points."""
 INSIDE_TEMPLATE = "pick_inside"
-"""Template of searches whose target lies in a closed container that the instruction does not name."""
+"""Template of searches in which the target is in a closed container that the instruction does not name."""
 LOOK_ALIKE_TEMPLATE = "look_alike"
 """Template of episodes about one of several look-alikes."""
 
@@ -61,7 +62,7 @@ class Rule:
     """A rule about an episode's start."""
 
     is_for: Callable[[Family], bool] | None
-    """Function that returns whether the rule applies to a family; None if families name it (`FamilySpec.rules`)."""
+    """Function that returns whether the rule applies to a family; None if families list it (`FamilySpec.rules`)."""
     reason: str
     faults: Callable[[EpisodeStart], Faults]
     """Function that yields a message for each way in which an episode breaks the rule."""
@@ -147,9 +148,9 @@ def _other_rooms(case: EpisodeStart) -> Faults:
 
 
 def place_blind_to(view: PrivilegedView, thing: Thing, threshold_m: float) -> Vec3 | None:
-    """Return a free place near a thing, but in another room and without sight of it; None if there is none.
+    """Return a free place near a thing but in another room, from which it is not visible; None if there is none.
 
-    An agent that stops there would be near the thing by chance.
+    An agent that stops there has reached the thing only by chance, because it cannot see the thing.
     """
     home = view.room_at(thing.position)
     floors = {room.id: room_floor(room) for room in view.scene.rooms}
@@ -179,7 +180,7 @@ def _named(case: EpisodeStart) -> Faults:
 
 
 def unnamed_roles(episode: Episode) -> frozenset[str]:
-    """Return the roles of the objects that instructions of an episode's template do not name."""
+    """Return the roles of those bound objects that instructions of the episode's template do not name."""
     if is_implicit(episode.provenance.template):
         return frozenset({"obstacle"})
     return frozenset({"container"} if episode.provenance.template == INSIDE_TEMPLATE else ())
@@ -286,7 +287,7 @@ def _seen_constraint(case: EpisodeStart) -> Faults:
 
 
 def _constraint_binds(case: EpisodeStart) -> Faults:
-    """Yield a message if some place allows the goal's own interaction while the constraint is not resolved."""
+    """Yield a message if the goal's interaction works from some place although the constraint is not resolved."""
     kinds = FAMILIES[case.episode.family].kinds
     if case.episode.provenance.template not in kinds:
         yield f"template {case.episode.provenance.template!r} is not one of {', '.join(kinds)}"
@@ -295,7 +296,7 @@ def _constraint_binds(case: EpisodeStart) -> Faults:
 
 
 def every_family(_: Family) -> bool:
-    """Return True: the test of rules that apply to every family."""
+    """Return True. This is the value of `Rule.is_for` for rules that apply to every family."""
     return True
 
 
@@ -347,12 +348,12 @@ RULES: dict[str, Rule] = {
 
 
 def binds(rule: Rule, name: str, family: Family) -> bool:
-    """Return whether the rule of a name applies to a family."""
+    """Return whether a rule, whose name is `name`, applies to a family."""
     return name in FAMILIES[family].rules if rule.is_for is None else rule.is_for(family)
 
 
 def broken_by(case: EpisodeStart) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) for each fault of an episode's start; stop after `objects_exist` if it is broken."""
+    """Yield (rule, message) for each fault of an episode's start. If `objects_exist` is broken, stop there."""
     for name, rule in RULES.items():
         if not binds(rule, name, case.episode.family):
             continue

@@ -1,6 +1,7 @@
-"""Synthetic records: records of worlds that the simulator sets up, instead of worlds reached by playing.
+"""Synthetic records: records of worlds that the simulator sets up directly, instead of by playing.
 
-Negative controls (`vigil.authoring.review.negative_controls`) need records because they are scored as runs are.
+Negative controls (`vigil.authoring.review.negative_controls`) need records because they are scored in the same way as
+runs.
 """
 
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.sim.privileged import PrivilegedSimulator
 
 PLACEHOLDER_ACTION = Navigate(mode="forward", magnitude=1.0)
-"""Action that a record gives for a world that was set up."""
+"""Default action of a synthetic step. No action led to the step's world, because the simulator set it up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,14 +30,14 @@ class SyntheticStep:
 
 
 class SyntheticWorlds:
-    """Worlds of one episode that the simulator sets up."""
+    """Makes worlds of one episode by setting them up in the simulator."""
 
     def __init__(self, simulator: PrivilegedSimulator, episode: Episode) -> None:
         self.simulator = simulator
         self.episode = episode
 
     def set_up(self, setup: Setup, pose: Pose | None = None) -> bool:
-        """Reset the simulator to a setup with the agent at `pose` or else the start; return whether it can."""
+        """Reset the simulator to a setup, with the agent at `pose` (None: at the start). Return False if impossible."""
         try:
             self.simulator.reset(pose or self.episode.start, setup)
         except EpisodeError:  # a leaf would be where the body is, or a placement is invalid
@@ -44,21 +45,21 @@ class SyntheticWorlds:
         return True
 
     def world(self, setup: Setup, pose: Pose | None = None) -> WorldState | None:
-        """Return the world with a setup, observed from `pose` or else the start; None if the setup is impossible."""
+        """Return the world in a setup, observed from `pose` (None: from the start); None if the setup is impossible."""
         return self.simulator.world(self.episode.bound_ids()) if self.set_up(setup, pose) else None
 
     def row(self, setup: Setup, pose: Pose | None = None) -> list[SyntheticStep] | None:
-        """Return one row with the world of a setup; None if the setup is impossible."""
+        """Return one row with the world in a setup; None if the setup is impossible."""
         world = self.world(setup, pose)
         return None if world is None else [SyntheticStep(world)]
 
     def changed(self, object_id: str, **facts: object) -> Setup:
-        """Return the episode's setup with changed facts about one object; `facts` are fields of `ObjectSetup`."""
+        """Return the episode's setup with changes to one object; `facts` are fields of `ObjectSetup`."""
         return changed_setup(self.episode.setup, object_id, **facts)
 
 
 def changed_setup(setup: Setup, object_id: str, **facts: object) -> Setup:
-    """Return a setup with changed facts about one object; `facts` are fields of `ObjectSetup`."""
+    """Return a setup with changes to one object; `facts` are fields of `ObjectSetup`."""
     change = setup.objects.get(object_id, ObjectSetup()).model_copy(update=facts)
     return setup.model_copy(update={"objects": {**setup.objects, object_id: change}})
 
@@ -66,7 +67,9 @@ def changed_setup(setup: Setup, object_id: str, **facts: object) -> Setup:
 def record_of(
     base: EpisodeRecord, rows: Sequence[SyntheticStep], status: Status, *, after_solution: bool = False
 ) -> EpisodeRecord:
-    """Return a record whose rows follow the reset, or the actions of `base` without its report, closed by a report."""
+    """Return a record that consists of the start of `base`, these rows and a report. If `after_solution` is True, the
+    actions of `base` without its report come before the rows.
+    """
     steps = list(base.steps[:-1]) if after_solution else []
     closing = SyntheticStep(
         (rows[-1] if rows else SyntheticStep(base.worlds[0])).world, Report(status=status, summary="")

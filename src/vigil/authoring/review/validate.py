@@ -1,7 +1,7 @@
-"""Validation: an episode is valid if its start breaks no rule and its solution, replayed, reaches the goal.
+"""Validation: an episode is valid if its start breaks no rule, and its replayed solution reaches the goal.
 
 The rules about starts are in `vigil.authoring.review.rules`. This module plays the solution through `vigil.env` and
-scores it as runs are scored. Source: `protocol.md` section 4.4.
+scores it in the same way as runs. Source: `protocol.md` section 4.4.
 """
 
 from collections.abc import Iterable, Iterator
@@ -34,7 +34,7 @@ from vigil.scoring.outcomes import score
 from vigil.sim.privileged import PrivilegedSimulator
 
 BUDGET_SHARE = 0.8
-"""Greatest length of a solution as a share of the step budget."""
+"""Maximum length of a solution, as a share of the step budget."""
 
 OTHER_RULES = {
     "house_pinned": "the house is, to the byte, the one for which the episode was made",
@@ -46,7 +46,7 @@ OTHER_RULES = {
     "negative_controls_fail": "outcomes that only look like success do not count: on top for inside, a look-alike ...",
     "margins": "the solution clears every threshold with a margin (2 cm, 20 px)",
 }
-"""Rule name -> reason, for the rules that are not about a start only."""
+"""Rule name -> reason, for the rules that are not only about the start."""
 SUITE_RULES = {
     "twins_differ_in_one": "the twins have one instruction, start and goal, and differ in one thing's setup",
     "difference_hidden": "the blocker or occupant is out of view at the start on both sides, and so is every mirror",
@@ -65,7 +65,7 @@ SUITE_RULES = {
     "gap_visible": "partly open things are open by at least 4 cm, and their free edge can be seen from close by",
     "place_can_be_seen": "a named place can be seen from above, and nothing asked about is in a closed container",
 }
-"""Rule name -> reason, for the closure-stress suite, whose tasks `vigil.authoring.closure.certify` checks."""
+"""Rule name -> reason, for the rules of the closure-stress suite (`vigil.authoring.closure.certify` checks them)."""
 LIST_RULES = {
     "composed": "chores of one home make a list that can be done, in a text order that does not help",
     "not_shut_away": "an object in a closed container is said to be there",
@@ -81,7 +81,7 @@ LIST_RULES = {
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One rule that an episode breaks."""
+    """A rule that an episode breaks, with a message."""
 
     episode_id: str
     rule: str
@@ -98,7 +98,7 @@ def reason_of(rule: str) -> str:
 
 
 def check_rule_names(spec: FamilySpec) -> None:
-    """Raise SettingError for a rule of a family that does not exist."""
+    """Raise SettingError if a family lists a rule that does not exist."""
     for name in spec.rules:
         if name not in {**RULES, **WORDING_RULES}:
             hint = did_you_mean(name, {**RULES, **WORDING_RULES})
@@ -107,13 +107,13 @@ def check_rule_names(spec: FamilySpec) -> None:
 
 @dataclass(frozen=True, slots=True)
 class ValidationResult:
-    """Result of validating an episode."""
+    """Result of the validation of an episode."""
 
     findings: tuple[Finding, ...]
     actions: tuple[Action, ...] = ()
-    """Actions of the solution; empty if validation did not come so far."""
+    """Actions of the solution; empty if an earlier check failed."""
     negative_controls: tuple[NegativeControl, ...] = ()
-    """Negative controls, with those that the house does not allow; empty if validation did not come so far."""
+    """Negative controls, including those that are impossible in this house; empty if an earlier check failed."""
 
     @property
     def is_valid(self) -> bool:
@@ -122,7 +122,7 @@ class ValidationResult:
 
 
 class Validator:
-    """A validator of episodes on one simulator."""
+    """Validates episodes on one simulator."""
 
     def __init__(self, simulator: PrivilegedSimulator, *, is_draft: bool = False, profile: str = BASELINE) -> None:
         """With `is_draft`, also apply rules that frozen packs may predate: wording and the best blind trials.
@@ -145,10 +145,10 @@ class Validator:
         *,
         exempt: frozenset[str] = frozenset(),
     ) -> ValidationResult:
-        """Return the findings about an episode; later checks are left out once one fails.
+        """Return the findings about an episode. When a check fails, later checks are left out.
 
-        `actions` is its recorded solution, else the solver finds one. `exempt` are rules about starts that are not
-        applied.
+        `actions` is the recorded solution; if it is None, the solver finds a solution. `exempt` has the names of rules
+        about the start that are not checked.
         """
         fault = self.begin_fault(episode, house)
         if fault is not None:
@@ -176,7 +176,7 @@ class Validator:
         )
 
     def robustness(self, episode: Episode, house: House) -> tuple[Finding, ...]:
-        """Return the rules of `vigil.authoring.review.robustness` that a valid episode breaks."""
+        """Return a finding for each rule of `vigil.authoring.review.robustness` that a valid episode breaks."""
         fault = self.begin_fault(episode, house)
         if fault is not None:
             return (fault,)
@@ -184,7 +184,7 @@ class Validator:
         return tuple(Finding(episode.id, *broken) for broken in robust_faults(case, self._env))
 
     def play(self, episode: Episode, house: House, actions: Iterable[Action]) -> EpisodeRecord:
-        """Return the record of actions played in an episode; actions after its end are left out."""
+        """Play actions in an episode and return the record. Actions after the end of the episode are ignored."""
         self._begin(episode, house)
         return self._replay(episode, actions)
 
@@ -217,7 +217,7 @@ class Validator:
         return self._env.record()
 
     def _blind_record(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
-        """Return the record of an agent without sight; one that only reports is not replayed, since nothing changes."""
+        """Return the record of an agent without sight. Agents that only report are not replayed: nothing changes."""
         if all(isinstance(action, Report) for action in actions):
             return record_of(record, (), "success")
         return self._replay(episode, actions)
@@ -259,7 +259,7 @@ def _is_clear(state: ObjectState) -> bool:
 
 
 def _thin_margins(episode: Episode, record: EpisodeRecord) -> Iterator[str]:
-    """Yield messages about the thresholds that a successful record clears by less than the margin."""
+    """Yield messages about thresholds that a successful record meets by less than the margin."""
     goal, last = episode.goal, record.worlds[-1].objects[episode.goal.object_id]
     if isinstance(goal, AgentNearTarget):
         nearest = max(last.box_distance_m, last.center_distance_m)

@@ -1,7 +1,7 @@
-"""The rules about the wording of drafts, each with its name and its reason; they exclude faults that readers found.
+"""The rules about the wording of drafts, each with its name and its reason. They exclude faults that readers found.
 
-They apply to new drafts only: frozen packs may predate them, and `vigil pack verify` does not check them. The built-in
-grammar satisfies most of them by construction; they also apply to proposals of language models.
+They apply only to new drafts: frozen packs may be older than the rules, and `vigil pack verify` does not check them.
+The built-in grammar is written so that it satisfies most of them; they also apply to proposals of language models.
 """
 
 import re
@@ -16,17 +16,17 @@ from vigil.protocol.goals import ObjectHeld
 VAGUE = re.compile(
     r"\b(clear(?:ly)?|well in view|in front of you|good (?:view|look)|close by|close to|nearby|near by)\b"
 )
-"""Words whose conditions cannot be checked."""
+"""Pattern of words that are too vague for an agent to check whether they apply."""
 _ROOMS = "|".join(ROOM_NAMES.values())
 STACKED = re.compile(
     rf"\b(?:put|place|placed|leave)\b[^.;]*? in the [\w -]+? in the (?:{_ROOMS})\b|"
     rf"\bin the (?:{_ROOMS}) (?:in|into|on|onto) (?:the|your)\b"
 )
-"""Two places in succession: "put it in the sink in the kitchen", "the stool in the bedroom in your hand"."""
+"""Pattern of two places in succession: "put it in the sink in the kitchen", "the stool in the bedroom in your hand"."""
 ONE_PAIR = re.compile(r"\bpair of \w+,? (?:which|that) \w+s\b|\bpair of \w+\b[^.;]*?\b(?:pick|put|move|take|find) it\b")
-"""A pair with a verb or pronoun in the singular."""
+"""Pattern of a pair with a verb or pronoun in the singular."""
 ASIDE = re.compile(r"\b(?:aside|away|down|elsewhere|somewhere else|out of the way)\b")
-"""Words that say where an obstacle is put, so that the hand is free again."""
+"""Pattern of words that say where an obstacle is put, so that the hand is free afterwards."""
 
 
 def _stop(case: EpisodeStart) -> Faults:

@@ -1,1 +1,1 @@
-"""Solving: playing episodes with privileged access to the simulator, but with the same skills as any agent."""
+"""Solving: scripts that play episodes with privileged access to the simulator, but the same skills as any agent."""

@@ -1,7 +1,7 @@
-"""Clearance grids: distances on the floor to walls and to those things that an agent knows of.
+"""Clearance grids: distances on the floor to walls and to the things that an agent knows.
 
-They serve an agent that steers by sight. They are coarser than `vigil.scene.floor`, but quick to
-compute again when another thing comes into view.
+They are for an agent that finds its way by sight. They are coarser than `vigil.scene.floor`, but quick to compute again
+when another thing comes into view.
 """
 
 import math
@@ -17,20 +17,20 @@ from vigil.scene.things import Scene, Thing
 
 CELL_M = 0.05
 MAX_CLEARANCE_M = 0.5
-"""Greatest clearance (m) that is computed; larger ones count as this."""
+"""Maximum clearance (m) that is computed. Larger clearances count as this value."""
 MIN_CLEARANCE_M = 0.17
-"""Least clearance (m) with which an agent tries to pass: less than the body's radius, since sight is not exact."""
+"""Minimum clearance (m) with which an agent tries to pass: less than the body's radius, because sight is inexact."""
 CLEARANCE_STEPS_M = (MIN_CLEARANCE_M, 0.2, 0.22, 0.25, 0.3, 0.35)
 COST_FACTORS = (40.0, 12.0, 6.0, 2.5, 1.3, 1.0)
-"""Cost per metre of a way with the clearances of `CLEARANCE_STEPS_M`; those in between are interpolated."""
+"""Cost per metre at each of the clearances `CLEARANCE_STEPS_M`. Between them, the cost is interpolated."""
 MAX_DETOUR_FACTOR, TRIED_CORNERS = 1.15, 40
-"""Greatest cost of a straight line relative to the way that it shortens, and number of such lines tried."""
+"""Maximum cost of a straight line, relative to the part of the route that it replaces, and number of lines tried."""
 ENTRY_CELLS, NEXT_CELLS = 5, 5
-"""Greatest distance (cells) of a place from its way, and least distance (cells) to the next waypoint."""
+"""Maximum distance (cells) from a place to a cell with a route, and minimum distance (cells) to the next waypoint."""
 
 
 class ClearanceGrid:
-    """Distances (m) from the cells of a scene's floor to its walls and things, cached per thing."""
+    """Distances (m) from the cells of a scene's floor to its walls and things. They are cached for each thing."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -52,13 +52,13 @@ class ClearanceGrid:
         self._shapes: dict[tuple, list[BaseGeometry]] = {}
 
     def is_in_the_way(self, thing: Thing) -> bool:
-        """Return whether a body can collide with a thing in its current state."""
+        """Return whether the agent's body can collide with a thing in its current state."""
         return thing.is_present and not thing.is_held and bool(self._shapes_of(thing))
 
     def clearances(self, things: Mapping[str, Thing], shifts_m: Mapping[str, Point2] | None = None) -> np.ndarray:
-        """Return each cell's distance (m) to the nearest wall or thing, at most `MAX_CLEARANCE_M`, of shape `shape`.
+        """Return each cell's distance (m) to the nearest wall or thing, at most `MAX_CLEARANCE_M`; an array of `shape`.
 
-        `shifts_m` are offsets (x, z; m) by thing id from which things are assumed to stand; they are rounded to cells.
+        `shifts_m` maps thing ids to offsets (x, z; m) by which things are assumed to be displaced, rounded to cells.
         """
         found = self._bare.copy()
         for name, thing in things.items():
@@ -72,15 +72,15 @@ class ClearanceGrid:
         return found
 
     def cells(self, points: np.ndarray) -> np.ndarray:
-        """Return the indices (n, 2) of the cells nearest to points (n, 2) of x, z; points outside get a border cell."""
+        """Return the indices (n, 2) of the cells nearest to points (n, 2) in x, z (border cells for points outside)."""
         return np.clip(np.rint((points - self.origin) / CELL_M).astype(int), 0, np.array(self.shape) - 1)
 
     def place(self, cell: np.ndarray) -> Point2:
-        """Return the place (x, z; m) of a cell (2,)."""
+        """Return the place (x, z; m) of a cell, whose two indices are in `cell` (2,)."""
         return float(self._x[cell[0]]), float(self._z[cell[1]])
 
     def _around(self, thing: Thing) -> tuple[tuple[int, int], np.ndarray]:
-        """Return the first cell of the window around a thing, and the window's distances (m) to the thing."""
+        """Return the first cell of a window around a thing, and the distances (m) from its cells to the thing."""
         key = _placement_key(thing)
         if key not in self._things:
             shape = shapely.unary_union(self._shapes_of(thing))
@@ -103,7 +103,7 @@ def _placement_key(thing: Thing) -> tuple:
 
 
 class RoutesTo:
-    """The cheapest ways from all cells to one place, given their clearances."""
+    """The cheapest routes from all cells to one place. They depend on the clearances along them."""
 
     def __init__(self, grid: ClearanceGrid, clearances: np.ndarray, place: Point2) -> None:
         from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules
@@ -121,9 +121,9 @@ class RoutesTo:
         self.costs = costs.reshape(grid.shape)
 
     def waypoint(self, place: Point2, clearances: np.ndarray) -> Point2 | None:
-        """Return the farthest place on the way from a place to which going straight costs little more; None if no way.
+        """Return the farthest point on the route from `place` that can be reached straight at little extra cost.
 
-        `clearances` are those that the agent assumes.
+        None without a route. `clearances` are the clearances that the agent assumes.
         """
         entry = self._entry(place)
         if entry is None:
@@ -137,7 +137,9 @@ class RoutesTo:
         return self._grid.place(best)
 
     def cost_of(self, start: Point2, end: Point2, clearances: np.ndarray) -> float:
-        """Return the cost of the way from `start` that goes straight to `end` first; inf if that is blocked."""
+        """Return the cost of walking straight from `start` to `end`, and then along the route from `end`; inf if the
+        straight part is blocked.
+        """
         cell = self._grid.cells(np.array([end]))[0]
         return self._straight_cost(start, end, clearances) + float(self.costs[tuple(cell)])
 
@@ -152,7 +154,7 @@ class RoutesTo:
         return length * float(np.interp(along, CLEARANCE_STEPS_M, COST_FACTORS).mean())
 
     def _entry(self, place: Point2) -> np.ndarray | None:
-        """Return the nearest cell (2,) with a way, at most `ENTRY_CELLS` from a place; None if there is none."""
+        """Return the nearest cell (2,) with a route, at most `ENTRY_CELLS` from a place; None if there is none."""
         cell = self._grid.cells(np.array([place]))[0]
         low, end = np.maximum(cell - ENTRY_CELLS, 0), cell + ENTRY_CELLS + 1
         window = self.costs[low[0] : end[0], low[1] : end[1]]

@@ -7,7 +7,7 @@ from vigil.protocol.goals import Constraint, Goal, ObjectHeld
 
 
 def resolve_constraint(constraint: Constraint, goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yield the actions that resolve a constraint and, where the goal needs the hand, put down what it holds.
+    """Yield the actions that resolve a constraint. If the goal needs the hand, the object in the hand is also put down.
 
     Raises Unsolvable if there is no way.
     """

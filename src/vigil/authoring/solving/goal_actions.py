@@ -1,7 +1,7 @@
-"""The actions that reach each kind of goal, and the report that closes it.
+"""The actions that reach each kind of goal, and the report that closes the episode.
 
-`vigil.protocol.goals` defines, checks and words the kinds of goals. In addition, making packs needs only this module
-and the negative controls in `vigil.authoring.review.goal_controls`.
+`vigil.protocol.goals` defines the kinds of goals, checks them and describes them in words. To make packs with a new
+kind, only this module and the negative controls in `vigil.authoring.review.goal_controls` must also be extended.
 """
 
 from collections.abc import Callable, Iterator
@@ -36,21 +36,21 @@ from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.supports import is_shut, surface_named
 
 NEAR_MARGIN_M = 0.06
-"""Distance (m) by which the agent stands nearer to a target than the goal's threshold."""
+"""Distance (m) by which the agent goes closer to a target than the goal requires."""
 CLEAR_PX = 260
-"""Least visible pixels of a target in the view that ends a search."""
+"""Minimum visible pixels of the target in the view at which a search ends."""
 SEE_NEAR_M, SEE_FAR_M = 0.6, 4.5
-"""Distances (m) from a target between which views that end a search are looked for."""
+"""Minimum and maximum distance (m) from the target of the views at which a search may end."""
 MAX_LOOKS = 60
-"""Greatest number of views that are rendered in a search."""
+"""Maximum number of views that are rendered in a search."""
 SEEN_POINTS = (16, 4)
-"""Least numbers of a target's points that such a view shows, tried one after the other."""
+"""Minimum numbers of the target's points that a view must show. They are tried one after the other."""
 
 Steps = Iterator[Action]
 
 
 def reach_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yield the actions that reach a goal whose chain and constraint are done. Raises Unsolvable if there is no way."""
+    """Yield the actions that reach a goal whose chain and constraint are done already. Raises Unsolvable."""
     match goal:
         case TargetGrounded():
             yield from _ground(goal, macro_actions)
@@ -72,7 +72,7 @@ def reach_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
 
 
 def expected_status(goal: Goal, view: PrivilegedView) -> Status:
-    """Return the status of the report that closes an episode whose goal has been reached."""
+    """Return the status that the report must have after the goal was reached."""
     if not isinstance(goal, ReportStatus):
         return "success"
     thing = view.scene.things[goal.object_id]
@@ -80,9 +80,9 @@ def expected_status(goal: Goal, view: PrivilegedView) -> Status:
 
 
 def report_summary(goal: Goal, name_of: Callable[[str], str], status: Status) -> str:
-    """Return the summary of a report: what was done, or the state that is observed.
+    """Return the summary of a report: what was done, or which state is observed.
 
-    `name_of` returns the phrase for a thing's id.
+    `name_of` takes a thing's id and returns the phrase for the thing.
     """
     target = name_of(goal.object_id)
     match goal:
@@ -110,9 +110,9 @@ def report_summary(goal: Goal, name_of: Callable[[str], str], status: Status) ->
 
 
 def achieve_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yield the walks and interactions that reach a goal; none if it holds already.
+    """Yield the walks and interactions that reach a goal; nothing if the goal already holds.
 
-    Closed containers around an object that is to be held are opened first. Raises Unsolvable if there is no way.
+    If an object must be picked up, closed containers around it are opened first. Raises Unsolvable if there is no way.
     """
     if holds(goal, macro_actions.view):
         return
@@ -126,9 +126,9 @@ def achieve_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
 
 
 def perform_regardless(goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yield the interactions that a goal asks for, part by part, even if a state already holds.
+    """Yield the interactions that a goal requires, part by part, even if a part already holds.
 
-    The click for a state that holds is made from a place from which the opposite click would work.
+    If a state already holds, the click for it is made from a place where the opposite click would work.
     """
     if isinstance(goal, AllOf):
         for part in goal.parts:
@@ -155,7 +155,7 @@ def _open_containers_around(object_id: str, macro_actions: MacroActions) -> Step
 
 
 def _pick_up_target(goal: ObjectAtReceptacle, macro_actions: MacroActions) -> Steps:
-    """Yield the actions that pick up the target and open the receptacle, unless that is done already."""
+    """Yield the actions that pick up the target and open the receptacle. What is already done is left out."""
     view = macro_actions.view
     if view.held != goal.object_id:
         yield from _open_containers_around(goal.object_id, macro_actions)
@@ -167,7 +167,8 @@ def _pick_up_target(goal: ObjectAtReceptacle, macro_actions: MacroActions) -> St
 def _achieve_all(goal: AllOf, macro_actions: MacroActions) -> Steps:
     """Yield the actions that reach all parts of a goal.
 
-    With a chain they come in their order; else placements come first, and then repeatedly the nearest remaining part.
+    If the goal has a chain, the parts come in order. Otherwise placements come first, then always the nearest remaining
+    part.
     """
     things, left = macro_actions.view.scene.things, list(goal.parts)
     while left:
@@ -182,9 +183,9 @@ def _achieve_all(goal: AllOf, macro_actions: MacroActions) -> Steps:
 
 
 def is_doable(goal: Goal, macro_actions: MacroActions) -> bool:
-    """Return whether the goal's own interaction works from some reachable place in the current state.
+    """Return whether the interaction that reaches the goal works from some reachable place in the current state.
 
-    Raises Unsolvable for a goal that is not reached by one interaction.
+    Raises Unsolvable for a goal that one interaction does not reach.
     """
     try:
         macro_actions.find_click(_intent_of(goal), goal.object_id)
@@ -236,11 +237,13 @@ def _approach(goal: AgentNearTarget, macro_actions: MacroActions) -> Steps:
         if viewpoint is not None:
             yield from macro_actions.go(viewpoint)
             return
-    raise Unsolvable(f"No reachable place near enough to {thing.id!r}.")
+    raise Unsolvable(f"There is no reachable place near enough to {thing.id!r}.")
 
 
 def _near_target_cost(view: PrivilegedView, goal: AgentNearTarget, margin_m: float) -> PositionCost:
-    """Return the cost of places that are near enough to a target by both distances, with a margin (m)."""
+    """Return the cost function of places: 0 where both distances to the target (box and centre) are below the goal's
+    threshold minus a margin (m), inf elsewhere.
+    """
     thing = view.scene.things[goal.object_id]
     box, most = body_box(thing), goal.threshold_m - margin_m
 
@@ -275,4 +278,4 @@ def _search(goal: ObjectInState, macro_actions: MacroActions) -> Steps:
                 yield from macro_actions.go(viewpoint, is_seen)
                 if is_seen():
                     return
-    raise Unsolvable(f"No reachable place from which {thing.id!r} is clearly seen.")
+    raise Unsolvable(f"There is no reachable place from which {thing.id!r} is clearly seen.")

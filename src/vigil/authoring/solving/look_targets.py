@@ -1,7 +1,6 @@
-"""Points to look at: points on a thing's surface, and the camera's pitch towards a point.
+"""Points to look at on a thing's surface, and the pitch of the camera towards a point.
 
-This is geometry only; the simulator's rays say whether something hides a point
-(`vigil.authoring.solving.privileged_view`).
+This is only geometry. Whether something hides a point is found by rays (`vigil.authoring.solving.privileged_view`).
 """
 
 import math
@@ -20,9 +19,9 @@ POINTS = 64
 
 
 def surface_points(thing: Thing, count: int = POINTS) -> np.ndarray:
-    """Return about `count` points (n, 3) on a thing's surface in its current state, equal at each call.
+    """Return about `count` points (n, 3) on a thing's surface in its current state; the same points at each call.
 
-    Its position is the only point of a thing without a surface.
+    For a thing without a surface, the only point is its position.
     """
     found = [
         part_motion(thing, joint)(points)
@@ -57,14 +56,14 @@ def _spread(part: Part, areas: np.ndarray, count: int, rng: np.random.Generator)
 
 
 def in_frame(pixels: np.ndarray, border_px: float = 0.0) -> np.ndarray:
-    """Return whether pixels (n, 2 or more columns) lie in the frame, `border_px` or more from its border; (n,)."""
+    """Return a mask (n,) of the pixels (n, 2 or more columns) in the frame, at least `border_px` from its border."""
     x, y = pixels[:, 0], pixels[:, 1]
     with np.errstate(invalid="ignore"):
         return (x >= border_px) & (x <= FRAME_WIDTH - border_px) & (y >= border_px) & (y <= FRAME_HEIGHT - border_px)
 
 
 def pitch_to(eye: Vec3, point: np.ndarray) -> float:
-    """Return the camera's pitch (deg, down is positive) towards a point (3,) in world coordinates."""
+    """Return the pitch (deg, positive is down) at which a camera at `eye` looks at a point (3,) in the world."""
     return math.degrees(
         math.atan2(eye.y - float(point[1]), math.hypot(float(point[0]) - eye.x, float(point[2]) - eye.z))
     )

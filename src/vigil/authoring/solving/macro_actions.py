@@ -1,6 +1,6 @@
 """Macro actions with privileged access: walk to a place, click a thing so that the click works, put an object down.
 
-Each click is tried first and rolled back, so that the simulator does what is planned.
+Each click is first tried in the simulator and undone, to be sure that it does what is planned.
 """
 
 import math
@@ -24,43 +24,44 @@ from vigil.scene.supports import headroom, level_surfaces
 from vigil.scene.things import Thing
 
 REACH_MARGIN_M = 0.04
-"""Distance (m) by which the agent stands nearer to what it clicks than it must."""
+"""Distance (m) by which the agent goes closer to a thing than a click on it requires."""
 TOO_CLOSE_M, ALMOST_OUT_OF_REACH_M = 0.35, 0.3
-"""Distance (m) from a thing within which places cost more, and distance from the end of reach within which they do."""
+"""Places cost more if they are nearer to a thing than TOO_CLOSE_M, or farther from it than the reach minus
+ALMOST_OUT_OF_REACH_M."""
 COMFORTABLE_M, FAR_COST = 0.8, 0.5
-"""Distance (m) from a point to place an object at beyond which places cost more, and that cost per metre."""
+"""Places cost more if they are over COMFORTABLE_M from the point where an object is put: FAR_COST per further metre."""
 MAX_TRIED, MAX_TRIED_EXHAUSTIVE = 40, 400
 ARRIVED_M = 0.03
 REPLANS = 3
 PLACE_PIXELS = 8
 SURFACE_GRID, SURFACE_SHARE, ABOVE_SURFACE_M = 5, 0.4, 0.002
-"""Points per side of a surface, greatest distance from its middle (share of the side), and height above it (m)."""
+"""Grid of points on a surface: points per side, distance from the middle (share of the side), height (m) above it."""
 CAVITY_POINTS, CAVITY_WALL_M = 256, 0.08
-"""Number of points of a receptacle that are sampled, and greatest distance (m) of a cavity's wall from a surface."""
+"""Number of points sampled on a receptacle, and maximum distance (m) from a surface to the wall of its cavity."""
 DROP_PLACES_M = 0.5
-"""Approximate distance (m) between the places where dropping is tried."""
+"""Approximate distance (m) between the places where the agent tries to drop an object."""
 POSITION_INDEPENDENT_REFUSALS: frozenset[RefusalCode | None] = frozenset(
     {
         *("interlock", "hand_full", "hand_empty", "already_so", "blocked_by_object", "receptacle_closed"),
         *("not_openable", "not_toggleable", "not_pickupable", "not_a_receptacle", "object_occupied", "out_of_order"),
     }
 )
-"""Refusals that do not depend on where the agent stands."""
+"""Reasons of refusals that do not depend on where the agent stands."""
 DROP_TURNS_DEG = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
 
 
 class Unsolvable(EpisodeError):
-    """The solver finds no way; the message says what it could not do."""
+    """Error for a solver that finds no way; the message says what it could not do."""
 
 
 class MacroActions:
     """The macro actions of an agent with privileged access."""
 
     reach_slacks_m: tuple[float, ...] = (0.0,)
-    """Distances (m) by which the agent tries to stand nearer than it must, in the order of trying."""
+    """Distances (m) by which the agent tries to go closer than required, in the order in which they are tried."""
 
     def __init__(self, view: PrivilegedView, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
-        """With `is_exhaustive`, search more places and without margins, so that failure means impossibility."""
+        """If `is_exhaustive`, search more places, without margins: a failure then proves that the act is impossible."""
         self.view = view
         self.may_tilt = may_tilt
         self._margin_m = 0.0 if is_exhaustive else REACH_MARGIN_M
@@ -70,7 +71,7 @@ class MacroActions:
     def go(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool] | None = None) -> Iterator[Action]:
         """Yield the walk to a viewpoint and the turn to its pose. Raises Unsolvable if the way is blocked.
 
-        `has_arrived` is for subclasses that do not walk exactly; here it has no effect.
+        `has_arrived` has no effect here. Subclasses that do not walk exactly use it.
         """
         del has_arrived
         yield from self._walk(viewpoint)
@@ -84,12 +85,12 @@ class MacroActions:
         yield self.click(intent, self.view.click_pixel(thing_id) or pixel)
 
     def find_click(self, intent: Intent, thing_id: str) -> tuple[Viewpoint, tuple[int, int]]:
-        """Return the nearest viewpoint from which a click on a thing works, with the pixel. Raises Unsolvable."""
+        """Return the nearest viewpoint from which a click on a thing works, and the pixel. Raises Unsolvable."""
         for slack_m in self.reach_slacks_m:
             found = self._view_to_click(intent, thing_id, REACH_M - self._margin_m - slack_m)
             if found is not None:
                 return found
-        raise Unsolvable(f"No reachable place from which {intent!r} works on {thing_id!r}.")
+        raise Unsolvable(f"There is no reachable place from which {intent!r} works on {thing_id!r}.")
 
     def _view_to_click(self, intent: Intent, thing_id: str, reach_m: float) -> tuple[Viewpoint, tuple[int, int]] | None:
         thing = self.view.scene.things[thing_id]
@@ -106,14 +107,15 @@ class MacroActions:
             if pixel is not None and refusal is None:
                 return viewpoint, pixel
             if refusal in POSITION_INDEPENDENT_REFUSALS:
-                raise Unsolvable(f"{intent!r} on {thing_id!r} is refused wherever one stands: {refusal}.")
+                raise Unsolvable(f"{intent!r} on {thing_id!r} is refused from every reachable place: {refusal}.")
         return None
 
     def place(self, receptacle_id: str, *, inside: bool, is_thorough: bool = False) -> Iterator[Action]:
         """Yield the actions that put the held object inside a receptacle, or on it. Raises Unsolvable.
 
-        If the receptacle has no upper surface, the object is put on an inner surface that needs no opening. With
-        `is_thorough`, each surface is searched separately if searching all of them finds no place.
+        If the receptacle has no upper surface, the object is put on an inner surface that can be reached without
+        opening. If `is_thorough` is True and no place is found on all surfaces together, each surface is searched
+        separately.
         """
         viewpoint, pixel = self.find_place(
             self.placement_targets(receptacle_id, inside=inside), is_thorough=is_thorough
@@ -122,7 +124,7 @@ class MacroActions:
         yield self.click("place", pixel)
 
     def placement_targets(self, receptacle_id: str, *, inside: bool) -> "PlacementTargets":
-        """Return the places inside or on a receptacle for an object. Raises Unsolvable if it has no such surface."""
+        """Return the places for an object inside or on a receptacle. Raises Unsolvable if there is no surface."""
         receptacle = self.view.scene.things[receptacle_id]
         surfaces = _surfaces_for(receptacle, inside=inside)
         return _targets_on(receptacle, surfaces, inside=inside)
@@ -130,12 +132,14 @@ class MacroActions:
     def find_place(
         self, targets: "PlacementTargets", *, is_thorough: bool = False
     ) -> tuple[Viewpoint, tuple[int, int]]:
-        """Return the nearest viewpoint from which the held object can be placed, with the pixel. Raises Unsolvable."""
+        """Return the nearest viewpoint from which the held object can be placed, and the pixel. Raises Unsolvable."""
         for part in (targets, *(self._parts_of(targets) if is_thorough else ())):
             found = self._view_to_place(part)
             if found is not None:
                 return found
-        raise Unsolvable(f"No reachable place from which {self.view.held!r} can be put on {targets.receptacle_id!r}.")
+        raise Unsolvable(
+            f"There is no reachable place from which {self.view.held!r} can be put on {targets.receptacle_id!r}."
+        )
 
     def _parts_of(self, targets: "PlacementTargets") -> "list[PlacementTargets]":
         receptacle = self.view.scene.things[targets.receptacle_id]
@@ -152,17 +156,17 @@ class MacroActions:
         return None
 
     def query_of(self, targets: "PlacementTargets", slack_m: float) -> ViewpointQuery:
-        """Return the query for viewpoints from which to place an object; `slack_m` shortens the reach."""
+        """Return the query for viewpoints to place an object from; `slack_m` is subtracted from the reach."""
         places = near_points(targets.points, REACH_M - REACH_MARGIN_M - slack_m)
         return ViewpointQuery(targets.receptacle_id, targets.points, places, self.may_tilt, least_seen=1)
 
     def put_down(self, is_good: Callable[[], bool]) -> Iterator[Action]:
-        """Yield the actions that drop the held object near by so that `is_good` is true after it. Raises Unsolvable."""
+        """Yield the actions that drop the held object nearby so that `is_good` is then true. Raises Unsolvable."""
         yield from self.go(self.find_drop(is_good))
         yield InteractPixel(intent="drop")
 
     def find_drop(self, is_good: Callable[[], bool]) -> Viewpoint:
-        """Return the nearest pose at which dropping the held object makes `is_good` true. Raises Unsolvable."""
+        """Return the nearest pose at which `is_good` is true after the held object is dropped. Raises Unsolvable."""
         view = self.view
         here = view.agent
         for viewpoint in [Viewpoint(here, (), np.empty((0, 2)), 0), *_nearby_viewpoints(view)]:
@@ -172,7 +176,7 @@ class MacroActions:
                     is_free = view.try_interaction(InteractPixel(intent="drop"), lambda _: is_good()) is None
                 if is_free:
                     return Viewpoint(pose, viewpoint.corners, viewpoint.pixels, viewpoint.seen)
-        raise Unsolvable(f"No place near by to put down {view.held!r}.")
+        raise Unsolvable(f"There is no free place nearby to put down {view.held!r}.")
 
     def _walk(self, viewpoint: Viewpoint) -> Iterator[Action]:
         if not viewpoint.corners:
@@ -188,7 +192,8 @@ class MacroActions:
         raise Unsolvable(f"The way to {viewpoint.corners[-1]} is blocked.")
 
     def placing_pixel(self, viewpoint: Viewpoint, targets: "PlacementTargets") -> tuple[int, int] | None:
-        """Return a pixel of a viewpoint on which a click places the held object there; None if there is none."""
+        """Return a pixel of the frame at a viewpoint: a click on it places the held object at a target. None if none
+        does."""
         view, held = self.view, self.view.held
         if held is None:
             return None
@@ -214,13 +219,13 @@ class MacroActions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacementTargets:
-    """Places on or in a receptacle for an object."""
+    """Places for an object on or in a receptacle."""
 
     receptacle_id: str
     surfaces: frozenset[str]
-    """Names of the surfaces."""
+    """Names of the receptacle's surfaces on which the places are."""
     points: np.ndarray
-    """Points (n, 3) that are looked at and clicked."""
+    """Points (n, 3) on these surfaces that the agent can look at and click."""
 
     def contains(self, thing: Thing) -> bool:
         """Return whether a thing rests on one of the surfaces."""
@@ -228,7 +233,7 @@ class PlacementTargets:
 
 
 def near_box(box: Box, most_m: float) -> PositionCost:
-    """Return the cost of places within `most_m` of a box; very near ones and those almost out of reach cost more."""
+    """Return the cost function of places: inf beyond `most_m` from a box, higher if very near or barely in reach."""
 
     def cost(places: np.ndarray) -> np.ndarray:
         distances = box_distances(box, places)
@@ -239,7 +244,7 @@ def near_box(box: Box, most_m: float) -> PositionCost:
 
 
 def near_points(points: np.ndarray, most_m: float) -> PositionCost:
-    """Return the cost of places with one of some points (n, 3) within `most_m` in the floor plane."""
+    """Return the cost function of places: finite only where a point (n, 3) is within `most_m` in the floor plane."""
 
     spots = points[:, [0, 2]]
     low, high = spots.min(axis=0) - most_m, spots.max(axis=0) + most_m
@@ -254,9 +259,10 @@ def near_points(points: np.ndarray, most_m: float) -> PositionCost:
 
 
 def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Motion]]:
-    """Return the level surfaces inside a receptacle, or else those on it, with their frames.
+    """Return the level surfaces inside a receptacle, each with its frame; if not `inside`, those on the receptacle.
 
-    Without surfaces on it, return those inside that need no opening. Raises Unsolvable if there are none.
+    If there are none on the receptacle, return the surfaces inside that can be reached without opening. Raises
+    Unsolvable if there are none.
     """
     level = list(level_surfaces(receptacle))
     wanted = [(surface, frame) for surface, frame in level if surface.is_inside == inside]
@@ -269,7 +275,7 @@ def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Mot
 
 
 def _targets_on(receptacle: Thing, surfaces: list[tuple[Surface, Motion]], *, inside: bool) -> PlacementTargets:
-    """Return the places on some surfaces of a receptacle for an object."""
+    """Return the places for an object on these surfaces of a receptacle."""
     points = _surface_grid(surfaces)
     if inside:
         points = np.concatenate([points, _cavity_points(receptacle, surfaces)])
@@ -277,7 +283,7 @@ def _targets_on(receptacle: Thing, surfaces: list[tuple[Surface, Motion]], *, in
 
 
 def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
-    """Return points (n, 3) spread over surfaces."""
+    """Return points (n, 3) that are spread over these surfaces."""
     found: list[np.ndarray] = []
     for surface, frame in surfaces:
         along = np.linspace(-SURFACE_SHARE, SURFACE_SHARE, SURFACE_GRID)
@@ -287,7 +293,7 @@ def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
 
 
 def _cavity_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
-    """Return points (n, 3) of a receptacle's walls and floor in the cavities over surfaces; a drum's floor is round."""
+    """Return points (n, 3) on the walls and floors of a receptacle's cavities (round or not), above its surfaces."""
     points = surface_points(receptacle, CAVITY_POINTS)
     is_in = np.zeros(len(points), dtype=bool)
     for surface, frame in surfaces:
@@ -298,7 +304,7 @@ def _cavity_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) ->
 
 
 def _nearby_viewpoints(view: PrivilegedView) -> Iterator[Viewpoint]:
-    """Yield at most `MAX_TRIED` viewpoints with nothing to look at, about `DROP_PLACES_M` apart, the nearest first."""
+    """Yield at most `MAX_TRIED` viewpoints without a thing to look at, about `DROP_PLACES_M` apart, nearest first."""
     walks = view.walks()
     cells = walks.plan.cells
     if not len(cells):

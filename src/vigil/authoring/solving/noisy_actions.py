@@ -1,7 +1,7 @@
-"""Macro actions with motor noise and knowledge of obstacles limited to past frames.
+"""Macro actions with motor noise. The agent knows only those obstacles that it has seen or hit.
 
-What to do and from where it can be done comes from `vigil.authoring.solving.macro_actions`. The way there is found
-step by step from what the frames have shown, and each action's result is checked before the next action.
+What to do, and from where it can be done, comes from `vigil.authoring.solving.macro_actions`. The way to this place is
+found step by step from what the frames have shown. The result of each action is checked before the next action.
 """
 
 import math
@@ -24,26 +24,26 @@ from vigil.scene.things import Thing
 from vigil.sim.core.sight import project
 
 SLACK_M = 0.3
-"""Distance (m) by which the agent stands nearer than it must, if it can."""
+"""Distance (m) by which the agent goes closer than required, if it can."""
 ARRIVED_M, EXACTLY_M = 0.2, 0.06
-"""Distance (m) from a place that counts as arrived, at first and where that was not enough."""
+"""Distance (m) from a place at which the agent counts as arrived; smaller distance (m) for a second try."""
 FACED_DEG, TILTED_DEG = 6.0, 5.0
-"""Errors of heading and pitch (deg) that are not corrected."""
+"""Errors (deg) of heading and of pitch that are not corrected if they are at most this large."""
 ASIDE_DEG = 15
-"""Step (deg) between the headings tried after a collision, and of a turn when nothing else is left."""
+"""Step (deg) between the headings tried after a collision, and size of the turn made if nothing else helps."""
 CLEAR_PX = 8
-"""Distance (px) from the frame's border at which a click is aimed, if the agent can turn."""
+"""Minimum distance (px) of a clicked pixel from the frame's border, if the agent can turn."""
 SEEN_POINTS = 16
-"""Number of a thing's points that are looked for in a frame."""
+"""Number of a thing's points that are tested for being in a frame."""
 SIGHT_M = 4.0
-"""Greatest distance (m) at which the agent notices obstacles."""
+"""Maximum distance (m) at which the agent notices obstacles."""
 LOOKS = 3
 LOOK_ABOUT_DEG = (25.0, -50.0)
-"""Turns (deg), one after the other, when what should be in view is not."""
+"""Turns (deg), one after the other, that the agent makes if it does not see what it expects to see."""
 
 
 class NoisyMacroActions(MacroActions):
-    """Macro actions with motor noise. They repeat until they succeed; the caller must limit the steps."""
+    """Macro actions with motor noise. They repeat until they succeed, so the caller must limit the number of steps."""
 
     reach_slacks_m = (SLACK_M, 0.0)
 
@@ -52,12 +52,12 @@ class NoisyMacroActions(MacroActions):
         self._motor = MotorNoise(rng)
         self._known = KnownFloor(view, self._motor)
         self._refused: float | None = None
-        """Heading (deg) in which the last walk was blocked; None if it was not."""
+        """Heading (deg) of the last walk if it was blocked; None if it was not."""
 
     def go(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool] | None = None) -> Iterator[Action]:
         """Yield the walk to a viewpoint and the turn to its pose. Raises Unsolvable if no way is known.
 
-        With `has_arrived`, stop as soon as that is true; if it is not true at the end, go nearer and look around.
+        With `has_arrived`, stop as soon as it returns True. If it is still False at the end, go closer and look around.
         """
         if has_arrived is None:
             yield from self._approach(viewpoint, lambda: False)
@@ -83,7 +83,7 @@ class NoisyMacroActions(MacroActions):
                 return
 
     def act(self, intent: Intent, thing_id: str) -> Iterator[Action]:
-        """Yield the walk to a place from which a click on a thing works, and clicks until the thing has changed.
+        """Yield the walk to a place from which a click on a thing works, then clicks until the thing has changed.
 
         Raises Unsolvable.
         """
@@ -103,7 +103,7 @@ class NoisyMacroActions(MacroActions):
     def place(self, receptacle_id: str, *, inside: bool, is_thorough: bool = False) -> Iterator[Action]:
         """Yield the actions that put the held object inside a receptacle, or on it. Raises Unsolvable.
 
-        An object that was placed elsewhere is picked up again.
+        If the object lands elsewhere, it is picked up again.
         """
         held = self.view.held
         targets = self.placement_targets(receptacle_id, inside=inside)
@@ -118,7 +118,7 @@ class NoisyMacroActions(MacroActions):
             )
 
     def put_down(self, is_good: Callable[[], bool]) -> Iterator[Action]:
-        """Yield the actions that drop the held object near by so that `is_good` is true after it. Raises Unsolvable."""
+        """Yield the actions that drop the held object nearby so that `is_good` is then true. Raises Unsolvable."""
         drop = InteractPixel(intent="drop")
 
         def can_drop() -> bool:
@@ -129,13 +129,13 @@ class NoisyMacroActions(MacroActions):
         yield drop
 
     def click(self, intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
-        """Return a click near a pixel, with an error."""
+        """Return a click near a pixel, with a random error."""
         return self._motor.click(intent, pixel)
 
     def _try(
         self, find_pixel: Callable[[], tuple[int, int] | None], viewpoint: Callable[[], Viewpoint], intent: Intent
     ) -> Iterator[Action]:
-        """Yield a click on the pixel of `find_pixel`, after an approach if it is missing or near the border."""
+        """Yield a click on the pixel of `find_pixel`. If that is None or near the frame's border, approach first."""
         cached_pixel = self._cached_per_state(find_pixel)
         pixel = cached_pixel()
         if pixel is None or not _is_clear(pixel):
@@ -147,7 +147,7 @@ class NoisyMacroActions(MacroActions):
     def _cached_per_state(
         self, find_pixel: Callable[[], tuple[int, int] | None]
     ) -> Callable[[], tuple[int, int] | None]:
-        """Return a function that caches the answer of `find_pixel` until the world changes."""
+        """Return a function that caches the result of `find_pixel` until the world changes."""
         last: tuple[tuple, tuple[int, int] | None] | None = None
 
         def cached_pixel() -> tuple[int, int] | None:
@@ -160,7 +160,7 @@ class NoisyMacroActions(MacroActions):
         return cached_pixel
 
     def _approach_or_turn(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool]) -> Iterator[Action]:
-        """Yield the approach to a viewpoint: at least one action, if need be a step nearer or a turn."""
+        """Yield the approach to a viewpoint, with at least one action: if need be, a step closer or a turn."""
         for within_m in (ARRIVED_M, EXACTLY_M):
             is_idle = True
             for action in self._approach(viewpoint, has_arrived, within_m):
@@ -171,7 +171,7 @@ class NoisyMacroActions(MacroActions):
         yield Navigate(mode="turn_right", magnitude=float(ASIDE_DEG))
 
     def _pixel_of(self, intent: Intent, thing: Thing) -> tuple[int, int] | None:
-        """Return the pixel on which a click works in the current state; None if there is none."""
+        """Return the pixel of a thing on which a click works in the current state; None if there is none."""
         if body_box(thing).floor_distance(self.view.agent.position) > REACH_M:
             return None
         pixel = self.view.click_pixel(thing.id)
@@ -190,11 +190,11 @@ class NoisyMacroActions(MacroActions):
             yield from self._move(here, self._known.routes_to(place), self._known.perceived_clearances())
 
     def _move(self, here: Pose, routes: RoutesTo, clearances: np.ndarray) -> Iterator[Action]:
-        """Yield one turn or one walk on the way. Raises Unsolvable if there is no way."""
+        """Yield the next turn or walk along the route. Raises Unsolvable if there is no route."""
         at = here.position.x, here.position.z
         corner = routes.waypoint(at, clearances)
         if corner is None:
-            raise Unsolvable("What is known of the floor leaves no way.")
+            raise Unsolvable("The solver does not know of a free way over the parts of the floor that it has seen.")
         wanted = yaw_towards(here.position, Vec3(corner[0], here.position.y, corner[1]))
         length = math.dist(at, corner)
         if self._refused is not None:
@@ -210,7 +210,7 @@ class NoisyMacroActions(MacroActions):
         self._refused = None if effect.moved_m else here.rotation
 
     def _heading_aside(self, at: Point2, wanted: float, cost_of: Callable[[Point2], float]) -> float:
-        """Return the heading (deg) of the cheapest single step that is not in the blocked heading."""
+        """Return the heading (deg) for a step after which the route costs least. The blocked heading is left out."""
         headings = [(wanted + turn) % 360.0 for turn in range(-180, 180, ASIDE_DEG)]
         refused = self._refused or 0.0
 
@@ -230,9 +230,9 @@ class NoisyMacroActions(MacroActions):
 
 
 class KnownFloor:
-    """The floor as the agent knows it: all walls, and the things that frames have shown or with which it collided.
+    """The floor as the agent knows it: all walls, and the things that it saw in frames or collided with.
 
-    Distances to those things have an error that is proportional to the distance and drawn again at each place.
+    The distances to these things have an error, which is proportional to the distance and drawn again at each place.
     """
 
     def __init__(self, view: PrivilegedView, motor: MotorNoise) -> None:
@@ -245,7 +245,7 @@ class KnownFloor:
         self._shifts_m: dict[str, Point2] = {}
 
     def observe_frame(self) -> None:
-        """Add the things within `SIGHT_M` that the present frame shows."""
+        """Add the things within `SIGHT_M` that the current frame shows."""
         here, grid = self._view.agent, self._view.clearance_grid()
         things = [
             thing
@@ -264,19 +264,19 @@ class KnownFloor:
                 self._known.add(things[owner].id)
 
     def _points_of(self, thing: Thing) -> np.ndarray:
-        """Return at least `SEEN_POINTS` points (n, 3) of a thing's surface in its current state, cached."""
+        """Return at least `SEEN_POINTS` points (n, 3) on a thing's surface in its current state; they are cached."""
         key = thing.id, thing.position, thing.rotation, thing.openness, thing.is_toggled
         if key not in self._points:
             self._points[key] = surface_points(thing, SEEN_POINTS)
         return self._points[key]
 
     def add_collision(self, thing_id: str | None) -> None:
-        """Add the thing with which the agent collided; walls are known already."""
+        """Add the thing with which the agent collided. A wall is not added, because all walls are known."""
         if thing_id in self._view.scene.things:
             self._known.add(thing_id)
 
     def routes_to(self, place: Point2) -> RoutesTo:
-        """Return the ways to a place (x, z; m) among the known obstacles."""
+        """Return the routes to a place (x, z; m) that avoid the known obstacles."""
         things = self._things()
         key = place, tuple((thing.id, thing.position, thing.rotation, thing.openness) for thing in things.values())
         if self._routes is None or self._routes[0] != key:
@@ -285,7 +285,7 @@ class KnownFloor:
         return self._routes[1]
 
     def perceived_clearances(self) -> np.ndarray:
-        """Return the clearances that the agent assumes, as `ClearanceGrid.clearances` does."""
+        """Return the clearances that the agent assumes, in the form of `ClearanceGrid.clearances`."""
         here, things = self._view.agent.position, self._things()
         if here != self._perceived_at:
             self._perceived_at, self._shifts_m = here, {}

@@ -1,6 +1,6 @@
 """Primitive actions: exact turns, straight walks and camera tilts, in as few actions as possible.
 
-One `navigate` action walks up to MAX_STEPS_PER_ACTION steps or turns by any angle.
+One `navigate` action walks at most MAX_STEPS_PER_ACTION steps, or turns by any angle.
 """
 
 import json
@@ -62,11 +62,11 @@ def tilt(from_horizon: float, to_horizon: float) -> Iterator[Look]:
 
 
 def click(intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
-    """Return the interaction with what is at a pixel (x, y)."""
+    """Return the interaction `intent` with what is at a pixel (x, y)."""
     return InteractPixel(intent=intent, x=pixel[0], y=pixel[1])
 
 
 def reply_of(action: Action) -> Reply:
-    """Return the reply for an action as an agent would write it, in pixel coordinates."""
+    """Return the reply with an action, as an agent would write it, in pixel coordinates."""
     arguments = action.model_dump(exclude={"skill_name", "raw_status"}, exclude_none=True)
     return Reply(text=json.dumps({"skill_name": action.skill_name, "arguments": arguments}))

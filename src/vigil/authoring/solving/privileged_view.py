@@ -1,4 +1,4 @@
-"""Privileged access to a loaded simulator: shortest walks, visibility from any pose, actions that are rolled back."""
+"""Privileged access to a loaded simulator: shortest walks, visibility from any pose, and actions that are undone."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -17,7 +17,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 
 class PrivilegedView:
-    """Privileged access to the house that a simulator has loaded, and to its agent."""
+    """Privileged access to the house that is loaded in a simulator, and to the agent in it."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
@@ -26,7 +26,7 @@ class PrivilegedView:
 
     @property
     def scene(self) -> Scene:
-        """The scene in its current state; callers must not change it."""
+        """The scene in its current state. Callers must not change it."""
         return self._simulator.scene()
 
     @property
@@ -40,7 +40,7 @@ class PrivilegedView:
         return self._simulator.world(()).held
 
     def state_key(self) -> tuple:
-        """Return a key that is equal for equal states of the agent and all things."""
+        """Return a key that is the same if the agent and all things are in the same state."""
         things = self.scene.things.values()
         return self.agent, self.held, tuple((t.position, t.rotation, t.openness, t.is_toggled) for t in things)
 
@@ -58,33 +58,33 @@ class PrivilegedView:
         return self._space
 
     def clearance_grid(self) -> ClearanceGrid:
-        """Return the clearance grid of the scene's floor; it is made once and serves all states of the scene."""
+        """Return the clearance grid of the scene's floor. It is made once and used for all states of the scene."""
         if self._clearance is None or self._clearance.scene is not self.scene:
             self._clearance = ClearanceGrid(self.scene)
         return self._clearance
 
     def walks(self, *, is_exact: bool = False) -> ShortestPaths:
-        """Return the shortest walks from the agent's position; exact ones are without a margin to obstacles."""
+        """Return the shortest walks from the agent's position; if `is_exact`, without a margin to obstacles."""
         position = self.agent.position
         plan = self.plan()
         return (plan.exact if is_exact else plan).walks_from((position.x, position.z))
 
     def corners_to(self, place: Point2) -> list[Point2]:
-        """Return the corners (x, z) of the walk from the agent to a place; an empty list if there is no way."""
+        """Return the corners (x, z) of the walk from the agent to a place; an empty list if there is no walk."""
         walks = self.walks()
         cell = walks.plan.entry(place)
         return (walks.corners_to(cell) or []) if cell is not None else []
 
     def sees(self, eye: Vec3, points: np.ndarray, thing_id: str, *, through_glass: bool = False) -> np.ndarray:
-        """Return whether each of the points (n, 3) on a thing is visible from an eye in any direction; shape (n,)."""
+        """Return a mask (n,) of the points (n, 3) on a thing that are visible from an eye, in any direction."""
         return self._simulator.points_visible_from(eye, points, thing_id, through_glass=through_glass)
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Return the hidden state of the agent and the named objects."""
+        """Return the hidden state of the agent and of the objects with these ids."""
         return self._simulator.world(object_ids)
 
     def may_be_visible(self, thing_id: str, min_px: int) -> bool:
-        """Return whether `min_px` pixels of a thing may be visible to the agent; faster than `state_of` if not."""
+        """Return False if fewer than `min_px` pixels of a thing can be visible to the agent; faster than `state_of`."""
         return self._simulator.may_be_visible(thing_id, min_px)
 
     def room_at(self, position: Vec3) -> str | None:
@@ -96,7 +96,7 @@ class PrivilegedView:
         return self._simulator.world([thing_id]).objects[thing_id]
 
     def centre_distances(self, thing: Thing, places: np.ndarray) -> np.ndarray:
-        """Return the distances (n,) (m) from an agent at places (n, 2) in x, z to a thing's position."""
+        """Return the distances (n,) in metres from an agent at places (n, 2) in x, z to a thing's position."""
         x, y, z = thing.position
         rise = y - self.agent.position.y
         return np.sqrt((places[:, 0] - x) ** 2 + (places[:, 1] - z) ** 2 + rise**2)
@@ -106,7 +106,7 @@ class PrivilegedView:
         return self._simulator.object_at(*pixel)
 
     def click_pixel(self, thing_id: str) -> tuple[int, int] | None:
-        """Return the pixel of a thing that is farthest from all that is not the thing; None if it is out of view."""
+        """Return the pixel of a thing that is farthest from all other things; None if the thing is out of view."""
         from scipy import ndimage  # noqa: PLC0415 - loads over 200 modules
 
         pixels = self._simulator.pixels_of(thing_id)
@@ -126,9 +126,9 @@ class PrivilegedView:
     def try_interaction(
         self, action: InteractPixel, is_good: Callable[[Effect], bool] = lambda effect: True
     ) -> RefusalCode | None:
-        """Return why an interaction would be refused in the current state, or None if it works.
+        """Return the reason why an interaction would be refused in the current state; None if it would work.
 
-        If it works but `is_good` is false for its effect, return "no_room". Nothing remains changed.
+        If it would work, but `is_good` is false for its effect, return "no_room". The state is not changed.
         """
         with self.rollback():
             effect = self.step(action)
@@ -137,18 +137,18 @@ class PrivilegedView:
             return None if is_good(effect) else "no_room"
 
     def step(self, action: PhysicalAction) -> Effect:
-        """Carry out an action and return its effect; inside `rollback` it is undone later."""
+        """Carry out an action and return its effect. Inside `rollback`, the action is undone later."""
         return self._simulator.step(action)
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
-        """Undo at the end all that is done inside the `with` block."""
+        """At the end of the `with` block, undo everything that was done inside it."""
         with self._simulator.rollback():
             yield
 
     @contextmanager
     def at_pose(self, pose: Pose) -> Iterator[None]:
-        """Put the agent at a pose inside the `with` block."""
+        """Put the agent at a pose for the time of the `with` block."""
         with self._simulator.at_pose(pose):
             yield
 

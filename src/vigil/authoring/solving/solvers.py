@@ -1,7 +1,7 @@
 """Solvers: scripts that solve episodes with the same four skills and pixel clicks as any agent.
 
-They plan with the hidden world (`vigil.authoring.solving.privileged_view`). `privileged_agent` makes agents of them
-that the runner can play; the analysis marks those agents as privileged.
+They plan with the hidden world (`vigil.authoring.solving.privileged_view`). `privileged_agent` makes a script into an
+agent that the runner can play. The analysis marks these agents as privileged.
 """
 
 import zlib
@@ -29,7 +29,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 
 def solve(episode: Episode, view: PrivilegedView) -> Steps:
-    """Yield the actions that solve an episode; each must be carried out before the next is taken.
+    """Yield the actions that solve an episode. Each action must be carried out before the next is taken.
 
     Only skills that the family expects are used. Raises Unsolvable if there is no way.
     """
@@ -37,18 +37,18 @@ def solve(episode: Episode, view: PrivilegedView) -> Steps:
 
 
 def solve_noisily(episode: Episode, view: PrivilegedView, seed: int = 0) -> Steps:
-    """Yield the actions of a solver with motor noise; each must be carried out before the next is taken.
+    """Yield the actions of a solver with motor noise. Each action must be carried out before the next is taken.
 
-    It knows what to do and from where that can be done, but only those obstacles that frames have shown. It tilts the
-    camera even if its family does not expect that. Equal episodes and seeds give equal errors. Raises Unsolvable if
-    there is no way.
+    The solver knows what to do and from where it can be done, but it knows only those obstacles that frames have shown.
+    It may tilt the camera even if the family does not expect this. The same episode and seed give the same errors.
+    Raises Unsolvable if there is no way.
     """
     rng = np.random.default_rng([zlib.crc32(episode.id.encode()), seed])
     return solve_with(episode, NoisyMacroActions(view, rng))
 
 
 def solve_with(episode: Episode, macro_actions: MacroActions) -> Steps:
-    """Yield the actions that solve an episode with the given macro actions. Raises Unsolvable if there is no way."""
+    """Yield the actions that solve an episode, made by `macro_actions`. Raises Unsolvable if there is no way."""
     goal, view = episode.goal, macro_actions.view
     if isinstance(goal, Chores):
         yield from solve_chores(episode, macro_actions)
@@ -62,20 +62,22 @@ def solve_with(episode: Episode, macro_actions: MacroActions) -> Steps:
 
 
 def solution(episode: Episode, view: PrivilegedView) -> tuple[Action, ...]:
-    """Return the solution from the simulator's current state, which remains as it was, with its report.
+    """Return the solution from the simulator's current state, with its report. The state is not changed.
 
     Raises Unsolvable if there is no way or the solution exceeds the step budget.
     """
     actions = carry_out(islice(solve(episode, view), episode.max_steps + 1), view)
     if len(actions) > episode.max_steps:
-        raise Unsolvable(f"Episode {episode.id!r}: more than the {episode.max_steps} steps of its budget.")
+        raise Unsolvable(
+            f"Episode {episode.id!r}: its solution takes more than the {episode.max_steps} steps of its budget."
+        )
     return actions
 
 
 def carry_out(steps: Iterable[Action], view: PrivilegedView) -> tuple[Action, ...]:
-    """Return actions, each of which is carried out before the next is taken; the simulator's state remains as it was.
+    """Carry out each action before the next is taken; return all actions. At the end, restore the simulator's state.
 
-    Raises Unsolvable if the actions do.
+    Raises Unsolvable if `steps` does.
     """
     actions: list[Action] = []
     with view.rollback():
@@ -120,11 +122,11 @@ PRIVILEGED: dict[str, PrivilegedScript] = {
     **{name: ablated_solver(ablation) for name, ablation in ABLATIONS.items()},
     **CHORE_FAULTS,
 }
-"""Name of privileged agent -> its script."""
+"""Name of a privileged agent -> its script."""
 
 
 class PrivilegedAgent:
-    """An agent that plays one episode with access to the hidden world, in the process of its simulator."""
+    """An agent that plays one episode with access to the hidden world. It runs in the process of its simulator."""
 
     def __init__(self, name: str, episode: Episode, simulator: PrivilegedSimulator) -> None:
         self.name = name
@@ -134,12 +136,12 @@ class PrivilegedAgent:
         self._actions: Steps = iter(())
 
     def start(self, instruction: str) -> None:
-        """Start the script from its beginning; the instruction is not used."""
+        """Start the script from the beginning. The instruction is not used."""
         del instruction
         self._actions = self._script(self._episode, PrivilegedView(self._simulator))
 
     def act(self, observation: Observation) -> Reply:
-        """Return the script's next reply, or a report of failure if the solver finds no way."""
+        """Return the script's next reply; if the solver finds no way, a report of failure."""
         del observation
         try:
             action = next(self._actions)

@@ -1,6 +1,6 @@
-"""Viewpoints: poses from which a thing can be seen or clicked, the shortest walk first.
+"""Viewpoints: poses from which a thing can be seen or clicked, those with the shortest walk first.
 
-They are estimates from a few dozen rays per place; callers check the viewpoint that they use.
+They are estimated from a few dozen rays per place, so callers must check the viewpoint that they use.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,7 +16,7 @@ from vigil.scene.floor import Point2, ShortestPaths
 from vigil.sim.core.sight import project
 
 BORDER_PX = 12.0
-"""Least distance (px) of seen points from the frame's border."""
+"""A point counts as seen if it is at least this far (px) from the frame's border."""
 LATTICE_M = 0.15
 """Approximate distance (m) between the places that are tried."""
 MAX_PLACES = 400
@@ -24,41 +24,41 @@ FACED_DEG = 1.0
 """Difference of headings (deg) below which the agent does not turn."""
 
 PositionCost = Callable[[np.ndarray], np.ndarray]
-"""A function from places (n, 2) in x, z to their additional costs (n,) in metres; inf for unacceptable places."""
+"""Function that takes places (n, 2) in x, z and returns additional costs (n,) in metres; inf for forbidden places."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Viewpoint:
-    """A pose to go to, with what is visible of a thing from there."""
+    """A pose to go to, and what is visible of a thing from this pose."""
 
     pose: Pose
     corners: tuple[Point2, ...]
-    """Corners (x, z) of the walk to the pose; empty for the agent's present place."""
+    """Corners (x, z) of the walk to the pose; empty if the agent is already at the place."""
     pixels: np.ndarray
-    """Estimated pixels (n, 2) of the visible points, those nearest to their middle first."""
+    """Estimated pixels (n, 2) of the visible points, the nearest to their middle first."""
     seen: int
     """Number of the sampled points that are visible in the frame."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewpointQuery:
-    """A query for viewpoints of a thing."""
+    """What viewpoints of a thing must satisfy."""
 
     thing_id: str
     points: np.ndarray
-    """Points (n, 3) of the thing that are looked at."""
+    """Points (n, 3) of the thing that should be visible."""
     places: PositionCost
-    """Cost of the places to stand at."""
+    """Cost function of the places at which the agent may stand."""
     may_tilt: bool = False
     """Whether the camera may be tilted."""
     least_seen: int = 3
-    """Least number of points that must be visible in the frame."""
+    """Minimum number of points that must be visible in the frame."""
     through_glass: bool = False
     """Whether points behind glass count as visible."""
 
 
 def viewpoints(view: PrivilegedView, walks: ShortestPaths, query: ViewpointQuery) -> Iterator[Viewpoint]:
-    """Yield the viewpoints that meet a query, the present place first and then by cost."""
+    """Yield the viewpoints that satisfy a query: first the agent's current place, then others by cost."""
     here = view.agent
     spot = np.array([[here.position.x, here.position.z]])
     if np.isfinite(query.places(spot)).all():
@@ -77,7 +77,7 @@ def viewpoints(view: PrivilegedView, walks: ShortestPaths, query: ViewpointQuery
 
 
 def current_viewpoint(view: PrivilegedView, query: ViewpointQuery) -> Viewpoint:
-    """Return the viewpoint of the agent's present pose, even if it does not meet the query."""
+    """Return the viewpoint at the agent's current pose, even if it does not satisfy the query."""
     here = view.agent
     seen = query.points[view.sees(here.eye, query.points, query.thing_id, through_glass=query.through_glass)]
     pixels = _in_frame(here, seen)
@@ -85,7 +85,7 @@ def current_viewpoint(view: PrivilegedView, query: ViewpointQuery) -> Viewpoint:
 
 
 def _cells(walks: ShortestPaths, query: ViewpointQuery) -> np.ndarray:
-    """Return the indices of at most `MAX_PLACES` acceptable cells in order of cost, about `LATTICE_M` apart."""
+    """Return the indices of cells that may be used, in order of cost, about `LATTICE_M` apart, at most `MAX_PLACES`."""
     cells = walks.plan.cells
     if not len(cells):
         return np.empty(0, dtype=np.int64)
@@ -111,7 +111,7 @@ def _viewpoint_from(
 
 
 def _in_frame(pose: Pose, points: np.ndarray) -> np.ndarray:
-    """Return the pixels (n, 2) of the points (m, 3) that lie in the frame, those nearest to their middle first."""
+    """Return the pixels (n, 2) of those points (m, 3) that lie in the frame, the nearest to their middle first."""
     found = project(pose, points)
     pixels = found[(found[:, 2] > 0.0) & in_frame(found, BORDER_PX), :2]
     if not len(pixels):
@@ -121,7 +121,7 @@ def _in_frame(pose: Pose, points: np.ndarray) -> np.ndarray:
 
 
 def _turned(pose: Pose, seen: np.ndarray, may_tilt: bool) -> Iterator[Pose]:
-    """Yield the pose turned to the middle of the seen points (n, 3), with the camera as it is, then tilted."""
+    """Yield the pose, turned towards the middle of the seen points (n, 3); if `may_tilt`, also with a tilted camera."""
     middle = np.median(seen, axis=0)
     middle = seen[int(np.argmin(np.linalg.norm(seen - middle, axis=1)))]
     yaw = yaw_towards(pose.position, Vec3(*(float(value) for value in middle)))

@@ -1,4 +1,4 @@
-"""Counts of a thing's points that are visible from a place, tested only as far as a question needs."""
+"""Counts of a thing's points that are visible from a place. No more points are tested than a question needs."""
 
 from collections.abc import Callable, Iterator, Sequence
 
@@ -7,21 +7,21 @@ import numpy as np
 from vigil.base.geometry import Vec3
 
 BATCHES = 4
-"""Number of batches in which points are tested, each of them spread over the whole thing."""
+"""Number of batches in which points are tested. Each batch is spread over the whole thing."""
 SEEN_POINTS = 6
-"""Least number of a thing's points that are visible from a place that sees enough of it."""
+"""A place sees enough of a thing if at least this number of the thing's points is visible from the place."""
 
 
 class PointCount:
-    """The number of visible points of a thing, known between two bounds."""
+    """The number of visible points of a thing. Until all points are tested, only a range is known."""
 
     def __init__(self, points: np.ndarray, sees: Callable[[np.ndarray], np.ndarray]) -> None:
-        """Count points (n, 3); `sees` returns which of some points are visible, and gets each at most once."""
+        """Count points (n, 3). `sees` returns which of some points are visible; it gets each point at most once."""
         self._portions = [points[first::BATCHES] for first in range(min(BATCHES, len(points)))]
         self._sees = sees
         self._left = len(points)
         self.seen = 0
-        """Number of visible points among those tested so far."""
+        """Number of visible points among the points tested so far."""
 
     def is_at_least(self, least: float) -> bool:
         """Return whether at least `least` points are visible."""
@@ -35,7 +35,9 @@ class PointCount:
 def places_seeing_enough(
     places: Sequence[Vec3], count_at: Callable[[Vec3], PointCount], share: float
 ) -> Iterator[Vec3]:
-    """Yield the places that see at least `SEEN_POINTS` points and a share of the number that the best place sees."""
+    """Yield the places from which at least `SEEN_POINTS` points are visible, and at least `share` of the number that is
+    visible from the best place.
+    """
     counts = [count_at(place) for place in places]
     best = 0
     for count in counts:

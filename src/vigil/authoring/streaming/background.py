@@ -1,6 +1,6 @@
-"""Background processes that make the houses of a stream ahead of its reader.
+"""Background processes that make the houses of a stream before they are read.
 
-A process that was killed is started again and makes the same house again. Processes do not outlive their reader.
+A process that was killed is started again and makes the same house. All processes end when their reader ends.
 """
 
 from concurrent.futures import Future
@@ -12,11 +12,11 @@ from vigil.base.processes.worker import WorkerSettings
 from vigil.errors import SimulatorError
 
 MAX_DEATHS = 3
-"""Number of processes that end while they make one house after which the stream gives up."""
+"""Maximum number of processes that may die while they make the same house. Then the stream gives up."""
 
 
 class HousePool(WorkerGroup):
-    """A pool of processes that make houses in the order of the requests."""
+    """A pool of processes that make houses in the order in which they were requested."""
 
     def __init__(self, settings: StreamSettings, workers: int) -> None:
         advice = "Check that there is enough memory; each process takes about 500 MB."
@@ -28,5 +28,5 @@ class HousePool(WorkerGroup):
         )
 
     def ask(self, number: int) -> "Future[StreamHouse]":
-        """Return the future of a house. It raises SimulatorError if `MAX_DEATHS` processes ended while they made it."""
+        """Return the future of a house. It raises SimulatorError if `MAX_DEATHS` processes died making the house."""
         return self.submit(StreamHouseMaker.made, number)

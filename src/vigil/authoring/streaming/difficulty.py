@@ -1,4 +1,4 @@
-"""Difficulty of streamed episodes: one measured fact, with two bounds that make three grades.
+"""Difficulty of streamed episodes: one measured fact, and two bounds that divide it into three grades.
 
 The bounds (`FamilySpec.grading`) divide each family of `vigil_balanced_1000_v1_2` into three shares that are as equal
 as whole numbers of actions allow. Pointing is graded by the size of its target, state verification, which takes one
@@ -35,7 +35,7 @@ def difficulty_of(draft: Draft) -> Difficulty:
 
 
 def difficulties_named(names: Iterable[str]) -> tuple[Difficulty, ...]:
-    """Return the difficulties of these names, easy first; a text may hold several names, as in "easy,medium".
+    """Return the difficulties that `names` lists, easy first. One name may list several, as in "easy,medium".
 
     Raises SettingError if a name is unknown.
     """

@@ -1,4 +1,4 @@
-"""The families that a stream can hold: those of the package and registered ones that have kinds and grades."""
+"""The families that a stream can have: those of the package, and registered families that have kinds and grades."""
 
 import os
 
@@ -8,9 +8,9 @@ from vigil.protocol.families import FAMILIES, PACKAGED_FAMILIES, Family
 
 
 def families_of_stream(asked: tuple[Family, ...], workers: int) -> tuple[Family, ...]:
-    """Return the families of a stream: those asked for, or all that can be drafted.
+    """Return the families of a stream: those in `asked`, or all that can be drafted if `asked` is empty.
 
-    Raises SettingError if one cannot be drafted, or is not known to the stream's background processes.
+    Raises SettingError if a family cannot be drafted, or if the stream's background processes do not know it.
     """
     drafted = [
         family for family, spec in FAMILIES.items() if spec.kinds and (spec.grading or spec.stratum == "target_size")
@@ -26,7 +26,7 @@ def families_of_stream(asked: tuple[Family, ...], workers: int) -> tuple[Family,
     if custom and workers and ENVIRONMENT_VARIABLE not in os.environ:
         raise SettingError(
             f"Family {', '.join(custom)} is registered only in this process; background processes do not know it. "
-            f"Have every process import what registers it ({ENVIRONMENT_VARIABLE}=MODULE), make the houses in this "
-            "one (workers 0), or ask for the package's families."
+            f"Let every process import the module that registers it ({ENVIRONMENT_VARIABLE}=MODULE), make the "
+            "houses in this process (workers 0), or ask only for the package's families."
         )
     return chosen

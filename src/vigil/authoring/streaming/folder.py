@@ -1,7 +1,8 @@
 """The first N episodes of a stream as the folder of a pack.
 
-A file next to the folder holds the houses made so far. The same command thus continues after an interruption, and with
-a larger count it adds to the folder. The episodes are then, to the byte, those that one command would have written.
+A file next to the folder stores the houses that were already made. So the same command continues after an interruption,
+and with a larger count it adds episodes to the folder. The result has the same bytes as if one command had written all
+episodes.
 """
 
 import shutil
@@ -32,16 +33,16 @@ from vigil.protocol.families import Family
 
 ADVICE = "Remove the file; it is made again."
 OnItem = Callable[[int], None]
-"""A function that gets the number of episodes so far."""
+"""Function that is called with the number of episodes so far."""
 
 
 class StreamHeader(BaseModel):
-    """The part of a stream that a file or a pack holds."""
+    """The part of a stream that a file or a pack contains."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     stream: str
-    """Address of the stream with its version."""
+    """Address of the stream, with its version."""
     families: tuple[Family, ...]
     difficulties: tuple[Difficulty, ...]
     first: int
@@ -66,8 +67,8 @@ def header_of(stream: Stream) -> StreamHeader:
 def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda episodes: None) -> Pack:
     """Write the first `count` episodes into the folder `out`, and return the pack.
 
-    The folder may be missing, empty, or hold fewer episodes of the same stream. Raises SettingError if it holds
-    anything else or the stream ends earlier, RecordError if a file cannot be written, SimulatorError.
+    The folder may be missing, empty, or have fewer episodes of the same stream. Raises SettingError if it has other
+    content, or if the stream has fewer episodes. Raises RecordError if a file cannot be written, or SimulatorError.
     """
     header = header_of(stream)
     is_grown = _check_folder(out, header, count)
@@ -81,15 +82,15 @@ def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda
                 facts = {SEED_SHA256: seed_sha256(out.name, asked.seed)} if asked.is_seed_secret else {}
                 return _freeze(out, items, header, facts, is_grown=is_grown)
     raise SettingError(
-        f"{header.stream} holds {len(items)} wanted episodes in houses {stream.first} to {stream.last}, not {count}. "
-        "Ask for fewer, or for more houses."
+        f"{header.stream} has only {len(items)} of the {count} requested episodes in houses {stream.first} to "
+        f"{stream.last}. Ask for fewer episodes, or for more houses."
     )
 
 
 def cached_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, None]:
-    """Yield the houses of a stream: those in the file, then new ones, each of which is first appended to the file.
+    """Yield the houses of a stream: those in the file, then new houses. Each new house is first added to the file.
 
-    Raises SettingError if the file is invalid or holds houses of another stream.
+    Raises SettingError if the file is invalid or has houses of another stream.
     """
     header = header_of(stream)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -111,9 +112,9 @@ def cached_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, No
 
 
 def _check_folder(out: Path, header: StreamHeader, count: int) -> bool:
-    """Return whether the folder holds a pack to which episodes can be added.
+    """Return whether the folder has a pack to which episodes can be added.
 
-    Raises SettingError if it holds another pack, more episodes, or other files.
+    Raises SettingError if the folder has another pack, more episodes, or other files.
     """
     if not (out / MANIFEST).is_file():
         check_can_freeze(out, out.name)

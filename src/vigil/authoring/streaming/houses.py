@@ -1,7 +1,7 @@
-"""One house of a stream with its episodes, which depend on the stream's seed, the house's number and the filters only.
+"""One house of a stream with its episodes. They depend only on the stream's seed, the house's number and the filters.
 
-All families are drafted in each house, since making and loading the house is expensive. The wanted families and
-difficulties only leave out episodes; they do not change any.
+All families are drafted in each house, because making and loading a house takes long. The filters (wanted families and
+difficulties) only remove episodes; they do not change the remaining episodes.
 """
 
 import hashlib
@@ -35,22 +35,22 @@ from vigil.protocol.house import House, canonical_json
 from vigil.scoring.chore_answers import ListAnswer
 
 PER_HOUSE, TRIED = 4, 8
-"""Greatest numbers of valid drafts and of validated drafts of each family in each house, divided among its kinds."""
+"""Maximum number of valid drafts, and of checked drafts, of each family in a house, divided among its kinds."""
 LISTS_PER_HOUSE = 1
 """Greatest number of lists of chores of each length in one house."""
 KINDS_TRIED = 5
-"""Greatest number of a family's kinds that are proposed in one house; the house's name selects which."""
+"""Maximum number of a family's kinds that are proposed in one house. The house's name determines which kinds."""
 TRIED_STARTS = 24
-"""Number of places tried for one start; fewer than for packs, so that houses are made quickly."""
+"""Number of places tried for a start. It is smaller than for packs, so that houses are made quickly."""
 FIRST_HOUSE_SEED = 2**32
-"""Least seed of a stream's houses; `vigil pack make` and the packaged packs have lower ones."""
+"""Smallest seed of a stream's houses. Houses of `vigil pack make` and of the packaged packs have smaller seeds."""
 SEED_BYTES = 6
 PACKAGED = "it is a house of a packaged pack"
 
 
 @dataclass(frozen=True, slots=True)
 class StreamSettings:
-    """Settings of a stream: its seed, and the families and difficulties that are wanted."""
+    """Settings of a stream: its seed, and the wanted families and difficulties."""
 
     seed: int
     families: tuple[Family, ...] = tuple(FAMILIES)
@@ -72,26 +72,26 @@ class StreamHouse(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     number: int
-    """Position in the stream, from 0."""
+    """Position of the house in the stream, counted from 0."""
     name: str
     document: dict | None
-    """The house's document; None if the house is left out."""
+    """The house document; None if the house is left out."""
     drafts: tuple[Draft, ...] = ()
     answers: tuple[ListAnswer, ...] = Field(default=(), exclude_if=lambda answers: not answers)
     """Answers of lists of chores, in the order of the drafts; empty for episodes of the families."""
     left_out: str = ""
-    """Reason why the house is left out: a packaged pack holds it, or it cannot be made; else empty."""
+    """Reason why the house is left out: a packaged pack has it, or it cannot be made. Empty if it is not left out."""
 
     @cached_property
     def house(self) -> House:
-        """The house of the drafts; it must not be left out."""
+        """The house as an object. It must not be read if the house is left out."""
         assert self.document is not None
         return House(self.name, self.document)
 
 
 @cache
 def packaged_houses() -> frozenset[str]:
-    """Return the SHA-256 of the files of all houses in packaged packs."""
+    """Return the SHA-256 of each house file in the packaged packs."""
     return frozenset(
         sha256
         for name in packaged_names()
@@ -101,12 +101,12 @@ def packaged_houses() -> frozenset[str]:
 
 
 def is_packaged(house: House) -> bool:
-    """Return whether a packaged pack holds exactly this house."""
+    """Return whether a packaged pack has exactly this house."""
     return hashlib.sha256(canonical_json(house.data) + b"\n").hexdigest() in packaged_houses()
 
 
 def source_of(settings: StreamSettings, number: int) -> GeneratedHouse:
-    """Return the source of the house at a position of a stream."""
+    """Return the source of house number `number` of a stream."""
     specs = MIXED if settings.suite is None else SUITES[settings.suite].houses
     spec = specs[number % len(specs)]
     if settings.is_seed_secret:
@@ -116,7 +116,7 @@ def source_of(settings: StreamSettings, number: int) -> GeneratedHouse:
 
 
 class StreamHouseMaker:
-    """A maker of the houses of one stream, with its own simulator."""
+    """Makes the houses of one stream, on its own simulator."""
 
     def __init__(self, settings: StreamSettings) -> None:
         self._settings = settings
@@ -134,7 +134,7 @@ class StreamHouseMaker:
         self._worker = DraftWorker(drafting)
 
     def made(self, number: int) -> StreamHouse:
-        """Return a house of the stream with its episodes."""
+        """Return house number `number` of the stream, with its episodes."""
         source = source_of(self._settings, number)
         house, lines = self._worker.work(source, self._settings.families)
         if house is None or is_packaged(house):
@@ -153,7 +153,7 @@ class StreamHouseMaker:
         return StreamHouse(number=number, name=house.name, document=house.data, drafts=ordered, answers=answers)
 
     def _with_stream_id(self, draft: Draft, number: int) -> Draft:
-        """Return a draft with an id that names stream, version and house; a secret seed's drafts remain as they are."""
+        """Return a draft with an id that names stream, version and house; unchanged if the seed is secret."""
         if self._settings.is_seed_secret:
             return draft
         episode = draft.episode
@@ -164,7 +164,7 @@ class StreamHouseMaker:
 
 
 def _proposer_with_less_search(seed: int) -> Proposer:
-    """Return a proposer that tries fewer starts, and only some kinds of families with many."""
+    """Return a proposer that tries fewer starts, and not all kinds of a family that has many."""
     propose = family_proposer(seed)
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:

@@ -1,10 +1,10 @@
-"""The stream: an endless sequence of validated episodes with their houses, which depends on the seed only.
+"""The stream: an endless sequence of validated episodes with their houses. It depends only on the seed.
 
     with Stream(7, families=("PG", "SV"), difficulties=("easy",), workers=2) as stream:
         for item in stream:
             item.episode, item.house, item.solution
 
-Background processes make houses ahead of the reader, and the stream yields them in order. The episodes thus do not
+Background processes make houses before they are read, and the stream yields them in order. So the episodes do not
 depend on the number or speed of the processes.
 """
 
@@ -31,9 +31,9 @@ from vigil.protocol.house import House
 from vigil.scoring.chore_answers import ListAnswer
 
 HOUSES_AHEAD = 2
-"""Number of houses in the making or waiting to be read, for each background process."""
+"""Number of houses, for each background process, that are being made or wait to be read."""
 MAX_HOUSES_WITHOUT_EPISODE = 40
-"""Number of successive houses without a wanted episode after which a stream gives up."""
+"""Maximum number of successive houses without a wanted episode. Then the stream gives up."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class StreamItem:
     """One episode of a stream."""
 
     number: int
-    """Position among the episodes read, from 0."""
+    """Position of the episode among the episodes read, counted from 0."""
     house_number: int
-    """Position of its house in the stream, from 0."""
+    """Position of the episode's house in the stream, counted from 0."""
     draft: Draft
     house: House
     answer: ListAnswer | None = None
@@ -51,7 +51,7 @@ class StreamItem:
 
     @property
     def episode(self) -> Episode:
-        """The episode; its id names the stream, its version and the house's number unless the seed is secret."""
+        """The episode. Its id names the stream, the version and the number of the house, unless the seed is secret."""
         return self.draft.episode
 
     @property
@@ -61,15 +61,15 @@ class StreamItem:
 
     @cached_property
     def solution(self) -> Solution:
-        """Actions that solve the episode; validation has replayed them."""
+        """Actions that solve the episode; they were replayed when the episode was validated."""
         return self.draft.solution
 
 
 class Stream:
     """A stream of episodes of some families and difficulties.
 
-    It covers the houses from number `first` up to `last` (excluded; None: without end). Each iteration begins at the
-    first house. `close`, or the end of a `with` block, ends the background processes.
+    It has the houses from number `first` up to `last` (excluded; None: without end). Each iteration begins at the first
+    house. `close`, or the end of a `with` block, ends the background processes.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Stream:
         is_seed_secret: bool = False,
         suite: Literal["chores"] | None = None,
     ) -> None:
-        """Make a stream; houses are made when it is read.
+        """Make a stream. Houses are made when the stream is read.
 
         Without `families` or `difficulties` it has all of them; with a `suite` it has episodes of that. With 0
         `workers`, houses are made in this process. With `is_seed_secret`, houses and episodes do not reveal the seed.
@@ -112,7 +112,7 @@ class Stream:
         return self.items()
 
     def items(self) -> Generator[StreamItem, None, None]:
-        """Yield the episodes, as iteration does.
+        """Yield the episodes, as iteration over the stream does.
 
         Raises SettingError if many successive houses have no wanted episode, SimulatorError if a house cannot be made.
         """
@@ -120,7 +120,7 @@ class Stream:
             yield from items_in(houses)
 
     def houses(self) -> Generator[StreamHouse, None, None]:
-        """Yield the houses, also those without a wanted episode. Raises as `items` does."""
+        """Yield all houses, including those without a wanted episode. Raises the same errors as `items`."""
         without_episode = 0
         with closing(self._made_houses()) as made:
             for house in made:
@@ -130,7 +130,7 @@ class Stream:
                 yield house
 
     def after(self, houses: int) -> "Stream | None":
-        """Return the stream without its first `houses` houses; None if no house is left."""
+        """Return the stream without its first `houses` houses; None if no houses are left."""
         rest = copy(self)
         rest.first, rest._pools = self.first + houses, []
         return rest if rest.last is None or rest.first < rest.last else None
@@ -140,7 +140,7 @@ class Stream:
         return [pid for pool in self._pools for pid in pool.pids()]
 
     def close(self) -> None:
-        """End the background processes; iterations that go on raise SimulatorError."""
+        """End the background processes. Iterations that are still running raise SimulatorError."""
         for pool in self._pools:
             pool.close()
 
@@ -174,7 +174,7 @@ class Stream:
 
 
 def items_in(houses: Iterable[StreamHouse]) -> Iterator[StreamItem]:
-    """Yield the episodes of houses in their order, numbered from 0."""
+    """Yield the episodes in these houses, in order, numbered from 0."""
     drafts = ((made, place) for made in houses for place in range(len(made.drafts)))
     for number, (made, place) in enumerate(drafts):
         answer = made.answers[place] if made.answers else None

@@ -1,1 +1,2 @@
-"""Worker processes: each makes a state once, then answers requests, which are functions of that state."""
+"""Worker processes. Each makes a state (any object) once. Then it answers requests: calls of functions with this
+state."""

@@ -10,11 +10,11 @@ from vigil.base.imports import import_modules_from_environment
 from vigil.base.processes.child import serve
 
 main_module: str | None = None
-"""Module that the main process was started with by `python -m`; None if it was started otherwise."""
+"""Name of the module if the main process was started by `python -m MODULE`; otherwise None."""
 
 
 def __getattr__(name: str) -> Any:
-    """Return what a request means by the name of a function or class in the main process's `__main__`."""
+    """Return `name` from the main process's `__main__`, because pickled requests may refer to it."""
     if main_module is None or name.startswith("__"):
         raise AttributeError(name)
     return getattr(importlib.import_module(main_module), name)

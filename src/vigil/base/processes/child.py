@@ -20,31 +20,31 @@ from typing import Any, Literal
 from vigil.errors import SimulatorError
 
 UNWIND_AFTER_S = 0.5
-"""Time that a worker may continue a request whose answer nobody awaits, in seconds."""
+"""Time (s) that a worker may continue with a request after nobody waits for its answer any more."""
 END_AFTER_S = 15.0
-"""Time that a worker may take to unwind, in seconds; it first ends agents' programs."""
+"""Time (s) that a worker may take to stop a request cleanly. Within this time, it also ends the agents' programs."""
 POLL_END = getattr(select, "POLLRDHUP", 0)
-"""Flag with which a poll reports only that the other end has closed.
+"""Flag for a poll that reports only that the other end of a connection has closed.
 
-Without the flag, a poll still reports this for a socket pair, but not for a TCP connection.
+Where the flag does not exist, a poll still reports this for a socket pair, but not for a TCP connection.
 """
 
 MakeState = Callable[[], Any]
-"""Function that makes the state of a worker process. If the state has a method `close`, the process calls it last."""
+"""Function that makes the state of a worker process. If the state has a method `close`, it is called at the end."""
 Message = tuple[Literal["done", "failed", "event", "question"], Any]
 """Message to the main process: the result of a request, its error with the traceback, or an event during the request.
 
-The main process answers a `question` once it has handled the event.
+A `question` is an event that the main process answers when it has handled the event.
 """
 
 _connections: list[Connection] = []
-"""The connection to the main process, if this process is a worker."""
+"""The connection to the main process; empty if this process is not a worker."""
 
 
 def report(event: object = None, *, is_awaited: bool = False) -> None:
-    """Report to the main process that the request goes on, with an event unless it is None.
+    """Report to the main process that the request is still running. The report includes `event` unless this is None.
 
-    With `is_awaited`, wait until the main process has handled the event. Outside a worker this does nothing.
+    If `is_awaited` is True, wait until the main process has handled the event. Outside a worker, this does nothing.
     """
     for connection in _connections:
         connection.send(("question" if is_awaited else "event", event))
@@ -55,7 +55,7 @@ def report(event: object = None, *, is_awaited: bool = False) -> None:
 def serve(connection: Connection, make_state: bytes | MakeState) -> None:
     """Answer requests until the other end closes the connection.
 
-    `make_state` may be pickled; it is called at the first request, whose answer is then any error that it raises.
+    `make_state` may be pickled. It is called at the first request; if it raises an error, the error is the answer.
     """
     gc.freeze()  # imported modules are never garbage, so the collector need not look through them
     _connections[:] = [connection]
@@ -84,7 +84,7 @@ def serve(connection: Connection, make_state: bytes | MakeState) -> None:
 
 
 def _answer_or_error(answer: Callable[[bytes], Any], request: bytes) -> Any:
-    """Return the pickled message with the answer to a request, or with its error and the traceback."""
+    """Return a pickled message: a request's answer or, if the request raised an error, the error and traceback."""
     try:
         return ForkingPickler.dumps(("done", answer(request)))
     except Exception as error:  # noqa: BLE001 - raised again in the main process
@@ -92,7 +92,7 @@ def _answer_or_error(answer: Callable[[bytes], Any], request: bytes) -> Any:
 
 
 def _picklable(error: Exception) -> Exception:
-    """Return an error, or, if it cannot be pickled, a SimulatorError with the same text."""
+    """Return the error itself, or a SimulatorError with the same text if the error cannot be pickled."""
     try:
         return pickle.loads(pickle.dumps(error))
     except Exception:  # noqa: BLE001 - errors of any library may fail in any way
@@ -100,7 +100,7 @@ def _picklable(error: Exception) -> Exception:
 
 
 def _end_with_parent(fd: int, is_ending: threading.Event) -> None:
-    """End a busy worker when the other end is closed: it unwinds, or else the process exits as it is."""
+    """End a busy worker when the other end is closed: stop the request cleanly, or exit if this takes too long."""
     other_end = select.poll()
     other_end.register(fd, POLL_END)
     other_end.poll()

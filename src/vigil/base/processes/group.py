@@ -1,4 +1,4 @@
-"""Several workers that share their requests: each takes the next one when it is free."""
+"""Several workers that share one queue of requests. A worker that is free takes the next request."""
 
 import queue
 import weakref
@@ -18,7 +18,7 @@ _MAP_SETTINGS = WorkerSettings(log=None, attempts=2, advice="Is there enough mem
 class WorkerGroup:
     """Workers with equal states.
 
-    `close` ends the processes, as do the garbage collection of the group and the end of the interpreter.
+    Their processes end when `close` is called, when the group is garbage-collected, or when the interpreter ends.
     """
 
     def __init__(self, make_state: MakeState, workers: int, name: str, settings: WorkerSettings) -> None:
@@ -31,16 +31,16 @@ class WorkerGroup:
         return [pid for worker in self._workers if (pid := worker.pid) is not None]
 
     def submit(self, function: Callable[..., _Result], *arguments: Any) -> "Future[_Result]":
-        """Have a process call `function(state, *arguments)`, and return the future of the result, as `Worker` does."""
+        """Let a process call `function(state, *arguments)`; return the future of the result, like `Worker.submit`."""
         return self._workers[0].submit(function, *arguments)
 
     def close(self) -> None:
-        """End the processes immediately; running and waiting requests fail."""
+        """End the processes immediately. Requests that are running or waiting fail."""
         self._end()
 
 
 def end_workers(workers: Sequence[Worker]) -> None:
-    """End the processes of workers immediately, and wait for their end."""
+    """End the processes of workers immediately, and wait until they have ended."""
     for worker in workers:
         worker.kill()
     for worker in workers:
@@ -53,9 +53,9 @@ def map_in_workers(
     items: Sequence[_Item],
     workers: int,
 ) -> Iterator[_Result]:
-    """Yield `function(state, item)` of each item, in order; each worker process makes its own state once.
+    """Yield `function(state, item)` for each item, in order. Each worker process makes its state once.
 
-    With one worker, or one item, everything happens in this process. What is passed in must be picklable.
+    With one worker or one item, everything happens in this process. The functions and items must be picklable.
     """
     if workers == 1 or len(items) < 2:
         state = make_state()
@@ -72,5 +72,5 @@ def map_in_workers(
 
 
 def given_state(value: _State) -> _State:
-    """Return the value: `partial(given_state, value)` gives each process a copy as its state."""
+    """Return the value. As a `make_state`, `partial(given_state, value)` gives each process a copy of the value."""
     return value

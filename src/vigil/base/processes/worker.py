@@ -1,7 +1,7 @@
 """One worker: a process, the connection to it, and the thread that sends requests and waits for answers.
 
-The process handles one request at a time. It is killed when it does not answer in time, and started again for the next
-request; its state is lost (`WorkerLost`).
+The process handles one request at a time. If it does not answer in time, it is killed and its state is lost
+(`WorkerLost`); a new process is started for the next request.
 """
 
 import os
@@ -24,11 +24,11 @@ from vigil.base.processes.child import MakeState, Message
 from vigil.errors import SettingError, SimulatorError, VigilError
 
 WORKER_TIMEOUT_S = 120.0
-"""Time limit for one request, or for one step of a whole episode, in seconds."""
+"""Time limit (s) for one request. If the request plays a whole episode, it is the limit for each step."""
 START_TIMEOUT_S = 120.0
 """Minimum time limit for a process to start and make its state, in seconds."""
 SHUTDOWN_TIMEOUT_S = 20.0
-"""Time limit for a process to exit before it is killed, in seconds; it first ends agents' programs."""
+"""Time limit (s) for a process to end the agents' programs and exit. After this time, the process is killed."""
 _LOG_TAIL = 2000
 _Result = TypeVar("_Result")
 
@@ -38,31 +38,31 @@ class WorkerLost(SimulatorError):
 
 
 class NoCapacity(WorkerLost):
-    """The cluster does not have a CPU for the worker yet; until it starts, requests must go to other workers."""
+    """The cluster does not have a free CPU for the worker yet. Until then, other workers must take the requests."""
 
 
 class WorkerProcess(Protocol):
-    """Process of a worker, and the connection to it."""
+    """The process of a worker, and the connection to this process."""
 
     @property
     def pid(self) -> int | None:
-        """Process id on the machine on which it runs; None before it has started."""
+        """Process id on the machine where the process runs; None before the process has started."""
         ...
 
     @property
     def has_started(self) -> bool:
-        """Whether `connect` returns without waiting for capacity."""
+        """Whether `connect` can return without waiting for a free CPU."""
         ...
 
     def connect(self) -> Connection:
-        """Return the connection to the process, over which its state has been sent.
+        """Return the connection to the process. The maker of the state has already been sent over it.
 
-        Raises NoCapacity, or OSError when the process has ended.
+        Raises NoCapacity, or OSError if the process has ended.
         """
         ...
 
     def wait(self, timeout: float | None = None) -> int | None:
-        """Wait until the process has ended; return its exit code, None if unknown. Raises subprocess.TimeoutExpired."""
+        """Wait until the process has ended. Return its exit code; None if unknown. Raises subprocess.TimeoutExpired."""
         ...
 
     def terminate(self) -> None:
@@ -73,14 +73,15 @@ class WorkerProcess(Protocol):
 
 
 class LocalProcess(subprocess.Popen[bytes]):
-    """A worker process on this machine, with the folders of modules of this process."""
+    """A worker process on this machine. It imports modules from the same folders as this process."""
 
     has_started = True
 
     def __init__(self, make_state: MakeState, log: Path | None, environment: Mapping[str, str]) -> None:
-        """Start the process; the environment of this process overrides `environment`.
+        """Start the process. Variables that are set in this process override those in `environment`.
 
-        What the process prints is appended to `log`; None: it is printed by this process, too.
+        The output of the process is appended to the file `log`. If `log` is None, the output goes where this process
+        prints.
         """
         self._make_state = ForkingPickler.dumps(make_state)
         ours, theirs = socket.socketpair()
@@ -97,7 +98,7 @@ class LocalProcess(subprocess.Popen[bytes]):
             self._connection = Connection(ours.detach())
 
     def connect(self) -> Connection:
-        """Return our end of the socket pair."""
+        """Return this process's end of the socket pair."""
         spec = getattr(sys.modules["__main__"], "__spec__", None)
         self._connection.send((sys.path, spec and spec.name))
         self._connection.send_bytes(self._make_state)
@@ -105,7 +106,8 @@ class LocalProcess(subprocess.Popen[bytes]):
 
 
 StartProcess = Callable[[MakeState, Path | None, Mapping[str, str]], WorkerProcess]
-"""Function that starts a worker process, here or elsewhere, from its state, the path of its log and its environment."""
+"""Function that starts a worker process on this or another machine. Its arguments: the maker of the state, the path of
+the log, and the environment."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,23 +115,24 @@ class WorkerSettings:
     """Settings of a worker."""
 
     timeout_s: float | None = None
-    """Time limit for one request, or between two events of the request, in seconds; None for no limit."""
+    """Time limit (s) for one request, or between two events of a request; None for no limit."""
     environment: Mapping[str, str] = field(default_factory=dict[str, str])
-    """Variables of the process that this process's environment does not set."""
+    """Environment variables of the process. A variable that is set in this process keeps its value."""
     log: Path | None = Path(os.devnull)
-    """File for what the process prints; None prints it where this process prints."""
+    """File for the output of the process; None if the output goes where this process prints."""
     start: StartProcess = LocalProcess
     attempts: int = 1
-    """Number of processes that may end during one request before it fails."""
+    """Number of processes to which a request is sent, one after the other, if they die. Then the request fails."""
     advice: str = ""
-    """Sentence for the message about a process that has ended."""
+    """Advice to the user, added to the message about a process that has ended."""
     fault: Callable[[str], Exception] | None = None
-    """Maker, from a traceback, of the error for an unexpected exception in the process; None raises that exception."""
+    """Function that turns the traceback of an unexpected exception in the process into the error to raise; None to
+    raise the exception itself."""
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A request with the future that receives the answer."""
+    """A request, and the future that gets the answer."""
 
     function: Callable[..., Any]
     arguments: tuple[Any, ...]
@@ -138,7 +141,7 @@ class Request:
 
     @property
     def name(self) -> str:
-        """Name of the function, for messages."""
+        """Name of the requested function, for messages."""
         return getattr(self.function, "__name__", repr(self.function))
 
 
@@ -146,7 +149,7 @@ Requests = queue.SimpleQueue[Request | None]
 
 
 class Worker:
-    """One worker process, restarted when needed, and the thread that talks to it."""
+    """One worker process, which is restarted when needed, and the thread that communicates with the process."""
 
     def __init__(
         self,
@@ -155,7 +158,7 @@ class Worker:
         settings: WorkerSettings = WorkerSettings(),
         requests: Requests | None = None,
     ) -> None:
-        """Start the thread; the process starts with the first request. Several workers may share `requests`."""
+        """Start the thread. The process starts at the first request. Several workers may share `requests`."""
         self.name = name
         self._make_state = make_state
         self._settings = settings
@@ -163,7 +166,7 @@ class Worker:
         self._has_answered = False
         self._is_closed = self._is_killed = False
         self._lock = threading.Lock()
-        """Lock for the two flags and the start of a process."""
+        """Lock for the two flags, and for starting the process."""
         self._process: WorkerProcess | None = None
         self._connection: Connection | None = None
         self._requests: Requests = requests or queue.SimpleQueue()
@@ -177,17 +180,17 @@ class Worker:
 
     @property
     def is_waiting_for_capacity(self) -> bool:
-        """Whether the process could not be started yet."""
+        """Whether the process could not start yet, because the cluster has no free CPU."""
         process = self._process
         return process is not None and self._connection is None and not process.has_started
 
     def submit(
         self, function: Callable[..., _Result], *arguments: Any, on_event: Callable[[Any], None] = lambda _event: None
     ) -> "Future[_Result]":
-        """Have the process call `function(state, *arguments)`, and return the future of the result.
+        """Let the process call `function(state, *arguments)`, and return the future of the result.
 
-        The future raises WorkerLost when the process hangs or dies during the request, and after `close` or `kill`.
-        `on_event` is called, in the worker's thread, with the events that the function reports.
+        The future raises WorkerLost if the process hangs or dies during the request, and after `close` or `kill`.
+        `on_event` is called in the worker's thread with each event that the function reports.
         """
         request = Request(function, arguments, on_event)
         with self._lock:
@@ -198,14 +201,14 @@ class Worker:
         return request.future
 
     def close(self) -> None:
-        """End the process after the requests that were submitted before."""
+        """End the process after it has handled the requests that were already submitted."""
         with self._lock:
             if not self._is_closed:
                 self._is_closed = True
                 self._requests.put(None)
 
     def kill(self) -> None:
-        """Kill the process and the agents' programs that it started; running and waiting requests fail."""
+        """Kill the process and the agents' programs that it started. Requests that are running or waiting fail."""
         with self._lock:
             self._is_killed = True
             process = self._process
@@ -217,11 +220,11 @@ class Worker:
             late.start()
 
     def join(self) -> None:
-        """Wait for the end of the process."""
+        """Wait until the process has ended."""
         self._thread.join()
 
     def _running(self) -> WorkerProcess:
-        """Return the process, started unless it runs. Raises WorkerLost after `kill`."""
+        """Return the process; start it if it is not running. Raises WorkerLost after `kill`."""
         with self._lock:
             if self._is_killed:
                 raise self._closed_error()
@@ -244,7 +247,7 @@ class Worker:
         self._end(SHUTDOWN_TIMEOUT_S)
 
     def _answer(self, request: Request) -> Any:
-        """Return the answer of the first process that does not end. Raises WorkerLost or the error of the request."""
+        """Return a request's answer. If the process dies, ask a new one. Raises WorkerLost or the request's error."""
         for left in range(self._settings.attempts - 1, -1, -1):
             try:
                 return self._ask(request)
@@ -275,7 +278,7 @@ class Worker:
         raise error
 
     def _receive(self, connection: Connection, request: Request) -> Message:
-        """Return the message that ends a request; events before are handled. Raises WorkerLost, EOFError or OSError."""
+        """Return the message that ends a request, after handling events. Raises WorkerLost, EOFError or OSError."""
         while True:
             timeout_s = self._timeout_s
             if timeout_s is not None and not self._has_answered:
@@ -293,7 +296,7 @@ class Worker:
                 connection.send(None)
 
     def _handle_event(self, request: Request, event: object) -> None:
-        """Call `on_event`; if it fails, end the process, which may wait for an answer."""
+        """Call `on_event`. If this fails, end the process, because it may be waiting for an answer."""
         try:
             if event is not None:
                 request.on_event(event)
@@ -316,7 +319,7 @@ class Worker:
             return process.wait()
 
     def _lost(self) -> WorkerLost:
-        """Return the error for a process that has ended, with its exit code and the end of its log."""
+        """Return the error for a process that has ended. The message has its exit code and the end of its log."""
         code, log = self._end(SHUTDOWN_TIMEOUT_S), self._settings.log
         text = "no exit code" if code is None else f"exit code {code}"
         if log is not None and log.is_file():
@@ -329,6 +332,6 @@ class Worker:
 
 
 def shut_down(connection: Connection) -> None:
-    """Let the other end of a connection read its end, even if forked processes hold copies of this end."""
+    """Tell the other end that the connection has ended, even if forked processes hold copies of this end."""
     with suppress(OSError), socket.socket(fileno=os.dup(connection.fileno())) as line:
         line.shutdown(socket.SHUT_RDWR)

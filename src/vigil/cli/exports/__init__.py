@@ -1,1 +1,1 @@
-"""`vigil export`: runs on disk, for people and for other tools."""
+"""`vigil export`: exports runs on disk, for people and for other tools."""

@@ -16,9 +16,9 @@ FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"
 def write_site(
     folder: Path, out: Path, key: Key | None, packs: list[str], assets: Path | None, *, reveals: bool
 ) -> Path:
-    """Write the run in `folder`, or the episode `key`, and return the path to open.
+    """Write the run in `folder`, or only the episode `key`, and return the path to open.
 
-    Raises RecordError, and SettingError for a private pack unless `reveals`.
+    Raises RecordError, and SettingError if the pack is private and `reveals` is false.
     """
     shown = _only_run(Library([folder], packs or ["starter"], assets), folder)
     print_notes(shown.notes)
@@ -30,7 +30,7 @@ def write_site(
 
 
 def _only_run(library: Library, folder: Path) -> LibraryRun:
-    """Return the run of a folder. Raises RecordError unless it holds exactly one readable run."""
+    """Return the run of a folder. Raises RecordError unless the folder has exactly one readable run."""
     found = library.runs()
     if len(found) > 1:
         names = ", ".join(str(each.folder) for each in found[:5])

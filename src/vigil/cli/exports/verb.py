@@ -22,7 +22,7 @@ FORMATS = (SITE, PARQUET, HF, EVERY_EVAL_EVER)
 
 def export(
     runs: Annotated[
-        list[Path], typer.Argument(help="Folder of the run to export; every format except site takes several runs.")
+        list[Path], typer.Argument(help="Folders of the runs to export; the format site takes only one run.")
     ],
     out: Annotated[
         Path,
@@ -41,7 +41,9 @@ def export(
     ] = SITE,
     episode: Annotated[
         str | None,
-        typer.Option(help="Id of the only episode to export, as a page or a film.", show_default="all episodes"),
+        typer.Option(
+            help="Id of one episode: only this episode is exported, as a page or a film.", show_default="all episodes"
+        ),
     ] = None,
     epoch: Epoch = 1,
     pack: Annotated[
@@ -74,7 +76,9 @@ def export(
     if reasoning and format_ != HF:
         raise SettingError(f"--reasoning is for --format {HF} alone. Leave it out.")
     if disclosure.answer_key and format_ not in (HF, EVERY_EVAL_EVER):
-        raise SettingError(f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the others include it anyway.")
+        raise SettingError(
+            f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the other formats always include the answer key."
+        )
     if format_ == SITE:
         if len(runs) > 1:
             raise SettingError(f"A site shows one run, and {len(runs)} were given. Give one, or another --format.")

@@ -22,9 +22,9 @@ from vigil.runner.workers.pool import worker_count
 from vigil.scoring.levels import LEVELS, Level, parse_levels
 
 HOUSES_PER_EPISODE, MIN_HOUSES = 1.12, 12
-"""Default number of houses for each episode of a family, and the minimum."""
+"""The number of houses used first is HOUSES_PER_EPISODE times the episodes of a family, but at least MIN_HOUSES."""
 BUDGET = 10
-"""Default number of houses that may be used, as a multiple of those that are used first."""
+"""The default maximum number of houses is this many times the number of houses used first."""
 HousePlaces = Annotated[
     tuple[str, ...],
     Setting(
@@ -51,8 +51,8 @@ class Common:
     seed: Annotated[
         int | None,
         Setting(
-            "Random seed of houses, drafts and choices. Keep it secret for a private pack: it lets others make the "
-            "same pack.",
+            "Random seed of houses, drafts and choices. For a private pack, keep the seed secret: anyone who has "
+            "it can make the same pack.",
             minimum=0,
         ),
     ] = None
@@ -63,11 +63,11 @@ class Common:
 
     @property
     def chosen_seed(self) -> int | None:
-        """The seed that was given, as a number or in a file; None without one. Raises SettingError."""
+        """The seed that was given, as a number or in a file; None if no seed was given. Raises SettingError."""
         return chosen_seed(self.seed, self.seed_file)
 
     def check_suite(self, **given: object) -> None:
-        """Raise SettingError, naming the option, when an option is given that a suite does not have."""
+        """Raise SettingError if an option is given that a suite does not have; the message names the option."""
         for name, value in {"family": self.families, **given}.items():
             if self.suite and value:
                 option = name.replace("_", "-")
@@ -78,7 +78,7 @@ class Common:
 
 @dataclass(frozen=True, kw_only=True)
 class Content(Common):
-    """What a pack holds."""
+    """What a pack contains."""
 
     name: Annotated[str, Setting("Name that the new pack gets.")]
     per_family: Annotated[int, Setting("Number of episodes of each family that the pack gets.", minimum=1)] = PER_FAMILY
@@ -125,12 +125,12 @@ class Content(Common):
 
     @property
     def verification(self) -> VerificationSettings:
-        """Settings of the check of candidates. Raises SettingError if the asset database is invalid."""
+        """Settings for verifying candidates. Raises SettingError if the asset database is invalid."""
         database = AssetDatabase.from_file(self.assets)
         return VerificationSettings(self.backend, database, worker_count(self.workers), self.robust)
 
     def request(self, **more: Any) -> PackRequest:
-        """Return the request for the pack; `more` are further fields. Raises SettingError."""
+        """Return the request for the pack; `more` are further fields of the request. Raises SettingError."""
         return PackRequest(
             self.name,
             self.per_family,
@@ -148,7 +148,8 @@ class Content(Common):
     def tasks(self) -> dict[str, int]:
         """Return the number of tasks by kind, in the table's order; empty without a suite. Raises SettingError.
 
-        `KIND` asks for the number of each kind, `KIND:TASKS` for that number; without names, all kinds.
+        The option value `KIND` asks for `per_family` tasks of this kind; `KIND:TASKS` asks for TASKS tasks. If no kind
+        is named, all kinds are made.
         """
         if self.suite is None:
             if self.kinds:
@@ -181,20 +182,25 @@ class Drafting:
         ),
     ] = "mixed"
     hardest_of: Annotated[
-        int, Setting("Number of start positions that are tried for each draft; the hardest of them is used.", minimum=1)
+        int,
+        Setting(
+            "Number of start positions that are tried for each draft; the start that makes the episode hardest is "
+            "used.",
+            minimum=1,
+        ),
     ] = 1
     form_names: Annotated[
         Literal["public", "held-out", "all"] | None,
         Setting(
-            "Sentence forms in which instructions are written: public (those of published packs), held-out (those that "
-            "published packs do not use), or all.",
+            "Sentence forms in which instructions are written: public (the forms that published packs use), "
+            "held-out (forms that published packs never use), or all.",
             name="forms",
             unset="all for `vigil pack make` with a secret seed, otherwise public",
         ),
     ] = None
 
     def forms(self, default: Forms) -> Forms:
-        """Return the half of the sentence forms that was asked for."""
+        """Return the sentence forms that the user chose (one of the two halves, or all), or else `default`."""
         return "held_out" if self.form_names == "held-out" else self.form_names or default
 
     def specs(self, suite: SuiteName | None) -> list[str]:
@@ -206,7 +212,7 @@ class Drafting:
 
 @dataclass(frozen=True, kw_only=True)
 class Proposing:
-    """Who proposes, where, and how much."""
+    """Who proposes drafts, in which houses, and how many."""
 
     houses: HousePlaces = ()
     seeds: Annotated[
@@ -250,7 +256,7 @@ class Drawing:
     max_houses: Annotated[
         int | None,
         Setting(
-            "Maximum number of houses that may be used. More houses are drawn while episodes are missing.",
+            "Maximum number of houses to use. While the pack lacks episodes, more houses are added, up to this number.",
             minimum=1,
             unset=f"{BUDGET} times those drawn first",
         ),
@@ -260,26 +266,29 @@ class Drawing:
     )
 
     def first(self, per_family: int) -> int | None:
-        """Return the number of houses in which drafts are made first; None for all of --houses."""
+        """Return the number of houses in which drafts are made first; None if all of --houses are used at once."""
         if self.count is not None or self.houses:
             return self.count
         return max(MIN_HOUSES, round(HOUSES_PER_EPISODE * per_family))
 
     def most(self, per_family: int) -> int | None:
-        """Return the number of houses that may be used; None for all of --houses. Raises SettingError."""
+        """Return the number of houses that may be used; None if all of --houses may be used. Raises SettingError."""
         first = self.first(per_family)
         if first is None:
             if self.max_houses is not None:
-                raise SettingError("--max-houses goes with --count: without --count, all of --houses are used.")
+                raise SettingError("--max-houses needs --count: without --count, all of --houses are used.")
             return None
         if self.max_houses is not None and self.max_houses < first:
-            raise SettingError(f"--max-houses is {self.max_houses}, but {first} houses are drawn first (--count).")
+            raise SettingError(
+                f"--max-houses is {self.max_houses}, but the pack begins with {first} houses (--count). Raise "
+                "--max-houses, or lower --count."
+            )
         return self.max_houses or BUDGET * first
 
 
 @dataclass(frozen=True, kw_only=True)
 class Building:
-    """Drafts from which a pack is built, and what its manifest says about it."""
+    """Drafts from which a pack is built, and what the pack's manifest says."""
 
     drafts: Annotated[
         tuple[Path, ...],
@@ -288,10 +297,13 @@ class Building:
         ),
     ] = ()
     earlier_drafts: Annotated[
-        Path | None, Setting("Drafts of an earlier version of the pack; they are chosen before those of --drafts.")
+        Path | None,
+        Setting(
+            "File with drafts of an earlier version of the pack; these drafts are chosen before those of --drafts."
+        ),
     ] = None
     version: Annotated[str, Setting("Version of the pack that its manifest states.")] = "1"
     aliases: Annotated[
-        tuple[str, ...], Setting("Further name by which the pack can be called; may be repeated.", name="alias")
+        tuple[str, ...], Setting("Additional name of the pack (an alias); may be repeated.", name="alias")
     ] = ()
     description: Annotated[str, Setting("One sentence that describes the pack, for its manifest and its card.")] = ""

@@ -1,4 +1,4 @@
-"""From drafts to a pack: proposing in as many houses as it takes, measuring levels, checking and freezing."""
+"""From drafts to a pack: propose in as many houses as are needed, measure levels, check and freeze."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -26,11 +26,11 @@ from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import EpisodeLevel
 
 MIN_STEP, STEP_SHARE = 4, 4
-"""Least number of houses that are added at a time, and the share (one in this number) of the first houses."""
+"""In each step, the number of first houses divided by STEP_SHARE is added, but at least MIN_STEP houses."""
 
 
 class PackFreezer:
-    """A freezer of one pack that can be tried again when there are more drafts; it measures each level once."""
+    """Freezer of one pack. It can try again with more drafts, and measures the level of each episode only once."""
 
     def __init__(
         self, out: Path, request: PackRequest, reviews: Sequence[Review], checks: VerificationSettings
@@ -42,7 +42,7 @@ class PackFreezer:
         self._levels: dict[str, EpisodeLevel] = {}
 
     def freeze(self, files: Sequence[DraftsFile], previous: DraftsFile | None = None) -> Pack:
-        """Freeze the pack from some drafts files, print what it holds, and return it. Raises TooFewDrafts."""
+        """Freeze the pack from some drafts files, print what it contains, and return it. Raises TooFewDrafts."""
         levels = self._measured_levels(files, previous) if self._request.levels else None
         with progress("checks") as show:
             check = candidate_checker(files, self._checks, lambda now: show(now.done, now.of, f"{now.faulty} left out"))
@@ -75,11 +75,12 @@ def make_pack(
     reviews: Sequence[Review],
     checks: VerificationSettings,
 ) -> Pack:
-    """Propose in some houses, or continue, until the drafts hold what is asked for, and freeze the pack.
+    """Propose drafts until they are enough for the request, and freeze the pack. Continues an interrupted call.
 
-    Drafts are made in the first `request.drafted_in` houses, and then in a quarter as many more at a time, there only
-    of the families that are still missing. The pack thus depends on the order of the houses and on the request; houses
-    that were not needed do not change it. Raises TooFewDrafts when all houses are used and something is missing.
+    Drafts are made in the first `request.drafted_in` houses. While some families lack drafts, more houses are added for
+    these families, a quarter of that number at a time. The pack thus depends on the order of the houses and on the
+    request; houses that were not needed do not change it. Raises TooFewDrafts when all houses are used and something is
+    missing.
     """
     out.parent.mkdir(parents=True, exist_ok=True)
     file = DraftsFile(out.with_name(f"{out.name}.drafts.jsonl"))
@@ -128,8 +129,8 @@ def progress_callback(
 ) -> Callable[[GenerationProgress], None]:
     """Return a callback that shows the progress of draft generation, and what a pack still lacks.
 
-    `missing` is what the last selection lacked; without it, families and kinds with fewer drafts than their quota are
-    shown.
+    `missing` is what the last selection lacked. If it is empty, families and kinds with fewer drafts than their quota
+    are shown.
     """
 
     def report(now: GenerationProgress) -> None:
@@ -142,7 +143,7 @@ def progress_callback(
 
 
 def print_drafts(file: DraftsFile) -> None:
-    """Print what a drafts file holds, and the number rejected by each rule."""
+    """Print the number of drafts in a file, and the number of proposals that each rule rejected."""
     proposed = file.read()
     for family in FAMILIES:
         done = [row for row in proposed.done if row.family == family]
@@ -159,7 +160,7 @@ def _listed(missing: Sequence[Missing]) -> str:
 
 
 def _spent_message(file: DraftsFile, houses: int, request: PackRequest, missing: Sequence[Missing]) -> str:
-    """Return the message about what is missing when all houses are used, and how to go on."""
+    """Return the message for when all houses are used: what is missing, and how to continue."""
     go_on = "give more --houses" if request.drafted_in is None else "give the same command with a larger --max-houses"
     return (
         f"Pack {request.name!r} is not complete: all houses that it may use ({houses}) hold only {_listed(missing)}. "

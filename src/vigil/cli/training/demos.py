@@ -1,4 +1,4 @@
-"""`vigil demos`: what the solver saw and answered in episodes of a stream, as training data."""
+"""`vigil demos`: writes what the solver saw and answered in episodes of a stream, as training data."""
 
 from pathlib import Path
 from typing import Annotated
@@ -30,7 +30,10 @@ def demos(
         str,
         typer.Option(
             metavar="stream:SEED",
-            help="Stream from whose episodes the demonstrations are made, named by its seed; packs are not accepted.",
+            help=(
+                "Stream from which the demonstrations are made, e.g. stream:7, where 7 is the stream's seed. "
+                "Packs are not accepted."
+            ),
         ),
     ],
     out: Annotated[Path, typer.Option(help="Folder for the demonstrations: new or empty.")],

@@ -1,4 +1,4 @@
-"""`vigil pack stream`: episodes without end, as the folder of a pack."""
+"""`vigil pack stream`: writes episodes of an endless stream, as the folder of a pack."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -30,8 +30,10 @@ Houses = Annotated[
     str,
     typer.Option(
         metavar="FIRST:END",
-        help="Which houses of the stream to use, by number: from FIRST up to the one before END, or all "
-        "from FIRST on if END is left out.",
+        help=(
+            "Numbers of the stream's houses to use, as FIRST:END (END itself is not used), or FIRST: for all "
+            "houses from FIRST on."
+        ),
     ),
 ]
 
@@ -89,7 +91,7 @@ def stream(
 
 
 def house_range(given: str) -> tuple[int, int | None]:
-    """Return the first house and the one after the last, of FIRST:END or FIRST:. Raises SettingError."""
+    """Return (first house, house after the last), from a text FIRST:END or FIRST: (no end). Raises SettingError."""
     first, colon, last = given.partition(":")
     if not (colon and first.isdecimal() and (last.isdecimal() or not last)):
         raise SettingError(f"Houses {given!r}: expected FIRST:END or FIRST:, e.g. 0:100.")

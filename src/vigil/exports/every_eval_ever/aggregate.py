@@ -22,7 +22,7 @@ _GENERATION_ARGS = ("temperature", "top_p", "top_k", "max_tokens")
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """How a rate is described in the schema."""
+    """Description of a rate, in the fields of the schema."""
 
     name: str
     description: str
@@ -46,7 +46,7 @@ METRICS: Mapping[str, Metric] = {
 
 
 def remarks(run: SavedRun, scores: RunScores) -> list[str]:
-    """Return the caveats about a run that a reader must see before its numbers."""
+    """Return the caveats about a run that must be read before its numbers."""
     planned, all_of_pack = sum(scores.planned.values()), manifest_of(run.pack_folder).episodes
     spec, scored = run.header.spec, len(scores.outcomes)
     said = [*run.header.version_notes]
@@ -66,7 +66,7 @@ def remarks(run: SavedRun, scores: RunScores) -> list[str]:
 
 
 def aggregate(run: SavedRun, heading: Heading, identity: Identity, publisher: Publisher, scores: RunScores) -> _Json:
-    """Return the content of the aggregate file, without its date and the location of its samples."""
+    """Return the content of the aggregate file, except its date and the location of its samples."""
     header = run.header
     return {
         "schema_version": SCHEMA_VERSION,
@@ -184,12 +184,12 @@ def _tools() -> list[_Json]:
 
 
 def _has_reasoned(header: RunHeader) -> bool | None:
-    """Return whether the model reasoned, judging by its answers; None if answers and settings leave it open."""
+    """Return whether the model reasoned, according to its answers and settings; None if they do not show it."""
     sessions = (header.answered, *(session.answered for session in header.resumed))
     said = {answered.thinking for answered in sessions if answered is not None} - {"unknown"}
     return said == {"on"} if len(said) == 1 else None
 
 
 def _as_texts(**facts: object) -> dict[str, str]:
-    """Return the known facts as strings, the only type that the schema allows for details."""
+    """Return those facts that are not None, as strings: the schema allows no other type for details."""
     return {name: str(fact) for name, fact in facts.items() if fact is not None}

@@ -1,6 +1,6 @@
-"""Files of results and samples, laid out as the database expects: data/vigil/DEVELOPER/MODEL/UUID.json.
+"""Folder of results and samples, with the paths that the database requires: data/vigil/DEVELOPER/MODEL/UUID.json.
 
-Names, ids and dates are derived from the run: exporting a run again writes the same files.
+Names, ids and dates are derived from the run. So if a run is exported again, the same files are written.
 """
 
 import hashlib
@@ -34,10 +34,10 @@ def write_results(
 ) -> list[Path]:
     """Write the runs in `folders` under `out` and return the paths of the aggregate files.
 
-    `tell` is called with each remark about the runs. Samples of a private pack are not written unless it may be
-    revealed.
+    `tell` is called with each remark about the runs. Samples of a private pack are written only if `disclosure` allows
+    it.
 
-    Nothing is written unless every run can be. Raises SettingError, RecordError or PackMismatch.
+    If one of the runs cannot be written, nothing is written. Raises SettingError, RecordError or PackMismatch.
     """
     runs = [read_run(folder, pack) for folder in folders]
     files: dict[PurePosixPath, bytes] = {}
@@ -60,13 +60,14 @@ def _check(run: SavedRun, scores: RunScores, publisher: Publisher) -> None:
         return
     if run.header.spec.shard is not None:
         raise SettingError(
-            f"Run {name!r} is shard {run.header.spec.shard} of a run. Join the shards by `vigil merge`, or give "
-            "--force; the file then says so."
+            f"Run {name!r} is shard {run.header.spec.shard} of a run. Join the shards with `vigil merge`, or give "
+            "--force; the results then say that the run is only a shard."
         )
     if not scores.is_complete:
         raise SettingError(
             f"Run {name!r} is incomplete: {scored} of {sum(scores.planned.values())} episodes are scored. Finish "
-            "it by the command that began it, or give --force; the file then says so."
+            "the run with the command that began it, or give --force; the results then say that the run is "
+            "incomplete."
         )
 
 
@@ -96,6 +97,6 @@ def _files(
 
 
 def _uuid_of(header: RunHeader) -> uuid.UUID:
-    """Return a run's UUID, derived from its header rather than from chance."""
+    """Return a run's UUID. It is computed from the run's header, so that it is always the same."""
     facts = f"{header.run_id}\n{header.started.isoformat()}\n{header.spec.model_dump_json()}"
     return uuid.UUID(bytes=hashlib.sha256(facts.encode()).digest()[:16], version=4)

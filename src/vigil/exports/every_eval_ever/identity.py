@@ -1,4 +1,4 @@
-"""Identity of a run's model: its developer, and how it was served, in the schema's terms; or that this is unknown."""
+"""Identity of a run's model, in the schema's terms: its developer, and how it was served. Both may be unknown."""
 
 import re
 from collections.abc import Mapping
@@ -24,9 +24,9 @@ MAKERS: Mapping[str, str] = {
     "mistral": "mistralai",
     "grok": "xai",
 }
-"""Providers that serve only their own models -> the developer's name in the database."""
+"""Provider that serves only its own models -> the developer's name in the database."""
 ENGINES = frozenset({"vllm", "sglang", "ollama", "lmstudio", "llama-cpp"})
-"""Inference engines that users run themselves, by the provider's name."""
+"""Names of those providers that are inference engines, which users run themselves."""
 NO_MODELS: Mapping[AgentKind, str] = {
     "privileged": "an agent that sees hidden state",
     "scripted": "a scripted agent",
@@ -34,13 +34,13 @@ NO_MODELS: Mapping[AgentKind, str] = {
     "exec": "a program, which may be anything",
 }
 _COMPONENT = re.compile(r'[^\s<>"\\|?*\x00-\x1f/]([^<>"\\|?*\x00-\x1f/]*[^\s<>"\\|?*\x00-\x1f/.])?(?<!\.)')
-"""A valid folder name on any operating system."""
+"""Pattern of a folder name that is valid on any operating system."""
 _RESERVED = frozenset({"data", "unknown"})
 
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """The developer and name under which the database files a model."""
+    """The developer and name under which the database lists a model."""
 
     developer: str
     name: str
@@ -49,22 +49,22 @@ class Identity:
 
     @property
     def id(self) -> str:
-        """The id as on a model hub: developer/name."""
+        """The model's id, written as on a model hub: developer/name."""
         return f"{self.developer}/{self.name}"
 
     @property
     def folders(self) -> tuple[str, str]:
-        """The folder names of the developer and of the model, derived from the id as the database does."""
+        """The folder names of the developer and of the model, derived from the id as in the database."""
         return _folder(self.developer), _folder(self.name)
 
 
 def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
-    """Return the identity of a run's model; `developer` overrides the one in its name. Raises SettingError."""
+    """Return the identity of a run's model. `developer` replaces the one in the model's name. Raises SettingError."""
     spec = header.spec
     if spec.agent_kind != "model":
         raise SettingError(
             f"Run {header.run_id!r} was played by {NO_MODELS[spec.agent_kind]} ({spec.agent}), but Every Eval Ever "
-            "has only results of models. Leave it out; --format parquet and hf take it."
+            "has only results of models. Leave this run out, or export it with --format parquet or hf."
         )
     served_name = parse_model_name(spec.agent)
     maker, _, rest = served_name.name.rpartition("/")
@@ -75,8 +75,8 @@ def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
     found = Identity(developer or "", rest, served_name)
     if "/" in found.developer or not all(map(_is_component, found.folders)):
         raise SettingError(
-            f"Run {header.run_id!r}: Every Eval Ever files results by developer and model, and {spec.agent!r} does not "
-            "say both. Say who made the model, e.g. --developer Qwen."
+            f"Run {header.run_id!r}: Every Eval Ever sorts results by developer and model, and {spec.agent!r} does "
+            "not name both. Name the developer of the model, e.g. --developer Qwen."
         )
     return found
 

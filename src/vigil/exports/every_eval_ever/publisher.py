@@ -34,10 +34,10 @@ class Publisher:
     ] = False
 
     def __post_init__(self) -> None:
-        """Check the values against their declarations."""
+        """Check the values against the bounds in their declarations."""
         check_settings(self)
 
     @property
     def given(self) -> str:
-        """The options that were set, as the export writes them."""
+        """The options that the user set, as text for the export."""
         return ", ".join(f"--{each.name}" for each in fields(self) if getattr(self, each.name) != each.default)

@@ -18,13 +18,13 @@ from vigil.scoring.saved_run import SavedRun
 
 SCHEMA_VERSION = "0.3.0"
 JOINED_METRIC = "overall/B"
-"""Name of the aggregate result that the samples' scores add up to."""
+"""Name of the result in the aggregate file to which the samples' scores belong."""
 _Json = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """Fields that all samples of a run share, by the schema's names."""
+    """Fields that all samples of a run share, named as in the schema."""
 
     schema_version: str = field(default=SCHEMA_VERSION, init=False)
     evaluation_id: str
@@ -36,7 +36,7 @@ class Heading:
 def sample_lines(run: SavedRun, heading: Heading, disclosure: Disclosure = NO_DISCLOSURE) -> Iterator[str]:
     """Yield a line of JSON for each scored episode, sorted by episode and epoch.
 
-    Non-ASCII characters are escaped, because some readers treat other characters than the newline as the end of a line.
+    Non-ASCII characters are escaped, because some readers also end a line at other characters than the newline.
     """
     for key in sorted(run.table.rows):
         outcome = run.table.rows[key].outcome
@@ -74,7 +74,7 @@ def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: Run
 
 
 def _messages(episode: Episode, record: EpisodeRecord, spec: RunSpec) -> list[_Json]:
-    """Return the dialogue as text, without the frames of the user's messages."""
+    """Return the dialogue as text. The frames in the user's messages are left out."""
     messages: list[_Json] = []
     if has_exact_prompt(spec):
         messages.append({"role": spec.profile.system_role, "content": system_prompt(episode.instruction, spec.profile)})
@@ -84,7 +84,7 @@ def _messages(episode: Episode, record: EpisodeRecord, spec: RunSpec) -> list[_J
 
 
 def has_exact_prompt(spec: RunSpec) -> bool:
-    """Whether this version of VIGIL has exactly the prompt that the run was played with."""
+    """Whether this version of VIGIL has exactly the prompt that was used in the run."""
     return policy_sha256(spec.profile) == spec.prompt_policy_sha256
 
 
@@ -101,7 +101,7 @@ def _answer(step: StepRecord) -> _Json:
 
 
 def _attribution(record: EpisodeRecord, last: int) -> list[_Json]:
-    """Return where the report is in the dialogue: in the last message; empty without a report."""
+    """Return the place of the report, which is the last message of the dialogue; empty if there was no report."""
     action = record.steps[-1].action if record.steps else None
     if not isinstance(action, Report):
         return []

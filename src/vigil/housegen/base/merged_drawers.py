@@ -1,6 +1,6 @@
-"""Merged drawers: converts a house so that drawers are not objects and their contents lie directly in the furniture.
+"""Merged drawers: converts a house to a form without drawers, in which their contents lie directly in the furniture.
 
-AI2-THOR has no assets of drawers, and real houses do not name drawers, so houses are exported and compared in this
+AI2-THOR has no assets of drawers, and real houses do not name drawers. So houses are exported and compared in this
 form.
 """
 
@@ -11,8 +11,9 @@ from vigil.protocol.house import House
 
 
 def with_merged_drawers(house: House) -> House:
-    """Return the house with each piece of furniture and its drawers as one object; the same house when it does not
-    name drawers.
+    """Return a house in which each piece of furniture and its drawers are one object.
+
+    If the house does not name drawers, return the house itself.
     """
     if all(split_drawer_id(node.asset_id) is None for node, _ in house.objects()):
         return house
@@ -22,7 +23,7 @@ def with_merged_drawers(house: House) -> House:
 def _merge_drawers(node: dict[str, Any]) -> dict[str, Any]:
     """Return an object of a document without its drawers.
 
-    It gets the drawers' contents, and the greatest openness of any of them.
+    The object gets the contents of its drawers, and the openness of the drawer that is open the farthest.
     """
     if not node.get("children"):
         return node

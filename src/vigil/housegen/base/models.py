@@ -14,17 +14,17 @@ from vigil.scene.geometry import joint_motion, solid_corners
 OPENNESS_SAMPLES = tuple(step / 20 for step in range(1, 21))
 """Values of openness at which moving parts are examined."""
 VARIANTS = 24
-"""Number of the project's own assets of each category from which the generator draws."""
+"""Number of variants in each category of the project's own assets; the generator draws one of them."""
 
 Rect = tuple[float, float, float, float]
-"""Upright rectangle x0, z0, x1, z1 on the floor (m)."""
+"""Rectangle x0, z0, x1, z1 (m) on the floor, with sides along the axes."""
 Block = tuple[Rect, float, float]
-"""Upright block: a rectangle on the floor, and the heights (m) of the block's bottom and top."""
+"""Box with sides along the axes: its rectangle on the floor, and the heights (m) of its bottom and top."""
 
 
 @dataclass(frozen=True, eq=False)
 class AssetModel:
-    """An asset with its id; its shape is made at first use."""
+    """An asset, given by its id. Its shape is made on first use."""
 
     asset_id: str
     category: str
@@ -44,18 +44,18 @@ class AssetModel:
 
 @lru_cache(maxsize=4096)
 def model_of(asset_id: str, category: str) -> AssetModel:
-    """Return the asset of that id."""
+    """Return the asset with this id."""
     entry = AssetDatabase.default().look_up(asset_id, f"{category}|0|0")
     return AssetModel(asset_id, entry.category, entry.size, entry.variant)
 
 
 def draw_model(category: str, rng: np.random.Generator, variants: int = VARIANTS) -> AssetModel:
-    """Return one of the project's assets of the category at random."""
+    """Return a random asset of this category from the project's own assets."""
     return model_of(own_asset_id(category, int(rng.integers(variants))), category)
 
 
 def most_similar(model: AssetModel, choices: list[AssetModel]) -> AssetModel:
-    """Return the choice that shares most materials with `model`."""
+    """Return the asset in `choices` that has the most materials in common with `model`."""
     materials = {part.material for part in model.asset.parts}
     return max(choices, key=lambda choice: len(materials & {part.material for part in choice.asset.parts}))
 
@@ -78,9 +78,9 @@ class PlacedObject:
     is_on: bool | None = None
     is_dirty: bool | None = None
     is_on_wall: bool = False
-    """Whether the object hangs on a wall or under the ceiling."""
+    """Whether the object hangs on a wall or from the ceiling."""
     id: str = ""
-    """Object id in the document; assigned when the house is written."""
+    """Id of the object in the house document; it is assigned when the document is written."""
 
     @property
     def category(self) -> str:
@@ -98,20 +98,20 @@ class PlacedObject:
         return self.position.y + self.model.size.y / 2
 
     def to_floor_point(self, x: float, z: float) -> tuple[float, float]:
-        """Return the floor point of (x, z) in the asset's frame."""
+        """Return the floor point (m) in the house's frame of a point (x, z) in the asset's frame."""
         dx, dz = rotate_floor(x, z, self.yaw)
         return self.position.x + dx, self.position.z + dz
 
     def footprint(self) -> Rect:
-        """Return the upright rectangle around the object's box."""
+        """Return the rectangle, with sides along the axes, that contains the object's box."""
         return turned_rect(self.model.rect, self.position.x, self.position.z, self.yaw)
 
     def block(self) -> Block:
-        """Return the upright block around the object's box."""
+        """Return the block, with sides along the axes, that contains the object's box."""
         return self.footprint(), self.bottom, self.top
 
     def swing(self) -> Block | None:
-        """Return the block that the object's doors, drawers and lids pass through; None when nothing opens."""
+        """Return the block through which the object's doors, drawers and lids move; None if it has none of these."""
         block = swing_of(self.model)
         if block is None:
             return None
@@ -125,7 +125,7 @@ class PlacedObject:
 
 
 def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
-    """Return the upright rectangle around `rect` turned by `yaw` (deg) about the origin and moved to (x, z)."""
+    """Return the rectangle, with sides along the axes, around `rect` turned by `yaw` (deg) and then moved by (x, z)."""
     corners = [rotate_floor(rect[i], rect[j], yaw) for i in (0, 2) for j in (1, 3)]
     xs, zs = [corner[0] for corner in corners], [corner[1] for corner in corners]
     return x + min(xs), z + min(zs), x + max(xs), z + max(zs)
@@ -133,9 +133,9 @@ def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
 
 @lru_cache(maxsize=4096)
 def swing_of(model: AssetModel) -> Block | None:
-    """Return the block (in the asset's frame) that the asset's moving parts pass through; None when nothing opens.
+    """Return the block (asset's frame) through which the asset's moving parts move; None if nothing opens.
 
-    Flaps and lids without solids count only if the asset has no other moving parts.
+    Flaps and lids without solids count only if no moving part of the asset has solids.
     """
     joints = {joint.name: joint for joint in model.asset.joints}
     moving = [(joints[solid.joint], solid_corners(solid)) for solid in model.asset.solids if solid.joint in joints]
@@ -151,13 +151,13 @@ def swing_of(model: AssetModel) -> Block | None:
 
 
 def swept_rect(model: AssetModel) -> Rect | None:
-    """Return the rectangle (in the asset's frame) that the asset's moving parts pass over; None when nothing opens."""
+    """Return the rectangle (asset's frame) over which the asset's moving parts move; None if nothing opens."""
     block = swing_of(model)
     return None if block is None else block[0]
 
 
 @lru_cache(maxsize=4096)
 def leaf_reach(model: AssetModel) -> float:
-    """Return the distance (m) that the asset's doors and drawers reach out in front when they open."""
+    """Return how far (m) the asset's doors and drawers reach in front of its box when they open."""
     rect = swept_rect(model)
     return 0.0 if rect is None else max(0.0, rect[3] - model.size.z / 2)

@@ -1,4 +1,4 @@
-"""Random generators for the stages of house generation. Each depends only on seed, spec, version and stage."""
+"""Random generators for the stages of house generation. Each depends only on the seed, spec, version and stage."""
 
 import hashlib
 from collections.abc import Sequence
@@ -9,11 +9,11 @@ import numpy as np
 from vigil.protocol.house import canonical_json
 
 GENERATOR_VERSION = "6"
-"""Version of the generator; it changes whenever the same seed and spec would give another house."""
+"""Version of the house generator; it is raised whenever a seed and spec would otherwise give another house."""
 STREAM_VERSION = "4"
-"""First version of the generator that draws the same random numbers as this version for the same seed and spec.
+"""Earliest version of the generator that draws the same random numbers as this one for the same seed and spec.
 
-Houses of this version and later ones differ only in how the drawn objects are made.
+Houses of all versions since then differ only in how the drawn objects are made.
 """
 
 Item = TypeVar("Item")

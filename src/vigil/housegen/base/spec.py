@@ -21,7 +21,7 @@ AREA_M2: dict[str, tuple[float, float, float]] = {
 """Smallest, median and largest area (m2) of a room, by its kind."""
 
 SINGLE_ROOM_SCALE: dict[str, float] = {"Kitchen": 1.75, "LivingRoom": 1.3, "Bedroom": 1.5, "Bathroom": 1.25}
-"""Factor by which a room is larger if it is the whole house (as in ProcTHOR)."""
+"""Factor on the area of a room that is the only room of its house (as in ProcTHOR)."""
 
 
 class HouseSpec(BaseModel):
@@ -31,13 +31,13 @@ class HouseSpec(BaseModel):
 
     name: str
     choices: tuple[tuple[RoomKind, ...], ...] = Field(min_length=1)
-    """Alternative lists of the kinds of rooms."""
+    """Lists of kinds of rooms; a house has the rooms of one list."""
     area_m2: float | None = Field(default=None, gt=0.0)
-    """Total floor area (m2); with None, each room's area is drawn at random by its kind."""
+    """Total floor area (m2). If None, the area of each room is drawn at random for its kind."""
     ceiling_m: tuple[float, float] = (2.5, 3.0)
     """Least and greatest height (m) of the ceiling."""
     clutter: float = Field(default=1.0, ge=0.0, le=2.0)
-    """Factor on the number of small objects."""
+    """Factor by which the number of small objects is multiplied."""
 
     @field_validator("choices", mode="before")
     @classmethod
@@ -58,7 +58,8 @@ class HouseSpec(BaseModel):
         low, high = self.ceiling_m
         if not 2.3 <= low <= high <= 5.0:
             raise SettingError(
-                f"House spec {self.name!r}: ceiling_m {self.ceiling_m} is not within 2.3 .. 5.0 m, lowest first."
+                f"House spec {self.name!r}: ceiling_m is {self.ceiling_m}; give two heights from 2.3 to 5.0 m, the "
+                "lower one first."
             )
         return self
 
@@ -73,8 +74,8 @@ def _check_rooms(spec: HouseSpec, rooms: tuple[RoomKind, ...]) -> None:
     if not least <= spec.area_m2 <= most:
         counts = ", ".join(f"{number} {kind}" for kind, number in Counter(rooms).items())
         raise SettingError(
-            f"House spec {spec.name!r}: {spec.area_m2:g} m2 for {counts}; "
-            f"{least:g} to {most:g} m2 would fit. Change area_m2 or the rooms."
+            f"House spec {spec.name!r}: {counts} do not fit in {spec.area_m2:g} m2; they need {least:g} to "
+            f"{most:g} m2. Change area_m2 or the rooms."
         )
 
 
@@ -104,7 +105,7 @@ SPECS: dict[str, HouseSpec] = {name: HouseSpec(name=name, choices=choices) for n
 
 
 def spec_for(name: str) -> HouseSpec:
-    """Return the spec of that name; "4" means "4-room". Raises SettingError."""
+    """Return the spec called `name`; "4" means "4-room". Raises SettingError."""
     wanted = f"{name}-room" if name.isdigit() else name
     if wanted not in SPECS:
         raise SettingError(

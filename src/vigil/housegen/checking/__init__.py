@@ -1,1 +1,1 @@
-"""Checking: rules that every house must satisfy, statistics, and labelled plans."""
+"""Checks that every house must pass."""

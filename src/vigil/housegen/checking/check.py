@@ -22,21 +22,21 @@ from vigil.scene.partitions import OPENNESS_SAMPLES, Partitions
 from vigil.scene.things import Scene, Thing
 
 HOVER_M = 0.02
-"""Greatest height (m) of an object above its support, and greatest distance (m) of a drawer from its place."""
+"""Greatest height (m) of an object above its support, and greatest distance (m) of a drawer from where it belongs."""
 WALL_M = 0.1
-"""Distance (m) from a wall up to which a thing counts as hanging on the wall."""
+"""A thing at most this far (m) from a wall counts as hanging on the wall."""
 OUTSIDE_M = 0.02
-"""How far (m) an object may reach out of its room."""
+"""How far (m) an object may stick out of its room."""
 REACH_M = 1.5
-"""Greatest distance (m) of an agent from furniture that it opens."""
+"""Greatest distance (m) between an agent and furniture that it opens."""
 ALLOWED_ROOMS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
-"""Furniture that only belongs in certain rooms."""
+"""Category of furniture -> the only kinds of rooms in which it may stand."""
 UNLOADABLE_RULES = frozenset({"room-shape", "extent", "wall-shape"})
-"""Rules whose violation makes it impossible to load the house or to check it further."""
+"""Rules that a house must satisfy before it can be loaded and checked further."""
 FARTHEST_M = 200.0
 """Greatest coordinate (m) of anything in a house."""
 REQUIRED_FURNITURE = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
-"""Category that a room of each kind must have."""
+"""Kind of room -> category of furniture that every room of this kind must have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class Fault:
     """Id of the part of the house that has the fault, or the house's name."""
     message: str
     other: str | None = None
-    """Id of the other object concerned, if any."""
+    """Id of the other object that is involved; None if there is none."""
 
     def __str__(self) -> str:
         return f"{self.rule}: {self.subject}: {self.message}"
@@ -116,9 +116,7 @@ def _rooms(house: House) -> list[Fault]:
 
 
 def _extent(house: House) -> list[Fault]:
-    """Return a fault for each thing that is too far away, each wall without length or height, and each openness
-    outside 0..1.
-    """
+    """Return a fault for each thing too far away, wall without length or height, and openness outside 0..1."""
     document = house.document
     named = [(room.id, point) for room in document.rooms for point in room.floor_polygon]
     named += [(wall.id, point) for wall in document.walls for point in wall.polygon]
@@ -194,7 +192,7 @@ def _hovering(house: House, scene: Scene, assets: AssetDatabase) -> list[Fault]:
 
 
 def _is_mounted(thing: Thing, scene: Scene, lines: list[shapely.LinearRing], ceiling: float) -> bool:
-    """Return whether a thing hangs on a wall or at the ceiling, or rests on something that hangs on a wall."""
+    """Return whether a thing hangs on a wall or from the ceiling, or rests on a thing that hangs on a wall."""
     places, box = CATALOG[thing.category].rests_on, bounding_box(thing)
     if CEILING in places and abs(box.top - ceiling) < WALL_M:
         return True
@@ -271,8 +269,10 @@ def _start(house: House, grid: WalkableGrid) -> list[Fault]:
 
 
 def _access(scene: Scene, grid: WalkableGrid, solid_overlaps: SolidOverlaps) -> list[Fault]:
-    """Return the faults of openable things: leaves that are blocked, leaves that cut through another thing, and
-    furniture that an agent cannot stand in front of.
+    """Return the faults of things that can be opened.
+
+    These are leaves that are blocked, leaves that cut through another thing, and furniture without a place in front of
+    it where an agent can stand.
     """
     faults: list[Fault] = []
     partitions, path, leaf_collisions = Partitions(scene), OPENNESS_SAMPLES.tolist(), LeafCollisions(scene)

@@ -1,7 +1,7 @@
-"""Collisions of moving leaves: the triangles of a leaf, with handles and trims, are tested against those of other
+"""Collisions of moving leaves: triangles of leaves (with handles and trims) are tested against triangles of other
 things.
 
-Walls are not checked here, because `vigil.scene.partitions` keeps leaves out of walls.
+Walls are not tested here, because `vigil.scene.partitions` ensures that leaves do not reach into them.
 """
 
 from collections.abc import Iterable, Iterator
@@ -15,16 +15,16 @@ from vigil.scene.supports import ancestors, moves_with
 from vigil.scene.things import Scene, Thing
 
 OPENNESS_SAMPLES = tuple(step / 24 for step in range(25))
-"""Values of openness at which leaves are examined."""
+"""Values of openness at which leaves are tested."""
 SKIN_M = 0.002
-"""Depth (m) up to which two things only touch."""
+"""Two things that overlap to at most this depth (m) only touch."""
 PARALLEL = 1e-12
-"""Product (m^3) of an edge's vector with a triangle's normal (not of unit length) below which the edge counts as
-parallel to the triangle's plane."""
+"""An edge counts as parallel to a triangle's plane if its product (m^3) with the triangle's normal is below this; the
+normal is not of unit length."""
 
 
 class LeafCollisions:
-    """Collisions of the drawn leaves, lids and drawers of a scene's things with other things."""
+    """Collisions between the leaves, lids and drawers of a scene's things, as drawn, and other things."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -50,9 +50,7 @@ class LeafCollisions:
 
 @lru_cache(maxsize=4096)
 def drawn_triangles(asset: Asset) -> tuple[tuple[str | None, np.ndarray], ...]:
-    """Return (joint, triangles) for the body and each joint; the triangles (n, 3, 3) are those of the solid parts
-    that it carries.
-    """
+    """Return (joint, triangles) for the body and each joint; triangles (n, 3, 3) are those of its solid parts."""
     found: dict[str | None, list[np.ndarray]] = {}
     for part in asset.parts:
         if part.shown != "on" and len(part.mesh.faces):
@@ -61,7 +59,7 @@ def drawn_triangles(asset: Asset) -> tuple[tuple[str | None, np.ndarray], ...]:
 
 
 def _triangles(thing: Thing, states: set[float]) -> np.ndarray:
-    """Return all triangles (n, 3, 3) of a thing; moving parts are included once for each openness in `states`."""
+    """Return all triangles (n, 3, 3) of a thing; moving parts are repeated at each openness in `states`."""
     places = [
         _moved(thing, joint, mesh, openness)
         for joint, mesh in drawn_triangles(thing.asset)
@@ -75,14 +73,17 @@ def _moved(thing: Thing, joint: str | None, mesh: np.ndarray, openness: float) -
 
 
 def _leaf_positions(thing: Thing) -> Iterator[np.ndarray]:
-    """Yield the triangles (n, 3, 3) of all moving parts at each openness."""
+    """Yield the triangles (n, 3, 3) of all moving parts, once for each openness."""
     moving = [(joint, mesh) for joint, mesh in drawn_triangles(thing.asset) if joint is not None]
     for openness in OPENNESS_SAMPLES:
         yield np.concatenate([_moved(thing, joint, mesh, openness) for joint, mesh in moving])
 
 
 def _box_around(thing: Thing, samples: Iterable[float], *, is_whole: bool) -> np.ndarray:
-    """Return the lowest and highest corner (2, 3) of the moving parts, or all parts, of a thing at some openness."""
+    """Return the lowest and highest corner (2, 3) of the box around a thing at all `samples` of openness.
+
+    Unless `is_whole`, the box contains only the moving parts.
+    """
     corners = [
         part_motion(thing, joint, openness)(box_corners(low, high))
         for joint, low, high in part_boxes(thing.asset)
@@ -93,8 +94,9 @@ def _box_around(thing: Thing, samples: Iterable[float], *, is_whole: bool) -> np
 
 
 def _box_of(triangles: np.ndarray) -> np.ndarray:
-    """Return the lowest and highest corner (2, 3) of the box around triangles; without triangles, an empty box that
-    overlaps no other.
+    """Return the lowest and highest corner (2, 3) of the box around triangles.
+
+    If there are no triangles, return an empty box, which overlaps no box.
     """
     corners = triangles.reshape(-1, 3)
     if not len(corners):
@@ -103,12 +105,12 @@ def _box_of(triangles: np.ndarray) -> np.ndarray:
 
 
 def _overlap(low: np.ndarray, high: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return for n boxes, given by corners (n, 3), whether each overlaps `box` by more than a mere touch."""
+    """Return a mask (n,) of the boxes, with corners (n, 3), that overlap `box` and do not only touch it."""
     return ((low < box[1] - SKIN_M) & (high > box[0] + SKIN_M)).all(axis=1)
 
 
 def _intersect(one: np.ndarray, two: np.ndarray) -> bool:
-    """Return whether two sets of triangles (n, 3, 3) pass through each other."""
+    """Return whether any triangles of two sets (n, 3, 3) pass through each other."""
     near_one = one[_overlap(one.min(axis=1), one.max(axis=1), _box_of(two))]
     if not len(near_one):
         return False
@@ -117,7 +119,7 @@ def _intersect(one: np.ndarray, two: np.ndarray) -> bool:
 
 
 def _has_piercing_edge(edged: np.ndarray, faces: np.ndarray) -> bool:
-    """Return whether an edge of `edged` passes through a triangle of `faces` by more than `SKIN_M`."""
+    """Return whether an edge of the triangles `edged` passes through a triangle of `faces` by more than `SKIN_M`."""
     starts = edged.reshape(-1, 3)
     along = np.roll(edged, -1, axis=1).reshape(-1, 3) - starts
     origin, first, second = faces[:, 0], faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]

@@ -1,4 +1,4 @@
-"""Overlaps of solids in a house, for things in their present state and for moving leaves."""
+"""Overlaps of solids in a house: those of things in their present state, and those of leaves while they move."""
 
 from collections.abc import Iterator
 
@@ -14,7 +14,7 @@ from vigil.scene.things import Scene, Thing
 OVERLAP_M = 0.005
 """Allowed overlap (m) of two solids."""
 OPENNESS_SAMPLES = tuple(step / 16 for step in range(17))
-"""Values of openness at which leaves and drawers are examined."""
+"""Values of openness at which leaves and drawers are tested."""
 POLYGON = shapely.GeometryType.POLYGON.value
 
 
@@ -36,7 +36,7 @@ class SolidOverlaps:
         self.tree = STRtree(self.shapes)
 
     def overlaps(self) -> Iterator[tuple[Thing, Thing, float]]:
-        """Yield each pair of things that overlap by more than 5 mm, with the height (m) of the overlap."""
+        """Yield (thing, other thing, overlap's height in m) for each pair of things that overlap by more than 5 mm."""
         seen: set[tuple[str, str]] = set()
         first, second = self.tree.query(self.shapes, predicate="intersects")
         for a, b in zip(first.tolist(), second.tolist(), strict=True):
@@ -64,7 +64,7 @@ class SolidOverlaps:
     def _nearby_solids(self, moving: list[Prism], thing: Thing) -> list[int]:
         """Return the indices of the solids that are near a thing's leaves and may stop them.
 
-        Solids of the thing's carriers that the leaves overlap at rest are left out, because the thing is inside them.
+        The thing is inside its carriers, so solids of carriers that the leaves overlap from the start are left out.
         """
         if not moving:
             return []
@@ -89,8 +89,10 @@ class SolidOverlaps:
 
 
 def _may_overlap(one: Thing, two: Thing) -> bool:
-    """Return whether two things may overlap: if they are the same thing, two openings, a rug and anything, or a
-    sink and a faucet.
+    """Return whether an overlap of two things is allowed.
+
+    It is allowed if both are the same thing or both are openings, if one is a rug, or if one is a sink and the other a
+    faucet.
     """
     if one is two or (one.is_structure and two.is_structure):
         return True
@@ -99,7 +101,7 @@ def _may_overlap(one: Thing, two: Thing) -> bool:
 
 
 def _shrunk(prisms: list[Prism]) -> np.ndarray:
-    """Return the footprints of prisms, shrunk on all sides by half of the allowed overlap."""
+    """Return the footprints of prisms, each shrunk on all sides by half of the allowed overlap."""
     polygons = np.array([polygon_of(prism) for prism in prisms], dtype=object)
     inner = shapely.buffer(polygons, -OVERLAP_M / 2, join_style="mitre")
     for index in np.flatnonzero(shapely.is_empty(inner) | (shapely.get_type_id(inner) != POLYGON)):

@@ -1,6 +1,4 @@
-"""Floor on which an agent can walk: the nodes of a 0.25 m grid where its body fits, connected through passable
-doors.
-"""
+"""The floor on which an agent can walk: those nodes of a 0.25 m grid where its body fits, connected through doors."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -29,25 +27,25 @@ from vigil.scene.portals import Portals
 from vigil.scene.things import Scene, Thing
 
 LEAST_SHARE = 0.9
-"""Least share of the free nodes that must be connected."""
+"""Least share of the free nodes that must be connected with each other."""
 JAMB_M = 0.08
-"""Width (m) that a door's frame takes from the door's hole on either side."""
+"""Width (m) that a door's frame takes away from each side of the door's hole."""
 BEHIND_M = 0.01
-"""How far (m) the strip through a door reaches, on either side, into the floor where the body's axis can be."""
+"""The strip through a door reaches this far (m) into the floor for the body's axis on both sides of the door."""
 
 
 @dataclass(slots=True, eq=False)
 class WalkableGrid:
-    """The grid and its largest connected part."""
+    """The grid of nodes, and the largest part of it that is connected."""
 
     xs: np.ndarray
     """x (m) of the nodes (rows, columns)."""
     zs: np.ndarray
     """z (m) of the nodes (rows, columns)."""
     space: shapely.Geometry
-    """Floor where the body's axis can be if obstacles are ignored."""
+    """Floor where the body's axis can be, ignoring all things."""
     obstacles: shapely.Geometry
-    """Floor where the body's axis cannot be because of things that are in the way."""
+    """Floor where the body's axis cannot be because things are in the way."""
     free: np.ndarray
     """Whether the body fits at each node."""
     main: np.ndarray
@@ -64,15 +62,16 @@ class WalkableGrid:
         return bool((self.main & shapely.contains_xy(floor, self.xs, self.zs)).any())
 
     def is_free_start(self, x: float, z: float) -> bool:
-        """Return whether the body fits at a place whose neighbouring nodes belong to the largest connected part."""
+        """Return whether the body fits at a place, and the nodes around it belong to the largest connected part."""
         if not shapely.contains_xy(self.space, x, z) or shapely.contains_xy(self.obstacles, x, z):
             return False
         near = np.hypot(self.xs - x, self.zs - z) <= GRID_M
         return bool((self.main & near).any())
 
     def can_be_reached(self, thing: Thing, reach_m: float) -> bool:
-        """Return whether an agent can stand within reach of a thing, clear of the thing's leaves both half and
-        fully open.
+        """Return whether an agent can stand within reach of a thing without being hit by the thing's leaves.
+
+        The leaves are tested half open and fully open.
         """
         outline = footprint(bounding_box(thing))
         x0, z0, x1, z1 = outline.bounds
@@ -88,7 +87,7 @@ class WalkableGrid:
 
 
 def build_walkable_grid(house: House, scene: Scene) -> WalkableGrid:
-    """Return the walkable floor; doors that can be opened count as passable."""
+    """Return the walkable floor of a house; doors that can be opened count as open."""
     floors = [room_floor(room) for room in scene.rooms]
     space = shapely.union_all([*_room_spaces(scene), *_passages(house, scene)])
     x0, z0, x1, z1 = MultiPoint([corner for floor in floors for corner in floor.exterior.coords]).bounds
@@ -102,9 +101,9 @@ def build_walkable_grid(house: House, scene: Scene) -> WalkableGrid:
 
 
 def _room_spaces(scene: Scene) -> Iterator[shapely.Geometry]:
-    """Yield the floor where the body's axis can be in each room, or in rooms that walls do not separate.
+    """Yield, for each room, the floor where the body's axis can be, ignoring things and doors.
 
-    Things and doors are ignored.
+    Rooms without a wall between them count as one room.
     """
     for rooms in Portals(scene).connected_rooms():
         if len(rooms) == 1:
@@ -117,7 +116,7 @@ def _room_spaces(scene: Scene) -> Iterator[shapely.Geometry]:
 
 
 def _obstacles(scene: Scene) -> list[Prism]:
-    """Return the obstacles for walking: things in their present state, and openable doors with their leaves open."""
+    """Return the obstacles to walking: things in their present state, but all doors that can be opened are open."""
     found: list[Prism] = []
     for thing in scene.things.values():
         if not thing.is_structure or thing.category == "Window":
@@ -128,7 +127,7 @@ def _obstacles(scene: Scene) -> list[Prism]:
 
 
 def _passages(house: House, scene: Scene) -> list[Polygon]:
-    """Return the strips through inner doors in which the body's axis can be."""
+    """Return the strips of floor through inner doors in which the body's axis can be."""
     strips: list[Polygon] = []
     for door in house.document.doors:
         thing = scene.things[door.id]

@@ -1,6 +1,4 @@
-"""The floor of one room while it is furnished: where it is taken, where it must stay free, and where an agent can
-walk.
-"""
+"""The floor of one room while it is furnished: what is taken, what must stay free, and where an agent can walk."""
 
 import itertools
 
@@ -15,18 +13,18 @@ from vigil.scene.floor import largest_part
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M
 
 LEAST_WALKABLE = 0.93
-"""Least share of the free grid that one connected component must cover. (The rule for a whole house is 0.9.)"""
+"""Least share of the free grid nodes that must be connected. (For a whole house, the rule requires 0.9.)"""
 EPS = 1e-6
 DOORSTEP_M = 0.4
-"""Distance (along x and z together) from the middle of a doorstep within which a body is in the door."""
+"""A body is in a door if the distances in x and in z from the middle of the doorstep add up to at most this (m)."""
 FRAME_M = 0.09
-"""How far (m) window frames and sills reach out of the wall."""
+"""How far (m) window frames and sills reach into the room."""
 WALL_GAP = 0.02
-"""Distance (m) of furniture from the wall behind it."""
+"""Gap (m) between furniture and the wall behind it."""
 
 
 class Floor:
-    """The floor of a room. All rectangles are parallel to the axes, which is exact because rooms are rectilinear."""
+    """The floor of a room. All its rectangles have sides along the axes, like the room itself."""
 
     def __init__(self, room: RoomPlan, openings: list[PlannedOpening]) -> None:
         self.room = room
@@ -60,7 +58,7 @@ class Floor:
         self.walkable = contains_xy(core, self.grid_x, self.grid_z)
 
     def window_frames(self) -> list[Block]:
-        """Return the blocks that the windows' frames and sills take."""
+        """Return the blocks that are filled by the frames and sills of windows."""
         return [
             (_strip(opening, self.room.number, FRAME_M), opening.bottom, opening.top)
             for opening in self.openings
@@ -73,10 +71,10 @@ class Floor:
         return self.room.polygon.area
 
     def fits(self, rects: np.ndarray, is_tall: bool = False) -> np.ndarray:
-        """Return for rectangles (n, 4) whether (n,) each lies in the room, on floor that is neither taken nor kept
+        """Return a mask (n,) of the rectangles (n, 4) that lie in the room, on floor that is neither taken nor kept
         free.
 
-        Tall rectangles also have to be clear of windows.
+        With `is_tall`, they must not be in front of windows either.
         """
         blocks = [*self.outside, *self.taken, *self.clear, *self.access, *self.sweeps]
         if is_tall:
@@ -84,17 +82,17 @@ class Floor:
         return ~_overlaps(rects, blocks)
 
     def is_open(self, rects: np.ndarray) -> np.ndarray:
-        """Return for rectangles (n, 4) whether (n,) each lies in the room without touching furniture."""
+        """Return a mask (n,) of the rectangles (n, 4) that lie in the room and do not touch furniture."""
         return ~_overlaps(rects, [*self.outside, *self.taken])
 
     def is_clear(self, rects: np.ndarray) -> np.ndarray:
-        """Return for rectangles (n, 4) whether (n,) each lies in the room, clear of furniture and of doors."""
+        """Return a mask (n,) of the rectangles (n, 4) that lie in the room, clear of furniture and doors."""
         return ~_overlaps(rects, [*self.outside, *self.taken, *self.clear])
 
     def can_walk(self, more: list[Rect], access: list[Rect]) -> bool:
-        """Return whether all doors, and all floor in front of furniture, can still be reached on foot.
+        """Return whether an agent can still walk to all doors and to the floor in front of all furniture.
 
-        For the test, furniture on the rectangles `more` is added, and `access` is the floor in front of it.
+        `more` are rectangles of furniture that would be added, and `access` is the floor in front of it.
         """
         free = self.free_grid(more)
         main = largest_part(free)
@@ -109,9 +107,8 @@ class Floor:
         )
 
     def free_grid(self, more: list[Rect]) -> np.ndarray:
-        """Return for grid nodes (rows, columns) whether the body fits there, with furniture added on the rectangles
-        `more`.
-        """
+        """Return a mask (rows, columns) of the grid nodes where the body fits if furniture is added on the rectangles
+        `more`."""
         free = self.walkable.copy()
         for x0, z0, x1, z1 in [*self.taken, *self.leaves, *more]:
             reach = BODY_RADIUS_M + 0.01
@@ -132,12 +129,12 @@ def _strip(opening: PlannedOpening, room: int, depth: float, margin: float = 0.0
 
 
 def rect_of(a: Corner, b: Corner) -> Rect:
-    """Return the rectangle between two corners."""
+    """Return the rectangle with two given opposite corners."""
     return min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1])
 
 
 def _outside_rects(polygon: Polygon) -> list[Rect]:
-    """Return rectangles that cover the surroundings of a rectilinear room."""
+    """Return rectangles that together cover the area around a room; the room's walls are along the axes."""
     xs = sorted({x for x, _ in polygon.exterior.coords})
     zs = sorted({z for _, z in polygon.exterior.coords})
     far = 100.0

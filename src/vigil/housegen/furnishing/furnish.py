@@ -1,4 +1,4 @@
-"""Furniture on the floor: what each kind of room gets, in which order, and where it is placed."""
+"""Furniture on the floor: what each kind of room gets, in which order, and where it stands."""
 
 from collections.abc import Callable
 
@@ -21,7 +21,7 @@ from vigil.housegen.furnishing.inventory import Inventory
 from vigil.housegen.furnishing.occupancy import are_apart
 
 FULL_SHARE = {"Kitchen": 0.36, "LivingRoom": 0.36, "Bedroom": 0.38, "Bathroom": 0.48}
-"""Share of covered floor at which a room counts as full."""
+"""A room is full when more than this share of its floor is covered; then it gets no further furniture."""
 
 ESSENTIAL = {
     "Kitchen": ("Fridge", "CounterTop", "Stove"),
@@ -29,7 +29,7 @@ ESSENTIAL = {
     "Bedroom": ("Bed",),
     "Bathroom": ("Toilet", "Sink"),
 }
-"""Furniture that each kind of room must have; if it does not fit, another floor plan is tried."""
+"""Furniture that each kind of room must have; if it does not fit, another floor plan is made."""
 
 EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
     "Kitchen": (
@@ -90,7 +90,7 @@ EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
         ("Cabinet", 0.3),
     ),
 }
-"""Further furniture for each kind of room, as (category, probability)."""
+"""Further furniture for each kind of room, in this order: (category, probability)."""
 
 PROBABILITIES = {
     "fridge in the run": 0.6,
@@ -106,7 +106,7 @@ PROBABILITIES = {
     "bedroom television": 0.3,
     "table in the open": 0.75,
 }
-"""Name of a piece or group of furniture -> probability that a room gets it if it fits."""
+"""Name of a piece or group of furniture -> probability that a room with enough space gets it."""
 MIN_ROOM_M2 = {
     "corner run": 13.0,
     "island": 20.0,
@@ -117,9 +117,9 @@ MIN_ROOM_M2 = {
     "table in the open": 15.0,
     "table for four": 18.0,
 }
-"""Name of a piece or group of furniture -> area (m2) above which a room may have it."""
+"""Name of a piece or group of furniture -> area (m2) that a room must exceed to get it."""
 LONG_RUNS, SHORT_RUNS = ((10,), (8,)), ((6,), (3, 3), (5,), (4,))
-"""Widths (ft) of a kitchen's counters. If the long runs do not fit, the short runs are tried in turn."""
+"""Widths (ft) of the counters in a kitchen run. The long runs are tried first, then the short runs in this order."""
 WALL_PREFERENCES: dict[str, tuple[float, float]] = {
     "corner run": (1.0, 0.0),
     "kitchen run": (0.2, 0.6),
@@ -134,25 +134,25 @@ WALL_PREFERENCES: dict[str, tuple[float, float]] = {
     "prefers corners": (0.7, 0.1),
     "other": (0.2, 0.3),
 }
-"""Name of a group -> scores for a corner and for the middle of a wall, in the units of NOISE."""
+"""Name of a group -> (score of a place in a corner, score of a place in the middle of a wall); compare with NOISE."""
 NOISE = 0.5
-"""Random variation of a place's score."""
+"""Size of the random amount that is added to each place's score."""
 FACING, ASIDE_PER_M, TOO_NEAR_PENALTY, AHEAD_PER_M = 3.0, 1.5, 5.0, 0.15
-"""Scores of places opposite a piece of furniture: a gain for facing the piece, and losses for an offset, for being
-too near and for distance."""
+"""Score of a place opposite a piece of furniture. A place gains the first number if it faces the piece. It loses the
+second for each metre to the side, the third if it is too near, and the fourth for each metre of distance."""
 NEAR_M = 1.2
-"""Distance (m) below which an opposite place is too near."""
+"""A place opposite a piece of furniture is too near if its distance (m) is below this."""
 FACING_DEG = 1.0
-"""Greatest deviation (deg) from opposite yaws at which two pieces count as facing each other."""
+"""Two pieces face each other if their yaws are opposite to within this angle (deg)."""
 VIEW_ASIDE_M = 0.4
-"""Half the width (m) of the floor kept free between a sofa and its television."""
+"""Half the width (m) of the strip of floor that is kept free between a sofa and its television."""
 SMALL_M = 0.6
-"""Size (m) below which furniture without doors or drawers does not need free floor in front of it."""
+"""Furniture that does not open and is smaller than this (m) can do without free floor in front."""
 SQUARE_M = 0.02
-"""Greatest difference (m) between the sides of furniture that may be turned by a quarter."""
+"""Furniture may be turned by a quarter if its width and depth differ by at most this (m)."""
 
 FULLNESS_RANGE = (0.35, 1.25)
-"""Range of a random factor on each probability of `EXTRAS`, so that some rooms have little and others much."""
+"""Range of a random factor for each room; each probability in `EXTRAS` is multiplied by the factor."""
 
 PREFERS_CORNERS = frozenset(
     {"FloorLamp", "HousePlant", "GarbageCan", "RoomDecor", "ShelvingUnit", "Safe", "LaundryHamper", "VacuumCleaner"}
@@ -160,11 +160,11 @@ PREFERS_CORNERS = frozenset(
 )
 """Categories that are preferably placed in a corner."""
 TURNABLE = frozenset({"HousePlant", "RoomDecor", "BasketBall", "GarbageBag", "Stool"})
-"""Categories without a front: any quarter turn is allowed if their sides are about equal."""
+"""Categories without a front. Their objects may be turned by any number of quarters if the sides are about equal."""
 
 
 class Furnisher:
-    """Furniture placer of one room."""
+    """Chooses and places the furniture of one room."""
 
     def __init__(self, floor: Floor, inventory: Inventory, rng: np.random.Generator) -> None:
         self.floor = floor
@@ -173,7 +173,7 @@ class Furnisher:
         self.pieces: list[PlacedObject] = []
 
     def furnish(self) -> list[PlacedObject]:
-        """Place the room's furniture and return it; things that stand on furniture are its children."""
+        """Place the room's furniture and return it; objects that stand on furniture are children of it."""
         kind = self.floor.room.kind
         {
             "Kitchen": self._kitchen,
@@ -240,7 +240,7 @@ class Furnisher:
             self._put(groups.desk_group(self.rng), _along_walls("living room desk"))
 
     def _keep_view_free(self, sofa: PlacedObject | None) -> None:
-        """Keep furniture out of the space between the sofa and the television that it faces."""
+        """Keep furniture out of the space between a sofa and the television, if these face each other."""
         stand = next((piece for piece in self.pieces if piece.category == "TVStand"), None)
         if sofa is None or stand is None or abs((stand.yaw - sofa.yaw) % 360.0 - 180.0) > FACING_DEG:
             return
@@ -280,7 +280,7 @@ class Furnisher:
                 return
 
     def _lay_rug(self, table: PlacedObject) -> None:
-        """Lay a rug under a table if it fits in the room and is clear of doors."""
+        """Lay a rug under a table if the rug fits in the room and is clear of doors."""
         model = draw_model("Rug", self.rng)
         place = Vec3(table.position.x, model.size.y / 2, table.position.z)
         rug = PlacedObject(model, place, table.yaw, self.floor.room.number)
@@ -324,13 +324,13 @@ class Furnisher:
 
 
 def _along_walls(name: str) -> Callable[[Anchor], float]:
-    """Return the score function for places along walls, from a row of `WALL_PREFERENCES`."""
+    """Return a function that scores places along walls by the row `name` of `WALL_PREFERENCES`."""
     corner, centre = WALL_PREFERENCES[name]
     return lambda anchor: corner * anchor.corner + centre * anchor.centre
 
 
 def _opposite(piece: PlacedObject) -> Callable[[Anchor], float]:
-    """Return a score function that prefers places facing `piece` from across the room."""
+    """Return a function that scores places: those across the room that face `piece` get the highest scores."""
 
     def score(anchor: Anchor) -> float:
         sin, cos = np.sin(np.radians(piece.yaw)), np.cos(np.radians(piece.yaw))

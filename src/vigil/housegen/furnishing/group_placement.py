@@ -1,7 +1,7 @@
-"""Placement of furniture groups, i.e. of furniture that stands together and is placed as one unit.
+"""Placement of furniture groups. A group is furniture that stands together and is placed as one unit.
 
-The frame of a group has its origin at the middle of the group's back edge: x is along the wall, z away from it, and yaw
-0 faces away from the wall.
+The origin of a group's frame is the middle of the group's back edge: x is along the wall, z away from it, and an object
+with yaw 0 faces away from the wall.
 """
 
 from dataclasses import dataclass, field
@@ -13,39 +13,37 @@ from vigil.housegen.base.models import AssetModel, PlacedObject, Rect, leaf_reac
 from vigil.housegen.furnishing.floor import WALL_GAP, Floor
 
 TALL_M = 0.97
-"""Height (m) above which furniture does not stand in front of a window."""
+"""Furniture higher than this (m) is not placed in front of a window."""
 STAND_M = 0.45
-"""Depth (m) of the floor that the agent's body needs in front of furniture that it opens, in addition to the leaf's
-reach."""
+"""Depth (m) of floor for the agent's body in front of furniture that opens, in addition to the reach of its leaves."""
 LEAST_ACCESS = 0.8
-"""Least depth (m) of the floor kept free in front of furniture that opens."""
+"""Least depth (m) of the floor that is kept free in front of furniture that opens."""
 ACCESS_M, HALF_ACCESS_M = 0.5, 0.3
-"""Depth (m) of the floor kept free in front of other furniture, and half of the least width of any such floor."""
+"""Depth (m) of the floor that is kept free in front of furniture that does not open, and half the least width (m) of
+the floor that is kept free in front of any furniture."""
 FLUSH_M = 1e-6
-"""Distance (m) from the end of a wall below which a group is in the corner."""
+"""A group is in a corner if it is less than this (m) from the end of a wall."""
 ALONG_STEP_M, ACROSS_STEP_M = 0.15, 0.3
-"""Steps (m) between the places that are tried along walls, and between those in the open."""
+"""Step (m) between the places that are tried along walls, and step (m) between those away from walls."""
 ACROSS_SHIFT_M = 0.25
-"""Largest random offset (m) of the places in the open."""
+"""Largest random offset (m) of the grid of places away from walls."""
 TRIES = 14
-"""Number of the best places for which it is tested whether an agent can still walk through the room."""
+"""Number of the best places that are tested for whether an agent can still walk through the room."""
 
 
 @dataclass(slots=True)
 class GroupMember:
-    """One piece of furniture of a group, with its centre and yaw in the group's frame."""
+    """One piece of furniture in a group; its centre and yaw are in the group's frame."""
 
     model: AssetModel
     x: float
     z: float
     yaw: float = 0.0
     on: int | None = None
-    """Index of the member on which this member stands; None if it stands on the floor."""
+    """Index of the member on which this member stands; None if this member stands on the floor."""
 
     def rects(self) -> list[Rect]:
-        """Return the rectangles that the member covers: one for each run of a countertop, otherwise the one around
-        its box.
-        """
+        """Return the rectangles that the member covers: its box's, or for a countertop those of its straight parts."""
         if self.model.category != "CounterTop":
             return [self.rect()]
         corners = [np.asarray(solid.polygon) for solid in self.model.asset.solids if solid.joint is None]
@@ -63,17 +61,17 @@ class FurnitureGroup:
 
     members: list[GroupMember]
     access: list[Rect] = field(default_factory=list)
-    """Floor in front of the furniture for a person to stand on, in the group's frame."""
+    """Floor in front of the furniture, in the group's frame, on which an agent must be able to stand."""
     open: list[Rect] = field(default_factory=list)
-    """Floor on which other furniture may not stand, e.g. where a chair is pulled back, in the group's frame."""
+    """Floor, in the group's frame, that other furniture must not cover, e.g. where a chair is pulled back."""
 
     def solid(self) -> list[Rect]:
-        """Return the rectangles of the members on the floor; rugs are left out."""
+        """Return the rectangles of the members that stand on the floor, except rugs."""
         standing = [member for member in self.members if member.on is None and member.model.category != "Rug"]
         return [rect for member in standing for rect in member.rects()]
 
     def sweeps(self) -> list[Rect]:
-        """Return the floor to keep free, including what the furniture's doors and drawers pass over."""
+        """Return the floor to keep free: `open`, and the floor over which doors and drawers of the members move."""
         found: list[Rect] = list(self.open)
         for member in self.members:
             rect = swept_rect(member.model) if member.on is None else None
@@ -97,23 +95,23 @@ class FurnitureGroup:
 
 @dataclass(frozen=True, slots=True)
 class Anchor:
-    """A place in the room for a furniture group."""
+    """A place in the room where a furniture group may be put."""
 
     x: float
     """x (m) of the middle of the group's back edge, in the house's frame."""
     z: float
     yaw: float
     corner: float = 0.0
-    """1 if the group is flush with an end of the wall, else 0."""
+    """1 if the group is at an end of the wall, else 0."""
     centre: float = 0.0
-    """Nearness to the middle: 1 in the middle of the wall (or room), falling to 0 at its end."""
+    """How near the place is to the middle: 1 in the middle of the wall (or room), falling to 0 at its end."""
     wall_length: float = 0.0
 
 
 def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureGroup:
-    """Return a group of one piece of furniture with its back to the wall, and the floor that the piece needs in front.
+    """Return a group of one piece of furniture with its back to the wall, and with the floor needed in front of it.
 
-    `access_m` is the depth (m) of this floor; with None, the depth follows from the model.
+    `access_m` is the depth (m) of this floor; if None, the depth depends on the model.
     """
     depth = front_access(model) if access_m is None else access_m
     half = max(model.size.x / 2, HALF_ACCESS_M)
@@ -125,15 +123,13 @@ def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureG
 
 
 def front_access(model: AssetModel) -> float:
-    """Return the depth (m) of the floor to keep free in front of a model; it is larger when a part swings or slides
-    out.
-    """
+    """Return the depth (m) of floor to keep free in front of a model; it is greater if parts open towards the front."""
     reach = leaf_reach(model)
     return max(LEAST_ACCESS, reach + STAND_M) if reach > 0 else ACCESS_M
 
 
 def wall_anchors(floor: Floor, group: FurnitureGroup, rng: np.random.Generator) -> list[Anchor]:
-    """Return places for a group along the room's walls, including their ends and middles."""
+    """Return places for a group along the room's walls; the ends and the middle of each wall are among them."""
     low, _, high, _ = group.extent()
     found: list[Anchor] = []
     for edge in floor.edges:
@@ -153,7 +149,7 @@ def wall_anchors(floor: Floor, group: FurnitureGroup, rng: np.random.Generator) 
 
 
 def free_anchors(floor: Floor, rng: np.random.Generator) -> list[Anchor]:
-    """Return places all over the floor, each with four yaws."""
+    """Return places all over the floor, each repeated with four yaws."""
     x0, z0, x1, z1 = floor.room.polygon.bounds
     middle = floor.room.polygon.representative_point()
     step = ACROSS_STEP_M
@@ -169,7 +165,7 @@ def free_anchors(floor: Floor, rng: np.random.Generator) -> list[Anchor]:
 
 
 def rects_at(rects: list[Rect], anchors: list[Anchor]) -> np.ndarray:
-    """Return a group's rectangles at every anchor (anchors, rects, 4)."""
+    """Return the rectangles of a group when it is at each of the anchors (anchors, rects, 4)."""
     if not rects:
         return np.empty((len(anchors), 0, 4))
     turned = {yaw: np.asarray([turned_rect(rect, 0.0, 0.0, yaw) for rect in rects]) for yaw in {a.yaw for a in anchors}}
@@ -180,10 +176,10 @@ def rects_at(rects: list[Rect], anchors: list[Anchor]) -> np.ndarray:
 def place_group(
     floor: Floor, group: FurnitureGroup, anchors: list[Anchor], scores: np.ndarray
 ) -> list[PlacedObject] | None:
-    """Place the group at the best anchor that fits and leaves room to walk.
+    """Place the group at the best anchor where it fits and leaves enough room to walk.
 
-    `scores` (anchors,) are the anchors' scores; the highest is best. Return the group's furniture; None if no anchor
-    fits.
+    `scores` (anchors,) are the anchors' scores; the highest is the best. Return the group's furniture; None if it fits
+    at no anchor.
     """
     if not anchors:
         return None
@@ -207,7 +203,7 @@ def place_group(
 
 
 def pieces_at(group: FurnitureGroup, anchor: Anchor, room: int) -> list[PlacedObject]:
-    """Return the group's furniture at an anchor; pieces that stand on other pieces become their children."""
+    """Return the group's furniture at an anchor; a piece that stands on another piece becomes its child."""
     pieces: list[PlacedObject] = []
     for member in group.members:
         dx, dz = rotate_floor(member.x, member.z, anchor.yaw)

@@ -7,9 +7,9 @@ from vigil.housegen.base.randomness import chance, pick
 from vigil.housegen.furnishing.group_placement import STAND_M, FurnitureGroup, GroupMember, front_access
 
 COUNTER_VARIANTS = 12
-"""Number of looks of counters from which the generator draws."""
+"""Number of variants of counters from which the generator draws."""
 COUNTER_DEPTH_M = 0.61
-"""Depth (m) of the straight part of a counter; deeper counters are L-shaped."""
+"""Depth (m) of the straight part of a counter; a counter with a deeper box is L-shaped."""
 RUN_GAP_M = 0.01
 """Gap (m) between the pieces of a kitchen run."""
 BED_TABLE_GAP_M = 0.06
@@ -18,54 +18,54 @@ SEAT_GAP_M = 0.06
 STOOL_GAP_M = 0.05
 """Distance (m) between a stool and its kitchen island."""
 STOOL_SPACING_M = 0.2
-"""Least gap (m) between two stools; at a long island they share STOOL_SHARE of its length."""
+"""Least gap (m) between two stools. At a long island, the stools are spread over STOOL_SHARE of its length."""
 STOOL_SHARE = 0.6
 CHAIR_PULL_M = 0.2
-"""Depth (m) of the floor behind a dining chair for pulling it back."""
+"""Depth (m) of the floor behind a dining chair that is kept free so that the chair can be pulled back."""
 SEAT_ROOM_M = 0.3
-"""Depth (m) of the floor behind a chair for sitting down."""
+"""Depth (m) of the floor behind a chair that is kept free for sitting down."""
 BED_RUG_SHARE = 0.75
-"""Share of beds with a rug at their foot, if it fits."""
+"""Share of beds that have a rug at the foot, if the rug fits."""
 RUG_UNDER_BED_M = 0.25
-"""Distance (m) from a bed's foot to the middle of the rug under it, towards the head."""
+"""Distance (m) from a bed's foot to the middle of the rug, measured towards the head."""
 RUG_BEFORE_SOFA_M = 0.05
 BED_SIDE_M = (0.5, 0.9, 0.2)
-"""Floor at a bed's side for getting in (m): its width, its distance from the wall, and its distance from the foot."""
+"""Floor next to a bed for getting in (m): width, distance from the wall, and distance from the foot."""
 SOFA_FRONT_M = 0.4
-"""Depth (m) of the floor in front of a sofa for sitting down."""
+"""Depth (m) of the floor in front of a sofa that is kept free for sitting down."""
 COFFEE_TABLE_GAP_M = 0.42
 ARMCHAIR_GAP_M = (0.25, 0.3)
-"""Distances (m) of an armchair from a sofa, to its side and in front of it."""
+"""Distances (m) from a sofa to an armchair: to the side of the sofa, and in front of it."""
 DRAWER_EDGE_M = 0.05
-"""Least distance (m) from a chair to the end of its desk, which leaves the drawers free."""
+"""Least distance (m) from a chair to the end of its desk, so that the desk's drawers are free."""
 KNEE_HALF_M = 0.1
-"""Least distance (m) from a desk's middle to the floor kept free in front of its drawers."""
+"""The floor kept free in front of a desk's drawers begins at this distance (m) from the desk's middle."""
 SCREEN_OVERHANG_M = 0.1
 """How much (m) a television may be wider than its stand."""
 SCREEN_BACK_M = 0.02
-"""Distance (m) of a television behind the middle of its stand."""
+"""A television is this far (m) behind the middle of its stand."""
 TWO_SEATS_M = 1.25
 """Length (m) of a table above which each long side has two seats."""
 LONG_SIDES_FIRST = 0.7
-"""Share of free-standing tables that get chairs at their long sides before their ends."""
+"""Share of tables away from walls that get chairs at their long sides first, before their ends."""
 COUNTER_FRONT_M = 0.8
-"""Least depth (m) of the floor in front of a kitchen run."""
+"""Least depth (m) of the floor that is kept free in front of a kitchen run."""
 ISLAND_FRONT_M = 0.4
-"""Depth (m) of the floor in front of a kitchen island, in addition to STAND_M."""
+"""Depth (m) of the floor kept free in front of a kitchen island, in addition to STAND_M."""
 VANITY_FRONT_M = 0.7
 CURTAIN_SHARE = 0.35
-"""Share of bathtubs with a curtain, if it fits."""
+"""Share of bathtubs with a shower curtain, if the curtain fits."""
 CURTAIN_GAP_M = 0.01
 TUB_ACCESS_M = (0.3, 0.6)
-"""Floor kept free along a bathtub: its distance (m) from the tub's ends, and its depth (m)."""
+"""Floor that is kept free along a bathtub: its distance (m) from the tub's ends, and its depth (m)."""
 BASIN_EDGE_M = 0.02
-"""Distances (m) of a basin from the counter's front and of a faucet from its back."""
+"""Distance (m) of a basin from the counter's front edge."""
 BASIN_MARGIN_M = 0.06
-"""Depth (m) by which a counter must exceed the basin in it."""
+"""A counter must be deeper than the basin in it by at least this (m)."""
 
 
 def bed_group(rng: np.random.Generator, tables: int) -> FurnitureGroup:
-    """Return a bed with its head to the wall and up to two side tables of one kind."""
+    """Return a bed with its head at the wall, and up to two equal side tables."""
     bed, table = draw_model("Bed", rng), draw_model("SideTable", rng)
     members = [GroupMember(bed, 0.0, bed.size.z / 2)]
     side = pick(rng, (-1, 1))
@@ -105,7 +105,7 @@ def desk_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def sofa_group(rng: np.random.Generator, with_table: bool, with_chair: bool, with_rug: bool) -> FurnitureGroup:
-    """Return a sofa with its back to the wall, with or without a coffee table, an armchair at its side, and a rug."""
+    """Return a sofa with its back to the wall and, if asked for, a coffee table, an armchair at its side, and a rug."""
     sofa = draw_model("Sofa", rng)
     members = [GroupMember(sofa, 0.0, sofa.size.z / 2)]
     half = sofa.size.x / 2
@@ -143,7 +143,7 @@ def media_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> FurnitureGroup:
-    """Return a table with chairs of one kind around it; at a wall its back side has no chairs."""
+    """Return a table with equal chairs around it; if it stands at a wall, there are no chairs at that side."""
     table, chair = draw_model("DiningTable", rng), draw_model("Chair", rng)
     half_x, half_z = table.size.x / 2, table.size.z / 2
     out = SEAT_GAP_M + chair.size.z / 2
@@ -161,8 +161,7 @@ def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> Furnit
 
 
 def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ...]) -> FurnitureGroup:
-    """Return a group of matching counters along a wall with the stove between them and, if `with_fridge`, the fridge at
-    an end.
+    """Return a group of matching counters along a wall, with the stove between them and perhaps the fridge at one end.
 
     `feet` are the widths (ft) of the counters.
     """
@@ -178,8 +177,10 @@ def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ..
 
 
 def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> FurnitureGroup:
-    """Return a group of an L-shaped counter (leg on the +x side), the stove next to it and, if `with_fridge`, the
-    fridge next to the stove.
+    """Return a group: an L-shaped counter with its leg at +x, a stove next to it, and perhaps a fridge next to the
+    stove.
+
+    `feet` is the width (ft) of the counter.
     """
     counter = model_of(f"Countertop_{int(rng.integers(COUNTER_VARIANTS))}_L_{feet}x{feet}", "CounterTop")
     row = [draw_model("Stove", rng), counter]
@@ -187,7 +188,7 @@ def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> Furnit
 
 
 def _run(rng: np.random.Generator, row: list[AssetModel]) -> FurnitureGroup:
-    """Return a group of models next to each other along a wall, with a sink in the first counter."""
+    """Return a group of models that stand side by side along a wall, with a sink in the first counter."""
     left = -(sum(model.size.x for model in row) + RUN_GAP_M * (len(row) - 1)) / 2
     members: list[GroupMember] = []
     access: list[Rect] = []
@@ -206,7 +207,7 @@ def _run(rng: np.random.Generator, row: list[AssetModel]) -> FurnitureGroup:
 
 
 def bathtub_group(rng: np.random.Generator) -> FurnitureGroup:
-    """Return a bathtub lengthwise along the wall."""
+    """Return a bathtub whose long side is at the wall."""
     tub = draw_model("Bathtub", rng)
     half = tub.size.x / 2
     members = [GroupMember(tub, 0.0, tub.size.z / 2)]
@@ -218,7 +219,7 @@ def bathtub_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def island_group(rng: np.random.Generator, stools: int, similar_to: AssetModel) -> FurnitureGroup:
-    """Return a free-standing counter that looks like the counter `similar_to`, with stools on one side."""
+    """Return a counter away from walls with stools on one side; it looks like the counter `similar_to`."""
     size = f"{pick(rng, (4, 5, 6))}x{pick(rng, (2, 3))}"
     looks = [model_of(f"Countertop_{look}_Island_{size}", "CounterTop") for look in range(COUNTER_VARIANTS)]
     counter = most_similar(similar_to, looks)
@@ -241,7 +242,7 @@ def vanity_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def _basin(rng: np.random.Generator, numbers: tuple[int, int], x: float, depth: float) -> list[GroupMember]:
-    """Return a sink with a faucet on its rear rim, for a counter with its middle at x and the given depth.
+    """Return a sink with a faucet at its back, for a counter whose middle is at `x` and whose depth (m) is `depth`.
 
     `numbers` are the indices of the counter and of the sink among the group's members.
     """

@@ -1,6 +1,6 @@
-"""Inventory: the number of objects of each category in a house, with limits for the house and for each room.
+"""Inventory: how many objects of each category a house has, with limits for the house and for each room.
 
-Few categories may occur twice, so that an instruction can name a single object by its category.
+Most categories may occur only once in a house, so that an instruction can name an object by its category alone.
 """
 
 from collections import Counter
@@ -50,10 +50,10 @@ LIMITS = {
     "ShelvingUnit": 2,
     "Window": 99,
 }
-"""Category -> greatest number of its objects in one house. The default is 1, or LOOSE_LIMIT for objects that can be
-picked up."""
+"""Category -> greatest number of its objects in one house. The default is LOOSE_LIMIT for objects that can be picked
+up, and 1 for others."""
 LOOSE_LIMIT = 3
-"""Default greatest number of objects in one house, for a category that can be picked up."""
+"""Greatest number of objects in one house for categories that can be picked up and are not in LIMITS."""
 _DISHES_AND_FOOD = ("Plate", "Bowl", "Cup", "Mug", "Bottle", "Apple", "Tomato", "Potato", "Fork", "Spoon")
 _ODDS_AND_ENDS = ("Book", "Pen", "Pencil", "CD", "Candle", "Vase", "Cloth", "ToiletPaper")
 ROOM_LIMITS = {"Pillow": 3, "Egg": 3} | dict.fromkeys((*_DISHES_AND_FOOD, *_ODDS_AND_ENDS), 2)

@@ -1,5 +1,6 @@
-"""Space taken by the objects of one room: their boxes, and the space through which their doors, drawers and lids
-move.
+"""Space taken by the objects of one room: their boxes, and the space through which their leaves move.
+
+Leaves are doors, drawers and lids.
 """
 
 from collections.abc import Iterable
@@ -8,15 +9,15 @@ from vigil.housegen.base.models import Block, PlacedObject, Rect, turned_rect
 from vigil.housegen.furnishing.floor import Floor
 
 SWING_GAP = 0.01
-"""Least distance (m) of moving leaves from walls and other objects, because handles and rims reach out of solids."""
+"""Least gap (m) between moving leaves and walls or other objects, because handles and rims stick out of the solids."""
 TOUCH_M = 0.005
-"""Overlap in height (m) up to which two blocks count as only touching."""
+"""Two blocks that overlap in height by at most this (m) only touch."""
 
 
 class Occupancy:
-    """The blocks that objects take in a room, and the blocks through which leaves move.
+    """The blocks that objects take in a room, and the blocks that leaves move through.
 
-    No block may overlap another.
+    No block of one object may overlap a block of another.
     """
 
     def __init__(self, floor: Floor, pieces: Iterable[PlacedObject]) -> None:
@@ -29,7 +30,7 @@ class Occupancy:
             self.add(piece)
 
     def add(self, piece: PlacedObject) -> None:
-        """Add an object that was placed in the room, with everything on and in it."""
+        """Add an object that has been placed in the room, and everything on and in it."""
         for found in piece.with_contents():
             self._pieces.append((found, found.block()))
             swing = found.swing()
@@ -39,7 +40,7 @@ class Occupancy:
                 self._hung.append(found.block())
 
     def has_room_for(self, piece: PlacedObject, parent: PlacedObject | None = None) -> bool:
-        """Return whether a new object that rests on `parent` is clear of all leaves, and its own leaves are free."""
+        """Return whether a new object on `parent` is clear of all leaves, and its own leaves can move."""
         own, swing = piece.block(), piece.swing()
         stands = not piece.is_on_wall and (parent is None or not parent.is_on_wall)
         if stands and any(_overlap(own, block, 0.0) for block in [*self._frames, *self._hung]):
@@ -57,19 +58,20 @@ class Occupancy:
 
 
 def are_apart(a: Rect, b: Rect, gap: float) -> bool:
-    """Return whether two rectangles are at least a given distance apart."""
+    """Return whether two rectangles are at least `gap` apart."""
     return a[2] + gap <= b[0] or a[0] >= b[2] + gap or a[3] + gap <= b[1] or a[1] >= b[3] + gap
 
 
 def _overlap(one: Block, two: Block, gap: float) -> bool:
-    """Return whether two blocks overlap, or are nearer to each other than the gap."""
+    """Return whether two blocks overlap, or are less than `gap` apart."""
     is_level = min(one[2], two[2]) - max(one[1], two[1]) > TOUCH_M
     return is_level and not are_apart(one[0], two[0], gap)
 
 
 def _hits_parent(swing: Block, own: Block, parent: PlacedObject | None) -> bool:
-    """Return whether a leaf moves through solids of `parent`, on which its object rests, other than those around
-    the object.
+    """Return whether a leaf of an object hits the object's parent, ignoring solids of the parent around the object.
+
+    `swing` is the block that the leaf moves through, and `own` is the object's block.
     """
     if parent is None:
         return False

@@ -1,4 +1,4 @@
-"""Small objects on and in furniture: on the real surfaces of the assets, clear of each other."""
+"""Small objects on and in furniture. They lie on surfaces of the furniture's assets and do not touch each other."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -16,35 +16,34 @@ from vigil.housegen.furnishing.inventory import ROOM_LIMITS, Inventory
 from vigil.housegen.furnishing.occupancy import Occupancy, are_apart
 
 GAP = 0.03
-"""Distance (m) between objects on one surface, so that each can be clicked."""
+"""Distance (m) between objects on a surface, so that each of them can be clicked."""
 EDGE = 0.012
 """Distance (m) of objects from the edge of their surface."""
 FULL_SHARE = 0.5
-"""Share of covered surface at which nothing more is added, because agents must find free places later."""
+"""When this share of a surface is covered, nothing more is added, because agents need free places later."""
 BASIN_SHARE = 0.75
-"""Share of covered surface at which nothing more is added to a counter with a basin, which takes much of the
-surface."""
+"""Value of FULL_SHARE for a counter with a basin, because the basin covers much of the surface itself."""
 MIN_SMALL_OBJECTS, ROUNDS = 6, 3
-"""Number of small objects below which a room gets more of them, and number of times that this is tried."""
+"""A room with fewer small objects than the first number gets more of them, in at most the second number of rounds."""
 UNTIDINESS_SPREAD, UNTIDINESS_RANGE = 0.3, (0.5, 1.6)
-"""Variation between rooms: spread of the logarithm of a factor on small objects, and the factor's range."""
+"""A room's number of small objects is multiplied by a random factor: spread of its logarithm, and its range."""
 TRIES = 2
-"""Number of objects that are tried for each object wanted on a surface, because not every object fits."""
+"""Number of objects that are tried for each object that a surface should get, because not every object fits."""
 REPEAT_SHARE = 0.25
-"""Factor on the probability of a category that the room already has."""
+"""Factor by which a category's probability is multiplied if the room already has an object of the category."""
 COUNTER_M = 2.4
-"""Width (m) of a counter that holds as much as ON_TOP says; longer counters hold more, and shorter ones less."""
+"""Width (m) of a counter that gets the number of objects in ON_TOP; the number grows with the width."""
 MIN_VISIBLE_SHARE = 0.5
-"""Least share of an object's width that taller objects in front of it must leave visible."""
+"""Least share of an object's width that must not be hidden by taller objects in front of it."""
 SIGHT_SLOPE = 1.5
-"""Distance behind a taller object, in multiples of its height, up to which it hides other objects.
+"""A taller object hides objects behind it up to a distance of its height multiplied by this number.
 
-An agent looks down at furniture more steeply than this slope.
+Agents look down on furniture more steeply than this slope.
 """
 HIGHEST_M = 1.75
-"""Height (m) above which surfaces are out of sight."""
+"""Surfaces above this height (m) cannot be seen."""
 SURFACE_TOLERANCE = 0.03
-"""Difference of heights (m) up to which an object lies on a surface."""
+"""An object lies on a surface if their heights differ by at most this (m)."""
 
 ON_TOP: dict[str, float] = {
     "CounterTop": 16.0,
@@ -69,7 +68,7 @@ ON_TOP: dict[str, float] = {
     "ClothesDryer": 1.0,
     "Ottoman": 0.2,
 }
-"""Average number of small objects on furniture of a category, if they fit."""
+"""Category of furniture -> average number of small objects on it, if they fit."""
 
 INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
     "Fridge": (1.4, ("Egg", "Apple", "Tomato", "Lettuce", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Cup")),
@@ -87,7 +86,7 @@ INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
     "Stove": (0.4, ("Pan", "Pot")),
     "CounterTop": (0.8, ("Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "AluminumFoil")),
 }
-"""Contents of furniture of a category: the average number of objects, and their categories."""
+"""Category of furniture -> its contents: the average number of objects, and their categories."""
 
 _DISHES = ("Bowl", "Plate", "Pot", "Pan", "Cup", "Mug", "Bottle", "WineBottle", "PaperTowelRoll", "AluminumFoil")
 _PERSONAL = ("RemoteControl", "KeyChain", "Watch", "CellPhone", "CreditCard", "Book", "Bowl", "Pencil", "Pen")
@@ -108,10 +107,10 @@ ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
     ("Bathroom", "WashingMachine"): _TOILETRIES,
     ("Bathroom", "ClothesDryer"): _TOILETRIES,
 }
-"""Categories on a support in one kind of room, in addition to those of the catalogue."""
+"""(kind of room, category of a support) -> categories that may lie there, in addition to those of the catalogue."""
 
 ALSO_WEIGHT = 0.5
-"""Weight of the categories in ALSO_ON; a category has the weight 0.67 on its first support in the catalogue."""
+"""Weight of the categories in ALSO_ON; the catalogue gives a category the weight 0.67 on its first support."""
 
 USUAL_OBJECTS: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
     "Kitchen": (
@@ -161,20 +160,20 @@ USUAL_OBJECTS: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
         ("Candle", ("CounterTop", "Shelf"), 0.35),
     ),
 }
-"""Objects that a room should have: category, supports (first choice first), probability."""
+"""Kind of room -> objects that it should have: (category, supports with the preferred first, probability)."""
 
 AT_THE_BACK = frozenset(
     {"Microwave", "CoffeeMachine", "Toaster", "Television", "DeskLamp", "HousePlant", "Vase", "Desktop"}
 )
 """Categories that are placed at the back of their support."""
 SOFT, TALLEST_ON_SOFT_M = frozenset({"Bed", "Sofa", "ArmChair"}), 0.6
-"""Soft furniture, and the greatest height (m) of an object that stands on it (a bat does not stand on a bed)."""
+"""Categories of soft furniture, and the greatest height (m) of an object on it (a bat does not stand on a bed)."""
 ALIGNED = AT_THE_BACK | {"Laptop", "Pillow", "Box", "AlarmClock", "Safe"}
 """Categories that face the same way as their support."""
 
 
 class SmallObjectPlacer:
-    """Placer of the small objects in one room."""
+    """Chooses and places the small objects of one room."""
 
     def __init__(
         self, floor: Floor, furniture: list[PlacedObject], inventory: Inventory, rng: np.random.Generator
@@ -187,9 +186,8 @@ class SmallObjectPlacer:
         self.room_counts = Counter(found.category for found in self._everything())
 
     def fill(self, clutter: float) -> None:
-        """Add the room's usual objects and then others, as children of the furniture; `clutter` scales the number
-        of objects.
-        """
+        """Add the room's usual objects and then others, as children of the furniture; their number grows with
+        `clutter`."""
         untidiness = float(np.clip(np.exp(UNTIDINESS_SPREAD * self.rng.standard_normal()), *UNTIDINESS_RANGE))
         least = MIN_SMALL_OBJECTS * min(1.0, clutter)
         clutter *= untidiness
@@ -223,7 +221,7 @@ class SmallObjectPlacer:
             self._put(category, piece, True)
 
     def _fill_top(self, piece: PlacedObject, clutter: float) -> None:
-        """Put objects on a piece of furniture until it has the number of objects that was drawn for it."""
+        """Put objects on a piece of furniture until it has as many as were drawn at random."""
         mean = ON_TOP.get(piece.category, 0.0) * clutter
         if piece.category == "CounterTop":
             mean *= piece.model.size.x / COUNTER_M
@@ -282,7 +280,7 @@ class SmallObjectPlacer:
 def _place(
     piece: PlacedObject, surface: Surface, model: AssetModel, rng: np.random.Generator, occupancy: Occupancy
 ) -> PlacedObject | None:
-    """Return the model placed on a free spot of the surface; None when none is found."""
+    """Return the model placed at a free spot of the surface; None if no free spot is found."""
     height = piece.position.y + surface.center.y
     if model.size.y > surface.clearance - 0.01 or height > HIGHEST_M:
         return None
@@ -326,9 +324,9 @@ class _SupportedObject:
     base: Rect
     """Rectangle of the object's box."""
     reach: Rect
-    """Rectangle of the object's box together with the space that its lid or door needs."""
+    """Rectangle of the object's box and of the space that its lid or door needs."""
     height: float
-    """Height (m) of the object with its lid or screen up."""
+    """Height (m) of the object when its lid or screen is up."""
 
 
 def _hidden_share(thing: _SupportedObject, others: list[_SupportedObject]) -> float:
@@ -345,13 +343,13 @@ def _hidden_share(thing: _SupportedObject, others: list[_SupportedObject]) -> fl
 
 
 def _height(model: AssetModel) -> float:
-    """Return the height (m) of an object with its lid or screen up."""
+    """Return the height (m) of an object when its lid or screen is up."""
     swing = swing_of(model)
     return model.size.y / 2 + max(model.size.y / 2, swing[2] if swing else 0.0)
 
 
 def _reach_rect(model: AssetModel) -> Rect:
-    """Return the rectangle of the model's box together with the space that its lid or door needs."""
+    """Return the rectangle of the model's box and of the space that its lid or door needs."""
     swept = swept_rect(model)
     if swept is None:
         return model.rect
@@ -360,7 +358,7 @@ def _reach_rect(model: AssetModel) -> Rect:
 
 
 def _objects_on(piece: PlacedObject, surface: Surface) -> list[_SupportedObject]:
-    """Return the objects on the surface, or next to it at its height."""
+    """Return the objects on a surface, and the objects next to the surface at the same height."""
     height = piece.position.y + surface.center.y
     top = (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2)
     found: list[_SupportedObject] = []

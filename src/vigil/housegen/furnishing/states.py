@@ -1,4 +1,4 @@
-"""States at the start: open, on or dirty. States are never halfway between."""
+"""States of objects at the start: open, on or dirty. No object is half open."""
 
 import numpy as np
 
@@ -23,9 +23,9 @@ OPEN_CHANCE = {
     "Fridge": 0.06,
     "Cabinet": 0.08,
 }
-"""Probability that an object of a category is open; 0 by default.
+"""Category -> probability that an object of this category is open; 0 by default.
 
-Furniture with something in or on a moving part is always shut.
+Furniture is always shut if something lies in or on its moving parts.
 """
 
 ON_CHANCE = {
@@ -47,14 +47,14 @@ ON_CHANCE = {
     "WashingMachine": 0.3,
     "ClothesDryer": 0.3,
 }
-"""Probability that an object of a category is on; 0 by default."""
+"""Category -> probability that an object of this category is on; 0 by default."""
 
 DIRTY_CHANCE = {"Bed": 0.55} | dict.fromkeys(("Mirror", "Plate", "Bowl", "Mug", "Cup", "Pan", "Pot", "Cloth"), 0.35)
-"""Probability that an object of a category is dirty; a dirty bed is unmade."""
+"""Category -> probability that an object of this category is dirty; a dirty bed is unmade."""
 
 
 def set_states(pieces: list[PlacedObject], rng: np.random.Generator) -> None:
-    """Set the state at the start of every object, including children."""
+    """Set the state that every object, including children, has at the start."""
     for top in pieces:
         for piece in top.with_contents():
             _set_state(piece, rng)

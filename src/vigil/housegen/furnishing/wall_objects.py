@@ -16,24 +16,23 @@ from vigil.housegen.furnishing.occupancy import Occupancy
 from vigil.housegen.layout.walls import WallPiece
 
 NEAR_WALL = 0.3
-"""Greatest distance (m) from a wall of the back of furniture that covers the wall up to its height."""
+"""Furniture covers a wall up to its own height if its back is at most this far (m) from the wall."""
 IN_WALL_M = 0.05
-"""Greatest distance (m) of the back of such furniture behind the wall's surface. If it is further behind, the
-furniture stands at another wall."""
+"""Furniture whose back is more than this (m) behind a wall's surface stands at another wall."""
 SIDE_GAP = 0.06
 """Distance (m) kept free at the sides of a hanging object."""
 ABOVE_GAP = 0.12
-"""Distance (m) kept free between furniture and an object above it."""
+"""Distance (m) kept free between furniture and an object that hangs above it."""
 SILL_M = 0.08
-"""How far (m) a window's frame reaches out of the wall."""
+"""How far (m) a window's frame reaches into the room."""
 BELOW_BLINDS_M = 0.5
-"""Height (m) below blinds that must be free of objects."""
+"""Height (m) of the space below blinds that must be free of objects."""
 BUMP_M = 0.06
 """An object that reaches at most this far (m) out of the wall does not take up floor."""
 OVERHEAD_M = 1.8
 """An object whose bottom is at least at this height (m) does not take up floor."""
 ON_LINE_M = 1e-6
-"""Distance (m) up to which two parallel walls count as one wall."""
+"""Two parallel walls that are at most this far (m) apart count as one wall."""
 EDGE_M = 0.01
 """Tolerance (m) in the checks that an opening is in a wall and that an object is over furniture."""
 FRAME_M = 0.1
@@ -41,66 +40,66 @@ FRAME_M = 0.1
 UNDER_CEILING_M = 0.1
 """Distance (m) kept free between the ceiling and objects that hang on a wall."""
 PLACES_TRIED = 5
-"""Number of random places that are tried along a wall, in addition to its middle."""
+"""Number of random places along a wall that are tried after the wall's middle."""
 PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (2, 5), "Bedroom": (2, 4), "Bathroom": (0, 2)}
-"""Least and greatest number of paintings by kind of room."""
+"""Kind of room -> least and greatest number of its paintings."""
 PAINTINGS_DRAWN = 4
-"""Number of paintings that are drawn to find one with a new subject."""
+"""Number of random paintings from which one with a new subject is chosen."""
 SHELF_PROBABILITY = {"LivingRoom": 0.35, "Bedroom": 0.35, "Bathroom": 0.5}
 BEDROOM_MIRROR_PROBABILITY, CEILING_LAMP_PROBABILITY, SHOWER_HEAD_PROBABILITY, TOWEL_PROBABILITY = 0.5, 0.85, 0.8, 0.85
 WINDOW_DRESSING_PROBABILITY = {"Bedroom": 0.65, "LivingRoom": 0.55, "Kitchen": 0.25, "Bathroom": 0.25}
 """Probability that a window has curtains or blinds."""
 DRY_ROOM_BLINDS_PROBABILITY = 0.4
-"""Probability of blinds instead of curtains in living rooms and bedrooms; other rooms have only blinds."""
+"""Probability of blinds instead of curtains in living rooms and bedrooms; other rooms only have blinds."""
 SWITCH_MIDDLE_M, MIRROR_MIDDLE_M, PAPER_MIDDLE_M, BATHROOM_SHELF_MIDDLE_M = 1.2, 1.5, 0.72, 1.35
 """Heights (m) of the middles of switches, mirrors, paper holders and bathroom shelves above the floor."""
 SHELF_MIDDLE_M, PAINTING_MIDDLE_M = (1.25, 1.5), (1.5, 1.65)
-"""Least and greatest height (m) of the middles of shelves and of paintings above the floor."""
+"""Heights (m) above the floor, least and greatest, of the middle of a shelf and of a painting."""
 RAILS = (("TowelHolder", "Towel", 1.35), ("HandTowelHolder", "HandTowel", 1.3))
 """Rows of (category of a rail, category of the towel that hangs over it, height (m) of the rail's middle)."""
 CABINET_BOTTOM_M, SHOWER_HEAD_TOP_M, LAMP_BOTTOM_M = 1.42, 2.15, 1.95
-"""Heights (m) above the floor of a cabinet's bottom and a shower head's top, and least height of a lamp's bottom."""
+"""Heights (m) above the floor: of a cabinet's bottom, of a shower head's top, and least height of a lamp's bottom."""
 SWITCH_ASIDE_M = 0.25
-"""Distance (m) from a door's opening to the middle of the light switch next to it."""
+"""Distance (m) from the edge of a door's hole to the middle of the light switch next to it."""
 MIRROR_ABOVE_M = 0.06
-"""Distance (m) between a mirror and the free gap above the sink below it."""
+"""Distance (m) from the space kept free above a sink (ABOVE_GAP) up to the mirror."""
 BESIDE_GAP_M = 0.12
 """Distance (m) between furniture and an object that hangs next to it."""
 CABINETS_UNDER_CEILING_M, DRESSING_UNDER_CEILING_M = 0.15, 0.05
-"""Distances (m) kept free above cabinets, and above curtains and blinds."""
+"""Distances (m) kept free between the ceiling and cabinets, and between the ceiling and curtains or blinds."""
 CABINET_WIDER_M = 0.02
 """How much (m) a cabinet may be wider than the counter below it."""
 TOUCH_M = 0.02
-"""Vertical gap (m) below which two objects count as in each other's way."""
+"""Two objects with a vertical gap smaller than this (m) are in each other's way."""
 OFF_WALL_M, OFF_RAIL_M = 0.002, 0.003
-"""Gaps (m) behind objects that hang on walls and on rails, so that surfaces do not touch."""
+"""Gaps (m) behind objects on walls, and behind objects over rails, so that surfaces do not touch."""
 SAME_YAW_DEG = 1.0
-"""Difference (deg) between the yaws of wall and furniture below which the wall counts as behind the furniture."""
+"""A wall is behind furniture only if their yaws differ by less than this (deg)."""
 BACK_REACH_M = 0.9
-"""Distance (m) of a wall from the furniture's middle below which the wall counts as behind the furniture."""
+"""A wall is behind furniture only if it is less than this (m) from the furniture's middle."""
 WINDOW_ABOVE_M, WINDOW_WIDER_M = 0.12, 0.05
-"""How far (m) curtains and blinds reach beyond their window, upwards and to the sides."""
+"""How far (m) curtains and blinds reach beyond their window: above it, and on each side."""
 FLOOR_LENGTH_M = 0.08
-"""Height (m) of the lower end of curtains below which they are made to reach the floor. Loading a house would also
-lower them."""
+"""Curtains whose lower end is below this height (m) are made to reach the floor, as loading the house would lower them
+anyway."""
 
 NARROW_ON_WALL = frozenset({"Faucet"})
-"""Categories that stand on furniture and block only their own width of the wall behind them."""
+"""Categories that stand on furniture and block the wall behind them only in their own width."""
 
 
 class Span(NamedTuple):
-    """A stretch of a wall (m) that an object takes or needs."""
+    """A rectangle (m) on a wall that an object covers or needs."""
 
     left: float
     right: float
     bottom: float
     top: float
     gap: float = 0.0
-    """Distance (m) from the wall at which the obstacle begins; objects that are flatter than this fit behind it."""
+    """Distance (m) from the wall at which the obstacle begins; a flatter object can hang behind it."""
 
 
 class WallObjectPlacer:
-    """Placer of the hanging objects in one room."""
+    """Chooses and places the hanging objects of one room."""
 
     def __init__(
         self,
@@ -156,7 +155,7 @@ class WallObjectPlacer:
         return spans
 
     def _covered_spans(self, edge: WallPiece, piece: PlacedObject) -> list[Span]:
-        """Return the spans of a wall that a piece of furniture and the things on it cover, each up to its top."""
+        """Return the spans of a wall that a piece of furniture covers, and those that the objects on it cover."""
         along, depths = _extent(edge, piece)
         if not -IN_WALL_M <= min(depths) <= NEAR_WALL or max(along) < 0 or min(along) > edge.length:
             return []
@@ -186,8 +185,8 @@ class WallObjectPlacer:
     ) -> PlacedObject | None:
         """Hang an object on wall `index` and return it; None if it does not fit.
 
-        `along` and `middle` (m) are the object's middle along the wall and above the floor. `draped` is a model that
-        hangs over the object.
+        `along` and `middle` (m) are the position of the object's middle along the wall and above the floor. `draped` is
+        the model of an object that will hang over this one, such as a towel over a rail.
         """
         size = model.size
         drop = size.y / 2 if draped is None else max(size.y / 2, draped.size.y - size.y / 2)
@@ -210,9 +209,9 @@ class WallObjectPlacer:
         self.occupancy.add(piece)
 
     def _leaves_room(self, bump: tuple[float, float, float, float], depth: float, bottom: float) -> bool:
-        """Return whether an object that reaches out of the wall leaves room to walk.
+        """Return whether there is still room to walk if an object reaches `depth` metres out of the wall.
 
-        If so, mark the floor under it as taken.
+        If there is, mark the floor under the object as taken.
         """
         if depth <= BUMP_M or bottom >= OVERHEAD_M:
             return True
@@ -246,13 +245,13 @@ class WallObjectPlacer:
         return None
 
     def _painting(self) -> AssetModel:
-        """Return a painting, if possible with a subject that no other painting in the room has."""
+        """Return a painting whose subject no other painting in the room has, if one is found."""
         shown = {_subject(piece.model) for piece in self.hung if piece.category == "Painting"}
         models = (draw_model("Painting", self.rng) for _ in range(PAINTINGS_DRAWN))
         return next((model for model in models if _subject(model) not in shown), draw_model("Painting", self.rng))
 
     def _hang_switch(self) -> None:
-        """Hang a light switch on the wall next to one of the room's doors."""
+        """Hang a light switch on a wall next to one of the room's doors."""
         doors = [opening for opening in self.floor.openings if opening.is_door]
         model = draw_model("LightSwitch", self.rng)
         for door in shuffled(self.rng, doors):
@@ -302,15 +301,14 @@ class WallObjectPlacer:
     def _hang_behind(
         self, piece: PlacedObject, model: AssetModel, middle: float, aside: float = 0.0
     ) -> PlacedObject | None:
-        """Hang an object on the wall behind `piece`, `aside` metres from the middle of `piece`; return None if it
-        does not fit.
-        """
+        """Hang an object on the wall behind `piece`, `aside` metres from the middle of `piece`. None if it cannot hang
+        there."""
         for index, along in self._walls_behind(piece):
             return self._hang(model, index, along + aside, middle)
         return None
 
     def _walls_behind(self, piece: PlacedObject) -> Iterator[tuple[int, float]]:
-        """Yield the index of each wall behind a piece, with the place (m) along the wall of the piece's middle."""
+        """Yield (index of a wall behind a piece, place of the piece's middle along this wall in metres)."""
         place = piece.position.x, piece.position.z
         for index, edge in enumerate(self.floor.edges):
             is_near = 0 < edge.into(place) < BACK_REACH_M and 0 < edge.along(place) < edge.length
@@ -318,7 +316,7 @@ class WallObjectPlacer:
                 yield index, edge.along(place)
 
     def _hang_beside(self, piece: PlacedObject, model: AssetModel, middle: float) -> PlacedObject | None:
-        """Hang an object on the wall behind `piece`, to the side of `piece`; return None if it does not fit."""
+        """Hang an object on the wall behind `piece`, next to `piece`; return None if it does not fit."""
         away = piece.model.size.x / 2 + model.size.x / 2 + BESIDE_GAP_M
         for index, along in self._walls_behind(piece):
             for sign in shuffled(self.rng, (-1, 1)):
@@ -328,7 +326,7 @@ class WallObjectPlacer:
         return None
 
     def _hang_cabinets(self) -> None:
-        """Hang one or two cabinets over counters."""
+        """Hang one or two cabinets above counters."""
         counters = [piece for piece in self.furniture if piece.category == "CounterTop"]
         if not counters:
             return
@@ -401,13 +399,13 @@ class WallObjectPlacer:
 
 
 def _subject(painting: AssetModel) -> Drawing:
-    """Return the function that draws the painting's picture; it identifies the painting's subject."""
+    """Return the function that draws a painting's picture; paintings with the same function have the same subject."""
     materials = [part.material.partition("/") for part in painting.asset.parts]
     return next(KINDS[kind][number] for kind, _, number in materials if kind == "picture")
 
 
 def _extent(edge: WallPiece, piece: PlacedObject) -> tuple[list[float], list[float]]:
-    """Return the distances (m) of the corners of a piece's footprint along a wall, and away from it."""
+    """Return the corners of a piece's footprint as distances (m) along a wall, and as distances away from the wall."""
     x0, z0, x1, z1 = piece.footprint()
     corners = [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
     return [edge.along(corner) for corner in corners], [edge.into(corner) for corner in corners]

@@ -1,8 +1,8 @@
-"""Floor plan: rooms of given kinds and areas in a common boundary, rectangular, L- or T-shaped.
+"""Floor plan: rooms of given kinds and areas inside one outline; rooms are rectangular, L-shaped or T-shaped.
 
-First the boundary is cut into rectangles with the rooms' areas. Then neighbours exchange corner blocks, which gives L-
-and T-shaped rooms. A plan is accepted only if a sensible tree of doors reaches every room. All coordinates are whole
-decimetres, so that walls of neighbours coincide exactly.
+First the outline is cut into rectangles with the rooms' areas. Then neighbouring rooms exchange blocks at their
+corners, which gives L- and T-shaped rooms. A plan is accepted only if doors between suitable kinds of rooms connect all
+rooms. All coordinates are whole decimetres, so that the walls of neighbours coincide exactly.
 """
 
 import math
@@ -19,15 +19,15 @@ from vigil.housegen.base.randomness import chance, pick, shuffled
 from vigil.housegen.base.spec import AREA_M2, SINGLE_ROOM_SCALE, HouseSpec
 
 UNIT_M = 0.1
-"""Unit of lengths in this module: a decimetre."""
+"""Length (m) of the unit of this module, a decimetre."""
 NARROWEST = {"Kitchen": 26, "LivingRoom": 30, "Bedroom": 28, "Bathroom": 20}
-"""Narrowest side (dm) of a room by its kind."""
+"""Kind of room -> least width (dm) of such a room."""
 DOOR_WALL = 15
-"""Least length (dm) of the shared wall between two rooms that a door joins."""
+"""Least length (dm) of the wall that two rooms share if there is a door between them."""
 MAX_ASPECT = 2.1
 """Greatest ratio of a room's long side to its short side."""
 LAMP_ROOM_M = 0.3
-"""Radius (m) around a floor's centre that must be in the room for a lamp to hang there."""
+"""A lamp hangs at a floor's centre only if everything within this radius (m) of the centre is in the room."""
 ATTEMPTS = 400
 """Greatest number of attempts at a plan."""
 
@@ -43,9 +43,9 @@ LINK_COST = {
     ("Bathroom", "Kitchen"): 1.8,
     ("Bathroom", "Bathroom"): 6.0,
 }
-"""Cost of a door between two kinds of rooms; the more unusual such a door is, the higher its cost."""
+"""Cost of a door between two kinds of rooms; unusual doors have a higher cost."""
 PASSAGE_COST = {"Kitchen": 0.1, "LivingRoom": 0.0, "Bedroom": 0.9, "Bathroom": 4.0}
-"""Cost of a way through a room of each kind to another room; the more unusual such a way is, the higher its cost."""
+"""Cost of having to walk through a room of this kind to another room; unusual ways have a higher cost."""
 
 Corner = tuple[float, float]
 """Floor point (x, z) in metres."""
@@ -59,7 +59,7 @@ class RoomPlan:
     """Number of the room in the house."""
     kind: str
     corners: tuple[Corner, ...]
-    """Corners, clockwise seen from above."""
+    """Corners of the floor, clockwise as seen from above."""
 
     @property
     def id(self) -> str:
@@ -73,7 +73,7 @@ class RoomPlan:
 
     @property
     def middle(self) -> Point:
-        """Place of a lamp: the centre of the floor, or a point well inside a floor that does not hold its centre."""
+        """Place of the room's lamp: the floor's centre, or a point well inside the floor if the centre is not in it."""
         floor = self.polygon
         is_inside = floor.contains(floor.centroid.buffer(LAMP_ROOM_M))
         return floor.centroid if is_inside else floor.representative_point()
@@ -85,17 +85,17 @@ class RoomLayout:
 
     rooms: tuple[RoomPlan, ...]
     links: tuple[tuple[int, int], ...]
-    """Pairs of numbers of rooms that are joined by a door."""
+    """Pairs of room numbers; a door connects the rooms of each pair."""
     height_m: float
     """Height (m) of the ceiling."""
 
     def room(self, number: int) -> RoomPlan:
-        """Return the room of that number."""
+        """Return the room with this number."""
         return next(room for room in self.rooms if room.number == number)
 
 
 def plan_rooms(spec: HouseSpec, rng: np.random.Generator) -> RoomLayout:
-    """Return a plan for `spec`. Raises SettingError when none is found."""
+    """Return a plan for `spec`. Raises SettingError if no plan is found."""
     kinds = pick(rng, spec.choices)
     height = round(float(rng.uniform(*spec.ceiling_m)), 2)
     best: tuple[float, list[Polygon], list[tuple[int, int]]] | None = None
@@ -159,9 +159,9 @@ def _slice(
     into: dict[int, tuple[int, int, int, int]],
     rng: np.random.Generator,
 ) -> None:
-    """Divide `rect` among the rooms in `order` in proportion to their areas, and store the parts in `into`.
+    """Divide `rect` among the rooms in `order` in proportion to their `areas`, and store the parts in `into`.
 
-    Each cut is across the longer side.
+    Each cut goes across the longer side.
     """
     if len(order) == 1:
         into[order[0]] = rect
@@ -184,7 +184,7 @@ def _slice(
 
 
 def _is_wide_enough(kind: str, shape: BaseGeometry) -> bool:
-    """Return whether the shape is one simple piece, wide enough everywhere for its kind, and not too long."""
+    """Return whether a shape is one piece without holes, wide enough for this kind of room, and not too long."""
     if not isinstance(shape, Polygon) or shape.interiors or not shape.is_valid:
         return False
     x0, z0, x1, z1 = shape.bounds
@@ -199,7 +199,7 @@ def _is_wide_enough(kind: str, shape: BaseGeometry) -> bool:
 
 
 def _trade_block(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.Generator) -> None:
-    """Move a corner block from one room to its neighbour, if both are still wide enough."""
+    """Move a block at a corner from one room to its neighbour, if both are still wide enough afterwards."""
     pairs = [pair for pair, length in _shared_lengths(shapes).items() if length > DOOR_WALL]
     if not pairs or chance(rng, 0.4):
         return
@@ -221,7 +221,7 @@ def _corner_block(shape: Polygon, rng: np.random.Generator) -> Polygon:
 
 
 def _cut_corner(kinds: tuple[str, ...], shapes: list[Polygon], index: int, rng: np.random.Generator) -> None:
-    """Remove a corner of a room at the boundary, if the room is still wide enough."""
+    """Cut off a corner of a room at the house's outline, if the room is still wide enough afterwards."""
     block = _corner_block(shapes[index], rng)
     left = shapes[index].difference(block)
     others = [shape for other, shape in enumerate(shapes) if other != index]
@@ -231,7 +231,7 @@ def _cut_corner(kinds: tuple[str, ...], shapes: list[Polygon], index: int, rng: 
 
 
 def _is_fit(kind: str, shape: BaseGeometry) -> bool:
-    """Return whether a room can have the shape: at most eight corners, no short steps, and wide enough."""
+    """Return whether a room can have this shape: at most eight corners, no short edges, and wide enough."""
     if not isinstance(shape, Polygon) or shape.is_empty or shape.interiors:
         return False
     corners = _simplified(shape).exterior.coords[:-1]
@@ -240,7 +240,7 @@ def _is_fit(kind: str, shape: BaseGeometry) -> bool:
 
 
 def _simplified(shape: Polygon | BaseGeometry) -> Polygon:
-    """Return the polygon without corners that lie on straight edges."""
+    """Return the polygon without those corners at which its edge goes straight on."""
     assert isinstance(shape, Polygon)
     points = [(round(x), round(z)) for x, z in shape.exterior.coords[:-1]]
     kept = [
@@ -252,7 +252,7 @@ def _simplified(shape: Polygon | BaseGeometry) -> Polygon:
 
 
 def _shared_lengths(shapes: list[Polygon]) -> dict[tuple[int, int], float]:
-    """Return the length (dm) of the wall that each two shapes share, by the indices of the two shapes."""
+    """Return, for each pair of shape indices, the length (dm) of the wall that the two shapes share."""
     pairs = list(combinations(range(len(shapes)), 2))
     if not pairs:
         return {}
@@ -277,9 +277,9 @@ def longest_shared(a: BaseGeometry, b: BaseGeometry) -> float:
 
 
 def _links(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.Generator) -> list[tuple[int, int]] | None:
-    """Return the doors as pairs of room indices; None when a room cannot be reached.
+    """Return the doors as pairs of room indices; None if some room cannot be reached.
 
-    The doors are a spanning tree of the most usual doors and sometimes one further door.
+    The doors form a spanning tree of the most usual doors; sometimes one more door is added.
     """
     costs: dict[tuple[int, int], float] = {}
     for a, b in combinations(range(len(kinds)), 2):

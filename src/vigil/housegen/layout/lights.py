@@ -8,20 +8,20 @@ from vigil.housegen.base.randomness import pick
 from vigil.housegen.layout.floorplan import RoomLayout
 
 WARMTH = ((1.0, 0.855, 0.722), (1.0, 0.93, 0.84), (1.0, 0.96, 0.92))
-"""Colours of lamps; each house uses one of these colours for all its lamps."""
+"""Colours of lamps. Each house uses one of these colours for all its lamps."""
 DROP_M = 0.2
-"""Distance (m) of a light below the ceiling."""
+"""How far (m) a light is below the ceiling."""
 LAYERS = 4
 """Number of THOR's render layers."""
 
 
 def layer_of(room: int) -> str:
-    """Return THOR's render layer of a room."""
+    """Return the render layer that THOR uses for a room."""
     return f"Procedural{room % LAYERS}"
 
 
 def lights_of(plan: RoomLayout, rng: np.random.Generator) -> list[dict[str, Any]]:
-    """Return the lights of the document."""
+    """Return the lights as entries of the house document."""
     red, green, blue = pick(rng, WARMTH)
     sun = {
         "id": "DirectionalLight",

@@ -1,6 +1,4 @@
-"""Openings: doors, open passages, the front door and windows, each with its place in a wall and the asset that
-fills it.
-"""
+"""Openings: doors, open passages, the front door and windows. Each has a place in a wall and an asset that fills it."""
 
 from dataclasses import dataclass
 
@@ -20,7 +18,7 @@ DOOR_WIDTH = 1.0
 DOUBLE_WIDTH = 1.6
 DOOR_HEIGHT = 2.1
 CORNER_GAP = 0.2
-"""Width of wall left on each side of an opening (m)."""
+"""Width (m) of wall that remains on each side of an opening."""
 DOOR_CLEAR = 1.05
 """Depth (m) of the floor kept free on both sides of a door, where its leaf swings."""
 PASSAGE_CLEAR = 0.75
@@ -33,35 +31,35 @@ WINDOW_HEIGHTS: dict[str, tuple[float, ...]] = {
     "Bedroom": (0.8, 0.95, 1.1),
     "Bathroom": (0.6,),
 }
-"""Heights (m) of windows by kind of room; their tops are as high as those of doors."""
+"""Kind of room -> heights (m) that its windows may have; the tops of windows are level with those of doors."""
 WINDOWS_PER_ROOM = {"Kitchen": (1, 2), "LivingRoom": (1, 3), "Bedroom": (1, 2), "Bathroom": (0, 1)}
-"""Least and greatest number of windows by kind of room."""
+"""Kind of room -> least and greatest number of its windows."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlannedOpening:
-    """A hole in a wall piece (and in the panel behind it), with the door or window in the hole."""
+    """A hole in a wall, and the door or window in the hole. The hole is in the panels on both sides of the wall."""
 
     id: str
     category: str
     asset_id: str
     wall: WallPiece
     left: float
-    """Distance (m) of the hole's beginning along `wall`."""
+    """Distance (m) along `wall` at which the hole begins."""
     right: float
-    """Distance (m) of the hole's end along `wall`."""
+    """Distance (m) along `wall` at which the hole ends."""
     bottom: float = 0.0
     """Height (m) of the hole's bottom."""
     top: float = DOOR_HEIGHT
     """Height (m) of the hole's top."""
     other: WallPiece | None = None
-    """The same wall piece seen from the room behind the wall; None when the outside is behind the wall."""
+    """The same part of the wall, seen from the room behind it; None if the outside is behind it."""
     openable: bool | None = None
     openness: float | None = None
 
     @property
     def is_door(self) -> bool:
-        """Whether the opening is a door or an open frame, not a window."""
+        """Whether the opening is a door or an open passage; False for a window."""
         return self.category != "Window"
 
     @property
@@ -76,7 +74,7 @@ class PlannedOpening:
         return DOOR_CLEAR if self.category == "Doorway" and self.openable else PASSAGE_CLEAR
 
     def leaves(self) -> list[Rect]:
-        """Return the floor under the opening's leaves when they are open, in the room that they swing into."""
+        """Return the rectangles of floor under the open leaves, in the room into which the leaves swing."""
         if self.category != "Doorway" or not self.openable:
             return []
         size = Vec3(round(self.right - self.left, 4), round(self.top - self.bottom, 4), DOOR_DEPTH_M)
@@ -86,7 +84,7 @@ class PlannedOpening:
         return [leaf.bounds for leaf in moving_prisms_of(thing, 1.0)]
 
     def span_in(self, room: int) -> tuple[WallPiece, float, float] | None:
-        """Return the room's wall piece and the hole's two ends along it; None if the hole is not in this room."""
+        """Return the piece of the room's wall with the hole, and the hole's ends along it; None if there is no hole."""
         if self.wall.room == room:
             return self.wall, self.left, self.right
         if self.other is not None and self.other.room == room:
@@ -95,7 +93,7 @@ class PlannedOpening:
 
 
 class _FreeWall:
-    """The parts of wall pieces that are still free, and the variants of the house's doors and windows."""
+    """The parts of walls that are still free for openings, and the variants of the house's doors and windows."""
 
     def __init__(self, door_variant: int, window_variant: int) -> None:
         self.door_variant = door_variant
@@ -103,7 +101,7 @@ class _FreeWall:
         self._used: dict[frozenset[tuple[float, float]], list[tuple[float, float]]] = {}
 
     def choose(self, piece: WallPiece, width: float, rng: np.random.Generator) -> tuple[float, float] | None:
-        """Return the place (left, right) of an opening of a given width (m), and take it; None without a free place."""
+        """Return a free place (left, right) for an opening of this width (m), and take it; None if none is free."""
         room = piece.length - 2 * CORNER_GAP - width
         if room < 0:
             return None
@@ -120,7 +118,7 @@ class _FreeWall:
 
 
 def cut_openings(plan: RoomLayout, rng: np.random.Generator) -> list[PlannedOpening] | None:
-    """Return the plan's doors and windows; None when a door does not fit between two rooms that it should join."""
+    """Return the plan's doors and windows; None if a door between two rooms does not fit into their wall."""
     pieces = wall_pieces(plan)
     free = _FreeWall(door_variant=int(rng.integers(DOOR_VARIANTS)), window_variant=int(rng.integers(WINDOW_VARIANTS)))
     openings: list[PlannedOpening] = []

@@ -1,4 +1,4 @@
-"""Materials of floors, walls, ceilings and facades by AI2-THOR's names, with tints for painted walls."""
+"""Materials of floors, walls, ceilings and facades, named as in AI2-THOR, with tints for painted walls."""
 
 from dataclasses import dataclass
 
@@ -66,11 +66,11 @@ class RoomFinish:
     floor: str
     wall: str
     paint: Rgb | None
-    """Tint of the walls; None for a material with its own colour."""
+    """Tint of the walls; None if their material has its own colour."""
 
 
 def finishes(kinds: dict[int, str], rng: np.random.Generator) -> dict[int, RoomFinish]:
-    """Return each room's finish, by number; most rooms other than bathrooms share one floor."""
+    """Return the finish of each room, by room number; most rooms except bathrooms have the same floor."""
     common = pick(rng, _PLANKS)
     found: dict[int, RoomFinish] = {}
     for number, kind in kinds.items():
@@ -84,7 +84,7 @@ def finishes(kinds: dict[int, str], rng: np.random.Generator) -> dict[int, RoomF
 
 
 def material(name: str, tint: Rgb | None = None) -> dict[str, object]:
-    """Return the reference to a material in a document."""
+    """Return a reference to a material, as written in the house document."""
     if tint is None:
         return {"name": name}
     return {"name": name, "color": {"r": tint[0], "g": tint[1], "b": tint[2]}}

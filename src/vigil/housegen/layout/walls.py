@@ -1,4 +1,4 @@
-"""Walls: every room's edges, cut where the neighbour behind them changes."""
+"""Walls: the edges of every room, cut into pieces where another room begins behind the wall."""
 
 import itertools
 import math
@@ -12,7 +12,7 @@ from vigil.housegen.layout.floorplan import Corner, RoomLayout, RoomPlan
 
 @dataclass(frozen=True)
 class WallPiece:
-    """A straight part of a room's wall with one neighbour behind it; the room is to the right of its direction."""
+    """A straight part of a room's wall with one neighbour behind it. From start to end, the room is on the right."""
 
     room: int
     """Number of the room."""
@@ -28,12 +28,12 @@ class WallPiece:
 
     @cached_property
     def direction(self) -> Corner:
-        """Unit vector from start to end."""
+        """Unit vector from the start to the end."""
         return (self.end[0] - self.start[0]) / self.length, (self.end[1] - self.start[1]) / self.length
 
     @cached_property
     def inward(self) -> Corner:
-        """Unit normal into the room."""
+        """Unit normal that points into the room."""
         x, z = self.direction
         return z, -x
 
@@ -49,23 +49,23 @@ class WallPiece:
         return self.start[0] + along * dx + into * nx, self.start[1] + along * dz + into * nz
 
     def along(self, point: Corner) -> float:
-        """Return the distance (m) of a floor point from the start, along the piece."""
+        """Return how far (m) a floor point is from the start, measured along the piece."""
         dx, dz = self.direction
         return (point[0] - self.start[0]) * dx + (point[1] - self.start[1]) * dz
 
     def into(self, point: Corner) -> float:
-        """Return the distance (m) of a floor point from the wall, into the room."""
+        """Return how far (m) a floor point is from the wall, measured into the room."""
         nx, nz = self.inward
         return (point[0] - self.start[0]) * nx + (point[1] - self.start[1]) * nz
 
     @property
     def id(self) -> str:
-        """Id (in the document) of the wall panel on the room's side."""
+        """Id, in the house document, of the wall panel on the side of the room."""
         return f"wall|{self.room}|{self._place()}"
 
     @property
     def exterior_id(self) -> str:
-        """Id (in the document) of the wall panel on the outside."""
+        """Id, in the house document, of the wall panel on the outside."""
         return f"wall|exterior|{self._place()}"
 
     def _place(self) -> str:
@@ -74,7 +74,7 @@ class WallPiece:
 
 
 def room_edges(room: RoomPlan) -> list[WallPiece]:
-    """Return the room's straight walls as whole pieces, without the numbers of the rooms behind them."""
+    """Return one piece for each straight wall of the room, not cut and without the number of the room behind."""
     corners = room.corners
     return [
         WallPiece(room.number, None, start, end) for start, end in zip(corners, [*corners[1:], corners[0]], strict=True)
@@ -116,7 +116,7 @@ def _rounded(corner: Corner) -> Corner:
 
 
 def facing_piece(piece: WallPiece, pieces: list[WallPiece]) -> WallPiece:
-    """Return the piece of wall that covers the same place as `piece`, seen from the room behind it."""
+    """Return the piece that covers the same part of the wall as `piece`, seen from the room behind it."""
     return next(
         other
         for other in pieces

@@ -78,7 +78,7 @@ def _space(argument: Argument, coordinates: Coordinates) -> Space[Any]:
 def _number(name: str, value: Any, space: Space[Any]) -> float:
     """Return one number of an action as a Python number.
 
-    It may be given as a numpy scalar or as an array with one element.
+    The action may have it as a numpy scalar or as an array with one element.
     """
     array = np.asarray(value)
     number = array.item() if array.size == 1 and array.dtype.kind in "iuf" else None

@@ -28,8 +28,7 @@ from vigil.sim import make_simulator
 
 FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)
 INSTRUCTION_BLOCK = 256
-"""Length limits of instructions are rounded up to a multiple of this number, so that most packs have equal
-observation spaces."""
+"""The limit on the length of instructions is a multiple of this, so that most packs have equal observation spaces."""
 RESET_OPTIONS = ("episode_id",)
 OUTCOME_KEYS = (
     *("episode_id", "family", "end", "W", "W_strict", "B", "label", "subtype", "category", "steps", "lag", "progress"),
@@ -41,8 +40,8 @@ field in an array of one type."""
 class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     """A Gymnasium environment that plays the episodes of a pack or a stream.
 
-    A report terminates an episode; running out of steps or of invalid replies truncates it. Pickling or copying an
-    environment makes a new one from the same options, before its first episode.
+    A report terminates an episode; the step budget and the limit of invalid replies truncate it. A pickled or copied
+    environment has the same options, but has not begun an episode.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}  # noqa: RUF012 - as Gymnasium declares it
@@ -72,8 +71,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Start the next episode (of a pack, a random episode), or the episode that `options={"episode_id": ...}`
-        names.
+        """Start an episode: the next of a stream, a random episode of a pack, or the episode `options["episode_id"]`.
 
         Raises SettingError if an option or id is unknown, SimulatorError if the simulator failed.
         """
@@ -89,7 +87,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Take one reply. Only the last step has a reward and, in evaluator mode, a non-empty `info`.
 
-        Raises SettingError if the action has another type, SimulatorError if the simulator failed.
+        Raises SettingError if the action is not in the action space, SimulatorError if the simulator failed.
         """
         before = self._observation
         self._observation = self._env.step(self._actions.reply(action))
@@ -138,9 +136,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return Dict(spaces)
 
     def _to_space(self, observation: Observation) -> dict[str, Any]:
-        """Return an observation as an element of the observation space; both booleans are 0 when there is no
-        feedback.
-        """
+        """Return an observation as an element of the observation space; without feedback, its two booleans are 0."""
         seen: dict[str, Any] = {"instruction": self._now.episode.instruction}
         if self._options.frames:
             seen["frame"] = self._frame(observation)

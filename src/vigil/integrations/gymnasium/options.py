@@ -17,10 +17,10 @@ class Options(Shaping, EpisodeOptions):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     workers: int = Field(
-        1, ge=0, description="number of processes that make a stream's episodes ahead; with 0, `reset` makes them"
+        1, ge=0, description="number of background processes that make a stream's episodes; with 0, `reset` makes them"
     )
     actions: Literal["text", "structured"] = Field(
-        "text", description="`text`: an action is a reply's text; `structured`: a dict of numbers"
+        "text", description="form of an action: `text` (a reply's text) or `structured` (a dict of numbers)"
     )
     frames: bool = Field(True, description="whether an observation has the frame; if not, only `render()` draws frames")
     evaluator: bool = Field(False, description="whether `info` has the outcome when an episode ends")
@@ -29,7 +29,7 @@ class Options(Shaping, EpisodeOptions):
     def of(cls, given: dict[str, Any]) -> "Options":
         """Return the options with these names and values.
 
-        Raises SettingError; for an unknown name it suggests a similar one.
+        Raises SettingError; its message suggests a similar name if a name is unknown.
         """
         check_names(given, cls.model_fields, OWNER)
         try:

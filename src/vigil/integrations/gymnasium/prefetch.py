@@ -1,4 +1,4 @@
-"""Prefetching: the next episode is drawn, and its house built, while the current one is played.
+"""Prefetching: the next episode is chosen, and its house built, while the current episode is played.
 
 A vector steps its environments together, so an environment that builds a house would make all others wait. The choice
 of episodes depends only on the seed, not on how far the thread is.
@@ -14,18 +14,19 @@ from vigil.protocol.house import House
 
 
 class Prefetcher:
-    """A thread that draws the next episode from a source while the current episode is played."""
+    """A thread that takes the next episode from a source while the current episode is played."""
 
     def __init__(self, source: EpisodeSource, prepare: Callable[[House], None]) -> None:
-        """`prepare` is called with each house, in another thread, so that the house later loads faster."""
+        """`prepare` is called with each episode's house, in another thread, so that the house loads faster later."""
         self._source, self._prepare = source, prepare
         self._thread = ThreadPoolExecutor(1, "next-episode")
         self._next: Future[SampledEpisode] | None = None
 
     def next_episode(self, rng: np.random.Generator, *, is_seeded: bool) -> SampledEpisode:
-        """Return the next episode, and start preparing the one after it.
+        """Return the next episode, and start preparing the episode after it.
 
-        `is_seeded` says whether `rng` was just seeded. Raises any error of drawing or preparing.
+        `is_seeded` says whether `rng` was just seeded. Raises any error that occurred while the returned episode was
+        prepared.
         """
         pending, self._next = self._next or self._start_next(rng, is_seeded=is_seeded), None
         found = pending.result()

@@ -1,7 +1,7 @@
 """Vector of environments in a few processes. Each process steps its share of the environments one after the other.
 
-Return values and resets are those of Gymnasium's `AsyncVectorEnv`. That class starts a process for each environment:
-sixteen processes on two cores delay each other, and none can reuse a house that another has built.
+Return values and resets are those of Gymnasium's `AsyncVectorEnv`. `AsyncVectorEnv` starts a process for each
+environment: sixteen processes on two cores delay each other, and no process can reuse a house that another has built.
 """
 
 import multiprocessing
@@ -42,8 +42,8 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
     ) -> None:
         """Start the processes, by default one per core. `context` is the start method of `multiprocessing`.
 
-        Without `copy`, each observation overwrites the arrays of the observation before. Raises any error of making an
-        environment.
+        Without `copy`, each observation overwrites the arrays of the previous observation. Raises any error that occurs
+        when an environment is made.
         """
         if not env_fns or (processes is not None and processes < 1):
             raise SettingError(
@@ -96,7 +96,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self._seen(), rewards, terminated, truncated, infos
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Return, for each environment, the result of its method of that name, or the value of its attribute."""
+        """Return, for each environment, the result of its method `name`, or the value of its attribute `name`."""
         answers = self._call_all(Environments.call_each, [(name, args, kwargs)] * len(self._shards))
         return tuple(each for answer in answers for each in answer)
 
@@ -107,7 +107,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
     def set_attr(self, name: str, values: Any) -> None:
         """Set an attribute of each environment.
 
-        A list or tuple has one value for each environment; any other value is set in all.
+        A list or tuple has one value for each environment; any other value is set in all environments.
         """
         each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
         if len(each) != self.num_envs:
@@ -136,7 +136,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
     def _describe(self, make: MakeEnv) -> None:
         """Make one environment, read its spaces (equal for all environments) and close it.
 
-        Forked processes inherit what it loaded.
+        Forked processes inherit the modules and data that the environment loaded.
         """
         env = make()
         self.metadata = {**env.metadata, "autoreset_mode": self.autoreset_mode}
@@ -147,9 +147,9 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         env.close()
 
     def _call_all(self, method: Callable[..., Any], arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
-        """Call a method in every process and return the answers; after all have answered, raise their first error."""
+        """Call a method in every process, wait for all answers and return them. Raises the first error among them."""
         if self.closed:
-            raise ClosedEnvironmentError(f"{method.__name__}() of a vector of environments that has been closed.")
+            raise ClosedEnvironmentError(f"{method.__name__}(): the vector of environments has been closed.")
         answers = [shard.submit(method, *each) for shard, each in zip(self._shards, arguments, strict=True)]
         wait(answers)
         return [answer.result() for answer in answers]

@@ -29,9 +29,10 @@ class EnvShard(Worker):
     """Worker with some of the environments of a vector."""
 
     def __init__(self, process: "ContextProcess", part: slice, make_state: MakeState) -> None:
-        """Start the thread; the process has been started before, because threads and forks do not mix.
+        """Start the thread that sends requests to `process`.
 
-        The process is not replaced, because its environments would be others: after its end all requests fail.
+        The process runs already, because forking is unsafe once threads run. If it ends, it is not replaced, because
+        the state of its environments is lost: all requests then fail.
         """
         self.part = part
         """Positions of this process's environments in the vector."""
@@ -42,7 +43,7 @@ class EnvShard(Worker):
 def start_shards(
     context: Any, env_fns: Sequence[MakeEnv], bounds: Sequence[int], memory: Any, autoreset_mode: AutoresetMode
 ) -> list[EnvShard]:
-    """Start the processes with a start method of multiprocessing; `bounds` divide the environments among them."""
+    """Start the processes with multiprocessing's `context`; process i has the environments bounds[i]:bounds[i + 1]."""
     parts = [slice(first, last) for first, last in pairwise(bounds)]
     makers = [
         partial(Environments, list(map(CloudpickleWrapper, env_fns[part])), part.start, memory, autoreset_mode)
@@ -59,17 +60,20 @@ class Environments(SyncVectorEnv):
     """A share of the environments, stepped and reset by Gymnasium's single-process vector."""
 
     def __init__(self, env_fns: Sequence[MakeEnv], first: int, memory: Any, autoreset_mode: AutoresetMode) -> None:
-        """Make the environments, the first of which has the number `first` in the vector and in the shared memory."""
+        """Make the environments. The first of them has the number `first` in the vector and in the shared memory."""
         super().__init__(env_fns, copy=False, autoreset_mode=autoreset_mode)
         self.action_space = batch_space(Text(1), self.num_envs)
-        """Placeholder whose batches are split without conversion: the vector has already split the actions."""
+        """Placeholder that passes on actions without conversion, because the vector has already split them."""
         self._first, self._memory = first, memory
 
     def check_spaces(self, observations: Space[Any], actions: Space[Any]) -> None:
         """Raise SettingError if the spaces of these environments differ from those of the vector."""
         for ours, wanted in ((self.single_observation_space, observations), (self.single_action_space, actions)):
             if ours != wanted:
-                raise SettingError(f"Environment {self._first} has the space {ours}, the first one {wanted}.")
+                raise SettingError(
+                    f"Environment {self._first} has the space {ours}, but environment 0 has {wanted}. All "
+                    "environments of a vector need the same spaces."
+                )
 
     def reset_some(self, seeds: list[int | None], options: dict[str, Any] | None, mask: np.ndarray | None) -> Infos:
         """Reset all environments, or those in the mask, and return their infos."""
@@ -87,7 +91,7 @@ class Environments(SyncVectorEnv):
         return rewards, terminated, truncated, infos
 
     def call_each(self, name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
-        """Return, for each environment, the result of its method of that name, or the value of its attribute."""
+        """Return, for each environment, the result of its method `name`, or the value of its attribute `name`."""
         return super().call(name, *arguments, **named)
 
     def _write(self, seen: Any) -> None:
@@ -101,7 +105,7 @@ class Environments(SyncVectorEnv):
 
 
 class ContextProcess:
-    """Worker process that multiprocessing starts, so that it can share memory and a forked one what is loaded."""
+    """Worker process that multiprocessing starts; it can share memory and, if forked, inherits loaded modules."""
 
     has_started = True
 
@@ -116,7 +120,7 @@ class ContextProcess:
         self.kill = self._process.kill
 
     def connect(self) -> Connection:
-        """Return our end of the pipe."""
+        """Return the parent process's end of the pipe."""
         return self._connection
 
     def wait(self, timeout: float | None = None) -> int:

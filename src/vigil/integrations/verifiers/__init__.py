@@ -4,15 +4,15 @@
 
     env = load_environment(pack="starter", family="PG", limit=2)
 
-`vf-eval vigil-verifiers` runs the same; docs/verifiers.md explains both. Needs the extra `verifiers`.
+`vf-eval vigil-verifiers` runs the same environment (docs/verifiers.md). Needs the extra `verifiers`.
 """
 
 try:
     import verifiers.v1  # noqa: F401  # pyright: ignore[reportMissingImports]
 except ModuleNotFoundError:
     raise ModuleNotFoundError(
-        "verifiers is not installed, or older than 0.4. Use a separate environment, because it needs an older openai "
-        "than VIGIL's other parts are tested with: pip install 'vigil-bench[verifiers]'",
+        "verifiers is not installed, or older than 0.4. Install it in a separate environment, because it needs an "
+        "older version of openai than the rest of VIGIL: pip install 'vigil-bench[verifiers]'",
         name="verifiers",
     ) from None
 

@@ -1,4 +1,5 @@
-"""Options of the environment: fields of verifiers' configs, `--env.taskset.*` on its command line."""
+"""Options of the verifiers environment. In Python they are fields of its configs; on the command line of `verifiers`
+they are `--env.taskset.*`."""
 
 from pathlib import Path
 
@@ -28,10 +29,14 @@ class VigilTasksetConfig(vf.TasksetConfig, EpisodeOptions):
     limit: int | None = Field(
         None, ge=1, description="number of episodes: drawn evenly from a pack's families, or the first of a stream"
     )
-    stream_workers: int = Field(1, ge=0, description="number of processes that make a stream's episodes ahead")
-    prompt_variant: PromptVariant = Field("default", description="`default`, or `neutral_report`")
+    stream_workers: int = Field(1, ge=0, description="number of background processes that make a stream's episodes")
+    prompt_variant: PromptVariant = Field(
+        "default", description="wording of the system prompt: `default` or `neutral_report`"
+    )
     image_format: ImageFormat = Field("png", description="how frames are sent: `png` or `jpeg`")
-    system_role: SystemRole = Field("system", description="`system`, or `user` for models without that role")
+    system_role: SystemRole = Field(
+        "system", description="role of the system prompt: `system`, or `user` for models without that role"
+    )
     reveal_private_pack: bool = Field(False, description=REVEAL_HELP.removesuffix(".").lower())
     workers: int | None = Field(None, ge=1, description="number of simulator processes; one for each CPU if unset")
 
@@ -52,5 +57,4 @@ class VigilEnvConfig(vf.EnvConfig):
     """Configuration of the environment and of its only agent, the model."""
 
     agent: vf.AgentConfig = vf.AgentConfig(runtime=vf.SubprocessConfig())
-    """Configuration of the agent. Nothing runs in the agent's sandbox, because simulators are processes of the
-    environment."""
+    """Configuration of the agent. Nothing runs in its sandbox; the simulators are processes of the environment."""

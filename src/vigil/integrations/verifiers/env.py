@@ -26,7 +26,7 @@ _OPTIONS = VigilTasksetConfig.model_fields.keys() - vf.TasksetConfig.model_field
 class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
     """Environment that plays any number of episodes at once.
 
-    Its simulators run while it is in the context of `serving()`.
+    Its simulators run only inside `async with env.serving():`.
     """
 
     taskset: VigilTaskset
@@ -45,7 +45,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
         self.taskset.source.close()
 
     async def setup(self, agents: vf.Agents) -> None:
-        """Connect the agent's harness to the simulators. Raises SettingError if it is not a VigilHarness."""
+        """Connect the agent's harness to the simulators. Raises SettingError if the harness is not a VigilHarness."""
         harness = agents.agent.harness
         if not isinstance(harness, VigilHarness):
             raise SettingError("VIGIL's episodes need VIGIL's harness: leave out --env.agent.harness.id.")
@@ -71,8 +71,8 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
         source, condition = self.taskset.source, self.taskset.config.condition
         if data.source != source.name:
             raise PackMismatch(
-                f"Episode {data.id!r} is of {data.source!r}, but this machine plays {source.name!r}. Use the same pack "
-                "on both, or for a stream the same version of VIGIL."
+                f"Episode {data.id!r} is from {data.source!r}, but this machine plays {source.name!r}. Use the "
+                "same pack on both machines, or for a stream the same version of VIGIL."
             )
         if self._pool is None:
             raise SettingError("The simulators are not running: play inside `async with env.serving():`.")

@@ -1,4 +1,4 @@
-"""Harness of an episode's agent: it sends the messages of `vigil run` through verifiers' recording server."""
+"""Harness of an episode's agent: it sends the messages of `vigil run` through a server that records them."""
 
 from collections.abc import Awaitable, Callable
 from typing import cast
@@ -19,7 +19,7 @@ PlayTask = Callable[[VigilData, Ask], Awaitable[Outcome]]
 
 
 class VigilHarness(vf.Harness[vf.HarnessConfig]):
-    """Harness that plays in this process: each turn is a request with the prompt, the text history and the frame."""
+    """Harness that plays in this process. Each turn sends a request with the prompt, the text history and the frame."""
 
     EXECUTES_CODE = False
     NEEDS_CONTAINER = False

@@ -1,4 +1,4 @@
-"""Episodes as tasks of verifiers: the row of an episode, and the reward at its end."""
+"""Episodes as tasks of verifiers: each task has a row that names the episode, and a reward at the episode's end."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -50,9 +50,7 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
 
     @vf.metric
     async def verdict(self, trace: vf.Trace) -> dict[str, float]:
-        """Return what the episode adds to the counts in the paper's tables; empty if verifiers stopped the episode
-        early.
-        """
+        """Return W, the label, steps and invalid replies as metrics; empty if verifiers stopped the episode early."""
         outcome = stored_outcome(trace)
         if outcome is None:
             return {}

@@ -1,1 +1,1 @@
-"""The light that falls on a scene: rays cast once from vertices and texels, and averaged along surfaces."""
+"""The light on a scene: computed once with rays from vertices and texels, then averaged along surfaces."""

@@ -1,7 +1,7 @@
-"""The light that falls on points of a scene: from the room around them, through the windows, and from the lamps.
+"""The light that reaches points of a scene: from the room around them, through the windows, and from the lamps.
 
-Each ray from a point brings the light of what it meets: a wall, dimmer the nearer it is (corners get little light), or
-the sky, through a window. Lamps are small discs, visible from a point entirely, in part or not at all.
+Each ray from a point brings the light of what it meets. A wall gives less light the nearer it is, so corners are dark.
+Through a window, a ray meets the sky. A lamp is a small disc; all, a part or nothing of it is visible from a point.
 """
 
 from collections.abc import Iterator
@@ -12,58 +12,60 @@ import numpy as np
 from vigil.rendering.light.occluders import FAR_M, Occluders
 
 DIRECTIONS = 32
-"""Number of directions over the whole sphere; a point uses the half that it faces."""
+"""Number of directions of rays over the whole sphere; a point uses those in the half that it faces."""
 BATCHES = 4
-"""Number of parts of the directions that are cast in turn, to limit memory."""
+"""Rays are cast in this many parts, one after the other, to limit memory."""
 LEAST_FACING = 0.05
-"""Least cosine between a normal and a direction that it faces."""
+"""Least cosine between a point's normal and a direction of rays that the point uses."""
 LAMP_RAYS = 4
 LIFT_M = 0.012
-"""Distance (m) from the surface at which rays start."""
+"""Rays start this far (m) in front of a surface."""
 BURIED_M, BURIED_SHARE = 0.03, 0.6
-"""A point counts as buried if more than BURIED_SHARE of its rays are shorter than BURIED_M."""
+"""A point is buried if more than BURIED_SHARE of its rays are shorter than BURIED_M."""
 HALF_M = 0.3
-"""Distance (m) at which a wall reflects half of its light to a point."""
+"""A wall at this distance (m) from a point gives half of its light to the point."""
 FROM_ABOVE, FROM_SIDES, FROM_BELOW = 1.0, 0.85, 0.75
-"""Light reflected by ceilings, walls and floors."""
+"""Light that ceilings, walls and floors reflect."""
 SKY, LAWN = (2.65, 2.9, 3.2), (0.95, 1.0, 0.95)
-"""Light through a window from above and from below the horizon."""
+"""Colours of the light through a window: from above the horizon, and from below it."""
 AMBIENT, LAMP = 0.33, 1.07
-"""Strengths of the light from all around and of the lamp. The lamp gives most light, because a room lit evenly from
-all sides looks flat."""
+"""Strengths of the light from all around and of the lamps' light. Lamps give more, because a room that is lit evenly
+from all sides looks flat."""
 ASIDE = np.array([0.6, 0.12, -0.25], np.float32)
-"""Additional light by direction. It makes walls that meet look different, and lights ceilings from the floor."""
+"""Light that is added for each component of a normal. It makes adjacent walls look different, and lights ceilings."""
 LAMP_ASIDE = np.array([0.1, 0.02, 0.0], np.float32)
-"""Additional light of lamps by direction, since lamps are not points."""
+"""How much more of a lamp's light a surface gets for each component of its normal, because lamps are not points."""
 LAMP_RADIUS_M = 0.2
 FALLOFF = 0.06
 WRAP = 0.15
-"""How far a surface may turn away from a lamp and still be lit, since rooms reflect light."""
+"""A surface that is turned away from a lamp by at most this cosine is still lit, because rooms reflect light."""
 CEILING, ON_CEILING = 0.9, 0.1
-"""Least downward part of a ceiling's normal; greatest cosine to a lamp with which ceilings are lit."""
+"""Least downward component of a ceiling's normal, and greatest cosine to a lamp that counts for a ceiling."""
 REACH_M = 9.0
 SPILL_M = 0.5
-"""Distance from the room of a lamp at which half of its light is left."""
+"""At this distance (m) from a lamp's room, half of the lamp's light remains."""
 LEAST_SHARE = 0.02
-"""Least share of a lamp's light that is visible."""
+"""A smaller share of a lamp's light than this is not visible."""
 BOUNCED_SHARE, OWN_SHARE = 0.35, 0.99
-"""Share of a lamp's light that its room reflects into shadows; least share of it in that room. A darker shadow of
-something outside the picture would look like a patch without a cause.
+"""In the room of a lamp, shadows get the first share of the lamp's light. A point is in the room if its share of the
+light is above the second.
+
+Darker shadows of things outside the picture would look like patches without a cause.
 """
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """Points on surfaces."""
+    """Points on surfaces at which light is computed."""
 
     points: np.ndarray
-    """(n, 3) float32 metres."""
+    """Positions (n, 3) float32 in metres."""
     normals: np.ndarray
-    """(n, 3) float32, unit."""
+    """Unit normals (n, 3) float32."""
 
     def part(self, chosen: slice) -> "Samples":
-        """Return some of the points."""
+        """Return the samples in a slice."""
         return Samples(self.points[chosen], self.normals[chosen])
 
     @property
@@ -73,9 +75,9 @@ class Samples:
 
 
 def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Return the light (n, 3) float32 from all around, without lamps, and which samples are buried (n,).
+    """Return the light (n, 3) float32 from all around, without lamps, and a mask (n,) of the buried samples.
 
-    A buried sample lies inside another object, because its object reaches into the other one.
+    A sample is buried if it is inside another object that its own object overlaps.
     """
     total = np.zeros((3, len(samples.points)), np.float32)
     weights, stopped = np.zeros((2, len(samples.points)), np.float32)
@@ -94,7 +96,7 @@ def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]
 def _distances(
     scene: Occluders, origins: np.ndarray, ways: np.ndarray, shares: list[np.ndarray]
 ) -> Iterator[np.ndarray]:
-    """Yield for each direction (k, 3) the length of rays from the points (n, 3) with a share; 0 for other points."""
+    """Yield, for each direction, the length (n,) of rays from the points; 0 for points whose share is 0."""
     chosen = [np.flatnonzero(share) for share in shares]
     counts = [len(each) for each in chosen]
     met = scene.distances(origins[np.concatenate(chosen)], np.repeat(ways, counts, axis=0))
@@ -105,20 +107,20 @@ def _distances(
 
 
 def ambient_facing_shares(samples: Samples) -> np.ndarray:
-    """Return the factors (n,) float32 of the light from all around by the direction that the points face."""
+    """Return factors (n,) float32 for the light from all around, which depend on the directions of the normals."""
     return 1.0 + _along(samples.normals, ASIDE)
 
 
 def _along(normals: np.ndarray, way: np.ndarray) -> np.ndarray:
-    """Return the product (n,) of each normal (n, 3) with a direction (3,).
+    """Return the dot product (n,) of each normal (n, 3) with a direction (3,).
 
-    A matrix product is not used, because its last digit would depend on the number of normals.
+    It is not computed as a matrix product, whose last digit would depend on the number of normals.
     """
     return normals[:, 0] * way[0] + normals[:, 1] * way[1] + normals[:, 2] * way[2]
 
 
 def _sphere() -> np.ndarray:
-    """Return unit directions (n, 3), spread evenly over the sphere."""
+    """Return unit directions (n, 3) that are spread evenly over the sphere."""
     number = np.arange(DIRECTIONS)
     up = 1.0 - (2.0 * number + 1.0) / DIRECTIONS
     across = np.sqrt(1.0 - up * up)
@@ -126,7 +128,10 @@ def _sphere() -> np.ndarray:
 
 
 def _add_brought(total: np.ndarray, share: np.ndarray, far: np.ndarray, up: float) -> None:
-    """Add to the light (3, n) that of rays of lengths `far` (n,) whose direction has the vertical part `up`."""
+    """Add to the light (3, n) what the rays of one direction bring.
+
+    `share` (n,) are the rays' weights, `far` (n,) their lengths, and `up` is the direction's upward component.
+    """
     room = FROM_SIDES + up * (FROM_ABOVE - FROM_SIDES) if up > 0 else FROM_SIDES - up * (FROM_BELOW - FROM_SIDES)
     brought = share * (np.float32(room) * far / (far + np.float32(HALF_M)))
     outside = np.flatnonzero(far >= FAR_M)
@@ -136,9 +141,9 @@ def _add_brought(total: np.ndarray, share: np.ndarray, far: np.ndarray, up: floa
 
 
 def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.ndarray) -> np.ndarray:
-    """Return the light (n,) float32 at the points from a lamp of strength 1, whichever way the points face.
+    """Return the light (n,) float32 that a lamp of strength 1 sends to the points, ignoring the points' normals.
 
-    It is multiplied by `shares` (n,), and is 0 where the share is not visible.
+    It is multiplied by `shares` (n,), and is 0 where a share is too small to be visible.
     """
     far, cosines = _distances_and_cosines(lamp, samples)
     total = np.zeros(len(far), np.float32)
@@ -151,7 +156,7 @@ def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.n
 
 
 def _disc_about(lamp: np.ndarray) -> np.ndarray:
-    """Return the points (n, 3) float32 of a lamp at which rays are aimed."""
+    """Return the points (n, 3) float32 of a lamp's disc to which rays are cast."""
     number = np.arange(LAMP_RAYS)
     radius, angle = LAMP_RADIUS_M * np.sqrt((number + 0.5) / LAMP_RAYS), number * _GOLDEN
     disc = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(LAMP_RAYS)], axis=1)
@@ -159,17 +164,17 @@ def _disc_about(lamp: np.ndarray) -> np.ndarray:
 
 
 def spill_shares(outside: np.ndarray) -> np.ndarray:
-    """Return the share of a lamp's light at distances (metres) outside its room; 1 inside.
+    """Return the share of a lamp's light that remains at distances (m) `outside` its room; 1 inside the room.
 
-    Otherwise light through a doorway would be a bright patch on a wall far from any lamp in view.
+    Without this loss, light through a doorway would make a bright patch on a wall far from any visible lamp.
     """
     return (1.0 / (1.0 + (outside / SPILL_M) ** 2)).astype(np.float32)
 
 
 def lamp_facing_shares(lamp: np.ndarray, samples: Samples) -> np.ndarray:
-    """Return the share (n,) float32 of a lamp's light that the points receive by how far they turn from it.
+    """Return the share (n,) float32 of a lamp's light that each point gets, depending on the angle to its normal.
 
-    Ceilings are lit evenly; otherwise there would be a spot above a lamp.
+    Ceilings are lit evenly; otherwise there would be a bright spot above a lamp.
     """
     cosines = _distances_and_cosines(lamp, samples)[1]
     cosines = np.where(samples.normals[:, 2] < -CEILING, np.minimum(cosines, ON_CEILING), cosines)
@@ -177,7 +182,7 @@ def lamp_facing_shares(lamp: np.ndarray, samples: Samples) -> np.ndarray:
 
 
 def _distances_and_cosines(lamp: np.ndarray, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distance (n,) of a lamp from the points, and the cosine between its direction and their normals."""
+    """Return each point's distance (n,) to a lamp, and the cosine (n,) between its normal and the lamp's direction."""
     way = lamp.astype(np.float32) - samples.points
     far = np.sqrt(np.einsum("ij,ij->i", way, way))
     return far, np.einsum("ij,ij->i", way, samples.normals) / np.maximum(far, 1e-6)

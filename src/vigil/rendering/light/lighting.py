@@ -1,9 +1,9 @@
-"""The light of a scene: cast on geoms when they are first in view, and again on objects that have moved.
+"""The light of a scene: it is computed for geoms when they first come into view, and again for objects that have moved.
 
-Structure and furniture without its doors stop light, from where they were when the scene was loaded. So moving one
-object does not change the light on others. Objects that can move do not stop light and leave no shadow behind; ambient
-occlusion darkens what they touch when a frame is drawn. Furniture that has been moved or removed does not stop light on
-other moved objects, since one may be in its old place.
+Structure and furniture (without its doors) block light, at the places where they were when the scene was loaded. So
+moving an object does not change the light on other objects. Things that can be moved do not block light, so no shadow
+stays behind; when a frame is drawn, ambient occlusion darkens what they touch. Furniture that was moved or removed does
+not block light on other moved objects, because one of these may be in its old place.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,19 +21,19 @@ from vigil.rendering.light.smoothing import move_inward, smooth_edges, smoothed
 from vigil.rendering.scene import RenderScene, RenderState
 
 BRIGHTEST = 2.0
-"""Strength of light that is shown as white; `surface.frag` has the same value."""
+"""Strength of light that is drawn as white; `surface.frag` has the same number."""
 GRID_M = 0.03
-"""Size (m) of the cells in which vertices with similar normals get the same light."""
+"""Vertices in the same cell of this size (m) with similar normals get the same light."""
 FACINGS = 4
-"""Number of steps between 0 and 1 to which the coordinates of similar normals are rounded."""
+"""Components of normals are rounded to this many steps between 0 and 1 to find similar normals."""
 IN_HAND = 0.75
-"""Light on the sides of held objects."""
+"""Strength of the light on the sides of held objects."""
 PART_POINTS = 12000
-"""Number of points on which light is cast at a time, on each of two threads."""
+"""Number of points for which each of two threads computes light at a time."""
 
 
 class BakedLight:
-    """The light of a scene in its initial state, cast on geoms when they are first in view."""
+    """The light of a scene in its initial state, computed for geoms when they first come into view."""
 
     def __init__(self, scene: RenderScene) -> None:
         self.geometry = geometry_of(scene)
@@ -42,14 +42,14 @@ class BakedLight:
         self.occluders = occluders_of(self.geometry, scene.initial, scene.static_occluders)
         self._is_cast = np.zeros(len(scene.geom_meshes), dtype=bool)
         self.vertices = np.zeros((len(self.geometry.vertices), 3 + len(self._lamps)), np.float16)
-        """(vertices, 3 + lamps): the light from all around, and the share of each lamp's light."""
+        """Light (vertices, 3 + lamps): the light from all around, and the share of each lamp's light."""
         self.planes = np.zeros((self.lightmap_atlas.is_used.size, 3 + len(self._lamps)), np.float16)
-        """(texels, 3 + lamps): as `vertices`."""
+        """Light (texels, 3 + lamps) on the planes of the atlas, in the form of `vertices`."""
         self.is_open = np.zeros(self.lightmap_atlas.is_used.size, dtype=bool)
-        """Whether each texel of the planes is open, i.e. not buried in another object."""
+        """Whether (texels,) each texel of the planes is open, i.e. not buried in another object."""
 
     def ensure(self, state: RenderState, geoms: np.ndarray) -> None:
-        """Cast light on geoms in their initial poses, once."""
+        """Compute the light on geoms in their initial poses, unless this has been done."""
         missing = geoms[~self._is_cast[geoms]]
         if not len(missing):
             return
@@ -60,7 +60,7 @@ class BakedLight:
         run_in_parallel([on_meshes, partial(self._cast_planes, planes)])
 
     def cast_on(self, state: RenderState, geoms: np.ndarray, occluders: Occluders, into: np.ndarray) -> None:
-        """Cast light on the vertices of geoms in a state, and write it into the light of all vertices."""
+        """Compute the light on the vertices of geoms in the poses of a state, and write it to their rows of `into`."""
         if not len(geoms):
             return
         places = [self.geometry.world(state, geom) for geom in geoms.tolist()]
@@ -81,7 +81,7 @@ class BakedLight:
             start = stop
 
     def _faces(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
-        """Return the triangles (m, 3) of geoms; `counts` are their numbers of vertices, which are numbered in turn."""
+        """Return the triangles (m, 3) of geoms; their vertices (`counts` of each geom) are numbered in sequence."""
         slices, owned = self.geometry.vertex_slices, self.geometry.face_slices
         shifts = np.cumsum([0, *counts[:-1]]) - [slices[geom].start for geom in geoms]
         return np.concatenate(
@@ -89,7 +89,7 @@ class BakedLight:
         )
 
     def boxes_of(self, geoms: np.ndarray) -> list[tuple[int, int, int, int]]:
-        """Return the boxes of the planes of geoms in the atlas."""
+        """Return where the planes of geoms are in the atlas: (row, column, height, width) of each."""
         wanted = set(geoms.tolist())
         atlas = self.lightmap_atlas
         return [box for box, owner in zip(atlas.boxes, atlas.owners, strict=True) if owner in wanted]
@@ -107,7 +107,7 @@ class BakedLight:
         self.planes[chosen], self.is_open[chosen] = shaded(light, samples, self._lamps), ~is_buried
 
     def _cast(self, samples: Samples, occluders: Occluders) -> tuple[np.ndarray, np.ndarray]:
-        """Return the light (n, 3 + lamps) at samples, whichever way they face, and which of them are buried (n,)."""
+        """Return the light (n, 3 + lamps) at samples, ignoring their normals, and a mask (n,) of the buried samples."""
         starts = range(0, len(samples.points), PART_POINTS)
         parts = [samples.part(slice(start, start + PART_POINTS)) for start in starts]
         found = run_in_parallel([partial(self._cast_part, part, occluders) for part in parts])
@@ -124,7 +124,7 @@ class BakedLight:
 
 
 class Lighting:
-    """The light on the vertices and the planes that are in view, as objects move and lamps are switched."""
+    """The light on the vertices and planes in view. It follows objects that move and lamps that are switched."""
 
     def __init__(self, scene: RenderScene) -> None:
         if "light" not in scene.cache:
@@ -132,31 +132,30 @@ class Lighting:
         self._scene, self._baked = scene, scene.cache["light"]
         self.geometry = self._baked.geometry
         self._moved = np.zeros_like(self._baked.vertices)
-        """Light on objects that have moved."""
+        """Light on objects that have moved, in the form of `BakedLight.vertices`."""
         self._state = scene.initial
-        """The state of the last update."""
+        """The state at the last update."""
         self._displaced, self._occluders = np.zeros(len(scene.static_occluders), dtype=bool), self._baked.occluders
-        """Furniture that has been moved or removed, and surfaces that stop light on moved objects: those of all
-        other furniture."""
+        """Mask of the furniture that was moved or removed; other surfaces, which block light on moved objects."""
         self._is_lit = np.zeros(len(scene.geom_meshes), dtype=bool)
-        """Whether each geom has been lit since its object last moved."""
+        """Whether (geoms,) the light on each geom is up to date."""
         self._lamp_colours = np.zeros(0)
         self.vertices = np.zeros((len(self.geometry.vertices), 4), np.uint8)
-        """(n, 4) square root of the light on each vertex; the last column fills a word of OpenGL."""
+        """Square root (n, 4) of the light on each vertex; the fourth column only fills up OpenGL's words."""
         self.planes = np.zeros((*self._baked.lightmap_atlas.is_used.shape, 4), np.uint8)
-        """(height, width, 4) square root of the light on the planes."""
+        """Square root (height, width, 4) of the light on the planes."""
         for geom in self.geometry.hand:
             self._light_by_hand(geom, self.geometry.normals[self.geometry.vertex_slices[geom], 1])
 
     @property
     def places(self) -> np.ndarray:
-        """Positions (k, 2) in the atlas of the vertices of its geoms, in their order."""
+        """Positions (k, 2) in the atlas of the vertices of all geoms in the atlas, in the order of the vertices."""
         return self._baked.lightmap_atlas.places
 
     def update(self, state: RenderState, shown: np.ndarray) -> tuple[bool, list[slice]]:
-        """Cast light on geoms that are in view for the first time, or have moved.
+        """Compute the light on shown geoms that are in view for the first time or have moved.
 
-        Return whether the planes have changed, and which vertices have.
+        Return whether the planes have changed, and the slices of the vertices that have changed.
         """
         if not np.array_equal(state.lamp_colours, self._lamp_colours):
             self._lamp_colours = state.lamp_colours
@@ -179,7 +178,7 @@ class Lighting:
         return bool(is_in_atlas.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_in_atlas].tolist()]
 
     def _update_occluders(self, state: RenderState, is_displaced: np.ndarray) -> None:
-        """Let all furniture stop light on moved objects, except displaced geoms (geoms,)."""
+        """Let all furniture block light on moved objects, except the geoms in the mask `is_displaced` (geoms,)."""
         displaced = is_displaced[self._scene.static_occluders]
         if np.array_equal(displaced, self._displaced):
             return
@@ -188,14 +187,14 @@ class Lighting:
         self._occluders = occluders_of(self.geometry, state, left) if displaced.any() else self._baked.occluders
 
     def in_hand(self, state: RenderState, geoms: np.ndarray, up: np.ndarray) -> list[slice]:
-        """Light held geoms from above, `up` (3,) of the camera. Return which vertices have changed."""
+        """Light held geoms from above (`up` (3,) is the camera's axis); return the slices of the changed vertices."""
         for geom in geoms.tolist():
             self._light_by_hand(geom, self.geometry.world(state, geom)[1] @ up)
             self._is_lit[geom] = False
         return [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
 
     def _light_by_hand(self, geom: int, rising: np.ndarray) -> None:
-        """Light a geom by the upward part of its normals (n,)."""
+        """Light a held geom; `rising` (n,) are the upward components of its normals."""
         light = IN_HAND * (1.0 + 0.35 * rising)
         self.vertices[self.geometry.vertex_slices[geom], :3] = encoded(light)[:, None]
 
@@ -209,24 +208,24 @@ class Lighting:
 
 
 def shaded(light: np.ndarray, samples: Samples, lamps: list[np.ndarray]) -> np.ndarray:
-    """Return the light (n, 3 + lamps) that samples receive by the direction that they face; it shows their form."""
+    """Return the light (n, 3 + lamps) multiplied by factors that depend on the normals, so that shapes can be seen."""
     shares = [irradiance.lamp_facing_shares(lamp, samples) for lamp in lamps]
     return light * np.stack([*[irradiance.ambient_facing_shares(samples)] * 3, *shares], axis=1).astype(np.float32)
 
 
 def mixed(light: np.ndarray, lamp_colours: np.ndarray) -> np.ndarray:
-    """Return the light (n, 3) of cast light (n, 3 + lamps), with colours (lamps, 3) of the lamps."""
+    """Return the colour (n, 3) of light (n, 3 + lamps) if the lamps have the colours `lamp_colours` (lamps, 3)."""
     exact = light.astype(np.float32)
     return exact[:, :3] + exact[:, 3:] @ lamp_colours
 
 
 def encoded(light: np.ndarray) -> np.ndarray:
-    """Return the square root of light, as bytes."""
+    """Return the square root of light as bytes (255 is the brightest)."""
     return (np.sqrt(np.clip(light / BRIGHTEST, 0.0, 1.0)) * 255.0 + 0.5).astype(np.uint8)
 
 
 def run_in_parallel(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
-    """Return the results of independent tasks, done on two threads."""
+    """Return the results of independent tasks, which run on two threads."""
     if len(tasks) == 1:
         return [tasks[0]()]
     with ThreadPoolExecutor(2) as pool:  # a new pool, since the process may be forked later
@@ -236,9 +235,9 @@ def run_in_parallel(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
 def _smoothed(
     light: np.ndarray, samples: Samples, is_known: np.ndarray, edges: np.ndarray, owners: np.ndarray
 ) -> np.ndarray:
-    """Return the light (n, k) averaged along edges (m, 2) of one surface each.
+    """Return the light (n, k) averaged along `edges` (m, 2); each edge is on one surface.
 
-    Unknown light (n,) is taken from samples nearby, or else is the mean over the same owner (n,).
+    Where `is_known` (n,) is False, the light is that of samples nearby, or else the mean over the same owner.
     """
     light = light * is_known[:, None]
     near = smoothed(light, is_known, samples.points, edges)
@@ -248,7 +247,7 @@ def _smoothed(
 
 
 def _merge_similar(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return one vertex of each group of similar vertices of an owner, and the group of each vertex."""
+    """Return one vertex of each group, and each vertex's group; a group has similar vertices with one owner."""
     key = owners.astype(np.int64)
     for values, steps in ((points / GRID_M, 4096), (normals * FACINGS, 2 * FACINGS + 1)):
         for column in np.round(values).astype(np.int64).T:
@@ -258,7 +257,7 @@ def _merge_similar(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) 
 
 
 def _atlas_of(geometry: Geometry) -> tuple[lightmap_atlas.LightmapAtlas, Samples]:
-    """Return the atlas of the structure, and the points of its texels on which light is cast."""
+    """Return the atlas of a scene's structure, and the points of its texels as samples."""
     geoms = np.flatnonzero(geometry.is_in_atlas)
     places = [geometry.world(geometry.scene.initial, geom) for geom in geoms.tolist()]
     points, normals = (np.concatenate(each) for each in zip(*places, strict=True))

@@ -1,4 +1,4 @@
-"""The lightmap atlas: one picture with the light of all planes of walls, floors and ceilings, side by side."""
+"""The lightmap atlas: one picture that stores the light on all planes of walls, floors and ceilings, side by side."""
 
 from dataclasses import dataclass
 
@@ -9,29 +9,29 @@ BORDER = 2
 WIDTH = 512
 _BLUR = np.array([1, 4, 6, 4, 1], np.float32) / 16
 INSET_M = 0.02
-"""Distance from the edge of a plane at which the edge's light is taken, off the neighbouring plane."""
+"""The light at the edge of a plane is computed this far (m) inside the edge, away from the neighbouring plane."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightmapAtlas:
-    """The layout of the planes."""
+    """Where each plane is in the atlas."""
 
     places: np.ndarray
-    """(n, 2) position of each vertex in the picture, 0..1."""
+    """Position (n, 2) of each vertex in the picture, in 0..1."""
     points: np.ndarray
-    """(height, width, 3) metres, the point of each texel."""
+    """Point (height, width, 3) of each texel in metres."""
     normals: np.ndarray
-    """(height, width, 3) unit; 0 outside the planes."""
+    """Unit normal (height, width, 3) of each texel; 0 outside the planes."""
     is_used: np.ndarray
-    """(height, width) whether each texel belongs to a plane."""
+    """Whether (height, width) each texel belongs to a plane."""
     boxes: list[tuple[int, int, int, int]]
-    """(row, column, height, width) of each plane, border included."""
+    """Place of each plane, including its border: (row, column, height, width)."""
     owners: list[int]
-    """Owner of each plane."""
+    """Geom to which each plane belongs."""
 
 
 def pack_atlas(vertices: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> LightmapAtlas:
-    """Return the layout of the planes to which vertices (n, 3) belong; the owners (n,) do not share planes."""
+    """Return an atlas of the planes on which vertices (n, 3) lie; planes have one owner each (`owners` (n,))."""
     heights = (vertices * normals).sum(axis=1, keepdims=True)
     keys = np.concatenate([np.round(normals * 50), np.round(heights * 100), owners[:, None]], axis=1)
     _, first, plane = np.unique(keys, axis=0, return_index=True, return_inverse=True)
@@ -71,7 +71,7 @@ def _inside(places: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def _axes(normal: np.ndarray) -> np.ndarray:
-    """Return two unit directions (2, 3) along a plane."""
+    """Return two unit vectors (2, 3) along a plane with this normal."""
     up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.7 else np.array([0.0, 1.0, 0.0])
     across = np.cross(up, normal)
     across /= np.linalg.norm(across)
@@ -79,7 +79,7 @@ def _axes(normal: np.ndarray) -> np.ndarray:
 
 
 def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
-    """Return the upper left corner of each box, in rows of decreasing height, and the total height."""
+    """Return the upper left corner of each box, and the total height; boxes are put into rows, the highest first."""
     corners: list[tuple[int, int]] = [(0, 0)] * len(boxes)
     left = top = row = 0
     for number in sorted(range(len(boxes)), key=lambda one: (-boxes[one][1], one)):
@@ -92,7 +92,7 @@ def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
 
 
 def smoothed(light: np.ndarray, is_known: np.ndarray) -> np.ndarray:
-    """Return the light (height, width, 3) of a plane, averaged over neighbours whose light is known (height, width)."""
+    """Return a plane's light (height, width, 3), averaged over neighbouring texels in the mask `is_known`."""
     sums = _blurred(np.where(is_known[..., None], light, 0.0))
     known = _blurred(is_known[..., None].astype(np.float32))
     return np.where(known > 0.0, sums / np.maximum(known, 1e-6), light)

@@ -1,4 +1,4 @@
-"""Surfaces that stop light, and rays into them."""
+"""Surfaces that block light, and rays that are cast at them."""
 
 import numpy as np
 
@@ -10,20 +10,20 @@ _SHORT_M = 1e-3
 
 
 class Occluders:
-    """Triangles at which rays are cast."""
+    """Triangles that block light."""
 
     def __init__(self, caster: RayCaster) -> None:
         self._caster = caster
 
     def distances(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return the length (n,) in metres of rays (n, 3) along unit directions; `FAR_M` if a ray misses."""
+        """Return the length (n,) in metres of rays from `origins` (n, 3) along unit directions; `FAR_M` for a miss."""
         if not len(origins):
             return np.zeros(0, np.float32)
         met = self._caster.cast(np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32))
         return np.minimum(met, np.float32(FAR_M))
 
     def are_blocked(self, origins: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Return whether the lines from points (n, 3) to ends (k, 3) are blocked, (k, n)."""
+        """Return a mask (k, n) of the lines that are blocked: those from n origins (n, 3) to k ends (k, 3)."""
         way = (ends[:, None] - origins).reshape(-1, 3)
         length = np.sqrt(np.einsum("ij,ij->i", way, way))
         far = self.distances(np.tile(origins, (len(ends), 1)), way / length[:, None])
@@ -31,7 +31,7 @@ class Occluders:
 
 
 def occluders_of(geometry: Geometry, state: RenderState, geoms: np.ndarray) -> Occluders:
-    """Return the triangles of geoms in a state."""
+    """Return the triangles of geoms that are posed as in a state."""
     vertices = np.concatenate([geometry.world(state, geom)[0] for geom in geoms])
     counts = [geometry.vertex_slices[geom].stop - geometry.vertex_slices[geom].start for geom in geoms]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])

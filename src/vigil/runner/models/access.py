@@ -1,7 +1,8 @@
 """How a model is reached: through which of Inspect's providers, at which address and with which key.
 
-A model is named `provider/model`; `vigil.runner.models.providers` lists the providers. With a base URL any OpenAI-style
-server works without a key, and a name without a known provider (`Qwen/Qwen3-VL-8B-Instruct`) is the model's whole name.
+A model is named `provider/model`; `vigil.runner.models.providers` lists the providers. With a base URL, any
+OpenAI-style server works without a key. If a name such as `Qwen/Qwen3-VL-8B-Instruct` does not begin with a known
+provider, the whole name is the model's name.
 """
 
 import os
@@ -28,7 +29,7 @@ _GENERAL_ADDRESS = "INSPECT_EVAL_MODEL_BASE_URL"
 _ACCOUNTS = frozenset(
     {"OPENAI_ORG_ID", "OPENAI_PROJECT_ID", "OPENAI_CUSTOM_HEADERS", "ANTHROPIC_CUSTOM_HEADERS", "GOOGLE_USE_ADC"}
 )
-"""Variables that set an account or headers, although their names are not those of secrets."""
+"""Variables that set an account or headers. They are hidden like secrets, although their names do not look secret."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +40,13 @@ class ModelAccess:
     base_url: str | None = field(default=None, repr=False)
     api_key: str | None = field(default=None, repr=False)
     arguments: tuple[tuple[str, Any], ...] = field(default=(), repr=False)
-    """Further arguments, as sorted pairs of name and value."""
+    """Further arguments, as pairs of name and value, sorted by name."""
     is_foreign: bool = False
     """Whether the model is served from an address that is not the provider's."""
     model_name: ModelName | None = None
-    """Parsed name of the model; None when it was not read from a name."""
+    """Parsed name of the model; None when a model was not given by name."""
     key_variable: str = ""
-    """Variable with the key that is sent; empty when none is sent."""
+    """Variable with the key that is sent; empty when no key is sent."""
 
     @property
     def served_name(self) -> str:
@@ -59,7 +60,7 @@ class ModelAccess:
 
     @property
     def description(self) -> str:
-        """Text that says which model is asked, where, and with which key; it does not have secrets."""
+        """Text without secrets that says which model is asked, at which address, and which variable has the key."""
         provider = self.model_name.provider if self.model_name else None
         where = (
             without_login(self.base_url or "") or (provider and provider.default_address) or "its client's own address"
@@ -81,7 +82,7 @@ class ModelAccess:
 
     @property
     def missing(self) -> str:
-        """Message about the provider's client or key that is missing; empty when nothing is."""
+        """Message that says whether the provider's client or key is missing; empty when neither is missing."""
         if self.model_name is None:
             return ""
         provider = self.model_name.provider
@@ -110,12 +111,12 @@ class Endpoint:
 
     access: ModelAccess
     sampling: dict[str, Any] = field(default_factory=dict[str, Any])
-    """Fields of Inspect's GenerateConfig; only what the user set."""
+    """Fields of Inspect's GenerateConfig that the user set."""
     max_connections: int = 16
     reply_seconds: int = REPLY_SECONDS
     retry_policy: RetryPolicy = field(default_factory=RetryPolicy)
     keep_reasoning: bool = False
-    """Whether replies include the reasoning that was sent apart from them."""
+    """Whether replies include the reasoning that the server sends in a separate field."""
 
 
 def model_access(
@@ -123,8 +124,8 @@ def model_access(
 ) -> ModelAccess:
     """Return how `model` is reached, and with which key.
 
-    The key in a provider's usual variable is sent only to the provider's hosts. To any other address the value of the
-    variable `api_key_env` is sent, or none. Raises SettingError on an invalid name, address or variable.
+    The key in a provider's usual variable is sent only to the provider's hosts. Any other address gets the value of the
+    variable that `api_key_env` names, or no key. Raises SettingError on an invalid name, address or variable.
     """
     found = parse_model_name(model)
     provider = found.provider
@@ -138,7 +139,7 @@ def model_access(
         )
     if not found.name:
         raise SettingError(
-            f"Model {model!r} has only a provider. Write e.g. openai/NAME; `vigil models` lists providers."
+            f"Model {model!r} names only a provider. Write e.g. openai/NAME; `vigil models` lists providers."
         )
     key, arguments = _key_in(api_key_env), tuple(sorted(model_args.items()))
     if address is None and provider.is_openai_style and not model.startswith("openai/"):
@@ -172,8 +173,8 @@ def model_access(
 def hiding_other_keys(found: ModelAccess) -> Generator[None, None, None]:
     """Remove all secrets from the environment inside the context if a model is served from a foreign address.
 
-    Several clients read a key from the environment even when they are given another. For a server on this machine,
-    proxies are removed, too.
+    Several clients read a key from the environment even when they are given another key. Proxies are removed, too, if
+    the server is on this machine.
     """
     hidden = [name for name in os.environ if is_secret_name(name) or name in _ACCOUNTS] if found.is_foreign else []
     kept = {name: os.environ.pop(name) for name in hidden}
@@ -185,7 +186,7 @@ def hiding_other_keys(found: ModelAccess) -> Generator[None, None, None]:
 
 
 def _from_environment(found: ModelName) -> str | None:
-    """Return the address that the environment sets for a provider, or for all; None if it does not."""
+    """Return the address that the environment sets for this provider or for all providers; None if unset."""
     variables = (*found.provider.addresses, _GENERAL_ADDRESS) if found.provider.addresses else (_GENERAL_ADDRESS,)
     return next(filter(None, map(os.environ.get, variables)), None) if found.prefix != "mockllm" else None
 
@@ -203,7 +204,7 @@ def _key_in(variable: str | None) -> str | None:
 
 
 def is_own_address(address: str, home: Provider) -> bool:
-    """Return whether an address is on a provider's hosts, by https, so that the key cannot be read on the way."""
+    """Return whether an address is on a provider's hosts and uses https, so that nobody can read the key on the way."""
     parts = urlsplit(address)
     host = (parts.hostname or "").rstrip(".")
     ours = any(host.endswith(known) if known.startswith(".") else host == known for known in home.hosts)

@@ -1,7 +1,7 @@
 """Answers of a model's server: the text of a reply in the wire formats of OpenAI, Anthropic and Google.
 
-The text is read from the body of the HTTP answer itself, because libraries remove reasoning from it or replace text. A
-body without a whole reply raises NoAnswer: then the infrastructure has failed, not the agent.
+The text is read from the body of the HTTP answer itself, because libraries remove reasoning from it or replace text. If
+a body does not have a whole reply, NoAnswer is raised: the infrastructure has failed, not the agent.
 
 A message may come in several parts (a list of contents, blocks, the pieces of a stream). Their texts are joined in the
 order in which they were sent, without a separator: a server may split a text anywhere, and a separator would be text
@@ -23,7 +23,7 @@ Wire = Literal["chat", "responses", "anthropic", "google"]
 
 
 class NoAnswer(Exception):
-    """A body does not have a reply. `status` is that of an error that came with HTTP 200; None if unknown."""
+    """Error: a body has no reply. `status` is the status in an error that came with HTTP 200; None if unknown."""
 
     def __init__(self, message: str, status: int | None = None) -> None:
         super().__init__(message)
@@ -39,23 +39,23 @@ class ModelAnswer:
     refusals: list[str] = field(default_factory=list[str])
     """Texts of a refusal, in order."""
     reasoning: list[str] = field(default_factory=list[str])
-    """Texts of the reasoning that was sent apart from the message, in order."""
+    """Texts of the reasoning that was sent in separate fields, in order."""
     tool_call: str | None = None
-    """Name of the first tool that the answer calls; None without one."""
+    """Name of the first tool that the answer calls; None if it does not call a tool."""
     finish_reason: str | None = None
     usage: Usage | None = None
     model: str | None = None
-    """Name under which the model answered."""
+    """Name of the model, as the answer states it."""
     has_message: bool = False
-    """Whether there was a message at all."""
+    """Whether the body had a message."""
     is_complete: bool = False
     """Whether the server said that the answer is complete."""
 
     @property
     def text(self) -> str:
-        """Text of the message, or of the refusal when the message has none.
+        """Text of the message, or of the refusal when the message does not have a text.
 
-        Halves of one character (surrogates) that came in two pieces are joined.
+        Two halves of one character (surrogates) that came in two pieces are joined.
         """
         text = "".join(self.parts) or "".join(self.refusals)
         if text.isascii() or not any("\ud800" <= char <= "\udfff" for char in text):
@@ -66,7 +66,7 @@ class ModelAnswer:
 def read_answer(wire: Wire, body: bytes) -> ModelAnswer:
     """Return the reply in a body. Raises NoAnswer.
 
-    The body itself shows whether it is a stream of events, because content types of servers are often wrong.
+    The body itself shows whether it is a stream of events, because servers often send a wrong content type.
     """
     answer = ModelAnswer()
     read = _READERS[wire]
@@ -98,7 +98,7 @@ def _documents(body: bytes) -> Iterator[dict[str, Any]]:
 
 
 def _events(text: str) -> Iterator[dict[str, Any]]:
-    """Yield the data of server-sent events; `[DONE]` is the document `{"done": true}`."""
+    """Yield the data of server-sent events as JSON objects; the event `[DONE]` becomes `{"done": true}`."""
     lines: list[str] = []
     for line in (*text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), ""):
         if line.startswith("data:"):
@@ -120,7 +120,9 @@ def _parse_json(text: str) -> Any:
 
 def _dicts(found: Any) -> list[dict[str, Any]]:
     if not is_array(found) or not all(isinstance(one, dict) for one in found):
-        raise NoAnswer(f"HTTP 200 with an answer of another form: {str(found)[:200]}")
+        raise NoAnswer(
+            f"HTTP 200 with an answer that is neither a JSON object nor a list of JSON objects: {str(found)[:200]}"
+        )
     return found
 
 
@@ -129,7 +131,7 @@ def _error(found: Any) -> NoAnswer:
 
 
 def _failed_status(part: dict[str, Any]) -> bool:
-    """Return whether a part is a failure in MiniMax's form, which also has a message."""
+    """Return whether a part reports a failure in MiniMax's form; such a part may also have a message."""
     status = part.get("base_resp")
     return is_object(status) and status.get("status_code") not in (None, 0)
 
@@ -164,7 +166,7 @@ def _chat(answer: ModelAnswer, part: dict[str, Any]) -> None:
 
 
 def _add_content(answer: ModelAnswer, content: Any) -> None:
-    """Add a content to an answer: a text, or a list of parts (text, refusal, reasoning, tool call)."""
+    """Add the `content` of a message to an answer: a text, or a list of parts (text, refusal, reasoning, tool call)."""
     if content is None or isinstance(content, str):
         _append_text(answer.parts, content)
         return
@@ -187,7 +189,7 @@ def _add_content(answer: ModelAnswer, content: Any) -> None:
 
 
 def _reasoning_field(message: dict[str, Any]) -> str:
-    """Return the reasoning that a message has apart from its text. Several servers send it twice, in two fields."""
+    """Return the reasoning in a separate field of a message. If two fields have reasoning, return only the first."""
     fields = (message.get("reasoning_content"), message.get("reasoning"))
     text = next((one for one in fields if isinstance(one, str) and one), None)
     if text is not None:
@@ -202,7 +204,7 @@ def _reasoning_of(part: dict[str, Any]) -> str:
 
 
 def _tool_name(message: dict[str, Any]) -> str | None:
-    """Return the name of the tool that a message of OpenAI's calls, also in the older form; None without a call."""
+    """Return the name of the tool that an OpenAI message calls, in its current or older form; None without a call."""
     calls = message.get("tool_calls")
     first = calls[0] if is_array(calls) and calls else None
     called = first.get("function") if is_object(first) else message.get("function_call")
@@ -212,7 +214,7 @@ def _tool_name(message: dict[str, Any]) -> str | None:
 
 
 def _finish_reason(choice: dict[str, Any]) -> str | None:
-    """Return the finish reason of an answer: that of the provider behind a router if it is a failure."""
+    """Return the finish reason of an answer; if a router adds its provider's reason for a failure, return that."""
     own = _reason_text(choice.get("finish_reason"))
     beside = choice.get("provider_specific_fields")
     native = choice.get("native_finish_reason") or (is_object(beside) and beside.get("native_finish_reason"))
@@ -220,7 +222,7 @@ def _finish_reason(choice: dict[str, Any]) -> str | None:
 
 
 def _reason_text(found: Any) -> str | None:
-    """Return a finish reason as a text; those of SGLang are objects with a type."""
+    """Return a finish reason as a text; SGLang sends an object, whose `type` is the text."""
     if is_object(found):
         found = found.get("type")
     return None if found in (None, "", False) else str(found)[:200]
@@ -328,7 +330,7 @@ def _google(answer: ModelAnswer, part: dict[str, Any]) -> None:
 
 
 def _name(found: Any) -> str | None:
-    """Return a name from an answer, at most 200 characters of it; None for an empty one or another value."""
+    """Return a name from an answer, cut to 200 characters; None if it is empty or not a text."""
     return found[:200] if isinstance(found, str) and found else None
 
 

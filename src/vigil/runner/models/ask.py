@@ -1,4 +1,4 @@
-"""Asking a model for one reply: which failures are retried (`vigil.runner.retries`), and which count as the agent's.
+"""Asking a model for one reply: which failures are retried (`vigil.runner.retries`), and which are faults of the agent.
 
 Source: `protocol.md` section 2.3.
 """
@@ -22,18 +22,18 @@ from vigil.runner.retries import MAX_REJECTIONS, RetryPolicy
 Ask = Callable[[Sequence[Message]], Coroutine[Any, Any, Reply]]
 """Function that sends messages to a model, with retries, and returns its reply.
 
-Raises ModelAPIError; after rejections, RequestRejected.
+Raises RequestRejected after repeated rejections, and ModelAPIError after other failures.
 """
 Send = Callable[[Sequence[Message]], Awaitable[Reply]]
 """Function that sends messages to a model once and returns its reply. Raises AttemptFailed."""
 
 TRANSIENT_STATUS = frozenset({408, 409, 425, 429})
-"""Status of HTTP errors below 500 that may not occur again."""
+"""HTTP status codes below 500 of errors that may be temporary."""
 _REJECTION_STATUS = frozenset({400, 403, 413, 422})
 _DEFAULT_ERROR_STATUS = 400
-"""Status that is assumed for an error that came with HTTP 200 and without a status."""
+"""Status that is assumed for an error that was sent with HTTP 200 and does not name a status."""
 _OVERFLOW_STATUS = _REJECTION_STATUS | {500}
-"""Status of a request that is longer than the context; llama.cpp and Ollama have sent 500."""
+"""Status codes with which servers reject a request that is too long; llama.cpp and Ollama have sent 500."""
 _LENGTH_OR_CONTENT = re.compile(
     r"maximum.{0,20}(prompt|input|sequence).{0,10}length|request (entity )?too large|request_too_large|"
     r"\b(prompt|input|messages?|request)\b.{0,40}(too (long|large|many tokens)|longer than|exceed)|"
@@ -47,7 +47,7 @@ _NOT_ABOUT_THE_REQUEST = re.compile(
     r"setting|per (day|hour|minute)|cloudflare|<html",
     re.IGNORECASE,
 )
-"""Words of errors about the customer, the settings or a proxy, not about the request's content or length."""
+"""Words of errors that concern the customer, the settings or a proxy, not the request's content or length."""
 
 
 class AttemptFailed(Exception):
@@ -60,7 +60,7 @@ class AttemptFailed(Exception):
         self.can_retry = can_retry
         self.is_rejection = is_rejection
         self.wait_s = wait_s
-        """Seconds that the provider asked to wait; None if it did not."""
+        """Seconds that the provider asked to wait; None if it did not ask."""
 
 
 class RequestRejected(ModelAPIError):
@@ -70,7 +70,7 @@ class RequestRejected(ModelAPIError):
 def is_rejection(status: int | None, message: str) -> bool:
     """Return whether a provider's error answer rejects the request because of its content or length.
 
-    In doubt return False: a failure of the infrastructure is played again, and scored then.
+    In doubt return False: the episode then counts as a failure of the infrastructure, and is played again.
     """
     if status in _OVERFLOW_STATUS and CONTEXT_OVERFLOW.search(message):
         return True
@@ -80,7 +80,7 @@ def is_rejection(status: int | None, message: str) -> bool:
 
 
 def parse_answer(wire: Wire, body: bytes) -> ModelAnswer:
-    """Return the answer in a body of HTTP 200. Raises AttemptFailed without a reply."""
+    """Return the answer in a body that came with HTTP 200. Raises AttemptFailed if the body does not have a reply."""
     try:
         answer = read_answer(wire, body)
     except NoAnswer as fault:
@@ -92,22 +92,26 @@ def parse_answer(wire: Wire, body: bytes) -> ModelAnswer:
 
 
 def check_ending(finish_reason: str | None, text: str, tool_call: str | None) -> None:
-    """Raise AttemptFailed when something other than the model ended an answer.
+    """Raise AttemptFailed when an answer was ended by something other than the model.
 
-    It is raised if the finish reason says so, or if that is unknown and the answer has neither text nor a tool call.
+    The finish reason shows this. If it is unknown, an answer that has neither text nor a tool call counts as ended by
+    something else.
     """
     ending = stop_cause(finish_reason)
     if ending == "filtered":
         raise AttemptFailed(f"{finish_reason}: {text[:200]}", is_rejection=True)
     if ending == "failed":
-        raise AttemptFailed(f"HTTP 200 with an answer that ended in {finish_reason!r}: {text[:200]!r}", can_retry=True)
+        raise AttemptFailed(
+            f"HTTP 200 with an answer that ended with the finish reason {finish_reason!r}: {text[:200]!r}",
+            can_retry=True,
+        )
     if ending is None and tool_call is None and not split_reasoning(text)[0].strip():
         word = "without a finish reason" if finish_reason is None else f"with the finish reason {finish_reason!r}"
         raise AttemptFailed(f"HTTP 200 with an answer that has no text, {word}", can_retry=True)
 
 
 def reply_from_answer(answer: ModelAnswer, seconds: float, *, keep_reasoning: bool = False) -> Reply:
-    """Return a server's answer as a reply, with the reasoning that was sent apart from it if `keep_reasoning`."""
+    """Return a server's answer as a reply; `keep_reasoning` includes the reasoning from separate fields."""
     text, reasoning = answer.text, "".join(answer.reasoning)
     return Reply(
         text=text,

@@ -1,4 +1,4 @@
-"""A model asked outside of a run: for the completion of a text (proposals), and for a pointing calibration."""
+"""Use of a model outside of a run: to complete a text (for proposals of tasks), or to calibrate its pointing."""
 
 import asyncio
 from collections.abc import Callable, Generator
@@ -14,7 +14,7 @@ from vigil.runner.models.redaction import Secrets, redacted_errors
 
 @contextmanager
 def open_completion(endpoint: Endpoint) -> Generator[Callable[[str], str], None, None]:
-    """Yield a function that returns the model's answer to a text; it is empty when the provider rejects the text.
+    """Yield a function that returns the model's answer to a text, or an empty text if the provider rejects it.
 
     The function raises ModelAPIError when the provider fails after all retries. Raises SettingError when the model
     cannot be used.
@@ -38,7 +38,7 @@ def calibrate_model(endpoint: Endpoint, system_role: SystemRole) -> PointingCali
 
 @contextmanager
 def _asking(endpoint: Endpoint) -> Generator[tuple[Ask, asyncio.Runner], None, None]:
-    """Yield the function that asks the model, and the event loop in which it runs."""
+    """Yield a function that asks the model, and the event loop in which this function runs."""
     # Inspect takes a second or two to import, and only models need it.
     from vigil.runner.models.inspect_model import ModelClient  # noqa: PLC0415
 

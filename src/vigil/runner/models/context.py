@@ -1,4 +1,4 @@
-"""Estimates of a request's tokens: text by characters, images by the formulas of the large providers."""
+"""Estimates of a request's tokens: from the characters of texts, and from the large providers' formulas for images."""
 
 import re
 from collections.abc import Sequence
@@ -13,11 +13,11 @@ CHARS_PER_TOKEN = 4.0
 LONGEST_EPISODE = max(spec.max_steps for spec in FAMILIES.values())
 """Greatest budget of steps of the families."""
 PICTURE_TOKENS = (300, 1300)
-"""Least and most tokens of a frame of 640 x 480 pixels."""
+"""Minimum and maximum number of tokens of a frame of 640 x 480 pixels."""
 REPLY_TOKENS = (40, 400)
-"""Least and most tokens of a reply, which is one JSON object with a thought."""
+"""Minimum and maximum number of tokens of a reply, which is one JSON object with a thought."""
 REASONING_TOKENS = (100, 8_000)
-"""Least and most tokens that a thinking model writes before an answer; an estimate for runs without --max-tokens."""
+"""Minimum and maximum number of tokens that a thinking model writes before an answer, for runs without --max-tokens."""
 CONTEXT_OPTIONS = "vLLM: --max-model-len, SGLang: --context-length, llama.cpp: -c, Ollama: OLLAMA_CONTEXT_LENGTH"
 CONTEXT_OVERFLOW = re.compile(
     r"context.?(length|window|size)|max_model_len|maximum model length|exceed_context|context limit|"
@@ -25,7 +25,7 @@ CONTEXT_OVERFLOW = re.compile(
     r"range of input length|max(imum)? (message|prompt|input) (tokens|length)|when context the overflows",
     re.IGNORECASE,
 )
-"""Words that servers use only for a request that is longer than the context."""
+"""Words in errors that servers send only if a request is longer than the context."""
 CONTEXT_ERROR = re.compile(
     rf"{CONTEXT_OVERFLOW.pattern}|tokens?\b.{{0,40}}(exceed|maximum|limit)|exceed.{{0,60}}(tokens?|length)\b|"
     r"longer than|too (long|many tokens)",
@@ -34,7 +34,7 @@ CONTEXT_ERROR = re.compile(
 
 
 def max_tokens_of(messages: Sequence[Message]) -> int:
-    """Return the most tokens that a request takes, estimated."""
+    """Return an upper estimate of a request's tokens."""
     text = sum(len(message.text) for message in messages) / CHARS_PER_TOKEN
     return round(text) + PICTURE_TOKENS[1] * sum(message.picture is not None for message in messages)
 
@@ -59,7 +59,7 @@ def size_hint(messages: Sequence[Message], profile: Profile) -> str:
 def find_shrunk_request(record: EpisodeRecord, profile: Profile) -> tuple[int, int] | None:
     """Return the input tokens of two consecutive requests of which the later took fewer; None if there are none.
 
-    A dialogue only grows until the history is full, so such a server has cut it without an error.
+    Only requests before the history is full are compared. These can only grow, unless the server cuts the dialogue.
     """
     usages = [step.reply.usage for step in record.steps[: profile.past_turns + 1]]
     inputs = [usage.input_tokens for usage in usages if usage is not None]

@@ -1,4 +1,4 @@
-"""Which model answered: names, addresses and finish reasons from a provider's answers, not from the settings."""
+"""Which model answered: names, addresses and finish reasons from the provider's answers, not from the settings."""
 
 from collections import Counter
 from collections.abc import Callable, Collection
@@ -11,27 +11,28 @@ from vigil.protocol.reasoning import Thinking
 from vigil.records.record import ProviderFacts
 
 CLIENTS = ("inspect_ai", "openai", "anthropic", "google-genai", "mistralai", "azure-ai-inference", "httpx2")
-"""Distributions of clients whose versions are recorded."""
+"""Python packages of clients whose versions are recorded."""
 
 
 @dataclass(slots=True)
 class ModelIdentityLog:
-    """Log of the answers of one session, including those to the check before the run."""
+    """Log of the answers in one session of a run, including the answers to the check before the run."""
 
     earlier_names: Collection[str] = ()
-    """Names under which the model answered in earlier sessions; any other is refused. Empty accepts every name."""
+    """Names under which the model answered in earlier sessions. An answer under any other name is refused. If empty,
+    all names are accepted."""
     asked: Thinking = "default"
-    """Thinking as it was requested."""
+    """Thinking setting that was requested."""
     effort: str | None = None
-    """Reasoning effort as it was requested."""
+    """Reasoning effort that was requested."""
     set_by: str = ""
-    """Description of how thinking was set."""
+    """Text with the request fields that set thinking on or off."""
     on_new_identity: Callable[[], None] = lambda: None
     """Function that is called when a name or an address is new."""
     redact: Callable[[str], str] = lambda text: text
-    """Function that removes secrets from a text; a server may send back what it was sent."""
+    """Function that removes secrets from a text, because a server's answer may repeat the key of the request."""
     check: dict[str, str] = field(default_factory=dict[str, str])
-    """Results of the check before the run, by its parts."""
+    """Results of the check before the run: part of the check -> result."""
     models: Counter[str] = field(default_factory=Counter[str])
     finish_reasons: Counter[str] = field(default_factory=Counter[str])
     addresses: set[str] = field(default_factory=set[str])
@@ -44,8 +45,9 @@ class ModelIdentityLog:
         if model and self.earlier_names and model not in self.earlier_names:
             names = " or ".join(map(repr, sorted(self.earlier_names)))
             raise RecordError(
-                f"The provider answers as {model!r} now, but the rows of this run were answered as {names}. Another "
-                "model makes another run: give a new --log-dir, or continue anyway with --force."
+                f"The provider answers as {model!r} now, but the earlier rows of this run were answered by "
+                f"{names}. Answers of different models do not belong in one run: give a new --log-dir, or continue "
+                "anyway with --force."
             )
         is_new = (model != "" and model not in self.models) or (address != "" and address not in self.addresses)
         self.replies += 1

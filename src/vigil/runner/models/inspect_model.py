@@ -51,14 +51,14 @@ from vigil.runner.models.redaction import without_login, without_secrets
 from vigil.runner.models.response_capture import Exchange, capture_exchanges
 
 PREFLIGHT_RETRIES = 2
-"""Maximum number of retries of a request of the check before a run."""
+"""Maximum number of retries of a request in the check before a run."""
 _TRANSPORT_ERRORS = (OSError, EOFError, json.JSONDecodeError)
 _HTTP_LIBRARIES = frozenset({"httpx", "httpx2", "aiohttp"})
-"""Libraries whose exceptions are failures of transport."""
+"""Libraries whose exceptions count as failures of transport."""
 
 
 class ModelClient:
-    """Client of a model, which retries failed requests; leaving its `async with` block closes its connections."""
+    """Client of a model, which retries failed requests. The end of its `async with` block closes its connections."""
 
     def __init__(self, endpoint: Endpoint, identity_log: ModelIdentityLog | None = None) -> None:
         """Each answer is added to `identity_log`. Raises SettingError when the provider cannot be used."""
@@ -78,9 +78,9 @@ class ModelClient:
         await self.model.api.aclose()
 
     def loggable_model(self) -> Model:
-        """Return a copy of the model for Inspect's log, whose address and settings are without secrets.
+        """Return a copy of the model for Inspect's log, without secrets in its address and settings.
 
-        It is only for the log; requests go through `ask`.
+        The copy is only for the log; requests go through `ask`.
         """
         api = copy(self.model.api)
         api.base_url = without_login(api.base_url) if api.base_url else None
@@ -90,7 +90,7 @@ class ModelClient:
 
 
 def new_model(endpoint: Endpoint) -> Model:
-    """Return a new client of Inspect's. Raises SettingError when the provider cannot be used."""
+    """Return a new Inspect model for `endpoint`. Raises SettingError when the provider cannot be used."""
     access = endpoint.access
     try:
         config = GenerateConfig(
@@ -108,7 +108,7 @@ def new_model(endpoint: Endpoint) -> Model:
 
 
 def model_at(access: ModelAccess, config: GenerateConfig) -> Model:
-    """Return Inspect's model that is reached in a given way; it is not shared with other callers."""
+    """Return a new Inspect model for `access`. The model is not shared with other callers."""
     return get_model(
         access.name,
         config=config,
@@ -143,10 +143,10 @@ def sender(
     *,
     keep_reasoning: bool = False,
 ) -> Send:
-    """Return the function that sends messages to `model` once; `config` overrides the model's.
+    """Return a function that sends messages to `model` once; `config` overrides the model's own config.
 
-    Each answer is added to `identity_log`. The reply is the server's text if it was captured, else the library's;
-    `reply_source` says which. The function raises AttemptFailed.
+    The function adds each answer to `identity_log`. It returns the text that the server sent if this was captured, and
+    otherwise the library's text; `reply_source` says which. It raises AttemptFailed.
     """
     config = config or GenerateConfig()
     identity_log = identity_log or ModelIdentityLog()
@@ -177,7 +177,7 @@ def sender(
 
 
 def _is_answered(exchanges: Sequence[Exchange]) -> bool:
-    """Return whether the server answered without an error; then its answer counts, even if a library failed on it."""
+    """Return whether the server answered without an error. Its answer then counts even if a library failed on it."""
     return bool(exchanges) and exchanges[-1].status in range(200, 300)
 
 
@@ -218,7 +218,7 @@ def _attempt_failure(model: Model, error: Exception, exchanges: Sequence[Exchang
 
 
 def _with_causes(error: BaseException) -> str:
-    """Return the messages of an error and its causes, because that of a connection alone says little."""
+    """Return the messages of an error and its causes, because a connection error alone says little."""
     said: list[str] = []
     cause: BaseException | None = error
     while cause is not None and len(said) < 5:
@@ -259,7 +259,7 @@ async def preflight(
 ) -> None:
     """Carry out the check before a run (`vigil.runner.models.preflight`), and log its results.
 
-    Raises ModelAPIError.
+    Raises ModelAPIError when the model fails the check.
     """
     retries = min(endpoint.retry_policy.retries, PREFLIGHT_RETRIES)
     endpoint = replace(endpoint, retry_policy=replace(endpoint.retry_policy, retries=retries))

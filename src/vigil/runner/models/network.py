@@ -1,9 +1,9 @@
-"""Proxies and certificates from the environment, checked before a client reads them, and redirects, which are disabled.
+"""Checks proxies and certificates of the environment before a client reads them, and disables redirects.
 
-Libraries read proxies and certificates from variables by themselves, and their errors do not name the variable.
-Redirects are not followed, because a client would send the key and the request to a host that the user did not name.
-On a redirect to another host, HTTP libraries drop the header `Authorization`, but neither a provider's special header
-(`x-api-key`) nor the body.
+Libraries read proxies and certificates from environment variables, and their errors do not name the variable. Redirects
+are not followed, because a client would send the key and the request to a host that the user did not name. On a
+redirect to another host, HTTP libraries drop the header `Authorization`, but they still send the body and a provider's
+special header (`x-api-key`).
 """
 
 import os
@@ -26,7 +26,7 @@ _ADVICE = "Unset it, or correct it, and give the same command again."
 
 
 def check_network(address: str) -> None:
-    """Raise SettingError, with the variable and its value, when the environment makes a client for an address fail."""
+    """Raise SettingError, naming the variable, if the environment would make a client for this address fail."""
     _check_certificates()
     if is_loopback(address):
         return
@@ -47,7 +47,7 @@ def without_proxies(address: str) -> Generator[None, None, None]:
 
 
 def proxy_note(address: str) -> str:
-    """Return a text that names the proxy of requests to an address; empty when they do not use one."""
+    """Return a text that names the proxy for requests to an address; empty when no proxy is used."""
     parts = urlsplit(address)
     proxies = getproxies()
     kind = parts.scheme if parts.scheme in proxies else "all"
@@ -93,7 +93,7 @@ def _check_certificates() -> None:
 
 
 def _variable(name: str) -> str:
-    """Return the variable's name as it is set: libraries also read it in lower case, and prefer that."""
+    """Return the spelling of the variable that libraries use: its lower-case name if that is set, else `name`."""
     return name.lower() if os.environ.get(name.lower()) else name
 
 

@@ -1,6 +1,7 @@
-"""Pointing calibration: frames with a marked spot, and the convention of coordinates that a model's answers fit.
+"""Pointing calibration: frames with a marked spot, and the coordinate convention that fits a model's answers.
 
-The question is the prompt of a run in pixels; a model that answers in a grid of 0 to 1000 was trained to do so.
+The question asks for pixels, as the prompt of a run does. A model that was trained to answer in a grid of 0 to 1000 may
+nevertheless answer in this grid.
 """
 
 import re
@@ -22,9 +23,9 @@ from vigil.runner.models.ask import Ask
 
 INSTRUCTION = "Point at the centre of the magenta disc."
 RADIUS_PX = 12
-"""Radius of the disc."""
+"""Radius of the disc that marks a spot."""
 MAX_MEDIAN_ERROR_PX = 32.0
-"""Greatest median error of a convention that fits; that of a wrong one is 200 px and more at these spots."""
+"""Maximum median error of a convention that fits. At these spots, a wrong convention has an error of 200 px or more."""
 
 
 class FramePoint(NamedTuple):
@@ -38,23 +39,23 @@ SPOTS = (
     *(FramePoint(560, 60), FramePoint(600, 420), FramePoint(320, 400), FramePoint(120, 440)),
     *(FramePoint(500, 240), FramePoint(620, 200), FramePoint(260, 330), FramePoint(400, 450)),
 )
-"""Spots that are marked, away from the top left corner, where the conventions give similar points."""
+"""Spots that are marked. They are not near the top left corner, where the conventions give similar points."""
 CONVENTIONS: Mapping[str, FramePoint] = {
     "pixel": FramePoint(1.0, 1.0),
     "normalized_1000": FramePoint(FRAME_WIDTH / 1000, FRAME_HEIGHT / 1000),
     "fractions of 0 to 1": FramePoint(FRAME_WIDTH, FRAME_HEIGHT),
 }
-"""Factors for x and y that convert an answer to pixels, by convention."""
+"""Convention -> factors for x and y that convert an answer to pixels."""
 _NUMBER = r"""["']?{}["']?\s*[:=]\s*(-?\d+(?:\.\d+)?)"""
 _X, _Y = (re.compile(_NUMBER.format(axis)) for axis in "xy")
 
 
 @dataclass(frozen=True, slots=True)
 class PointingCalibration:
-    """A model's answers to the frames with a spot."""
+    """A model's answers to the frames with a marked spot."""
 
     answers: tuple[FramePoint | None, ...]
-    """Point in the answer to each of `SPOTS`; None where the answer did not have one."""
+    """Point in the answer to each of `SPOTS`; None where the answer does not have a point."""
 
     @property
     def answered(self) -> int:
@@ -62,7 +63,7 @@ class PointingCalibration:
         return sum(answer is not None for answer in self.answers)
 
     def errors(self, convention: str) -> list[float]:
-        """Return the errors (pixels) of the answers that had a point, read by a convention."""
+        """Return the errors (pixels) of the answers that have a point, if they are read in `convention`."""
         scale = CONVENTIONS[convention]
         pairs = [(spot, answer) for spot, answer in zip(SPOTS, self.answers, strict=True) if answer is not None]
         return [float(np.hypot(answer.x * scale.x - spot.x, answer.y * scale.y - spot.y)) for spot, answer in pairs]
@@ -95,7 +96,7 @@ def draw_spot(spot: FramePoint) -> np.ndarray:
 
 
 def question(spot: FramePoint, system_role: SystemRole = "system") -> Sequence[Message]:
-    """Return the messages that are sent to a model for a spot."""
+    """Return the messages that ask a model for the position of a spot."""
     return Conversation(Profile(system_role=system_role), INSTRUCTION).messages(
         encode_frame(draw_spot(spot), "png"), None
     )

@@ -1,7 +1,8 @@
-"""The check before a run: images reach the model, and its answer to an example observation is an action.
+"""The check before a run: do images reach the model, and is its answer to an example observation an action?
 
 Some servers drop images without an error, some send reasoning in forms that are not part of the protocol, and some cut
-the answer: a run against such a server would measure the server. The example is drawn here and is not in a pack.
+the answer. A run on such a server would measure the server, not the model. The example is drawn here; it is not from a
+pack.
 """
 
 import hashlib
@@ -47,7 +48,7 @@ _THINKING_HINT = "or turn thinking off with --thinking off (chat template argume
 
 
 def number_for(name: str) -> str:
-    """Return the four digits that the model of that name is asked to read."""
+    """Return the four digits that the check asks the model `name` to read."""
     return str(1000 + int.from_bytes(hashlib.sha256(name.encode()).digest()[:4], "big") % 9000)
 
 
@@ -73,9 +74,10 @@ def draw_example() -> np.ndarray:
 async def check_model(
     ask: Ask, model: str, profile: Profile, address: str = "", *, force: bool = False
 ) -> dict[str, str]:
-    """Carry out the check and return its results, by part. Raises ModelAPIError when the model fails it.
+    """Carry out the check and return {part: result}. Raises ModelAPIError when the model fails the check.
 
-    `address` is where the model is served, if that is known. With `force` a failed example is only noted.
+    `address` is where the model is served, if known. With `force`, a failure of the example is noted, but does not
+    raise.
     """
     await check_sight(ask, model, profile.image_format, address)
     return {"sight": PASSED, "contract": await check_contract(ask, model, profile, force=force)}
@@ -105,7 +107,7 @@ async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: 
 async def check_contract(ask: Ask, model: str, profile: Profile, *, force: bool = False) -> str:
     """Return `PASSED` if the first or second answer to an example observation is an action.
 
-    Else raise ModelAPIError, or with `force` return how the second answer failed.
+    Otherwise raise ModelAPIError, or with `force` return how the second answer failed.
     """
     reply, invalid = await _try_example(ask, model, profile)
     if invalid is not None:
@@ -124,7 +126,7 @@ async def check_contract(ask: Ask, model: str, profile: Profile, *, force: bool 
 
 
 async def _try_example(ask: Ask, model: str, profile: Profile) -> tuple[Reply, InvalidAction | None]:
-    """Return the reply to the example, and why it is not an action (None if it is one). Raises ModelAPIError."""
+    """Return the reply to the example, and why it is not an action (None if it is an action). Raises ModelAPIError."""
     picture = encode_frame(draw_example(), profile.image_format)
     messages = Conversation(profile, EXAMPLE_INSTRUCTION).messages(picture, None)
     try:

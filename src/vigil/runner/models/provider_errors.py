@@ -1,6 +1,6 @@
-"""The messages in error answers, wherever their JSON has them, and hints on what to do about some of them.
+"""The messages in error answers, found in the JSON forms of the providers, and hints on what to do about some of them.
 
-Providers differ: the message is a string under `error`, in `error.message`, in a list around either, in `detail`, in
+The message may be a string under `error`, in `error.message`, in a list around either of these, in `detail`, in
 `message` next to `error: true`, in a provider's special status, or in JSON within a string.
 """
 
@@ -18,7 +18,7 @@ _NESTING_FIELDS = ("error", "errors", "base_resp", "response", "metadata", "stat
 _MESSAGE_FIELDS = ("message", "msg", "error_message", "errormessage", "error_msg", "status_msg", "error_description")
 """Fields whose texts are messages."""
 _DETAIL_FIELDS = ("detail", "details", "raw", "reason", "title", "description")
-"""Fields whose texts add to a message or repeat it."""
+"""Fields whose texts add details to a message or repeat the message."""
 _CODE_FIELDS = ("code", "type", "error_type", "status_code")
 _MAX_DEPTH = 8
 _MAX_MESSAGES = 20
@@ -31,7 +31,7 @@ def error_message_of(body: bytes) -> str:
 
 
 def error_message_in(found: Any) -> str:
-    """Return the messages in an error's JSON, at most `MAX_CHARS` characters, with its codes in parentheses."""
+    """Return the messages in an error's JSON, cut to `MAX_CHARS` characters, with the error's codes in parentheses."""
     sentences: list[str] = []
     for sentence in islice(_messages(found, _MAX_DEPTH), _MAX_MESSAGES):
         if sentence and not any(sentence in before for before in sentences):
@@ -42,7 +42,7 @@ def error_message_in(found: Any) -> str:
 
 
 def _as_text(found: Any) -> str:
-    """Return JSON without a message as a text."""
+    """Return a text for JSON in which no message was found."""
     try:
         return found if isinstance(found, str) else json.dumps(found, ensure_ascii=False)
     except RecursionError:
@@ -50,7 +50,7 @@ def _as_text(found: Any) -> str:
 
 
 def error_status_in(found: Any, depth: int = _MAX_DEPTH) -> int | None:
-    """Return the HTTP status in an error's JSON; None if it does not have one."""
+    """Return the HTTP status in an error's JSON; None if the JSON does not have a status."""
     if is_array(found) and depth:
         return next((status for one in found if (status := error_status_in(one, depth - 1)) is not None), None)
     if not is_object(found) or not depth:
@@ -64,7 +64,7 @@ def error_status_in(found: Any, depth: int = _MAX_DEPTH) -> int | None:
 
 
 def _messages(found: Any, depth: int) -> Iterator[str]:
-    """Yield the messages in a value, down to a depth."""
+    """Yield the messages in a value, at most `depth` levels deep."""
     if depth == 0:
         return
     if isinstance(found, str):
@@ -82,7 +82,7 @@ def _messages(found: Any, depth: int) -> Iterator[str]:
 
 
 def _codes(found: Any, depth: int) -> Iterator[str]:
-    """Yield the codes of an error that are words, e.g. `context_length_exceeded`, down to a depth."""
+    """Yield the codes of an error that are words, e.g. `context_length_exceeded`, at most `depth` levels deep."""
     if is_array(found):
         for one in found:
             yield from _codes(one, depth - 1)
@@ -138,5 +138,5 @@ HINTS: tuple[tuple[str, str], ...] = (
 
 
 def hint_for(message: str) -> str | None:
-    """Return what to do about an error message, as a sentence without its full stop; None if it is not known."""
+    """Return a sentence without full stop that says what to do about an error message; None if that is not known."""
     return next((hint for words, hint in HINTS if re.search(words, message, re.IGNORECASE | re.DOTALL)), None)

@@ -1,7 +1,7 @@
 """Providers by name: hosts, variables with key and address, required client, and the switch for thinking.
 
-A provider in OpenAI's style is asked at its address; any other through Inspect's client of that name. Names are matched
-in their exact case.
+A provider in OpenAI's style is reached directly at its address; any other provider, through Inspect's client of that
+name. Names are case-sensitive.
 """
 
 import os
@@ -15,12 +15,12 @@ from vigil.errors import did_you_mean
 Fields = Mapping[str, Any]
 """Sampling settings, named as in `RunSettings`."""
 ACCOUNT = "the account's address"
-"""Text for the address of a cloud that gives each account separate hosts."""
+"""Text in place of an address, for a cloud that gives each account its own hosts."""
 
 
 @dataclass(frozen=True, slots=True)
 class ThinkingSwitch:
-    """The fields that are sent to a provider to turn a model's thinking on and off."""
+    """The fields that a request must have to turn a model's thinking on and off."""
 
     on: Fields
     off: Fields
@@ -40,7 +40,7 @@ TEMPLATE_SWITCH = ThinkingSwitch.body(
     {"chat_template_kwargs": {"enable_thinking": True, "thinking": True}},
     {"chat_template_kwargs": {"enable_thinking": False, "thinking": False}},
 )
-"""Switch for chat templates; each reads one of the two names and ignores the other."""
+"""Switch that sets arguments of a chat template. Both names are sent; a template reads the name that it knows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,41 +49,41 @@ class Provider:
 
     title: str
     hosts: tuple[str, ...] = ()
-    """Host names of the provider; one that begins with a dot stands for all below it."""
+    """Host names of the provider; a name that begins with a dot stands for all hosts below it."""
     address: str = ""
-    """Default address; empty when it is unknown or Inspect's client has it."""
+    """Default address; empty when it is unknown, or when Inspect's client knows it."""
     keys: tuple[str, ...] = ()
-    """Variables that may have the key; the first that is set counts."""
+    """Variables that may have the key; the first variable that is set counts."""
     addresses: tuple[str, ...] = ()
-    """Variables that may have another address."""
+    """Variables that may have an address instead of the default."""
     is_openai_style: bool = False
-    """Whether it is asked for chat completions at an address, not through one of Inspect's clients."""
+    """Whether chat completions are sent to the provider's address itself, not through one of Inspect's clients."""
     signs_in: bool = False
-    """Whether it signs in with the machine's cloud account when a key is not set."""
+    """Whether the provider signs in with the machine's cloud account when a key is not set."""
     sign_in_client: str = ""
-    """Module that signing in needs in addition to the client; the extra `azure` installs it."""
+    """Module that is needed for signing in, in addition to the client; the extra `azure` installs it."""
     thinking: ThinkingSwitch | None = None
     """Switch for the models' thinking; None if unknown."""
     extra: str = ""
     """Extra of `vigil-bench` that installs the client; empty when none is needed."""
     client: str = ""
-    """Module of that client."""
+    """Module of the client that `extra` installs."""
     is_in_tests: bool = True
-    """Whether the tests run it against a stand-in server; without its client it was only run by hand, once."""
+    """Whether the tests run the client against a local server; False for clients that were tried once, by hand."""
 
     @property
     def is_installed(self) -> bool:
-        """Whether the client is installed, or not needed."""
+        """Whether the client is installed; True if no client is needed."""
         return not self.client or _is_importable(self.client)
 
     @property
     def can_sign_in(self) -> bool:
-        """Whether the module for signing in is installed, or not needed."""
+        """Whether the module for signing in is installed; True if no module is needed."""
         return not self.sign_in_client or _is_importable(self.sign_in_client)
 
     @property
     def needs_key(self) -> bool:
-        """Whether its hosts require a key."""
+        """Whether the provider's hosts require a key."""
         return bool(self.hosts) and not self.signs_in
 
     @property
@@ -95,7 +95,7 @@ class Provider:
 
     @property
     def key_variable(self) -> str:
-        """Variable with the key: the first that is set, else the first; empty when there is none."""
+        """Variable with the key: the first that is set; if none is set, the first; empty if there are no variables."""
         return next((name for name in self.keys if os.environ.get(name)), self.keys[0] if self.keys else "")
 
 
@@ -301,11 +301,11 @@ PROVIDERS: dict[str, Provider] = {
     "hf-inference-providers": Provider("Hugging Face's providers", ("router.huggingface.co",), keys=("HF_TOKEN",)),
     "mockllm": Provider("Inspect's stand-in for a model"),
 }
-"""Providers by name, or by name and service."""
+"""Name of a provider (`provider` or `provider/service`) -> the provider."""
 ANY_SERVICE = "openai-api"
-"""First part of `openai-api/SERVICE/NAME`, for any service in OpenAI's style.
+"""First part of the name `openai-api/SERVICE/NAME`, for any service in OpenAI's style.
 
-The service is a provider of the table, or one whose variables are named after it.
+If the service is not in the table, its variables are named after it, e.g. SERVICE_API_KEY.
 """
 
 
@@ -314,16 +314,16 @@ class ModelName:
     """The parts of a model's name."""
 
     prefix: str
-    """Provider, or provider and service; empty when the name has none."""
+    """Provider, or provider and service; empty when the name does not have a provider."""
     name: str
-    """Name of the model as it is sent."""
+    """Name of the model as it is sent to the server."""
     provider: Provider
     is_known: bool = True
     """Whether the name begins with a known provider or `ANY_SERVICE`."""
 
 
 def parse_model_name(model: str) -> ModelName:
-    """Return the parts of a model's name; without a known provider, the whole name and a local server."""
+    """Return the parts of a model's name. Without a known provider, the whole name is a model on a local server."""
     prefix, _, name = model.partition("/")
     if prefix == ANY_SERVICE:
         prefix, _, name = name.partition("/")
@@ -341,7 +341,7 @@ def parse_model_name(model: str) -> ModelName:
 
 
 def _with_usual_variables(prefix: str, provider: Provider) -> Provider:
-    """Return a provider with variables that are named after it, where the table does not have any."""
+    """Return a provider in which empty lists of variables are filled with names made from `prefix`."""
     stem = prefix.upper().replace("-", "_")
     keys = () if provider.signs_in or prefix == "mockllm" else (f"{stem}_API_KEY",)
     addresses = () if prefix == "mockllm" else (f"{stem}_BASE_URL",)
@@ -349,6 +349,6 @@ def _with_usual_variables(prefix: str, provider: Provider) -> Provider:
 
 
 def provider_hint(model: str) -> str:
-    """Return " Did you mean 'x'?" if a model's provider is unknown but similar to a known one; else an empty text."""
+    """Return " Did you mean 'x'?" if a model's unknown provider is similar to a known provider; otherwise ""."""
     prefix, known = model.partition("/")[0], {*PROVIDERS, ANY_SERVICE}
     return "" if prefix in known else did_you_mean(prefix.casefold(), known)

@@ -1,9 +1,9 @@
 """Redaction: keys, tokens and passwords are removed from all that a run writes.
 
-Two methods are used together. The first goes by name and form, and depends only on the text: a run's name in its header
-must not change when a key does. The second goes by value: everything recognised as a secret, and every secret of the
-environment, is removed from free text (messages, tracebacks, the standard error of programs). Replies of an agent are
-evidence and are never changed.
+Two methods are used together. The first looks for names and forms of secrets. It depends only on the text, so a run's
+name in its header does not change when a key does. The second looks for values: everything recognised as a secret, and
+every secret of the environment, is removed from free text (messages, tracebacks, the standard error of programs).
+Replies of an agent are evidence and are never changed.
 """
 
 import base64
@@ -20,9 +20,9 @@ from vigil.errors import VigilError
 
 REDACTED = "(not recorded)"
 MIN_SECRET_CHARS = 6
-"""Least length of a secret; shorter values would be found in the middle of ordinary words."""
+"""Minimum length of a secret. Shorter values are not removed, because they also occur within ordinary words."""
 MIN_ENVIRONMENT_CHARS = 8
-"""Least length of a secret from the environment."""
+"""Minimum length of a secret from the environment."""
 _SECRET_WORDS = frozenset(
     [
         "secret",
@@ -42,13 +42,13 @@ _SECRET_WORDS = frozenset(
         "bearer",
     ]
 )
-"""Words that make a name that of a secret."""
+"""Words that show, anywhere in a name, that its value is a secret."""
 _SECRET_LAST_WORDS = frozenset({"key", "keys", "token", "auth"})
-"""Words that make a name that of a secret at its end; `max_tokens` and `token_budget` are not secrets."""
+"""Words that, at the end of a name, show that its value is a secret; `max_tokens` and `token_budget` are harmless."""
 _HARMLESS_LAST_WORDS = frozenset(
     ["file", "path", "dir", "env", "name", "var", "variable", "type", "count", "limit", "length"]
 )
-"""Words that make a name that of a place or a number at its end."""
+"""Words that show, at the end of a name, that its value is a place or a number and not a secret."""
 _HARMLESS_WORDS = frozenset(
     ["max", "min", "num", "stop", "eos", "bos", "pad", "unk", "top", "sort", "group", "primary"]
 )
@@ -56,7 +56,7 @@ _HARMLESS_HEADERS = frozenset(
     ["accept", "accept-language", "content-type", "user-agent", "anthropic-beta", "anthropic-version", "openai-beta"]
 )
 _WORD = r"""(?:\\.|[^\s'"\\]|"(?:\\.|[^"\\])*"|'[^']*')+"""
-"""Pattern of a word of a shell, including its quotes."""
+"""Pattern of a word of a shell command, including its quotes."""
 _NAME = r"(?P<name>[A-Za-z][\w.-]*)"
 _NAMED = re.compile(
     rf"(?P<head>(?:(?<![\w-])--?{_NAME}['\"]?(?:\s+|=)|{_NAME.replace('name', 'other')}['\"]?(?:=|\s*:\s*))"
@@ -72,11 +72,11 @@ _KEY_PATTERNS = (
         r"|github_pat_\w{20,}|AIza[\w-]{20,}|AKIA[A-Z0-9]{16}|xox[abp]-[\w-]{10,}|eyJ[\w-]+\.[\w-]+\.[\w-]+))"
     ),
 )
-"""Patterns of logins in addresses, of headers that log in, and of keys with a known form."""
+"""Patterns of logins in addresses, of keys in authorization headers, and of keys with a known form."""
 
 
 def is_secret_name(name: str) -> bool:
-    """Return whether a setting, header, variable or option of that name is a secret."""
+    """Return whether the value of a setting, header, variable or option of that name is a secret."""
     spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
     words = [word for word in re.split(r"[^a-z0-9]+", spaced.casefold()) if word]
     if not words or words[-1] in _HARMLESS_LAST_WORDS:
@@ -100,14 +100,14 @@ def without_secrets(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def without_key_patterns(text: str, found: list[str] | None = None) -> str:
-    """Return a text without what looks like a key or a login; these are added to `found`."""
+    """Return a text without the parts that look like a key or a login; these parts are added to `found`."""
     for form in _KEY_PATTERNS:
         text = form.sub(lambda match: _redact_match(match, found), text)
     return text
 
 
 def without_option_secrets(command: str, found: list[str] | None = None) -> str:
-    """Return a command line without the values of options, variables and headers that have names of secrets.
+    """Return a command line without the values of options, variables and headers whose names say that they are secret.
 
     These values are added to `found`.
     """
@@ -124,7 +124,7 @@ def without_option_secrets(command: str, found: list[str] | None = None) -> str:
 
 
 class Secrets:
-    """The known secrets, which must not be written."""
+    """The known secrets, which must not be written to files or messages."""
 
     def __init__(self, values: Iterable[str]) -> None:
         forms = {form for value in values if len(value) >= MIN_SECRET_CHARS for form in _encodings_of(value)}
@@ -167,7 +167,7 @@ def redacted_errors(secrets: Secrets) -> Generator[None, None, None]:
 
 
 def environment_secrets(environment: Mapping[str, str]) -> dict[str, str]:
-    """Return the values of variables that have names of secrets, and the logins in addresses, by name."""
+    """Return {name: value} of variables with a secret's name, and of logins in variables with an address."""
     found = {
         name: value
         for name, value in environment.items()
@@ -187,7 +187,7 @@ def _secrets_in_command(command: str) -> list[str]:
 
 
 def _secrets_in_url(url: str) -> list[str]:
-    """Return the secrets in an address: user name and password, also in the form of a header, and the query."""
+    """Return the secrets in an address: user name, password, query, and the login in the form that a header has."""
     try:
         query = urlsplit(url).query
     except ValueError:
@@ -270,7 +270,7 @@ def _unquoted(word: str) -> str:
 
 
 def _encodings_of(value: str) -> Iterator[str]:
-    """Yield the forms of a value that a text may contain: unchanged, and as in an address, in JSON and in Python."""
+    """Yield the forms in which a text may contain a value: unchanged, or encoded for an address, JSON or Python."""
     yield value
     yield quote(value, safe="")
     yield quote(value)

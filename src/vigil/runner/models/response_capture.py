@@ -1,8 +1,9 @@
 """Capturing the bytes of a server's answers in the HTTP client of a model, before a library has read them.
 
-Inspect does not always keep a provider's raw answer, and its own form of the answer differs. So the clients that it
-makes for OpenAI, Anthropic, Google and servers with their formats get hooks, which note each request and its answer.
-Several calls run in one event loop at the same time; a context variable, which tasks inherit, distinguishes them.
+Inspect does not always keep a provider's raw answer, and its own form of the answer differs. So hooks are added to the
+clients that Inspect makes for OpenAI, Anthropic, Google and servers with their formats. The hooks note each request and
+its answer. Several calls run in one event loop at the same time; a context variable says to which call a request
+belongs.
 """
 
 import contextlib
@@ -30,7 +31,7 @@ class Exchange:
     status: int | None = None
     """HTTP status; None until the answer begins."""
     body: bytearray = field(default_factory=bytearray)
-    """Decompressed body so far."""
+    """Decompressed body, as far as it has arrived."""
     started: float = field(default_factory=time.monotonic)
     """Time of the request by the monotonic clock, in seconds."""
 
@@ -43,8 +44,8 @@ _KEY = "vigil_exchange"
 def capture_exchanges(api: Any) -> Generator[list[Exchange], None, None]:
     """Yield a list to which the exchanges of one call of Inspect's model `api` are added, in order.
 
-    It is empty when the provider's client cannot have hooks, or does not use one of the four formats. Requests for
-    something other than a message (Anthropic's count of tokens) are left out.
+    The list stays empty when the provider's client cannot have hooks, or does not use one of the four formats. Requests
+    that do not ask for a message, such as Anthropic's count of tokens, are left out.
     """
     _hook_client(getattr(getattr(api, "client", None), "_client", None))
     if type(api).__name__ == "GoogleGenAIAPI" and "model_client" not in vars(api):
@@ -66,9 +67,9 @@ def _hook_client(client: Any) -> None:
 
 
 class _GoogleClients:
-    """Maker of Google's clients for Inspect, one for each call, over an HTTP client with the hooks.
+    """Maker of the Google clients that Inspect uses, one client for each call. Their HTTP client has hooks.
 
-    By default Google's library uses another HTTP library, which cannot have hooks. The clients share connections.
+    By default, Google's library uses another HTTP library, which cannot have hooks. The clients share connections.
     """
 
     def __init__(self, api: Any) -> None:
@@ -76,20 +77,20 @@ class _GoogleClients:
         self._settings = default_client_kwargs()
 
     def model_client(self, http_options: Any = None) -> Any:
-        """Return a client, as Inspect's method of that name does."""
+        """Return a client. The method replaces Inspect's method `model_client`."""
         if http_options is not None and http_options.httpx_async_client is None:
             http_options.httpx_async_client = httpx2.AsyncClient(**self._settings)
             _hook_client(http_options.httpx_async_client)
         return self._make(http_options)
 
     async def aclose(self) -> None:
-        """Close the shared connections and everything that Inspect closes."""
+        """Close the shared connections, and everything that Inspect itself would close."""
         await httpx2.AsyncClient(**self._settings).aclose()
         await self._close()
 
 
 def wire_of(path: str) -> Wire | None:
-    """Return the format of the answers at an address's path; None if it is unknown."""
+    """Return the format of answers to a request, found from the path of its address; None if it is unknown."""
     path = path.rstrip("/")
     if path.endswith("/chat/completions"):
         return "chat"
@@ -119,7 +120,7 @@ _Read = Callable[[int | None], AsyncGenerator[bytes]]
 
 
 def _copying(read: _Read, exchange: Exchange) -> Callable[..., AsyncGenerator[bytes]]:
-    """Return `read`, a response's reader of decompressed bytes, extended so that it copies the first reading."""
+    """Return a reader like `read` (decompressed bytes of a response). Its first use copies them to `exchange`."""
     is_read = False
 
     async def aiter_bytes(chunk_size: int | None = None) -> AsyncGenerator[bytes]:

@@ -10,9 +10,9 @@ from vigil.runner.models.providers import ModelName
 
 
 def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: ModelName) -> dict[str, Any]:
-    """Return sampling settings with those that turn thinking on or off at a model's provider.
+    """Return `sampling` with the settings that turn thinking on or off at a model's provider.
 
-    Raises SettingError when the provider's switch is unknown, or when the settings contradict it.
+    Raises SettingError when the provider's switch is unknown, or when other settings contradict it.
     """
     if thinking == "default":
         return dict(sampling)
@@ -24,8 +24,8 @@ def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: ModelN
     switch = model.provider.thinking
     if switch is None:
         raise SettingError(
-            f"--thinking {thinking}: how to set this for {model.provider.title} is unknown. Give the setting in its "
-            "documentation with --reasoning-effort, --model-arg or --extra-body."
+            f"--thinking {thinking}: how to set this for {model.provider.title} is unknown. Find the setting in "
+            "the provider's documentation, and give it with --reasoning-effort, --model-arg or --extra-body."
         )
     wanted = dict(switch.on if thinking == "on" else switch.off)
     if effort is not None:
@@ -34,14 +34,14 @@ def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: ModelN
 
 
 def may_think(thinking: Thinking, effort: str | None, model: str) -> bool:
-    """Return whether a model is set to reason, or without a setting has "thinking" in its name."""
+    """Return whether a model is set to reason; without a setting, whether its name contains "thinking"."""
     if thinking != "default":
         return thinking == "on"
     return effort != "none" if effort is not None else "thinking" in model.casefold()
 
 
 def describe_switch(thinking: Thinking, model: ModelName) -> str:
-    """Return the fields that are sent for --thinking as text, e.g. `extra_body.enable_thinking=True`; empty if none."""
+    """Return a text with the fields that --thinking sends, e.g. `extra_body.enable_thinking=True`; may be empty."""
     switch = model.provider.thinking
     if thinking == "default" or switch is None:
         return ""

@@ -1,4 +1,4 @@
-"""Drawing in a worker: moments of episodes, each reached from the simulator's current state if possible."""
+"""Drawing in a worker: views at moments of episodes. If possible, the simulator continues from its current moment."""
 
 from dataclasses import replace
 
@@ -13,22 +13,22 @@ from vigil.sim.protocol import Simulator
 
 
 class MomentRenderer:
-    """Simulator of the latest request's backend, with the moment of an episode that it shows."""
+    """Simulator for drawing, with the moment of an episode that it currently shows."""
 
     def __init__(self) -> None:
         self._simulator: Simulator | None = None
         self._settings: RenderSettings | None = None
-        """Settings of the simulator."""
+        """Settings with which the simulator was made."""
         self._loaded_house: str | None = None
         """Hash of the loaded house."""
         self._moment: EpisodeMoment | None = None
 
     def draw(self, moment: EpisodeMoment) -> bytes:
-        """Return the view at a moment, as the bytes of a PNG. Raises VigilError, as do the other methods."""
+        """Return the view at a moment, as the bytes of a PNG. Like the other methods, it raises VigilError."""
         return encode_frame(self._go_to(moment).frame()).data
 
     def walk(self, moment: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
-        """Return the result of one action, or of none, at a moment; the next request starts from a reset."""
+        """Return the result of `action` at a moment (None: no action). The next request then begins with a reset."""
         simulator = self._go_to(moment)
         effect = Effect()
         if action is not None:
@@ -37,7 +37,7 @@ class MomentRenderer:
         return WalkResult(simulator.world(()).agent, effect, encode_frame(simulator.frame()).data)
 
     def name_at(self, moment: EpisodeMoment, x: int, y: int) -> str | None:
-        """Return the id of the object under a pixel at a moment; None for structure and sky."""
+        """Return the id of the object at a pixel of the view at a moment; None for structure and sky."""
         return self._go_to(moment).object_at(x, y)
 
     def close(self) -> None:
@@ -47,7 +47,7 @@ class MomentRenderer:
         self._simulator = self._moment = self._loaded_house = None
 
     def _go_to(self, moment: EpisodeMoment) -> Simulator:
-        """Return the simulator at that moment."""
+        """Bring the simulator to that moment and return it."""
         simulator = self._simulator_for(moment.render_settings)
         if self._loaded_house != moment.house_sha256:
             self._moment = self._loaded_house = None
@@ -72,7 +72,7 @@ class MomentRenderer:
         return self._simulator
 
     def _count_done(self, moment: EpisodeMoment) -> int | None:
-        """Return the number of the moment's actions that are already done; None when a reset is needed."""
+        """Return how many of the moment's actions the simulator has carried out; None when a reset is needed."""
         current = self._moment
         if current is None or replace(current, actions=()) != replace(moment, actions=()):
             return None

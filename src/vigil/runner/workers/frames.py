@@ -1,7 +1,7 @@
 """Frames by content hash: saved as files on request, otherwise drawn again from the recorded replies.
 
-The few frames of a figure are drawn in the calling process, without the pool's watchdog: the user waits for them and
-can interrupt. Pages, which serve several people for hours, use a worker (`vigil.web.drawing`).
+The few frames of a figure are drawn in the calling process, because the user waits for them and can interrupt. Pages
+serve several people for hours, so they draw in a worker with a watchdog (`vigil.web.drawing`).
 """
 
 import hashlib
@@ -28,7 +28,7 @@ MAX_FRAME_BYTES = 4 * MIB
 
 
 def frame_sha256(rgb: np.ndarray) -> str:
-    """Return the SHA-256 of a frame's RGB bytes, its name in records."""
+    """Return the SHA-256 of a frame's RGB bytes. It is the name of the frame in records."""
     return hashlib.sha256(np.ascontiguousarray(rgb).tobytes()).hexdigest()
 
 
@@ -43,7 +43,7 @@ class FrameStore:
         return self._folder / sha256[:2] / f"{sha256}.png"
 
     def save(self, rgb: np.ndarray) -> str:
-        """Write a frame unless its file exists, and return its hash."""
+        """Write a frame, unless its file exists already, and return its hash."""
         sha256 = frame_sha256(rgb)
         path = self.path(sha256)
         if not path.exists():
@@ -70,7 +70,9 @@ class FrameStore:
             return None
         rgb = decode_frame(data)
         if frame_sha256(rgb) != sha256:
-            raise RecordError(f"{str(self.path(str(sha256)))!r} has other pixels than its name says. Remove it.")
+            raise RecordError(
+                f"{str(self.path(str(sha256)))!r} is not the frame whose hash is its name. Remove the file."
+            )
         return data, rgb
 
 
@@ -95,7 +97,7 @@ def redraw(
 def frames_of_record(
     folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, assets: Path | None
 ) -> list[np.ndarray]:
-    """Return the frame that each reply answered: all as saved by the run in `folder`, or else all drawn again."""
+    """Return the frame that the agent saw before each reply, from `folder`. If any is not saved there, draw all."""
     store = FrameStore(folder / FRAMES_FOLDER)
     kept = [store.frame(step.frame_sha256) for step in record.steps]
     if all(kept):

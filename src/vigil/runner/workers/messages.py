@@ -1,4 +1,4 @@
-"""What the main process and a simulator worker send each other.
+"""Messages between the main process and a simulator worker.
 
 A worker either plays episodes or draws for the pages. An agent in the main process gets only an `EncodedObservation`:
 the encoded frame and the feedback. Records, which have hidden state, go from the worker to the run folder without
@@ -24,7 +24,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
 
 FIRST_FRAME = "first frame"
-"""Event before the agent in the worker is shown the first frame; the worker waits until the attempt is on disk."""
+"""Event that a worker sends before its agent sees the first frame; the worker waits until the attempt is on disk."""
 PrivilegedFactory = Callable[[str, Episode, PrivilegedSimulator], Agent]
 """Function that makes a privileged agent for one episode from (name, episode, simulator). It must be picklable."""
 SimulatorFactory = Callable[[AssetDatabase, Quality], Simulator]
@@ -33,7 +33,7 @@ SimulatorFactory = Callable[[AssetDatabase, Quality], Simulator]
 
 @dataclass(frozen=True, slots=True)
 class WorkerPlan:
-    """Settings that a worker for playing episodes gets once, when it starts."""
+    """Settings that a worker gets once, when it starts to play episodes."""
 
     pack: Path | None
     """Folder of the pack; None when every assignment includes its house."""
@@ -41,20 +41,20 @@ class WorkerPlan:
     profile: Profile
     backend: str = "mujoco"
     simulator_factory: SimulatorFactory | None = None
-    """Factory of the simulator, used instead of the backend."""
+    """Function that makes a custom simulator; None for the backend's simulator."""
     quality: Quality = "default"
     asset_database: Path | None = None
     frames: Path | None = None
     """Folder for saved frames; None when frames are not saved."""
     agent: str = ""
-    """Name of the agent that plays inside the worker; empty when agents play outside."""
+    """Name of the agent that plays inside the worker; empty when the agent plays in the main process."""
     agent_factory: PrivilegedFactory | None = None
     reply_seconds: float = REPLY_SECONDS
     """Time limit of a program's reply, in seconds."""
     frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
-    """Period of a program's frames, in seconds: the next one comes a whole number of periods after the reply."""
+    """Period (s) of a program's frames: a frame is sent a whole number of periods after the previous reply."""
     keep_program: bool = False
-    """Whether one program plays all episodes of the worker, instead of being started for each."""
+    """Whether one program plays all episodes of the worker, instead of being started for each episode."""
     seed: int = 0
     pack_sha256: str | None = None
     """Hash of the pack that is played."""
@@ -114,7 +114,7 @@ class RenderSettings:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeMoment:
-    """A moment of an episode: its house, start and setup, and the actions since."""
+    """A moment of an episode: its house, its start and setup, and the actions since the start."""
 
     render_settings: RenderSettings
     house: Path
@@ -125,7 +125,7 @@ class EpisodeMoment:
 
     @property
     def name(self) -> str:
-        """A string that differs between moments that look different."""
+        """A string that is different for moments that look different."""
         setup = "".join(f"{key}={value!r};" for key, value in sorted(self.setup.objects.items()))
         held = self.setup.held or ""
         return f"{self.render_settings!r}|{self.house_sha256}|{self.start!r}|{setup}|{held}|{self.actions!r}"

@@ -66,7 +66,7 @@ def play(
     try:
         for reply in earlier or ():
             if observation is not None:
-                _ = observation.rgb  # the record says which frames were looked at
+                _ = observation.rgb  # so that the record says again that this frame was looked at
                 observation = env.step(reply)
         if observation is not None:
             if earlier is not None and isinstance(agent, Resumable):

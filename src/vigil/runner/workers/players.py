@@ -1,4 +1,4 @@
-"""Players of a run: an agent inside a worker, or a model in the main process with its Env in a worker."""
+"""Players of a run: an agent inside a worker, or a model that is asked from the main process."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -23,12 +23,13 @@ from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
 
 
 class Player(Protocol):
-    """What plays one episode at a time."""
+    """An agent or a model that plays one episode at a time."""
 
     async def play(self, assignment: Assignment, on_first_frame: Callable[[], None]) -> EpisodeRecord:
-        """Play one episode and return its record; a failure outside the agent ends it as `error`. Raises InputError.
+        """Play one episode and return its record. If something other than the agent fails, it ends as `error`. Raises
+        InputError.
 
-        `on_first_frame` is called before the agent is shown the first frame.
+        `on_first_frame` is called before the agent sees the first frame.
         """
         ...
 
@@ -39,10 +40,10 @@ class WorkerPlayer:
 
     pool: SimulatorPool
     worker: Worker
-    """Worker that is preferred among equally busy ones."""
+    """Worker that is preferred among equally busy workers."""
     run_id: str
     may_resume: bool
-    """Whether the agent continues in another worker when its own is lost, as a program does."""
+    """Whether the agent continues in another worker when its worker is lost; True for a program."""
 
     async def play(self, assignment: Assignment, on_first_frame: Callable[[], None]) -> EpisodeRecord:
         """Play one episode in a worker."""
@@ -65,7 +66,7 @@ class ModelPlayer:
     """Function that is called with episode and epoch, step and frame before each request."""
 
     async def play(self, assignment: Assignment, on_first_frame: Callable[[], None] = lambda: None) -> EpisodeRecord:
-        """Play one episode, as many at the same time as are asked for."""
+        """Play one episode. Several calls may play several episodes at the same time."""
         started, live = datetime.now(UTC), self.pool.live(assignment)
         try:
             return await self._play(live, on_first_frame)
@@ -101,7 +102,7 @@ class ModelPlayer:
 
 
 async def _reply(ask: Ask, messages: Sequence[Message], profile: Profile, *, has_replied: bool) -> Reply:
-    """Return the agent's reply. A rejected request counts as a reply once the agent has replied before."""
+    """Return the agent's reply. A rejected request counts as a reply if the agent has replied before in the episode."""
     try:
         reply = await ask(messages)
     except RequestRejected as error:
@@ -115,14 +116,14 @@ async def _reply(ask: Ask, messages: Sequence[Message], profile: Profile, *, has
 
 
 def boundary_of(error: InfrastructureError) -> Boundary:
-    """Return the boundary at which a failure happened."""
+    """Return the boundary (worker, simulator or model) at which a failure happened."""
     if isinstance(error, WorkerLost):
         return "worker"
     return "simulator" if isinstance(error, SimulatorError) else "model"
 
 
 def error_record(assignment: Assignment, run_id: str, error: InfrastructureError, started: datetime) -> EpisodeRecord:
-    """Return the record of an episode of which only the failure is known."""
+    """Return the record of an episode that failed before anything else about it was recorded."""
     return EpisodeRecord(
         versions=Versions.current(),
         run_id=run_id,

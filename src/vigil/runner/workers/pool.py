@@ -1,8 +1,8 @@
 """Simulator workers: processes that hold Env and simulator, with a watchdog.
 
-Each worker (`vigil.runner.workers.worker`) has one GL context and any number of live episodes. An episode of a
-lost worker is restored in another one by carrying out its replies again: the simulator is deterministic, so the result
-is the same.
+Each worker (`vigil.runner.workers.worker`) has one GL context and any number of live episodes. If a worker is lost, its
+episodes are restored in another worker by carrying out their replies again: the simulator is deterministic, so the
+result is the same.
 """
 
 import asyncio
@@ -43,7 +43,7 @@ _RETRY_ON_ANOTHER: dict[str, Any] = {
     "stop": stop_after_delay(START_TIMEOUT_S),
     "reraise": True,
 }
-"""Retries that send a request to another worker while the cluster has no capacity for one."""
+"""Retry settings: if the cluster has no capacity for a worker, the request is sent to another worker."""
 
 
 def usable_cpus() -> int:
@@ -54,7 +54,7 @@ def usable_cpus() -> int:
 
 
 def worker_count(asked: int | None) -> int:
-    """Return the number of workers: `asked`, or one for each CPU."""
+    """Return the number of workers: `asked`, or one for each CPU if it is None."""
     return asked or usable_cpus()
 
 
@@ -101,10 +101,10 @@ class SimulatorPool:
             worker.join()
 
     def facts(self, drawn: Assignment | None = None) -> SimulatorFacts:
-        """Return the backend's facts; this starts all workers for which there is capacity.
+        """Return the backend's facts. This starts all workers for which there is capacity.
 
-        Each worker draws the first frame of `drawn`, if given. Raises SimulatorError when a worker cannot start or
-        draw, or when there is no capacity.
+        If `drawn` is given, each worker draws the first frame of `drawn`. Raises SimulatorError when a worker cannot
+        start or draw, or when there is no capacity.
         """
         return Retrying(**_RETRY_ON_ANOTHER)(self._facts, drawn)
 
@@ -124,9 +124,9 @@ class SimulatorPool:
     ) -> EpisodeRecord:
         """Play an episode with the agent inside a worker and return the record. Raises WorkerLost.
 
-        `worker` is preferred among equally busy ones. `on_first_frame` is called before the agent is shown the first
-        frame. With `may_resume`, an agent whose worker is lost after that continues in another worker; without it, the
-        loss is raised at once.
+        `worker` is preferred among equally busy workers. `on_first_frame` is called before the agent sees the first
+        frame. If the worker is lost after that and `may_resume` is true, the agent continues in another worker. If
+        `may_resume` is false, WorkerLost is raised at once.
         """
         replies: list[Reply] = []
         has_begun = False
@@ -162,7 +162,7 @@ class SimulatorPool:
         return await self._request(EpisodeWorker.frames, assignment, record, steps)
 
     def live(self, assignment: Assignment) -> "LiveEpisode":
-        """Return a live episode, not yet begun, for an agent in the main process."""
+        """Return an episode for an agent in the main process; it has not begun yet."""
         return LiveEpisode(self, assignment, next(self._sessions))
 
     async def _request(
@@ -178,7 +178,7 @@ class SimulatorPool:
         return await AsyncRetrying(**_RETRY_ON_ANOTHER)(ask)
 
     def acquire(self, wanted: Worker | None = None) -> Worker:
-        """Return the least busy worker with capacity, and raise its load by one until `release`.
+        """Return the least busy worker with capacity, and add 1 to its load; `release` subtracts this again.
 
         Among equally busy workers, `wanted` is preferred.
         """
@@ -191,7 +191,7 @@ class SimulatorPool:
         return worker
 
     def release(self, worker: Worker) -> None:
-        """Reduce the load of `worker` by one."""
+        """Subtract 1 from the load of `worker`."""
         self._load[worker] -= 1
 
 
@@ -207,9 +207,10 @@ class LiveEpisode:
         self._restores = 0
 
     async def begin(self) -> EncodedObservation | EpisodeRecord:
-        """Return the first observation, or after a loss the one after the replies so far, which are carried out again.
+        """Start the episode in a worker, and return the first observation.
 
-        Return the record when the reset failed or a reply ended the episode. Raises SimulatorError.
+        If an earlier worker was lost, carry out the replies so far again, and return the observation after them. Return
+        the record when the reset failed or a reply ended the episode. Raises SimulatorError.
         """
         while True:
             try:
@@ -230,14 +231,14 @@ class LiveEpisode:
         return await self.begin()
 
     async def fail(self, boundary: Boundary, message: str) -> EpisodeRecord | None:
-        """Return the record so far, ended as an error; None when it was lost with its worker."""
+        """End the episode as an error and return its record; None when the episode was lost with its worker."""
         try:
             return await self._ask(EpisodeWorker.fail, boundary, message)
         except VigilError:
             return None
 
     def close(self) -> None:
-        """Let the worker forget the episode."""
+        """Remove the episode from its worker."""
         worker, self._worker = self._worker, None
         if worker is not None:
             worker.submit(EpisodeWorker.drop, self._session)
@@ -261,13 +262,13 @@ class LiveEpisode:
             raise
 
     def _count_restore(self) -> None:
-        """Count a restore; re-raise the current WorkerLost when there were too many."""
+        """Count a restore; re-raise the current WorkerLost when there were too many restores."""
         self._restores += 1
         if self._restores > MAX_RESTORES:
             raise
 
 
 def simulator_settings(timeout_s: float, threads: int, number: int = 0) -> WorkerSettings:
-    """Return the settings of simulator worker `number`, whose software renderer has that many threads."""
+    """Return the settings of simulator worker `number`; `threads` is the number of its software renderer's threads."""
     environment = {"LP_NUM_THREADS": str(threads), WORKER_NUMBER: str(number)}
     return WorkerSettings(timeout_s, environment, fault=SimulatorError)

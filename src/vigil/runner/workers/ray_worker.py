@@ -1,8 +1,8 @@
 """Simulator workers as actors of a Ray cluster: the same worker, messages and watchdog, in a process that Ray starts.
 
 Ray chooses the node and starts the process. Messages then use a direct connection between the main process and the
-actor, as for a worker on this machine. Ray does not restart or retry anything: an actor that is lost with its node is a
-lost worker, and the run restores its live episodes.
+actor, as for a worker on this machine. Ray does not restart or retry anything: if an actor is lost with its node, its
+worker counts as lost, and the run restores its live episodes.
 """
 
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
@@ -27,11 +27,11 @@ from vigil.base.processes.worker import NoCapacity, shut_down
 from vigil.errors import SettingError
 
 PLACEMENT_TIMEOUT_S = 10.0
-"""Time that a request waits for an actor to start before another worker is asked, in seconds."""
+"""Time, in seconds, that a request waits for an actor to start; then another worker is asked."""
 CPUS = 1
-"""Number of the cluster's CPUs for each actor."""
+"""Number of the cluster's CPUs that each actor takes."""
 NodeCheck = Callable[[], str]
-"""Function that returns why its node cannot play the run, or an empty string when it can. It must be picklable."""
+"""Function that runs on a node and returns why the node cannot play the run; empty if it can. It must be picklable."""
 
 
 class WorkerActor:
@@ -44,7 +44,7 @@ class WorkerActor:
             os.chdir(folder)
 
     def listen(self, key: bytes, node_check: NodeCheck) -> tuple[str, tuple[str, int], int]:
-        """Return the fault of this node (empty if none), the address to connect to, and the process id."""
+        """Return the fault of this node (empty if there is none), the address to connect to, and the process id."""
         self._listener = Listener((ray.util.get_node_ip_address(), 0), authkey=key)
         host, port = self._listener.address
         try:
@@ -90,7 +90,7 @@ class RayProcess:
         return _is_ready(self._listen_ref, 0.0)
 
     def connect(self) -> Connection:
-        """Return the connection to the actor. Raises NoCapacity, OSError, or SettingError when its node is unfit."""
+        """Return the connection to the actor. Raises NoCapacity, OSError, or SettingError if its node is unfit."""
         if not _is_ready(self._listen_ref, PLACEMENT_TIMEOUT_S):
             raise NoCapacity("The Ray cluster has no free CPU for a simulator; `ray status` shows what uses its CPUs.")
         try:
@@ -120,7 +120,7 @@ class RayProcess:
         self.kill()
 
     def terminate(self) -> None:
-        """Ask the worker to exit with its agents' programs; an actor that has not started never starts."""
+        """Ask the worker to exit and to end its agents' programs. If the actor has not started yet, it is cancelled."""
         if self._connection is None:
             self.kill()
         else:
@@ -143,6 +143,6 @@ def _is_ready(coming: Any, timeout: float | None) -> bool:
 
 
 def _send_at_once(connection: Connection) -> None:
-    """Make a TCP connection send even a small message at once, instead of waiting for more data."""
+    """Make a TCP connection send a small message at once, instead of waiting for more data."""
     with socket.socket(fileno=os.dup(connection.fileno())) as line:
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -1,7 +1,7 @@
 """Verification: recorded replies are simulated again, and every recorded fact is compared with the result.
 
-Positions may differ by 1 mm and angles by 0.01 degrees (another machine's arithmetic); booleans, ids, words and ends
-must be equal. Source: `protocol.md` section 7.
+Positions may differ by 1 mm and angles by 0.01 degrees, because another machine rounds differently. Booleans, ids,
+words and endings must be equal. Source: `protocol.md` section 7.
 """
 
 import math
@@ -19,10 +19,10 @@ LENGTH_TOLERANCE_M = 1e-3
 ANGLE_TOLERANCE_DEG = 1e-2
 _ANGLE_KEYS = frozenset({"rotation", "horizon", "yaw", "turned_deg", "pitched_deg"})
 _COUNT_KEYS = frozenset({"visible_px", "open_px", "toggle_px"})
-"""Names of pixel counts; they come from rays, and an edge that shifts by a rounding error changes them a little."""
+"""Names of pixel counts. They are measured with rays, so a rounding error that shifts an edge changes them a little."""
 _COUNT_TOLERANCE = 0.02
 _RECORDED_SINCE = {"not_on": 3}
-"""First version of the rules under which a fact is recorded, by fact."""
+"""Fact -> first version of the rules under which this fact is recorded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class ComparisonSettings:
     frames: bool = False
     """Whether to compare the frames' pixels, too."""
     exact: bool = False
-    """Whether numbers must be bit-identical, as on the machine that made the record."""
+    """Whether numbers must be bit-identical, as they are on the machine that made the record."""
 
 
 def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: ComparisonSettings) -> list[FactDifference]:
@@ -72,7 +72,7 @@ def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: Comp
 def differences(
     recorded: EpisodeRecord, found: EpisodeRecord, settings: ComparisonSettings
 ) -> Iterator[FactDifference]:
-    """Yield the differences between two records of one episode, ignoring times."""
+    """Yield the differences between two records of one episode; times are not compared."""
     compare = _FactComparison(settings.exact, recorded.versions.rules).compare
 
     def report(step: int, faults: Iterator[tuple[str, Any, Any]]) -> Iterator[FactDifference]:
@@ -107,7 +107,7 @@ class _FactComparison:
     """Version of the rules under which the record was made."""
 
     def compare(self, place: str, old: Any, new: Any, key: str = "") -> Iterator[tuple[str, Any, Any]]:
-        """Yield (place, old, new) for each value that differs; `key` is the nearest name above it."""
+        """Yield (place, old, new) for each value that differs; `key` is the nearest name in the path to the value."""
         if is_object(old) and is_object(new):
             for name in sorted(name for name in old.keys() | new.keys() if _RECORDED_SINCE.get(name, 0) <= self.rules):
                 yield from self.compare(f"{place}.{name}".lstrip("."), old.get(name), new.get(name), name)

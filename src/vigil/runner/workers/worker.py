@@ -1,4 +1,4 @@
-"""The state of a worker process for episodes: the simulators, and the episodes that are played in them."""
+"""The state of a worker process that plays episodes: its simulators, and the episodes that are played in them."""
 
 import hashlib
 from collections.abc import Generator
@@ -44,7 +44,8 @@ class EnvSlot:
 class EpisodeWorker:
     """The pack, the simulators, the live episodes, and the agents that play in the worker.
 
-    The main process calls the public methods, which raise VigilError. The number of its session names a live episode.
+    The main process calls the public methods, which raise VigilError. A live episode is identified by the number of its
+    session.
     """
 
     def __init__(self, plan: WorkerPlan) -> None:
@@ -76,9 +77,9 @@ class EpisodeWorker:
                 agent.close()
 
     def facts(self, drawn: Assignment | None) -> SimulatorFacts:
-        """Return the backend's facts, after drawing the first frame of the episode `drawn`, unless it is None.
+        """Return the backend's facts.
 
-        The frame shows before anything is played whether the machine can draw.
+        If `drawn` is given, draw its first frame before, to check that this machine can draw.
         """
         slot = self._take_slot() if drawn is None else self._slot_for(drawn)
         self._idle.append(slot)
@@ -90,7 +91,8 @@ class EpisodeWorker:
     def play(self, assignment: Assignment, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
         """Return the record of one episode, played by the agent in the worker.
 
-        `earlier` are the replies from before a worker was lost, from which the agent continues; None to begin.
+        `earlier` has the replies that the agent gave in a lost worker, so that the agent continues after them. If
+        `earlier` is None, the episode begins.
         """
         slot = self._slot_for(assignment)
         try:
@@ -108,7 +110,7 @@ class EpisodeWorker:
 
     @contextmanager
     def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Generator[Agent, None, None]:
-        """Yield the agent that plays an episode; a program ends with the episode, unless the run keeps programs."""
+        """Yield the agent that plays an episode; afterwards end its program, unless one program plays all episodes."""
         plan = self._plan
         if plan.agent_factory is not None:
             if not isinstance(simulator, PrivilegedSimulator):
@@ -148,13 +150,13 @@ class EpisodeWorker:
         return self._view_or_record(slot)
 
     def fail(self, session: int, boundary: Boundary, message: str) -> EpisodeRecord:
-        """Return the record of a live episode, ended as an error."""
+        """End a live episode as an error, and return its record."""
         slot = self._live_slot(session)
         slot.env.fail(boundary, message)
         return self._record(slot)
 
     def drop(self, session: int) -> None:
-        """Forget a live episode."""
+        """Remove a live episode."""
         slot = self._live.pop(session, None)
         if slot is not None:
             self._release(slot)
@@ -190,7 +192,7 @@ class EpisodeWorker:
             self._release(slot)
 
     def _live_slot(self, session: int) -> EnvSlot:
-        """Return the slot of a live episode. Raises WorkerLost when it was lost with an earlier process."""
+        """Return the slot of a live episode. Raises WorkerLost when the episode was lost with an earlier process."""
         if session not in self._live:
             raise WorkerLost("The simulator has been restarted; its live episodes are lost.")
         return self._live[session]
@@ -212,7 +214,7 @@ class EpisodeWorker:
         return record if assignment.fork is None else record.model_copy(update={"fork": assignment.fork.point})
 
     def _release(self, slot: EnvSlot) -> None:
-        """Keep a simulator for the next episode, or close it if one is kept already or this one failed."""
+        """Keep a simulator for the next episode, or close it if it failed or if another simulator is kept already."""
         slot.observation = None
         if self._idle or slot.env.end in (None, "error"):
             slot.simulator.close()
@@ -233,7 +235,7 @@ class EpisodeWorker:
         return self._pack.house_of(episode)
 
     def _take_slot(self) -> EnvSlot:
-        """Return a free simulator; one is kept, because building a simulator takes time and memory."""
+        """Return the simulator that was kept. If none was kept, build a new simulator, which takes time and memory."""
         if self._idle:
             return self._idle.pop()
         plan = self._plan
@@ -246,7 +248,7 @@ class EpisodeWorker:
 
 
 def _epoch_seed(seed: int, epoch: int) -> int:
-    """Return the seed of an epoch: the run's seed in the first, a hash of seed and epoch in the others."""
+    """Return the seed of an epoch: the run's seed in the first epoch, a hash of seed and epoch in the others."""
     if epoch == 1:
         return seed
     return int.from_bytes(hashlib.sha256(f"{seed}:{epoch}".encode()).digest()[:4], "big")

@@ -10,12 +10,12 @@ FREE_COUNTER = Vec3(3.65, 0.9225, 4.55)
 
 
 def holding(object_id: str) -> Setup:
-    """Return a setup with that object in the hand."""
+    """Return a setup in which the agent holds an object."""
     return Setup(held=object_id)
 
 
 def reaches_a_metre_and_a_half(harness: Harness) -> None:
-    """On objects more than 1.5 m away, only `ground` is carried out."""
+    """More than 1.5 m from an object, the only interaction that is carried out is `ground`."""
     harness.face(1.4, 4.2, "Apple|1")
     effect = harness.click("pick", "Apple|1")
     expect(effect.too_far and effect.hit == "Apple|1", f"an apple 1.75 m away was not too far: {effect}")
@@ -30,7 +30,7 @@ def reaches_a_metre_and_a_half(harness: Harness) -> None:
 
 
 def picks_and_places_where_clicked(harness: Harness) -> None:
-    """The hand takes the clicked apple, and puts it on the counter at the clicked point."""
+    """The hand takes the clicked apple. A click on the counter then puts the apple at the clicked point."""
     harness.face(1.4, 3.3, "Apple|1")
     effect = harness.click("pick", "Apple|1")
     expect_refused(effect, None)
@@ -49,7 +49,7 @@ def picks_and_places_where_clicked(harness: Harness) -> None:
 
 
 def refuses_with_the_reason(harness: Harness) -> None:
-    """Impossible interactions do nothing and are recorded with their reason."""
+    """Impossible interactions change nothing, and the reason for each refusal is recorded."""
     harness.face(1.2, 1.0, "FloorLamp|1")
     expect_refused(harness.click("open_access", "FloorLamp|1"), "not_openable")
     expect_refused(harness.click("pick", "FloorLamp|1"), "not_pickupable")
@@ -81,7 +81,7 @@ def places_beside_what_is_in_the_way(harness: Harness) -> None:
 
 
 def stacks_and_counts_supports(harness: Harness) -> None:
-    """An apple on a plate on the counter has plate and counter in its chain of supports, and lies over both."""
+    """If an apple is on a plate on the counter, both plate and counter are in its chain of supports and below it."""
     harness.face(3.3, 3.6, "Plate|1", holding("Apple|1"))
     expect_refused(harness.click("place", "Plate|1"), None)
     objects = harness.simulator.world(["Apple|1", "Plate|1", "CounterTop|1"]).objects
@@ -94,7 +94,7 @@ def stacks_and_counts_supports(harness: Harness) -> None:
 
 
 def drops_straight_down(harness: Harness) -> None:
-    """An object drops 0.4 m ahead, onto the floor or what is below; never through a wall."""
+    """An object drops 0.4 m ahead of the body, onto the floor or onto what is there, and never through a wall."""
     harness.stand(3.5, 2.5, NORTH, setup=holding("Apple|1"))
     expect_refused(harness.drop(), None)
     state = harness.state("Apple|1")
@@ -187,7 +187,7 @@ def contents_move_along(harness: Harness) -> None:
 
 
 def switches_change_the_state(harness: Harness) -> None:
-    """A lamp is switched on and off, and a setup can start with it on."""
+    """A lamp can be switched on and off. A setup can start an episode with the lamp on."""
     harness.face(1.2, 1.0, "FloorLamp|1")
     expect_refused(harness.click("activate", "FloorLamp|1"), None)
     expect(harness.state("FloorLamp|1").is_toggled is True, "the lamp is not on")

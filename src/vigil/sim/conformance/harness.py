@@ -42,18 +42,18 @@ class Harness:
         return self.simulator.step(Navigate(mode=mode, magnitude=magnitude))
 
     def pitch(self, degrees: float) -> Effect:
-        """Look down by `degrees`, or up when negative; return the effect."""
+        """Look down by `degrees`, or up if they are negative; return the effect."""
         return self.simulator.step(Look(direction="down" if degrees > 0 else "up", magnitude=abs(degrees)))
 
     def click(self, intent: Intent, object_id: str) -> Effect:
-        """Click on the object's clickable pixel that is nearest to the mean of all; return the effect."""
+        """Click on that pixel of the object that is nearest to the mean of the object's pixels; return the effect."""
         pixels = self.simulator.pixels_of(object_id)
         expect(len(pixels) > 0, f"{object_id} has no clickable pixel to {intent}")
         x, y = pixels[np.argmin(((pixels - pixels.mean(axis=0)) ** 2).sum(axis=1))]
         return self.simulator.step(InteractPixel(intent=intent, x=int(x), y=int(y)))
 
     def click_at(self, intent: Intent, point: Vec3) -> Effect:
-        """Click on the pixel of a point; return the effect."""
+        """Click on the pixel that shows a point; return the effect."""
         pixel = pixel_of(self.agent, point)
         expect(pixel is not None, f"{point} is outside the frame")
         assert pixel is not None
@@ -90,15 +90,15 @@ def expect_near(found: float, wanted: float, within: float, what: str) -> None:
 
 
 def expect_refused(effect: Effect, refusal: str | None) -> None:
-    """Raise AssertionError unless an effect has this refusal; None expects that the action was carried out."""
+    """Raise AssertionError unless an effect has this refusal; None means that the action must have been carried out."""
     expect(effect.refusal == refusal, f"expected refusal {refusal}, found {effect}")
 
 
 def opened(*object_ids: str, openness: float = 1.0) -> Setup:
-    """Return a setup in which objects have the given openness."""
+    """Return a setup in which each of the objects has this openness."""
     return Setup(objects={object_id: ObjectSetup(openness=openness) for object_id in object_ids})
 
 
 def placed(object_id: str, x: float, y: float, z: float) -> Setup:
-    """Return a setup with the centre of the object's box at a position, and without a parent."""
+    """Return a setup that puts the centre of an object's box at (x, y, z) and gives the object no parent."""
     return Setup(objects={object_id: ObjectSetup(placement=Placement(position=Vec3(x, y, z)))})

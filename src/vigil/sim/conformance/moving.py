@@ -6,7 +6,7 @@ from vigil.sim.conformance.reference_house import DOOR, EAST, NORTH, SOUTH
 
 
 def walks_whole_steps_then_the_fraction(harness: Harness) -> None:
-    """A walk of n steps is n moves of 0.25 m, then one for the fraction of a step.
+    """A walk of n steps is n moves of 0.25 m, followed by a shorter move for the fraction of a step.
 
     Walking backward does not change the yaw.
     """
@@ -38,7 +38,7 @@ def stops_at_a_wall(harness: Harness) -> None:
 
 
 def caps_long_actions(harness: Harness) -> None:
-    """An action of more than 40 steps or 360 degrees is carried out as the limit and recorded as capped."""
+    """An action of more than 40 steps or 360 degrees is cut to this limit and recorded as capped."""
     harness.stand(3.5, 2.5, EAST)
     effect = harness.go("turn_right", 725)
     expect(effect.capped, "a turn of 725 degrees was not recorded as capped")
@@ -51,7 +51,7 @@ def caps_long_actions(harness: Harness) -> None:
 
 
 def turns_by_any_angle(harness: Harness) -> None:
-    """A turn to the left is anticlockwise from above; the yaw wraps to [0, 360)."""
+    """A turn to the left is anticlockwise as seen from above; the yaw stays in [0, 360)."""
     harness.stand(3.5, 2.5, 10.0)
     harness.go("turn_left", 22.5)
     expect_near(harness.agent.rotation, 347.5, 1e-9, "yaw after turning left")
@@ -91,7 +91,7 @@ def open_leaves_are_obstacles(harness: Harness) -> None:
 
 
 def things_block_by_their_parts(harness: Harness) -> None:
-    """Rugs and ceiling lamps do not block the body; a table does, and so does a box in the way."""
+    """Rugs and ceiling lamps do not block the body; a table and a box on the floor do."""
     harness.stand(4.2, 0.6, NORTH)
     expect(not harness.go("forward", 6).path_blocked, "a rug blocked")
     harness.stand(3.5, 1.5, NORTH)

@@ -18,20 +18,18 @@ HERE = Vec3(3.5, 0.0, 2.5)
 THERE = Pose(position=Vec3(8.0, 0.0, 1.5), rotation=180.0, horizon=30.0)
 """A pose in the bedroom, in front of the dresser."""
 APPLE_FROM = Vec3(1.4, 1.576, 3.2)
-"""Position of an eye that sees the apple."""
+"""Position of an eye from which the apple is visible."""
 
 
 def keeps_the_privileged_protocol(harness: Harness) -> None:
-    """The backend has every member of the protocol."""
+    """The backend has every member of `PrivilegedSimulator`."""
     expect(
         isinstance(harness.simulator, PrivilegedSimulator), f"{harness.simulator.name} lacks a member of the protocol"
     )
 
 
 def shows_the_scene_as_it_is(harness: Harness) -> None:
-    """Every call until the next load returns the same scene, whose things have the positions and states of the
-    world.
-    """
+    """Until the next `load`, every call returns the same scene, and its things always have their present states."""
     harness.stand(HERE.x, HERE.z)
     scene = harness.simulator.scene()
     setup = opened("Fridge|1").model_copy(update={"held": "Mug|1"})
@@ -53,7 +51,7 @@ def shows_the_scene_as_it_is(harness: Harness) -> None:
 
 
 def finds_the_room_of_a_place(harness: Harness) -> None:
-    """A position's room is found by the floor, whatever the height; it is None outside."""
+    """The room of a position is the room whose floor is below the position, at any height; None outside all rooms."""
     rooms = {HERE: KITCHEN, Vec3(3.5, 1.7, 2.5): KITCHEN, THERE.position: BEDROOM, Vec3(-1.0, 0.0, 2.5): None}
     for place, room in rooms.items():
         found = harness.simulator.room_at(place)
@@ -61,7 +59,7 @@ def finds_the_room_of_a_place(harness: Harness) -> None:
 
 
 def lists_pixels_in_the_frame(harness: Harness) -> None:
-    """Clickable pixels are integers (n, 2) inside the frame; an object out of view, hidden, held or absent has none."""
+    """Clickable pixels are integers (n, 2) inside the frame; objects out of view, hidden, held or absent have none."""
     harness.face(1.4, 3.2, "Apple|1")
     pixels = harness.simulator.pixels_of("Apple|1")
     expect(pixels.ndim == 2 and pixels.shape[1] == 2 and pixels.dtype.kind == "i", f"{pixels.shape} {pixels.dtype}")
@@ -75,7 +73,7 @@ def lists_pixels_in_the_frame(harness: Harness) -> None:
 
 
 def sees_from_anywhere(harness: Harness) -> None:
-    """Rays from any eye find the visible points of an object, wherever the agent is."""
+    """Rays from any eye find the visible points of an object, wherever the agent stands."""
     harness.stand(THERE.position.x, THERE.position.z)
     apple = harness.state("Apple|1").position
     points = np.array([apple, apple])
@@ -97,7 +95,7 @@ def sees_from_anywhere(harness: Harness) -> None:
 
 
 def may_show_what_it_shows(harness: Harness) -> None:
-    """`may_be_visible` is true for the number of visible pixels.
+    """`may_be_visible` is true if it is asked about no more pixels of an object than are visible.
 
     It is false for more pixels than the frame has, and for held or absent objects.
     """
@@ -117,7 +115,7 @@ def may_show_what_it_shows(harness: Harness) -> None:
 
 
 def rolls_back(harness: Harness) -> None:
-    """A rollback restores the world to the last bit, also when nested and after an exception."""
+    """A rollback restores the world to the last bit, even if rollbacks are nested or an exception was raised."""
     harness.face(5.2, 3.1, "Fridge|1", Setup(held="Mug|1"))
     before = _answers(harness)
     with harness.simulator.rollback():
@@ -143,7 +141,7 @@ def rolls_back(harness: Harness) -> None:
 
 
 def moves_the_agent_temporarily(harness: Harness) -> None:
-    """At a temporary pose the world is the same as after a reset at that pose with the same object held.
+    """At a temporary pose, the world is the same as after a reset at this pose with the same object in the hand.
 
     Afterwards the world is the same as before.
     """
@@ -173,7 +171,7 @@ def refuses_unknown_ids(harness: Harness) -> None:
 
 
 def needs_a_house(harness: Harness) -> None:
-    """After `close`, every member raises SimulatorError until a house is loaded again."""
+    """After `close`, every member raises SimulatorError until the next `load`."""
     simulator = harness.simulator
     simulator.close()
     try:

@@ -1,7 +1,7 @@
 """The reference house of the conformance checks: a small house of two rooms, built by code.
 
-The kitchen is in the west (x 0..6 m), the bedroom in the east (x 6..10 m), both z 0..5 m. A door and an inner window
-join them.
+The kitchen is in the west (x from 0 to 6 m), the bedroom in the east (x from 6 to 10 m); z is from 0 to 5 m in both. A
+door and an inner window connect them.
 """
 
 from typing import Any
@@ -120,7 +120,7 @@ def _wall(wall_id: str, room_id: str, start: tuple[float, float], end: tuple[flo
 
 
 def _opening(opening_id: str, asset_id: str, along: tuple[float, float], up: tuple[float, float]) -> Node:
-    """Return an opening in the wall between the rooms; that wall runs north along the bedroom's side."""
+    """Return an opening in the wall between the rooms; `along` are metres from the wall's south end."""
     return {
         "id": opening_id,
         "assetId": asset_id,

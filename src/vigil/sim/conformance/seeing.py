@@ -1,4 +1,4 @@
-"""Conformance checks of sight (visible pixels, glass, clicks, frames), of exact resets and replays, and of setups."""
+"""Conformance checks of what is visible (pixels, glass, clicks, frames), of exact resets and replays, and of setups."""
 
 import numpy as np
 
@@ -10,9 +10,9 @@ from vigil.sim.conformance.reference_house import DOOR, DRAWER, EAST, PANE, WEST
 
 
 def counts_visible_pixels(harness: Harness) -> None:
-    """More pixels of an object are visible from near than from far.
+    """More pixels of an object are visible from a near place than from a far one.
 
-    None are visible through a wall or if the object is absent.
+    No pixels are visible through a wall, or if the object is absent.
     """
     harness.face(1.4, 3.2, "Apple|1")
     near = harness.state("Apple|1")
@@ -42,7 +42,7 @@ def counts_what_hides_a_thing(harness: Harness) -> None:
 
 
 def counts_state_pixels(harness: Harness) -> None:
-    """Only the pixels of parts that show a state are counted for it; a table has no such pixels."""
+    """The pixels counted for a state are those of parts that show the state; a table has no such parts."""
     harness.face(5.2, 3.1, "Fridge|1")
     fridge = harness.state("Fridge|1")
     expect(0 < fridge.open_px <= fridge.visible_px, f"a fridge's pixels: {fridge.open_px} of {fridge.visible_px}")
@@ -54,7 +54,7 @@ def counts_state_pixels(harness: Harness) -> None:
 
 
 def sees_through_glass_but_clicks_it(harness: Harness) -> None:
-    """A lamp behind the inner window is seen, but a click on it hits the window."""
+    """A lamp behind the inner window is visible, but a click on the lamp hits the window."""
     harness.look_at(5.0, 1.0, Vec3(6.9, 1.2, 1.0))
     expect(harness.state("FloorLamp|2").visible_px > 100, "a lamp is not seen through a window")
     effect = harness.click_at("ground", Vec3(6.9, 1.2, 1.0))
@@ -62,7 +62,7 @@ def sees_through_glass_but_clicks_it(harness: Harness) -> None:
 
 
 def clicks_agree_with_pixels(harness: Harness) -> None:
-    """A click on any of an object's pixels hits the object; structure without an id gives None."""
+    """A click on any pixel of an object hits the object; a click on structure without an id hits nothing (None)."""
     harness.face(3.4, 3.2, "Microwave|1")
     for object_id in ("Microwave|1", "Plate|1", "CounterTop|1"):
         pixels = harness.simulator.pixels_of(object_id)
@@ -88,7 +88,7 @@ def says_where_things_are(harness: Harness) -> None:
 
 
 def draws_frames(harness: Harness) -> None:
-    """A frame is (480, 640, 3) uint8; another view gives another frame, and the same view the same frame."""
+    """A frame is (480, 640, 3) uint8. Another view gives another frame, and the same view gives the same frame."""
     harness.stand(3.5, 2.5, WEST)
     first = harness.simulator.frame()
     expect(first.shape == (480, 640, 3) and first.dtype == np.uint8, f"frame: {first.shape}, {first.dtype}")
@@ -101,7 +101,7 @@ def draws_frames(harness: Harness) -> None:
 
 
 def _several_actions(harness: Harness) -> list[WorldState]:
-    """Carry out actions of all kinds; return the world after each part."""
+    """Carry out actions of all kinds; return the states of the world during and after them."""
     worlds: list[WorldState] = []
     ids = harness.simulator.object_ids()
     harness.face(5.2, 3.1, "Fridge|1")
@@ -120,7 +120,7 @@ def _several_actions(harness: Harness) -> list[WorldState]:
 
 
 def resets_exactly(harness: Harness) -> None:
-    """A reset gives exactly the same world after any actions."""
+    """Whatever was done before, a reset gives exactly the same world."""
     ids = harness.simulator.object_ids()
     harness.stand(3.5, 2.5, WEST)
     first = harness.simulator.world(ids)
@@ -138,7 +138,7 @@ def repeats_itself(harness: Harness) -> None:
 
 
 def applies_setups(harness: Harness) -> None:
-    """A setup changes openness, switches, positions, absences and the hand as it says."""
+    """After a reset with a setup, openness, switches, positions, absent objects and the hand are as the setup says."""
     setup = Setup(
         objects={
             DOOR: ObjectSetup(openness=0.8),
@@ -158,7 +158,7 @@ def applies_setups(harness: Harness) -> None:
 
 
 def refuses_impossible_setups(harness: Harness) -> None:
-    """A setup that the house cannot have raises an error that says what to do."""
+    """A setup that the house does not allow raises an error that says what to do."""
     faults = {
         "Did you mean 'Apple|1'?": Setup(objects={"Apple|2": ObjectSetup(is_toggled=True)}),
         "cannot be switched": Setup(objects={"Apple|1": ObjectSetup(is_toggled=True)}),

@@ -1,4 +1,4 @@
-"""Conformance checks of a piece of furniture's drawers, which open one by one."""
+"""Conformance checks of furniture whose drawers open one by one."""
 
 from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
@@ -56,7 +56,7 @@ def hold_their_own_things(harness: Harness) -> None:
 
 
 def stop_at_what_is_in_the_way(harness: Harness) -> None:
-    """A drawer that would hit the body or an object does not move; another drawer of the same dresser does."""
+    """A drawer that would hit the body or an object does not move; another drawer of the same dresser still does."""
     harness.face(7.76, 0.72, LOWEST)
     expect_refused(harness.click("open_access", LOWEST), "blocked_by_agent")
     in_front = placed("Box|1", 7.76, 0.152, 0.75)
@@ -68,7 +68,7 @@ def stop_at_what_is_in_the_way(harness: Harness) -> None:
 
 
 def are_seen_as_part_of_their_furniture(harness: Harness) -> None:
-    """Pixels of drawers count as pixels of their dresser, and a click on a drawer is near its dresser."""
+    """Pixels of drawers count as pixels of their dresser, and the dresser is near a click on one of its drawers."""
     harness.face(*FRONT, DRESSER)
     whole, parts = (
         harness.state(DRESSER).visible_px,

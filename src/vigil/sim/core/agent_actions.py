@@ -1,4 +1,4 @@
-"""What is the same in every simulator: how an agent walks and looks, and the facts that are recorded of an object."""
+"""What is the same in every simulator: how an agent walks and looks, and what is recorded of an object's state."""
 
 import math
 from collections.abc import Callable
@@ -23,9 +23,9 @@ class AgentInScene(Protocol):
 
 
 def walk(action: Navigate, step: Callable[[float], InteractionResult]) -> Effect:
-    """Walk whole steps, then the fraction, until one is refused; return the effect.
+    """Walk the whole steps, then the fraction of a step; stop at the first refusal. Return the effect.
 
-    `step` takes a length (m), negative to the back, and goes all of it or refuses it.
+    `step` moves the agent by a length (m; negative means backward), or refuses to move it at all.
     """
     sign = 1.0 if action.mode == "forward" else -1.0
     magnitude = min(action.magnitude, float(MAX_STEPS_PER_ACTION))
@@ -48,7 +48,7 @@ def walk(action: Navigate, step: Callable[[float], InteractionResult]) -> Effect
 
 
 def horizon_after(action: Look, horizon: float) -> float:
-    """Return the pitch (deg) of a camera after a look from `horizon`, within the limits."""
+    """Return the camera's pitch (deg) after a look action that begins at pitch `horizon`, within the limits."""
     wanted = horizon + action.magnitude * (1.0 if action.direction == "down" else -1.0)
     return max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
 
@@ -56,7 +56,10 @@ def horizon_after(action: Look, horizon: float) -> float:
 def object_state(
     world: AgentInScene, thing: Thing, box: Box, seen: ObjectVisibility, asked: list[Thing]
 ) -> ObjectState:
-    """Return the hidden state of a thing in a box, of which `seen` is seen; `asked` are all things in question."""
+    """Return the hidden state of a thing. `box` is its box, `seen` what the camera sees of it.
+
+    `asked` has all things whose state is requested. Receptacles of the thing are reported only if they are among these.
+    """
     return ObjectState(
         category=thing.category,
         position=thing.position,

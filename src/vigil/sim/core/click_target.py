@@ -1,7 +1,7 @@
-"""The kind of place that a click on a receptacle means: inside it, on it, or inside a part of it that is shut.
+"""The kind of place that a click on a receptacle means: on it, inside it, or inside a part of it that is shut.
 
-A held object is put down at the click or near it. A click on the top never puts it inside, and a click inside never
-puts it on top.
+A held object is put down at the clicked point or near it. A click on the top never puts the object inside the
+receptacle, and a click inside never puts it on top.
 """
 
 import math
@@ -18,17 +18,17 @@ from vigil.scene.things import Thing
 TargetKind = Literal["inside", "on", "shut"]
 
 LEAF_M = 0.015
-"""Greatest distance (m) of a click from a leaf (door, lid or drawer) at which it counts as a click on the leaf."""
+"""A click at most this far (m) from a leaf (door, lid or drawer) counts as a click on the leaf."""
 SIDE_M = 0.01
-"""Greatest depth (m) inside the box of the body at which a click still counts as on the body's outer side."""
+"""A click at most this deep (m) inside the body's box counts as a click on the outer side of the body."""
 
 
 def target_kind(receptacle: Thing, point: Vec3) -> TargetKind:
-    """Return the kind of place that a click at a point of a receptacle means.
+    """Return which kind of place a click at a point of a receptacle means: "on", "inside" or "shut".
 
-    The first of these that applies decides: a hollow that contains the point; a top below the point; the hollow behind
-    the clicked leaf or drawer; for the outer sides of furniture with doors or drawers, the furniture's top; the nearest
-    surface. The kind `shut` means a hollow that must be opened first.
+    The first of these rules that applies decides. A point in a hollow means the hollow. A point above a top means the
+    top. A click on a leaf or drawer means the hollow behind it. A click on an outer side of furniture with leaves or
+    drawers means its top. Any other click means the nearest surface. A hollow that must be opened first is "shut".
     """
     surfaces = list(level_surfaces(receptacle))
     if not surfaces:
@@ -54,7 +54,7 @@ def _kind(receptacle: Thing, surface: Surface) -> TargetKind:
 
 
 def _gap(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> float:
-    """Return the distance (m) from a point to the free space over a surface, up to a hollow's rim or ceiling."""
+    """Return the distance (m) from a point to the free space above a surface; a hollow's rim limits this space."""
     local = offset_from(frame, point)
     above = headroom(receptacle.asset, surface) if surface.is_inside else surface.clearance
     rise = max(-TOUCH_M - local.y, local.y - above, 0.0)
@@ -62,7 +62,7 @@ def _gap(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> flo
 
 
 def _is_on_outer_side(receptacle: Thing, point: Vec3) -> bool:
-    """Return whether a point lies on one of the four sides of the upright box of the body."""
+    """Return whether a point is on one of the four upright sides of the box of the receptacle's body."""
     box = body_box(receptacle)
     x, z = rotate_floor(point.x - box.center.x, point.z - box.center.z, -box.yaw)
     return abs(x) > box.size.x / 2 - SIDE_M or abs(z) > box.size.z / 2 - SIDE_M

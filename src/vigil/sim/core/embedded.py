@@ -1,7 +1,7 @@
-"""The embedded simulator: motion, handling and visibility in a scene, with any engine for drawing and rays.
+"""The embedded simulator: motion, handling and visibility in a scene. Any engine can draw and cast rays for it.
 
-It implements `vigil.sim.scene_editor.SceneEditor`, which includes every other protocol of a simulator. The engine only
-draws and casts rays. A frame is drawn only when it is requested.
+It implements `vigil.sim.scene_editor.SceneEditor`, which includes every other protocol of a simulator. A frame is drawn
+only when it is requested.
 """
 
 from collections.abc import Iterable, Iterator
@@ -52,7 +52,7 @@ class _Loaded:
 
 @dataclass(frozen=True, slots=True)
 class _WorldSnapshot:
-    """The state of the world at a moment, from which it can be restored."""
+    """The state of the world at one moment; the world can be restored to it."""
 
     agent: Pose
     held: str | None
@@ -61,7 +61,7 @@ class _WorldSnapshot:
 
 
 class EmbeddedSimulator:
-    """A simulator, and `SceneEditor`, that uses an engine for drawing and rays."""
+    """A simulator and `SceneEditor` that lets an engine draw and cast rays."""
 
     def __init__(self, engine: Engine, assets: AssetDatabase) -> None:
         self.name = engine.name
@@ -80,7 +80,7 @@ class EmbeddedSimulator:
         self._loaded = _Loaded(house, state, Sight(self._engine, scene), initial)
 
     def prepare(self, house: House) -> None:
-        """Build and cache what a later `load` of `house` needs, in any thread. Raises HouseError."""
+        """Build and cache what a later `load` of `house` needs; any thread may call this. Raises HouseError."""
         self._engine.prepare(build_scene(house, self._assets))
 
     def reset(self, start: Pose, setup: Setup) -> None:
@@ -112,7 +112,7 @@ class EmbeddedSimulator:
         return self._engine.draw(state.agent, state.held)
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Return the id of the object that a click on the pixel hits; None for structure without an id, and sky."""
+        """Return the id of the object that a click on the pixel hits; None for sky and for structure without an id."""
         loaded = self._require_loaded()
         thing, _ = loaded.sight.click(loaded.state.agent, x, y)
         return thing.id if thing else None
@@ -141,7 +141,7 @@ class EmbeddedSimulator:
         return sorted(thing.id for thing in self._require_loaded().state.scene.things.values() if thing.is_present)
 
     def pixels_of(self, object_id: str) -> np.ndarray:
-        """Return the pixels (n, 2), x and y on a lattice, on which a click hits the object."""
+        """Return those pixels (n, 2; x and y) of a regular lattice on which a click hits the object."""
         loaded = self._require_loaded()
         return loaded.sight.click_pixel(loaded.state.agent, self._thing(object_id))
 
@@ -160,8 +160,7 @@ class EmbeddedSimulator:
     def points_visible_from(
         self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
     ) -> np.ndarray:
-        """Return for points (n, 3) on an object whether (n,) the ray from `eye` towards the point meets this object
-        first.
+        """Return a mask (n,) of the points (n, 3) on an object at which a ray from `eye` meets this object first.
 
         `eye` may be anywhere.
         """
@@ -171,13 +170,13 @@ class EmbeddedSimulator:
         return self._require_loaded().sight.meets(eye, rays, thing, through_glass=through_glass)
 
     def may_be_visible(self, object_id: str, min_px: int) -> bool:
-        """Return whether at least `min_px` pixels of an object may be visible, ignoring other things that hide it."""
+        """Return whether at least `min_px` pixels of an object would be visible if no other thing hid it."""
         loaded = self._require_loaded()
         return loaded.sight.may_be_visible(loaded.state.agent, self._thing(object_id), min_px)
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
-        """Return a context. At its end, everything that was done inside it is undone."""
+        """Return a context that undoes, when it ends, everything that was done inside it."""
         before = self._snapshot()
         try:
             yield
@@ -218,7 +217,7 @@ class EmbeddedSimulator:
         self._flush()
 
     def restore_object(self, object_id: str) -> None:
-        """Put an object that was taken out of the scene back where it was."""
+        """Put an object that was removed from the scene back where it was."""
         thing = self._thing(object_id)
         thing.is_present = True
         self._require_loaded().state.mark_changed(thing)
@@ -229,7 +228,7 @@ class EmbeddedSimulator:
         return self._effect_of(apply_intent(self._require_loaded().state, intent, self._thing(object_id), point))
 
     def open_to(self, object_id: str, openness: float) -> Effect:
-        """Open or close an object to an openness in 0..1, or refuse to."""
+        """Open or close an object to `openness` (0 to 1), or refuse."""
         return self._effect_of(open_to(self._require_loaded().state, self._thing(object_id), openness))
 
     def redecorate(self, house: House) -> None:
@@ -254,9 +253,8 @@ class EmbeddedSimulator:
         return self._require_loaded().state.collision_map.blocker(start, end, leaves_overlaps=True)
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Return for each ray the index (n,) of the thing that it meets first (-1 if none), and the distance (n,)
-        in metres.
-        """
+        """Return two arrays (n,): for each ray, the index of the thing that it meets first (-1: none) and the distance
+        in metres."""
         self._require_loaded()
         turned = directions + OFF_SEAMS
         turned /= np.linalg.norm(turned, axis=1, keepdims=True)
@@ -264,7 +262,7 @@ class EmbeddedSimulator:
         return hits.things, hits.distances
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], *, with_hand: bool) -> CameraImage:
-        """Return the requested layers of what a camera sees."""
+        """Return the requested layers of a camera's image."""
         held = self._require_loaded().state.held
         return self._engine.render_view(view, layers, held if with_hand else None)
 
@@ -300,7 +298,7 @@ class EmbeddedSimulator:
             loaded.sight.clear_cache()
 
     def _step(self, length_m: float) -> InteractionResult:
-        """Go a length (m), negative to the back, or refuse to."""
+        """Move the body by a length (m; negative means backward), or refuse."""
         state = self._require_loaded().state
         (x, y, z), (ahead_x, ahead_z) = state.agent.position, heading(state.agent.rotation)
         end = Vec3(x + length_m * ahead_x, y, z + length_m * ahead_z)
@@ -346,7 +344,7 @@ class EmbeddedSimulator:
 
 
 def _restore(state: SceneState, before: list[tuple[Any, ...]]) -> None:
-    """Restore the mutable fields of all things to `before`, and mark the things that this changes."""
+    """Restore the mutable fields of all things to the values `before`; mark the things that differed as changed."""
     for thing, now, then in zip(state.scene.things.values(), mutable_state_of(state.scene), before, strict=True):
         if now != then:
             for name, value in zip(MUTABLE_FIELDS, then, strict=True):

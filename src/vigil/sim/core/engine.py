@@ -1,4 +1,4 @@
-"""The protocol between the engine-neutral simulator and an engine, which draws and casts rays for it."""
+"""The protocol of an engine, which draws and casts rays for the engine-neutral simulator."""
 
 # pyright: reportReturnType=false
 
@@ -14,9 +14,9 @@ from vigil.scene.things import Scene
 from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 BEARS_OPEN = 1
-"""Bit of `RayHits.roles` for a part that shows whether the thing is open."""
+"""Bit of `RayHits.roles`: the part that was hit shows whether the thing is open."""
 BEARS_TOGGLE = 2
-"""Bit of `RayHits.roles` for a part that shows whether the thing is switched on."""
+"""Bit of `RayHits.roles`: the part that was hit shows whether the thing is switched on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,26 +24,26 @@ class RayHits:
     """What each of n rays hits first."""
 
     things: np.ndarray
-    """Index of the thing in the scene's order (n,) int32; -1 for structure without an id, and for nothing."""
+    """Index (n,) int32 of the thing hit, in the scene's order; -1 for structure without an id, and for no hit."""
     roles: np.ndarray
-    """Bits BEARS_OPEN and BEARS_TOGGLE of the part that was hit (n,) uint8."""
+    """Bits BEARS_OPEN and BEARS_TOGGLE (n,) uint8 of the part that was hit."""
     distances: np.ndarray
-    """Distance from the origin in metres (n,) float64; inf where nothing was hit."""
+    """Distance (n,) float64 in metres from the ray's origin; inf where nothing was hit."""
 
 
 class Engine(Protocol):
-    """An engine that draws a scene and casts rays into it, without a world state."""
+    """An engine that draws a scene and casts rays into it. The simulator applies the rules and changes the states."""
 
     name: str
-    """Name with version, for run headers."""
+    """Name with version, as written in run headers."""
 
     def load(self, scene: Scene) -> None:
         """Build `scene`, replacing any earlier one."""
 
     def prepare(self, scene: Scene) -> None:
-        """Make a later `load` of an equal scene faster, if the engine can.
+        """Make a later `load` of an equal scene faster, if the engine can do this.
 
-        May be called in another thread at any time.
+        Any thread may call this at any time.
         """
 
     def update(self, scene: Scene, ids: set[str]) -> None:
@@ -59,18 +59,18 @@ class Engine(Protocol):
         without: Sequence[str] = (),
         within_m: float = math.inf,
     ) -> RayHits:
-        """Return the first hits of rays along unit `directions` (n, 3).
+        """Return what rays along unit `directions` (n, 3) hit first.
 
-        Rays never hit held things, absent things and the things in `without`. With `only`, they hit no other thing than
-        that. Hits beyond `within_m` may be missed. At equal distance structure counts as hit first, then things in the
-        scene's order.
+        Rays never hit held things, absent things, or the things in `without`. If `only` is given, they hit only the
+        thing with this id. Hits beyond `within_m` may be missing. At equal distance, structure comes before things, and
+        things come in the scene's order.
         """
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
-        """Return the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
+        """Return the egocentric frame, (480, 640, 3) uint8; the held thing is drawn at the bottom centre."""
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
-        """Return the requested layers of what a camera sees; the thing `held` is drawn in the viewer's hand."""
+        """Return the requested layers of a camera's image; the thing `held` is drawn in the hand."""
 
     def renderer(self) -> str:
         """Return the GL renderer string; "none" when there is no GL."""

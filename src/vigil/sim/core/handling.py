@@ -1,6 +1,6 @@
-"""What a click does: it opens, closes, switches, picks up, places or drops, or is refused for a reason.
+"""What a click does: open, close, switch, pick up, place or drop something, or be refused for a reason.
 
-Source: protocol.md section 2.2. Every refusal leaves the scene exactly as it was.
+Source: protocol.md section 2.2. A refused click leaves the scene exactly as it was.
 """
 
 from dataclasses import dataclass
@@ -22,9 +22,9 @@ class ClickHit:
     """What the ray of a click hits first."""
 
     thing: Thing | None
-    """The thing that the ray met; None when it met structure without an id, or nothing."""
+    """The thing that the ray met; None if it met nothing, or only structure without an id."""
     point: Vec3 | None
-    """The point (m) where the ray met it; None when the ray met nothing."""
+    """The point (m) at which the ray met something; None if it met nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class InteractionResult:
     refusal: RefusalCode | None = None
     """Reason why the interaction was refused; None when it was carried out."""
     blocked_by: str | None = None
-    """Id of what stopped a moving leaf, lid or drawer; None when nothing did."""
+    """Id of what stopped a moving leaf, lid or drawer; None if nothing stopped it."""
     changed: tuple[str, ...] = ()
     """Sorted ids of the things that changed."""
 
@@ -51,7 +51,7 @@ def interact(state: SceneState, intent: Intent, click: ClickHit) -> InteractionR
 
 
 def apply_intent(state: SceneState, intent: Intent, thing: Thing, point: Vec3) -> InteractionResult:
-    """Carry out or refuse one intent on a thing, without checking whether the hand reaches it."""
+    """Carry out or refuse one intent on a thing at any distance: whether the hand reaches it is not checked."""
     if intent == "drop":
         return _drop(state)
     refusal = refusal_by_rule(state.scene, state.held, intent, thing, point)
@@ -75,7 +75,7 @@ def apply_intent(state: SceneState, intent: Intent, thing: Thing, point: Vec3) -
 
 
 def open_to(state: SceneState, thing: Thing, target: float) -> InteractionResult:
-    """Open or close a thing to an openness in 0..1, or refuse to."""
+    """Open or close a thing to openness `target` (0 to 1), or refuse."""
     refusal = opening_refusal(thing, target)
     return _swing(state, thing, target) if refusal is None else InteractionResult(refusal)
 

@@ -1,7 +1,7 @@
-"""The rules of what a click may do: reach, and why opening, switching, picking up or placing is refused.
+"""The rules for clicks: what the hand can reach, and why opening, switching, picking up or placing is refused.
 
-The rules depend only on the scene and the hand and do not change anything, so every backend applies the same rules
-first. Source: protocol.md section 2.2, in its order.
+The rules need only the scene and the held thing, and change nothing. Every backend applies them, in the order of their
+source (protocol.md section 2.2), before it tries the interaction.
 """
 
 from typing import assert_never
@@ -19,7 +19,7 @@ REACH_SLACK_M = 1e-9
 
 
 def can_reach(floor: Vec3, intent: Intent, box: Box, point: Vec3) -> bool:
-    """Return whether the hand of a body that stands at `floor` reaches a box, or for `place` the clicked point."""
+    """Return whether the hand of a body at `floor` reaches a box or, if the intent is `place`, the clicked point."""
     if intent == "place":
         distance_m, height_m = floor_distance(floor, point), point.y - floor.y
     else:
@@ -28,10 +28,10 @@ def can_reach(floor: Vec3, intent: Intent, box: Box, point: Vec3) -> bool:
 
 
 def refusal_by_rule(scene: Scene, held: str | None, intent: Intent, thing: Thing, point: Vec3) -> RefusalCode | None:
-    """Return the reason why an intent on a thing is refused whatever is around the thing; None when the intent may be
-    tried.
+    """Return the reason why the rules refuse an intent on a thing; None if the intent may be tried.
 
-    `held` is the id of the thing in the hand. `point` is the clicked point on the thing (m, house's frame).
+    The rules do not look at what is around the thing. `held` is the id of the thing in the hand. `point` is the clicked
+    point on the thing (m, house's frame).
     """
     match intent:
         case "open_access" | "close_access":
@@ -49,7 +49,7 @@ def refusal_by_rule(scene: Scene, held: str | None, intent: Intent, thing: Thing
 
 
 def opening_refusal(thing: Thing, target: float) -> RefusalCode | None:
-    """Return the reason why opening or closing a thing to an openness in 0..1 is refused; None when it may be tried."""
+    """Return the reason why opening or closing a thing to openness `target` is refused; None if it may be tried."""
     if not thing.is_openable:
         return "not_openable"
     if abs(thing.openness - target) < MOVED_WITHIN:

@@ -1,10 +1,9 @@
-"""Where the agent's body fits and how far it walks: the body is a vertical cylinder that is swept through the floor
-plan.
+"""Where the agent's body fits and how far it can walk. The body is an upright cylinder.
 
-Obstacles are the solids of things that reach into 0.05 .. 1.8 m above the floor, with leaves at their present openness.
-Walls are obstacles, too, except for holes that a body passes through. A sweep is free when no obstacle comes nearer
-than the body's radius. An obstacle may already be nearer at the start: a leaf that was closed against the body, or a
-table's edge at a start pose. It only blocks a sweep that would come nearer still, so the body can always walk away.
+Obstacles are the solids of things between 0.05 and 1.8 m above the floor, with leaves at their present openness, and
+the walls around holes. A walk is free if the body stays clear of every obstacle. The body may already overlap an
+obstacle where the walk begins, for example a leaf that was closed against it. Such an obstacle only blocks a walk that
+would come still nearer to it, so the body can always walk away.
 """
 
 import math
@@ -19,13 +18,13 @@ from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, floor_of_rooms, room_flo
 from vigil.scene.things import Scene
 
 CENTRE_SHARE = 0.25
-"""Share of the body's radius, around the body's axis, that must be free at a start."""
+"""Radius of the body's core, as a share of the body's radius. The core must be free at a start."""
 TOUCH_M = 1e-6
-"""Tolerance (m) in comparisons of distances, so that exact contact counts as free."""
+"""Tolerance (m) in comparisons of distances, so that a body that exactly touches an obstacle is clear of it."""
 
 
 class CollisionMap:
-    """The obstacles of a scene in the floor plane, updated thing by thing."""
+    """The obstacles of a scene on the floor plane."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -49,16 +48,16 @@ class CollisionMap:
         return next((room.id for room in self._scene.rooms if room_floor(room).covers(point)), None)
 
     def can_stand(self, position: Vec3) -> bool:
-        """Return whether the body fits at a position: inside the rooms, clear of obstacles."""
+        """Return whether the body fits at a position, i.e. it is inside the rooms and clear of obstacles."""
         point = shapely.Point(position.x, position.z)
         return bool(self._inside.contains(point)) and not len(self._near(point))
 
     def is_inside(self, shape: BaseGeometry) -> bool:
-        """Return whether a floor shape lies inside the rooms."""
+        """Return whether a shape on the floor plane is inside the rooms."""
         return bool(self._inside.covers(shape))
 
     def centre_is_free(self, position: Vec3) -> bool:
-        """Return whether at least the body's core (`CENTRE_SHARE`) is inside a room and clear of obstacles."""
+        """Return whether the core of the body (`CENTRE_SHARE`) is inside a room and clear of obstacles."""
         point = shapely.Point(position.x, position.z)
         return bool(self._inside.contains(point)) and not len(self._near(point, BODY_RADIUS_M * CENTRE_SHARE))
 
@@ -110,8 +109,8 @@ class CollisionMap:
         return free[np.sort(breadth_first_order(graph, first, directed=False, return_predecessors=False))]
 
     def _free_grid(self, start: Vec3, step_m: float, yaw: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the grid cells (n, 2) in which the body fits, as numbers of steps from `start`, and their x and z (n,
-        2) in metres.
+        """Return the grid cells in which the body fits: (n, 2) as numbers of steps from `start`, and (n, 2) as x and z
+        in metres.
 
         The cell of `start` is always among them.
         """
@@ -130,7 +129,7 @@ class CollisionMap:
         return cells[fits], places[fits]
 
     def _gaps(self, owners: list[str], hits: np.ndarray, shape: BaseGeometry) -> np.ndarray:
-        """Return for each owner the least distance (m) to `shape` of those of its parts that are in `hits`."""
+        """Return each owner's least distance (m) from `shape`; only the owner's parts in `hits` count."""
         gaps = shapely.distance(self._shapes[hits], shape)
         names = np.array([self._owners[hit] for hit in hits])
         return np.array([gaps[names == owner].min() for owner in owners])

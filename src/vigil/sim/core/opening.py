@@ -1,12 +1,12 @@
-"""Opening and closing: a leaf, lid or drawer moves all the way, or not at all when something is in its way.
+"""Opening and closing: a leaf, lid or drawer moves all the way; if something is in its way, it does not move at all.
 
-The moving solids are sampled finely along their motion. Another thing's solid, or the agent's body, blocks them if they
-get deeper into it than at the start, by more than a tolerance. So neighbours that touch or overlap a little at rest, as
-furniture in generated houses does, do not block. Things in or on a wall have a wider tolerance. Walls, windows and shut
-doors have none: no part, handles included, reaches into the next room (`vigil.scene.partitions`).
+The moving solids are tested at closely spaced samples of their motion. A solid is blocked if it gets deeper into
+another thing or the agent's body than at the start, by more than a tolerance. There is a tolerance because neighbours
+in generated houses often touch or overlap a little. The tolerance is larger for things in or on a wall. Walls, windows
+and shut doors have no tolerance: no part, not even a handle, may reach into the next room (`vigil.scene.partitions`).
 
-A drawer carries along what lies in it, such as a book with an open cover. The cover must not get into the body of the
-drawer's furniture, nor into anything else.
+What lies in a drawer moves with it. If that is, for example, an open book, its cover must not hit the body of the
+drawer's furniture, or anything else.
 """
 
 import math
@@ -28,17 +28,17 @@ from vigil.scene.things import Thing
 from vigil.sim.core.state import AGENT, SceneState
 
 TOLERANCE_M = 0.015
-"""How much deeper (m) than at the start a moving part may get into another thing."""
+"""How much deeper (m) than at the start a moving part may reach into another thing."""
 WALL_TOLERANCE_M = 0.05
-"""How much deeper (m) than at the start a part of a thing in or on a wall may get into another thing."""
+"""How much deeper (m) than at the start a moving part may reach into a thing that is in or on a wall."""
 SAMPLE_M = 0.02
-"""Greatest distance that a moving part travels between two samples."""
+"""Greatest distance (m) that a moving part travels between two samples of its motion."""
 MOVED_WITHIN = 0.005
-"""Difference of openness below which a thing counts as having the wanted openness already."""
+"""A thing has the wanted openness already if its openness differs by less than this."""
 
 
 def opening_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
-    """Return the id of what blocks a thing's moving parts on their way to openness `target`; None when nothing does."""
+    """Return the id of what blocks a thing's moving parts on the way to openness `target`; None if nothing does."""
     rider = _rider(state, thing)
     if rider is not None:
         return rider
@@ -52,10 +52,9 @@ def opening_blocker(state: SceneState, thing: Thing, target: float) -> str | Non
 
 
 def _first_collision(state: SceneState, path: list[list[Prism]], obstacles: list[tuple[str, Prism]]) -> str | None:
-    """Return the owner of the obstacle that blocks moving solids on their path; None when no obstacle does.
+    """Return the owner of the obstacle that blocks moving solids on their path; None if no obstacle does.
 
-    `path` has the solids at each sample of their motion, always in the same order. The first sample is their present
-    place.
+    `path` has the solids at each sample of their motion, always in the same order; the first sample is the start.
     """
     if not path[0]:
         return None
@@ -77,11 +76,10 @@ def _first_collision(state: SceneState, path: list[list[Prism]], obstacles: list
 def _carried_collision(
     state: SceneState, thing: Thing, samples: list[float], obstacles: list[tuple[str, Prism]]
 ) -> str | None:
-    """Return the id of what blocks the open leaves of things that the moving part carries along; None when nothing
-    does.
+    """Return the id of what blocks an open leaf of a thing that the moving part carries along; None if nothing does.
 
-    If the body of the carrier itself blocks a leaf, return the id of the carried thing. A drawer's body is the body of
-    its furniture.
+    If the body of `thing` itself blocks the leaf (for a drawer, the body of its furniture), return the id of the
+    carried thing.
     """
     whole = furniture_of(state.scene, thing) or thing
     body = [prism for prism in prisms_of(whole) if prism.joint is None]
@@ -100,10 +98,9 @@ def _carried_collision(
 
 
 def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of a container that holds the thing, if the thing's open leaf reaches deeper into the container's
-    body than the shut leaf.
+    """Return the id of a container of the thing whose body the thing's open leaf pierces; None if there is none.
 
-    Return None when there is no such container.
+    The leaf pierces the body if it reaches deeper into the body than when it is shut.
     """
     if thing.openness == 0.0:
         return None
@@ -117,7 +114,7 @@ def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
 
 
 def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
-    """Open or close a thing, with the things that its moving parts carry, without any check.
+    """Open or close a thing without any check, and move what its moving parts carry.
 
     Return the changed things, `thing` first.
     """
@@ -132,9 +129,7 @@ def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
 
 
 def _rider(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of a child that lies on a lid or cover that is not a surface, e.g. a pen on a laptop; None
-    without one.
-    """
+    """Return the id of a child on a lid or cover that does not count as a surface (a pen on a laptop); else None."""
     if not any(joint.kind == "hinge" for joint in thing.asset.joints):
         return None
     riders = (child.id for child in children(state.scene, thing.id) if not _goes_along_or_lies_inside(thing, child))
@@ -142,7 +137,7 @@ def _rider(state: SceneState, thing: Thing) -> str | None:
 
 
 def _samples(thing: Thing, target: float) -> list[float]:
-    """Return values of openness from the present one to `target`, both included."""
+    """Return the values of openness at which the motion to `target` is tested, from the present one to `target`."""
     reach = max((_travel_m(thing, joint.name) for joint in thing.asset.joints), default=0.0)
     count = max(2, math.ceil(reach * abs(target - thing.openness) / SAMPLE_M) + 1)
     return [float(value) for value in np.linspace(thing.openness, target, count)]
@@ -160,10 +155,9 @@ def _travel_m(thing: Thing, name: str) -> float:
 
 
 def _obstacles(state: SceneState, thing: Thing) -> list[tuple[str, Prism]]:
-    """Return (id, solid) for everything that can block the thing's moving parts, except partitions (walls, windows,
-    shut doors).
+    """Return (id, solid) of everything that can block the thing's moving parts, except walls, windows and shut doors.
 
-    The thing itself, the things that move along with it and the things inside it are left out.
+    The thing itself, the things that move with it and the things inside it are left out.
     """
     ignored = {thing.id}
     for child in children(state.scene, thing.id):
@@ -180,7 +174,7 @@ def _goes_along_or_lies_inside(thing: Thing, child: Thing) -> bool:
 
 
 def _within_reach(solids: list[tuple[str, Prism]], path: list[list[Prism]]) -> list[tuple[str, Prism]]:
-    """Return the solids whose bounds overlap those of the whole path."""
+    """Return the solids whose bounds overlap the bounds of the whole path."""
     corners = np.concatenate([prism.polygon for prisms in path for prism in prisms])
     low, high = corners.min(axis=0), corners.max(axis=0)
     bottom, top = min(p.bottom for prisms in path for p in prisms), max(p.top for prisms in path for p in prisms)

@@ -1,9 +1,9 @@
 """Putting things down: at the free spot nearest to a clicked point, or straight down in front of the body.
 
-A spot (the place under the thing's middle) is at most 0.3 m from the clicked point. Where the clicked point lies over
-the surface, only the horizontal distance counts. A placed thing keeps its yaw if it fits with that yaw; otherwise it is
-aligned with the surface's sides. Spots are tried on a fixed grid in order of distance, so the same state gives the same
-spot.
+A spot is the place under the thing's middle. It is at most 0.3 m from the clicked point; if the clicked point is above
+the surface, only the horizontal distance counts. The thing's yaw changes only if the thing does not fit otherwise; then
+its sides are aligned with the surface's sides. Spots on a fixed grid are tried in order of distance, so the same state
+always gives the same spot.
 """
 
 import math
@@ -38,15 +38,15 @@ SPOT_WITHIN_M = 0.3
 SPOT_STEP_M = 0.025
 """Step (m) of the grid of spots."""
 FIRST_TRIED = 9
-"""Number of the nearest spots that are tried first. Then all other spots are tried together."""
+"""This many of the nearest spots are tried first; then all other spots are tried together."""
 EDGE_INSIDE_M = 0.01
-"""How far (m) a thing may reach over the edge of a surface that a door or drawer shuts."""
+"""How far (m) a thing may reach over the edge of a surface that is behind a door or in a drawer."""
 EDGE_M = 0.03
-"""How far (m) a thing may reach over the edge of any other surface."""
+"""How far (m) a thing may reach over the edge of a surface that is neither behind a door nor in a drawer."""
 WALL_GAP_M = 0.0001
 """Least distance (m) between a thing that is put down and walls, windows and shut doors."""
 OWN_SLACK_M = 0.01
-"""How far (m) a thing may reach into a back, side or post of the receptacle that it is put on."""
+"""How far (m) a thing may reach into a back, side or post of the receptacle on which it is put."""
 DROP_AHEAD_M = (0.4, 0.3, 0.5)
 """Distances (m) ahead of the body at which a thing is dropped, in the order in which they are tried."""
 DROP_FROM_M = 1.0
@@ -64,13 +64,13 @@ class HeldBox:
 
     @property
     def height(self) -> float:
-        """Height of the whole stack (m)."""
+        """Height (m) of the held thing together with everything that rests on it."""
         return float(self.high[1] - self.low[1])
 
     def footprint(self, x: np.ndarray, z: np.ndarray, yaw: np.ndarray, *, drawn_in_m: float = TOUCH_M) -> np.ndarray:
-        """Return the box's corners (n, 4, 2) on the floor at n places (n,) with n yaws (n,) in degrees.
+        """Return the box's corners (n, 4, 2) on the floor plane at n places (`x`, `z`), each with its `yaw` in degrees.
 
-        The box's sides are moved inwards by `drawn_in_m`; a negative value moves them outwards.
+        The box's sides are moved inward by `drawn_in_m`; a negative value moves them outward.
         """
         low, high = self.low[[0, 2]] + drawn_in_m, self.high[[0, 2]] - drawn_in_m
         middle = (low + high) / 2
@@ -88,21 +88,18 @@ class FreeSpot:
 
     position: Vec3
     yaw: float
-    """Yaw (deg) of the thing at this place."""
+    """Yaw (deg) that the thing gets at this place."""
     parent: str | None = None
     """Id of the thing on which the placed thing lies; None on the floor."""
     surface: str | None = None
     """Name of the parent's surface; None on the floor."""
     joint: str | None = None
-    """Name of the parent's joint that carries the surface; None for a surface of the parent's body, and on the
-    floor."""
+    """Name of the parent's joint that carries the surface; None for a surface of the body, and on the floor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CandidateSpots:
-    """The n places on a surface where a thing with one yaw may be put, as far as the surface's edges and clearance
-    allow.
-    """
+    """The n spots on a surface for a thing with one yaw; only the surface's edges and free height have been checked."""
 
     surface: Surface
     frame: Motion
@@ -110,7 +107,7 @@ class _CandidateSpots:
     keys: np.ndarray
     """Sort keys (n, 4): distance from the click (m), rank of the yaw, and x and z on the surface."""
     positions: np.ndarray
-    """Positions (n, 3) of the held thing in the house."""
+    """Positions (n, 3) in the house that the held thing would get."""
 
 
 def held_box_of(state: SceneState, held: Thing) -> HeldBox:
@@ -126,8 +123,9 @@ def held_box_of(state: SceneState, held: Thing) -> HeldBox:
 
 
 def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) -> FreeSpot | None:
-    """Return the free spot nearest to the clicked point, inside or on top as the click means; None without a free
-    spot.
+    """Return the free spot nearest to the clicked point; None if there is no free spot.
+
+    The kind of the click (`target_kind`) decides whether the spot is inside the receptacle or on it.
     """
     bulk = held_box_of(state, held)
     kind = target_kind(receptacle, clicked)
@@ -164,14 +162,14 @@ def spot_below(state: SceneState, held: Thing) -> FreeSpot | None:
 
 
 def put_down(state: SceneState, spot: FreeSpot) -> list[Thing]:
-    """Put the held thing, with what rests on it, down at a spot; return the things put down, the held thing first."""
+    """Put the held thing, and what rests on it, down at a spot; return all these things, the held thing first."""
     held = state.release()[0]
     held.parent, held.surface, held.parent_joint = spot.parent, spot.surface, spot.joint
     return state.move(held, spot.position, Vec3(0.0, wrap_deg(spot.yaw), 0.0))
 
 
 def open_surfaces(receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Return a receptacle's level surfaces that are open to the hand now, with their frames."""
+    """Return (surface, frame) of a receptacle's level surfaces that the hand can get at now."""
     shut = is_shut(receptacle)
     return [(surface, frame) for surface, frame in level_surfaces(receptacle) if not (surface.needs_opening and shut)]
 
@@ -183,7 +181,7 @@ def _yaw_of(frame: Motion) -> float:
 def _candidate_spots(
     bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
 ) -> list[_CandidateSpots]:
-    """Return the spots near the click that a surface's edges and clearance allow, for each yaw."""
+    """Return, for each yaw to try, the spots near the click that the surface's edges and free height allow."""
     if bulk.height > surface.clearance + TOUCH_M:
         return []
     local = offset_from(frame, clicked)
@@ -211,7 +209,7 @@ def _candidate_spots(
 def _first_free(
     state: SceneState, bulk: HeldBox, spots: tuple[np.ndarray, np.ndarray], receptacle: Thing, clicked: Vec3
 ) -> int | None:
-    """Return the index of the first spot where nothing is in the way; None if there is no such spot.
+    """Return the index of the first spot at which nothing is in the way; None if there is no such spot.
 
     `spots` are positions (n, 3) and yaws (n,).
     """
@@ -228,7 +226,7 @@ def _first_free(
 def _unobstructed(
     state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, receptacle: Thing
 ) -> np.ndarray:
-    """Return for n places whether (n,) no solid is in the way. `columns` are the places' x, z and yaw, (n,) each."""
+    """Return a mask (n,) of the places at which no solid is in the way; `columns` are the places' x, z and yaw."""
     corners = bulk.footprint(*columns)
     lows, highs = corners.min(axis=1), corners.max(axis=1)
     hollow = _container_ids(state, receptacle)
@@ -260,8 +258,9 @@ def _container_ids(state: SceneState, receptacle: Thing) -> set[str]:
 def _fits_in_hollows(
     state: SceneState, bulk: HeldBox, positions: np.ndarray, yaws: np.ndarray, receptacle: Thing
 ) -> np.ndarray:
-    """Return for places (n, 3) with yaws (n,) on a receptacle whether (n,) the held stack stays within the hollows
-    that contain the receptacle.
+    """Return a mask (n,) of the places at which the held thing and its load stay in the hollows around the receptacle.
+
+    The places on the receptacle are `positions` (n, 3) and `yaws` (n,).
     """
     stays = np.ones(len(positions), dtype=bool)
     for owner, surface in interior_surfaces_around(state.scene, receptacle):
@@ -274,15 +273,15 @@ def _fits_in_hollows(
 
 
 def _edge(surface: Surface) -> np.ndarray:
-    """Return how far (x and z, in metres) a thing on a surface may reach from the surface's middle."""
+    """Return how far (x and z, in metres) from a surface's middle a thing on the surface may reach."""
     over = EDGE_INSIDE_M if surface.needs_opening else EDGE_M
     return np.array([surface.size_x, surface.size_z]) / 2 + over
 
 
 def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iterator[tuple[str, Prism]]:
-    """Yield (id, prism) of the solids that overlap the bounds of all places taken together.
+    """Yield (id, prism) of the solids that overlap the rectangle around all places.
 
-    `lows` and `highs` (n, 2) are the least and greatest x, z of the places.
+    `lows` and `highs` (n, 2) are the least and greatest x, z of each place.
     """
     if not len(lows):
         return
@@ -296,7 +295,7 @@ def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iter
 def _is_separated(
     state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, hand: tuple[float, float]
 ) -> np.ndarray:
-    """Return for each place whether a wall, window or shut door runs through it, or separates it from `hand` (x, z)."""
+    """Return a mask of the places that a wall, window or shut door crosses or separates from `hand` (x, z)."""
     outlines = shapely.polygons(bulk.footprint(*columns, drawn_in_m=-WALL_GAP_M))
     places = np.column_stack(columns[:2])
     ways = shapely.linestrings(np.stack([np.broadcast_to(hand, places.shape), places], axis=1))
@@ -307,7 +306,7 @@ def _is_separated(
 
 
 def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
-    """Return whether something at the hand's height, or a wall, is between the body and a place."""
+    """Return whether a wall, or a thing at the height of the hand, is between the body and a place."""
     arm = shapely.LineString([(state.agent.position.x, state.agent.position.z), (x, z)])
     if state.partitions.crosses(np.array([arm]), np.array([0.0]), DROP_FROM_M).any():
         return True
@@ -317,9 +316,9 @@ def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
 
 
 def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) -> FreeSpot | None:
-    """Return the spot where a thing dropped at (x, z) comes to rest: on the highest surface below it, or on the floor.
+    """Return the spot where a thing that is dropped at (x, z) comes to rest: the highest surface below, or the floor.
 
-    Return None when a wall or another solid is in the way, or when the thing would not fit there.
+    Return None if a wall or another solid is in the way, or if the thing does not fit there.
     """
     yaw = held.rotation.y
     column = [np.array([value]) for value in (x, z, yaw)]
@@ -351,7 +350,7 @@ def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) 
 
 
 def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[FreeSpot]:
-    """Return a spot at (x, z) on each of a thing's surfaces on which the held thing fits, with what rests on it."""
+    """Return a spot at (x, z) on each surface of `thing` where the held thing, with everything on it, fits."""
     found: list[FreeSpot] = []
     if not thing.is_receptacle:
         return found

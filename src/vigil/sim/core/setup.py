@@ -1,4 +1,4 @@
-"""Setups: what an episode changes in a house before it starts (openness, switches, positions, absences, the hand)."""
+"""Setups: what an episode changes in a house before it starts (openness, switches, positions, absences, hand)."""
 
 import difflib
 
@@ -55,7 +55,7 @@ def blocked_start_error(start: Pose, house_name: str) -> EpisodeError:
 
 
 def thing_named(object_id: str, scene: Scene, house_name: str) -> Thing:
-    """Return the thing with an id. Raises EpisodeError when the house does not have it."""
+    """Return the thing with this id. Raises EpisodeError if the house does not have it."""
     thing = scene.things.get(object_id)
     if thing is None:
         raise EpisodeError(unknown_object_message(object_id, scene, house_name))
@@ -70,13 +70,13 @@ def unknown_object_message(object_id: str, scene: Scene, house_name: str) -> str
 
 
 def check_can_be_held(thing: Thing) -> None:
-    """Raise EpisodeError when a setup cannot put a thing into the hand."""
+    """Raise EpisodeError if a setup must not put this thing into the hand."""
     if not thing.is_pickupable or not thing.is_present:
         raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
 
 
 def things_named(setup: Setup, scene: Scene, house_name: str) -> list[tuple[Thing, ObjectSetup]]:
-    """Return the things that a setup changes, each with its change. Raises EpisodeError on an unknown id."""
+    """Return (thing, change) for each thing that a setup changes. Raises EpisodeError on an unknown id."""
     for object_id in [*setup.objects, *([setup.held] if setup.held else [])]:
         if object_id not in scene.things:
             raise EpisodeError(f"Setup: {unknown_object_message(object_id, scene, house_name)}")
@@ -86,11 +86,15 @@ def things_named(setup: Setup, scene: Scene, house_name: str) -> list[tuple[Thin
 def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
     if change.openness is not None and change.openness != thing.openness:
         if not thing.asset.can_open:
-            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) has no part that opens; drop its `openness`.")
+            raise EpisodeError(
+                f"Setup: {thing.id!r} ({thing.category}) has no part that opens; leave out its `openness`."
+            )
         set_openness(state, thing, change.openness)
     if change.is_toggled is not None and change.is_toggled != thing.is_toggled:
         if not thing.is_toggleable:
-            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`.")
+            raise EpisodeError(
+                f"Setup: {thing.id!r} ({thing.category}) cannot be switched; leave out its `is_toggled`."
+            )
         thing.is_toggled = change.is_toggled
         state.mark_changed(thing)
     if change.is_broken:
@@ -100,7 +104,8 @@ def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
 def _break(state: SceneState, thing: Thing) -> None:
     if not thing.is_toggleable or not notice_parts(thing.asset):
         raise EpisodeError(
-            f"Setup: {thing.id!r} ({thing.category}) is not a machine with a front for a notice; drop its `is_broken`."
+            f"Setup: {thing.id!r} ({thing.category}) is not a machine with a front for a notice; leave out its "
+            "`is_broken`."
         )
     if thing.is_toggled:
         raise EpisodeError(
@@ -111,7 +116,7 @@ def _break(state: SceneState, thing: Thing) -> None:
 
 
 def _check_walls(state: SceneState, changed: list[Thing]) -> None:
-    """Raise EpisodeError when an open leaf of a changed thing reaches into the next room."""
+    """Raise EpisodeError if an open leaf of one of the changed things reaches into the next room."""
     if any(thing.is_structure for thing in changed):  # a shut door is one more partition
         changed = list(state.scene.things.values())
     for thing in changed:
@@ -126,14 +131,14 @@ def _check_walls(state: SceneState, changed: list[Thing]) -> None:
 
 
 def _check_carriers(state: SceneState, changed: list[Thing]) -> None:
-    """Raise EpisodeError when an open leaf of a thing reaches through the body of the container that it lies in."""
+    """Raise EpisodeError if an open leaf of a thing reaches through the body of the container that holds the thing."""
     touched = {each.id: each for thing in changed for each in [thing, *contents(state.scene, thing.id)]}
     for thing in touched.values():
         carrier = pierced_carrier(state, thing) if thing.is_present and not thing.is_held else None
         if carrier is not None:
             raise EpisodeError(
-                f"Setup: at openness {thing.openness:g}, {thing.id!r} ({thing.category}) sticks out through "
-                f"{carrier!r}, which it lies in. Lower its `openness`, or place it elsewhere."
+                f"Setup: at openness {thing.openness:g}, {thing.id!r} ({thing.category}) sticks out of "
+                f"{carrier!r}, in which it lies. Lower its `openness`, or place it elsewhere."
             )
 
 
@@ -150,7 +155,8 @@ def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str)
             raise EpisodeError(f"Setup: parent of {thing.id!r}: {missing}")
         if parent is thing or thing in ancestors(state.scene, parent):
             raise EpisodeError(
-                f"Setup: {thing.id!r} cannot rest on {parent.id!r}, which rests on it. Place it on something else."
+                f"Setup: {thing.id!r} cannot rest on {parent.id!r}, because {parent.id!r} rests on {thing.id!r}. "
+                "Place it on something else."
             )
     thing.parent, thing.surface, thing.parent_joint = placement.parent, None, None
     state.move(thing, placement.position, placement.rotation)

@@ -21,30 +21,29 @@ from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, Engine, RayHits
 
 WIDTH, HEIGHT = 640, 480
 FOCAL_PX = HEIGHT / 2
-"""Distance at which a pixel is as wide as one metre; for a vertical field of view of 90 degrees, tan(45) = 1."""
+"""Focal length in pixels: half the image's height for a vertical field of view of 90 degrees, since tan(45) = 1."""
 NEAR_M = 0.02
-"""Depth (m) of the camera's near plane: anything nearer is not seen."""
+"""Depth (m) of the camera's near plane; nothing nearer than this is visible."""
 RAYS_PER_OBJECT = 1600
-"""Approximate greatest number of rays that are cast for one object. If its window has more pixels, they are sampled
-with a stride."""
+"""Approximate limit on the rays cast for one object. If it can cover more pixels, only every n-th pixel is used."""
 NEAR_CLICK_PX = 3
-"""Radius (pixels) around a click within which objects count as near the click."""
+"""Objects within this radius (pixels) around a click count as near the click."""
 VISIBLE_PX = 200
-"""Least number of visible pixels from which an object can count as strictly visible."""
+"""Least number of visible pixels of an object that counts as strictly visible."""
 VISIBLE_SHARE = 0.25
 """Least share of an object's outline that must be visible for the object to count as strictly visible."""
 BEYOND_M = 0.01
-"""How far (m) behind an object's farthest corner the rays cast at it still reach."""
+"""Rays that are cast at an object reach this far (m) behind the object's farthest corner."""
 MAX_CACHED_POSES = 64
 """Number of poses for which the visible things are cached. A change in the scene empties the cache."""
 MAX_CACHED_EYES = 4096
-"""Number of (eye, thing) pairs for which it is cached whether walls hide the thing from the eye. A change in the
+"""Number of (eye, thing) pairs for which the cache says whether walls hide the thing from the eye. A change in the
 scene empties the cache."""
 MAX_CACHED_OUTLINES = 16
-"""Number of outlines that are cached, because `see` often follows `may_be_visible`. A change in the scene empties
-the cache."""
+"""Number of cached outlines; they are cached because `see` often follows `may_be_visible`. A change in the scene
+empties the cache."""
 _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
-"""Pairs of corners of a box (numbers in `box_corners`) that are joined by an edge."""
+"""Edges of a box, each as the numbers of its two corners in `box_corners`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +60,8 @@ AGENT_LENS = Lens()
 
 @dataclass(frozen=True, slots=True)
 class PixelWindow:
-    """A rectangle of pixels sampled with a stride: left <= x < right, top <= y < bottom."""
+    """A rectangle of pixels, left <= x < right and top <= y < bottom; in it, every `stride`-th row and column is
+    sampled."""
 
     left: int
     top: int
@@ -69,10 +69,10 @@ class PixelWindow:
     bottom: int
     stride: int
     is_whole: bool
-    """Whether the projected boxes lie wholly inside the frame and in front of the camera."""
+    """Whether the boxes for which the window was made are wholly inside the frame and in front of the camera."""
 
     def pixels(self) -> np.ndarray:
-        """Return the sampled pixels (n, 2), on a lattice fixed in the frame."""
+        """Return the sampled pixels (n, 2); they lie on a lattice that is the same for all windows with this stride."""
         first = self.stride // 2
         xs = np.arange(self.left + (first - self.left) % self.stride, self.right, self.stride)
         ys = np.arange(self.top + (first - self.top) % self.stride, self.bottom, self.stride)
@@ -80,9 +80,7 @@ class PixelWindow:
 
     @property
     def most_px(self) -> int:
-        """Greatest number of pixels that can be counted: all pixels, if the ray through every sampled pixel meets
-        the thing.
-        """
+        """Greatest number of pixels that can be counted, which is reached if every sampled ray meets the thing."""
         first = self.stride // 2
         columns = len(range(self.left + (first - self.left) % self.stride, self.right, self.stride))
         rows = len(range(self.top + (first - self.top) % self.stride, self.bottom, self.stride))
@@ -91,12 +89,12 @@ class PixelWindow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Outline:
-    """The part of the frame that a whole thing would cover if nothing else hid it."""
+    """The part of the frame that a thing with its drawers would cover if nothing else hid it."""
 
     rays: np.ndarray
     """Unit directions (n, 3) that meet the thing."""
     hits: RayHits
-    """Hits of the n rays."""
+    """Where each of the n `rays` hits the thing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +117,7 @@ NOT_VISIBLE = ObjectVisibility()
 
 
 def camera_axes(agent: Pose) -> np.ndarray:
-    """Return the unit vectors right, up and forward of the camera in the house's frame, as rows (3, 3)."""
+    """Return a matrix (3, 3) whose rows are the camera's unit vectors right, up and forward in the house's frame."""
     yaw, pitch = math.radians(agent.rotation), math.radians(agent.horizon)
     right = (math.cos(yaw), 0.0, -math.sin(yaw))
     up = (math.sin(yaw) * math.sin(pitch), math.cos(pitch), math.cos(yaw) * math.sin(pitch))
@@ -128,7 +126,7 @@ def camera_axes(agent: Pose) -> np.ndarray:
 
 
 def directions(agent: Pose, pixels: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndarray:
-    """Return the unit directions (n, 3) through the centres of pixels (n, 2)."""
+    """Return the unit directions (n, 3) from the eye through the centres of pixels (n, 2)."""
     right = (pixels[:, 0] + 0.5 - lens.width / 2) / lens.focal_px
     up = (lens.height / 2 - pixels[:, 1] - 0.5) / lens.focal_px
     rays = np.column_stack([right, up, np.ones(len(pixels))])
@@ -137,8 +135,9 @@ def directions(agent: Pose, pixels: np.ndarray, lens: Lens = AGENT_LENS) -> np.n
 
 
 def project(agent: Pose, points: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndarray:
-    """Return the projections (n, 3) of points: x and y (fractional pixels) and depth (m) along the view. x and y
-    are valid only for a depth above 0.
+    """Return the projections (n, 3) of points: x and y (fractional pixels) and depth (m) along the view direction.
+
+    x and y are valid only if the depth is above 0.
     """
     local = (points - np.array(agent.eye)) @ camera_axes(agent).T
     depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])
@@ -148,7 +147,7 @@ def project(agent: Pose, points: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndar
 
 
 def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
-    """Return the pixel that a point projects to; None outside the frame or behind the camera."""
+    """Return the pixel to which a point projects; None if the point is outside the frame or behind the camera."""
     x, y, depth = project(agent, np.array([point]))[0]
     if depth < NEAR_M or not (0 <= x < WIDTH and 0 <= y < HEIGHT):
         return None
@@ -164,7 +163,7 @@ def pixels_near(x: int, y: int) -> np.ndarray:
 
 
 def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> PixelWindow | None:
-    """Return the window of pixels that boxes, each of corners (8, 3), can cover; None if they are outside the frame."""
+    """Return the window of pixels that boxes, each given as corners (8, 3), can cover; None if they are out of view."""
     points, is_before = _clipped(agent, boxes)
     if not len(points):
         return None
@@ -180,12 +179,12 @@ def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> 
 
 
 def farthest_m(eye: Vec3, boxes: list[np.ndarray]) -> float:
-    """Return the distance (m) from an eye to the farthest point of boxes, each of corners (8, 3), or slightly more."""
+    """Return slightly more than the distance (m) from an eye to the farthest corner (8, 3) of boxes."""
     return float(np.linalg.norm(np.concatenate(boxes) - np.array(eye), axis=1).max()) + BEYOND_M
 
 
 def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
-    """Return the corners (8, 3) of the boxes of all parts of some things at their present openness."""
+    """Return the corners (8, 3) of the boxes of all parts of the things, at their present openness."""
     return [
         part_motion(thing, joint)(box_corners(low, high))
         for thing in things
@@ -194,10 +193,9 @@ def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
-    """Return points (n, 3) that bound the part of the boxes beyond the near plane, and whether all corners are beyond
-    it.
+    """Return points (n, 3) that bound the part of the boxes beyond the near plane, and whether this part is everything.
 
-    The points are the corners beyond the plane, and the crossings of the boxes' edges with the plane.
+    The points are the boxes' corners beyond the plane, and the points where the boxes' edges cross the plane.
     """
     forward, eye = camera_axes(agent)[2], np.array(agent.eye)
     kept: list[np.ndarray] = []
@@ -216,9 +214,7 @@ def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
 
 
 class Sight:
-    """The sight of the agent's camera in a scene: which things a click meets, and how many pixels of each thing are
-    visible.
-    """
+    """What the agent's camera sees of a scene: which thing a click meets, and how much of a thing is visible."""
 
     def __init__(self, engine: Engine, scene: Scene) -> None:
         self._engine, self._scene = engine, scene
@@ -230,7 +226,7 @@ class Sight:
             if thing.is_drawer and thing.parent is not None:
                 self._parts.setdefault(thing.parent, []).append(thing)
         self._seen: dict[Pose, dict[str, ObjectVisibility]] = {}
-        """Cached results of `see` by pose and id. A change in the scene empties this cache and those below."""
+        """Cached results of `see`, by pose and id. A change in the scene empties all caches of this object."""
         self._boxes: dict[str, list[np.ndarray]] = {}
         """Cached corners of the boxes of whole things, by id."""
         self._outlines: LRUCache[tuple[Pose, str], _Outline] = LRUCache(MAX_CACHED_OUTLINES)
@@ -253,9 +249,9 @@ class Sight:
         self._extents.clear()
 
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
-        """Return the thing that a pixel's ray meets and the point (m) of the hit; glass stops the ray.
+        """Return the thing and the point (m) that a pixel's ray meets first; glass stops the ray.
 
-        The thing is None for structure without an id; both are None when the ray meets nothing.
+        The thing is None if the ray meets structure without an id. Both are None if it meets nothing.
         """
         rays = directions(agent, np.array([[x, y]]))
         hits = self._engine.cast(agent.eye, rays, through_glass=False)
@@ -266,7 +262,7 @@ class Sight:
         return thing, Vec3(*(float(value) for value in point))
 
     def ids_near_pixel(self, agent: Pose, x: int, y: int) -> tuple[str, ...]:
-        """Return the sorted ids of the things within 3 px of a pixel; a drawer adds its furniture."""
+        """Return the sorted ids of the things within 3 px of a pixel; with a drawer, its furniture is listed, too."""
         rays = directions(agent, pixels_near(x, y))
         hit = np.unique(self._engine.cast(agent.eye, rays, through_glass=False).things)
         met = [self._things[index] for index in hit if index >= 0]
@@ -285,9 +281,9 @@ class Sight:
         return pixels[hits.things == self._index[thing.id]]
 
     def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
-        """Return for unit directions (n, 3) from any eye whether (n,) a ray meets `thing` first.
+        """Return a mask (n,) of the rays from `eye` along unit directions (n, 3) that meet `thing` first.
 
-        The thing's own glass counts as the thing.
+        The thing's own glass counts as part of the thing.
         """
         if self._is_behind_walls(eye, thing):
             return np.zeros(len(rays), dtype=bool)
@@ -300,9 +296,9 @@ class Sight:
         return is_met
 
     def see(self, agent: Pose, things: list[Thing]) -> dict[str, ObjectVisibility]:
-        """Return what the camera sees of each thing, by id.
+        """Return what the camera sees of each thing: id -> visibility.
 
-        Rays pass through the glass of other things; the thing's own glass counts as visible.
+        Rays pass through the glass of other things; the thing's own glass counts as part of the thing.
         """
         if agent not in self._seen and len(self._seen) >= MAX_CACHED_POSES:
             self._seen.clear()
@@ -313,18 +309,17 @@ class Sight:
         return {thing.id: known[thing.id] for thing in things}
 
     def may_be_visible(self, agent: Pose, thing: Thing, min_px: int) -> bool:
-        """Return whether at least `min_px` pixels of a thing would be visible if nothing else hid it; this is
-        faster than `see`.
-        """
+        """Return whether at least `min_px` pixels of a thing would be visible if nothing else hid it. Faster than
+        `see`."""
         window = self._window_of(agent, thing)
         if window is None or window.most_px < min_px:
             return min_px <= 0
         return len(self._outline(agent, thing, window).rays) * window.stride**2 >= min_px
 
     def _see(self, agent: Pose, things: list[Thing]) -> dict[str, ObjectVisibility]:
-        """Return what the camera sees of each thing.
+        """Return what the camera sees of each thing, without a cache.
 
-        Rays are first cast at the thing alone; those that meet it are then cast into the whole scene.
+        Rays are first cast at the thing alone. Those rays that meet it are then cast into the whole scene.
         """
         found = {thing.id: NOT_VISIBLE for thing in things}
         for thing in things:
@@ -338,14 +333,12 @@ class Sight:
         return found
 
     def _window_of(self, agent: Pose, thing: Thing) -> PixelWindow | None:
-        """Return the window of pixels that a whole thing can cover; None if the thing is held, absent or outside
-        the frame.
-        """
+        """Return the window of pixels that a thing with its drawers can cover; None if held, absent or out of view."""
         is_there = thing.is_present and not thing.is_held
         return window_of(agent, self._boxes_of(thing)) if is_there else None
 
     def _outline(self, agent: Pose, thing: Thing, window: PixelWindow) -> _Outline:
-        """Return the outline of a thing through a window, cached."""
+        """Return the outline of a thing, found by rays through the pixels of a window. Outlines are cached."""
         if (agent, thing.id) not in self._outlines:
             rays = directions(agent, window.pixels())
             alone = self._alone(agent, thing, rays)
@@ -355,11 +348,12 @@ class Sight:
         return self._outlines[agent, thing.id]
 
     def _visible_rays(self, agent: Pose, thing: Thing, outline: _Outline) -> tuple[np.ndarray, np.ndarray]:
-        """Return whether (n,) each ray of an outline meets the thing first, and the roles (n,) of the part of the thing
-        that it meets.
+        """Return a mask (n,) of the outline's rays that meet the thing before anything else, and the roles (n,) of the
+        part met.
 
-        A thing without glass is left out of the cast, and its distances in the outline are compared with those of the
-        cast. A thing with glass is included in the cast, because rays pass through its panes to its parts behind them.
+        If the thing has no glass, rays are cast into the scene without the thing, and their distances are compared with
+        those in the outline. If it has glass, rays are cast into the whole scene, because they pass through its panes
+        to its parts behind.
         """
         whole = self._with_drawers(thing)
         has_glass = any(map(_has_glass, whole))
@@ -379,9 +373,9 @@ class Sight:
         return [thing, *(part for part in self._parts.get(thing.id, ()) if part.is_present)]
 
     def _boxes_of(self, thing: Thing) -> list[np.ndarray]:
-        """Return the corners (8, 3) of the boxes of a whole thing.
+        """Return the corners (8, 3) of the boxes of a thing and its drawers.
 
-        They are cached unless the thing is held, because a held thing often moves.
+        The corners are cached, except for a held thing, because it often moves.
         """
         if thing.is_held:
             return boxes_of(self._with_drawers(thing))
@@ -404,14 +398,13 @@ class Sight:
         return self._behind_walls[eye, thing.id]
 
     def _is_of(self, met: np.ndarray, thing: Thing) -> np.ndarray:
-        """Return for the things that n rays met, given as indices (n,), whether (n,) each is `thing` or one of its
-        drawers.
-        """
+        """Return a mask (n,) of the rays that met `thing` or one of its drawers; `met` (n,) are indices of the things
+        met."""
         own = [self._index[each.id] for each in self._with_drawers(thing)]
         return met == own[0] if len(own) == 1 else np.isin(met, own)
 
     def _alone(self, agent: Pose, thing: Thing, rays: np.ndarray) -> RayHits:
-        """Return the hits of rays on a thing and its drawers, as if they were alone."""
+        """Return the hits of rays on a thing and its drawers, as if nothing else were in the scene."""
         first, *rest = (
             self._engine.cast(agent.eye, rays, through_glass=False, only=each.id) for each in self._with_drawers(thing)
         )
@@ -432,11 +425,10 @@ def _has_glass(thing: Thing) -> bool:
 def _visibility_from_rays(
     thing: Thing, window: PixelWindow, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray
 ) -> ObjectVisibility:
-    """Return what the camera sees of a thing, from the n rays of its outline. `is_hit` (n,) says which of the rays meet
-    the thing first.
+    """Return what the camera sees of a thing. `is_hit` (n,) is True for the rays of its outline that meet it first.
 
-    The thing is strictly visible if at least 200 px and 25 % of its outline are visible, or if all of it is visible
-    inside the frame.
+    The thing is strictly visible if at least 200 px and 25 % of its outline are visible. It is also strictly visible if
+    its whole outline is inside the frame and visible.
     """
     seen, whole = int(is_hit.sum()), len(is_hit)
     visible_px = seen * window.stride**2
@@ -451,5 +443,5 @@ def _visibility_from_rays(
 
 
 def _count_bearing(roles: np.ndarray, bit: int) -> int:
-    """Return the number of hits on parts whose roles contain `bit`."""
+    """Return how many of the `roles` contain `bit`."""
     return int(np.count_nonzero(roles & bit))

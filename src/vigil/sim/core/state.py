@@ -1,4 +1,4 @@
-"""The changing part of a loaded scene: the agent, its hand, what changed, and where every solid is now."""
+"""The changing part of a loaded scene: the agent, its hand, which things changed, and where every solid is now."""
 
 from dataclasses import dataclass, field
 from operator import attrgetter
@@ -15,16 +15,16 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.core.motion import CollisionMap
 
 HAND_AHEAD_M = 0.4
-"""Distance of a held object's reported position ahead of the eye."""
+"""A held object's reported position is this far (m) ahead of the eye."""
 HAND_DROP_M = 0.45
-"""Distance of a held object's reported position below the eye."""
+"""A held object's reported position is this far (m) below the eye."""
 ROUNDED_DECIMALS = 9
-"""Decimals of the positions (m) and angles (deg) of things that are carried along.
+"""Number of decimals to which positions (m) and angles (deg) of things that are moved along are rounded.
 
 This rounding is far finer than any check needs, and far coarser than floating-point errors.
 """
 AGENT = "agent"
-"""Id of the agent's body in lists of solids."""
+"""Id that stands for the agent's body in lists of solids."""
 MUTABLE_FIELDS = (
     *("position", "rotation", "parent", "parent_joint", "surface"),
     *("openness", "is_toggled", "is_broken", "is_held", "from_hand", "is_present"),
@@ -65,10 +65,9 @@ class SceneState:
         self._prisms.pop(thing.id, None)
 
     def flush(self) -> set[str]:
-        """Return the ids of the things that differ from their state at the last call of `flush`, and update the
-        collision map.
+        """Update the collision map; return the ids of the things that differ from their state at the last `flush`.
 
-        If a reset restores a thing and the setup then changes it back to the same state, the thing is not listed.
+        A thing that changed and changed back since then is not listed.
         """
         now = {thing_id: _mutable_state(self.scene.things[thing_id]) for thing_id in self.changed}
         ids = {thing_id for thing_id, facts in now.items() if facts != self._last_flushed[thing_id]}
@@ -105,7 +104,7 @@ class SceneState:
         return Prism(circle + np.array([x, z]), y + BODY_LOW_M, y + BODY_HIGH_M)
 
     def move(self, thing: Thing, position: Vec3, rotation: Vec3) -> list[Thing]:
-        """Move a thing with everything that rests on it; return the moved things, `thing` first."""
+        """Move a thing and everything that rests on it; return all these things, `thing` first."""
         before = place_of(thing)
         after = Motion(rotation_matrix(rotation), np.array(position))
         thing.position, thing.rotation = position, rotation
@@ -115,7 +114,7 @@ class SceneState:
     def shift(self, things: list[Thing], motion: Motion) -> list[Thing]:
         """Move things by a rigid motion and return them.
 
-        Positions are rounded, so that moving a thing away and back restores its place exactly.
+        Positions are rounded, so that moving a thing away and back restores its position exactly.
         """
         is_turned = not np.allclose(motion.turn, np.eye(3), atol=1e-12)
         for thing in things:
@@ -126,7 +125,7 @@ class SceneState:
         return things
 
     def take(self, thing: Thing) -> list[Thing]:
-        """Put a thing with everything that rests on it into the hand; return the things taken, `thing` first."""
+        """Put a thing and everything that rests on it into the hand; return all these things, `thing` first."""
         stack = [thing, *contents(self.scene, thing.id)]
         thing.parent = thing.surface = thing.parent_joint = None
         for each in stack:
@@ -156,7 +155,7 @@ class SceneState:
         return stack
 
     def move_held(self) -> None:
-        """Move the held thing to the hand's present position; its yaw does not change."""
+        """Move the held thing to the present position of the hand; the thing's yaw does not change."""
         if self.held is None:
             return
         hand = self._hand()

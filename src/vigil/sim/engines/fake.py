@@ -1,8 +1,8 @@
-"""FakeEngine: an engine without a 3-D library. It casts rays against boxes in numpy and draws flat-coloured frames.
+"""FakeEngine: an engine without a 3-D library. It casts rays at boxes in numpy and draws flat-coloured frames.
 
-Every connected piece of a mesh is replaced by its bounding box, which moves with the piece's joint. A ray meets a box
-with a support surface inside (a bowl, an open fridge) at the box's far side, so that the things in it are visible. The
-engine is coarse, but fast enough for tests, and exact enough to try solvers, budgets and goals without a renderer.
+Every connected piece of a mesh is replaced by its bounding box, which moves with the piece's joint. If a box has a
+support surface inside (a bowl, an open fridge), rays meet only its far side, so that the things inside are visible. The
+engine is fast enough for tests, and exact enough to try solvers, budgets and goals without a renderer.
 """
 
 import math
@@ -29,18 +29,20 @@ from vigil.sim.core.views import rays_of
 from vigil.sim.scene_editor import NOTHING, CameraImage, CameraView, Layer
 
 CHUNK_RAYS = 400
-"""Greatest number of rays that are tested against the boxes in one numpy call."""
+"""Greatest number of rays that are tested together against the boxes."""
 CONE_STEPS = 3.0
-"""Number of cells from 0 to 1 into which each coordinate of ray directions is divided. The rays of a cell can meet
-only few boxes."""
+"""Rays are grouped by direction: each coordinate (0 to 1) of a direction is divided into this many steps.
+
+The rays of one group can meet only few boxes, which saves tests.
+"""
 DRAW_STRIDE, LOOK_STRIDE = 16, 8
 """Width and height (pixels) of the block that one ray colours, in the agent's frame and in a camera's image."""
 WELD_M = 1e-4
-"""Distance (m) below which vertices of a mesh count as the same."""
+"""Vertices of a mesh that are closer than this (m) count as one vertex."""
 MAX_PIECES = 40
-"""Number of connected pieces above which a mesh counts as one box."""
+"""A mesh with more connected pieces than this becomes a single box."""
 THIN_M = 0.002
-"""Thickness (m) of flat boxes."""
+"""Thickness (m) that is given to flat boxes."""
 _FLOOR, _CEILING, _WALL, _SKY = (0.55, 0.45, 0.35), (0.92, 0.92, 0.9), (0.8, 0.78, 0.72), (0.6, 0.75, 0.9)
 
 
@@ -58,11 +60,11 @@ class BoxPiece:
     """Bits BEARS_OPEN and BEARS_TOGGLE of the box."""
     is_glass: bool
     shown: str
-    """State of the asset in which the box is visible: "always", "on", "off" or "broken"."""
+    """When the box is visible: "always", or while the asset is "on", "off" or "broken"."""
     holds_open: bool
-    """Whether a surface inside the box can be reached at any time."""
+    """Whether the box has a surface inside that can be reached at any time."""
     holds_shut: bool
-    """Whether a surface inside the box can be reached only while the asset is open."""
+    """Whether the box has a surface inside that can be reached only while the asset is open."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +83,7 @@ class _Boxes:
 
 @lru_cache(maxsize=8192)
 def pieces_of(asset: Asset) -> tuple[BoxPiece, ...]:
-    """Return the boxes of an asset's connected mesh pieces."""
+    """Return one box for each connected piece of the asset's meshes; a box around a pane is cut into bars."""
     return tuple(
         BoxPiece(
             low - THIN_M / 2,
@@ -107,7 +109,7 @@ def _panes(asset: Asset, joint: str | None) -> list[tuple[np.ndarray, np.ndarray
 def _around_panes(
     boxes: list[tuple[np.ndarray, np.ndarray]], panes: list[tuple[np.ndarray, np.ndarray]]
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the boxes. A box that frames a pane is cut into the four bars around the pane (in the x, y plane)."""
+    """Return the boxes, but replace each box that frames a pane by four bars around the pane (in the x, y plane)."""
     for pane_low, pane_high in panes:
         cut: list[tuple[np.ndarray, np.ndarray]] = []
         for low, high in boxes:
@@ -174,7 +176,7 @@ class FakeEngine:
         self._all = None
 
     def prepare(self, scene: Scene) -> None:
-        """Do nothing: the boxes of assets are cached anyway."""
+        """Do nothing, because the boxes of assets are cached anyway."""
 
     def update(self, scene: Scene, ids: set[str]) -> None:
         """Copy the present positions and states of the things with these ids."""
@@ -193,9 +195,7 @@ class FakeEngine:
         without: Sequence[str] = (),
         within_m: float = math.inf,
     ) -> RayHits:
-        """Return the first hits of rays along unit `directions` (n, 3), as described at `Engine.cast`; `within_m`
-        is ignored.
-        """
+        """Return what rays along unit `directions` (n, 3) hit first, as `Engine.cast` describes; ignore `within_m`."""
         del within_m
         row, distance = self._meet(origin, directions, through_glass, only, without)
         boxes, _, _ = self._joined()
@@ -238,9 +238,7 @@ class FakeEngine:
         )
 
     def _colours(self, row: np.ndarray, distance: np.ndarray) -> np.ndarray:
-        """Return the colours (n, 3) uint8 that n rays see; `row` is the box that each ray met, `distance` its
-        distance (m).
-        """
+        """Return the colours (n, 3) uint8 that n rays see; `row` is the number of the box that each ray met."""
         boxes, _, _ = self._joined()
         owner = np.where(row >= 0, boxes.thing[row], -1)
         tints = np.concatenate([*(_colour(thing) for thing in self._things), np.zeros((1, 3))])
@@ -260,7 +258,7 @@ class FakeEngine:
         self._things, self._rows, self._shell, self._all = [], [], None, None
 
     def _joined(self) -> tuple[_Boxes, np.ndarray, np.ndarray]:
-        """Return all n boxes with the middles (n, 3) and radii (n,) of their bounding spheres, cached."""
+        """Return all n boxes, and the middles (n, 3) and radii (n,) of their bounding spheres. The result is cached."""
         if self._all is None:
             rows = [row for row in (self._shell, *self._rows) if row is not None]
             boxes = _Boxes(*(np.concatenate([getattr(row, name) for row in rows]) for name in _Boxes.__slots__))
@@ -276,7 +274,7 @@ class FakeEngine:
         only: str | None = None,
         without: Sequence[str] = (),
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the row (n,) of the box that each of rays (n, 3) meets first, -1 for none, and its distance (n,)."""
+        """Return the number (n,) of the box that each of rays (n, 3) meets first (-1: none), and the distance (n,)."""
         boxes, middle, radius = self._joined()
         use = np.ones(len(radius), dtype=bool)
         if through_glass:
@@ -301,7 +299,7 @@ class FakeEngine:
 
 
 def _cones(rays: np.ndarray) -> list[np.ndarray]:
-    """Return the indices of rays (n, 3) in groups of at most `CHUNK_RAYS` with similar directions."""
+    """Return the indices of rays (n, 3) in groups; a group has similar directions and at most `CHUNK_RAYS` rays."""
     if len(rays) < CHUNK_RAYS:
         return [np.arange(len(rays))] if len(rays) else []
     steps = np.floor((rays + 1.0) * CONE_STEPS).astype(np.int64)

@@ -1,1 +1,1 @@
-"""Pictures of assets, single things and houses for people, who can judge from them whether things look right."""
+"""Pictures of assets, single things and houses, with which people can judge whether these look right."""

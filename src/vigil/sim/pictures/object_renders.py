@@ -1,6 +1,5 @@
-"""Portraits: pictures of single things as an agent would see them, to judge whether people recognise a thing and
-its state.
-"""
+"""Portraits: pictures of single things as an agent sees them. With them, people judge whether a thing and its state can
+be recognised."""
 
 import zlib
 from dataclasses import dataclass
@@ -25,13 +24,13 @@ STEEPEST_DOWN_DEG, STEEPEST_UP_DEG = 48.0, 30.0
 SIDEWAYS_DEG = 25.0
 _STEP_M, _REACH_M = 0.01, 9.0
 CELL_PX = (192, 144)
-"""Width and height (pixels) of one picture of a contact sheet; it is cut from the middle of the frame."""
+"""Width and height (pixels) of one picture in a contact sheet; it shows the middle of a frame."""
 COLUMNS, LINE_PX = 8, 16
 
 
 @dataclass(frozen=True, slots=True)
 class CameraPlacement:
-    """Pose of the camera in a portrait, and where the subject appears in the frame."""
+    """The camera's pose in a portrait, and where the thing's box is in the frame."""
 
     agent: Pose
     distance_m: float
@@ -41,7 +40,7 @@ class CameraPlacement:
 
     @property
     def span_px(self) -> float:
-        """Longer side (pixels) of the thing's box in the frame."""
+        """Length (pixels) of the longer side of the thing's box in the frame."""
         left, top, right, bottom = self.box_px
         return max(right - left, bottom - top)
 
@@ -49,15 +48,15 @@ class CameraPlacement:
 def render_object(
     subject: SceneSubject, seed: int, distance_m: float | None = None, quality: Quality = "default"
 ) -> np.ndarray:
-    """Return the frame (480, 640, 3) that shows a subject at a typical place for its category.
+    """Return a frame (480, 640, 3) that shows a subject at a typical place for its category.
 
-    The distance is `distance_m` or, by default, the one between 0.3 and 1.5 m at which the subject spans `SPAN_PX`.
+    The camera's distance is `distance_m`. By default it is between 0.3 and 1.5 m, where the subject is `SPAN_PX` large.
     """
     return render_with_placement(subject, seed, distance_m, quality)[0]
 
 
 def stage_subject(subject: SceneSubject, seed: int, distance_m: float | None) -> tuple[Scene, CameraPlacement]:
-    """Return the room of a subject's portrait, and the placement of the camera. Raises ValueError as `view_of` does."""
+    """Return the scene of a subject's portrait, and the camera's placement. Raises ValueError like `view_of`."""
     rng = np.random.default_rng([seed, subject.variant, zlib.crc32(subject.category.encode())])
     scene = staged_scene(subject, rng)
     return scene, view_of(scene.things[SUBJECT], float(rng.uniform(-SIDEWAYS_DEG, SIDEWAYS_DEG)), distance_m)
@@ -77,8 +76,10 @@ def render_with_placement(
 
 
 def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) -> CameraPlacement:
-    """Return the placement of a camera that looks at the middle of a thing that faces +z, from `sideways_deg` to
-    the side of its front.
+    """Return the placement of a camera that looks at the middle of a thing that faces +z.
+
+    The camera is `sideways_deg` off the thing's front. Raises ValueError if the whole thing is not visible from
+    anywhere.
     """
     half = np.array(thing.asset.size) / 2
     place = place_of(thing)
@@ -92,13 +93,13 @@ def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) 
         view = CameraPlacement(agent, near, _bounds(project(agent, corners)))
         if distance_m is not None or view.span_px <= SPAN_PX or near >= FARTHEST_M:
             return view
-    raise ValueError(f"{thing.category} of size {thing.asset.size} is seen whole from nowhere in the room.")
+    raise ValueError(
+        f"There is no place in the room from which a whole {thing.category} of size {thing.asset.size} is in view."
+    )
 
 
 def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:
-    """Return left, top, right and bottom (pixels) of projected points (n, 3); infinite bounds when a point is
-    behind the eye.
-    """
+    """Return left, top, right and bottom (pixels) of projected points (n, 3); infinite if a point is behind the eye."""
     if (flat[:, 2] <= 0).any():
         return -np.inf, -np.inf, np.inf, np.inf
     (left, top), (right, bottom) = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
@@ -106,9 +107,8 @@ def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:
 
 
 def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
-    """Return the pose that looks at `middle` from `reach` metres away, from standing height if that view is not too
-    steep.
-    """
+    """Return a pose that looks at `middle` from `reach` metres away, at standing height unless it would look too
+    steeply."""
     steepest = np.sin(np.radians([-STEEPEST_UP_DEG, STEEPEST_DOWN_DEG]))
     sine = float(np.clip((EYE_HEIGHT_M - middle[1]) / reach, *steepest))
     level, yaw = reach * np.sqrt(1.0 - sine**2), np.radians(sideways_deg)
@@ -121,9 +121,7 @@ def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
 
 
 def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | None = None) -> list[Path]:
-    """Write contact sheets that show every category's variants and states, with names; return the paths of the
-    sheets.
-    """
+    """Write contact sheets with pictures of every category's variants and states; return the paths of the sheets."""
     folder.mkdir(parents=True, exist_ok=True)
     subjects = iter(catalogue(variants))
     paths: list[Path] = []
@@ -135,9 +133,7 @@ def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | No
 
 
 def catalogue(variants: int) -> list[SceneSubject]:
-    """Return subjects for every category: the first variant in each of its states, each further variant in one
-    state, by turns.
-    """
+    """Return subjects of every category: the first variant in all its states, the others in one state each."""
     subjects = []
     for name in sorted(CATALOG):
         for variant in range(variants):
@@ -153,7 +149,7 @@ def label_of(subject: SceneSubject) -> str:
 
 
 def contact_sheet(pictures: list[np.ndarray], labels: list[str]) -> Image.Image:
-    """Return one picture with the middles of `pictures` in rows, each with its label under it."""
+    """Return one picture with rows of `pictures` (the middle of each), each with its label below."""
     width, height = CELL_PX
     rows = -(-len(pictures) // COLUMNS)
     sheet = Image.new("RGB", (COLUMNS * width, rows * (height + LINE_PX)), "white")

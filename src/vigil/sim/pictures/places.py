@@ -1,9 +1,9 @@
-"""Where a thing stands in the room of an exhibit, and what stands with it: the place that the catalogue gives as
-likeliest.
+"""Where a thing is placed in the room of an exhibit, and which other things are shown with it. The catalogue says which
+place is the likeliest for a category.
 
-Floor things stand on the floor against a wall. A thing that rests on another (its host) is shown with the host, and the
-host with its own host: a faucet on the rim of a basin on a counter, a towel over its rail, a burner on a stove. Other
-things hang on the wall or from the ceiling. Curtains and blinds hang in front of a window.
+Some things stand on the floor, mostly against a wall. Some rest on another thing (the host), which is shown with them
+and may have a host itself: a faucet on the rim of a basin on a counter, a towel over its rail, a burner on a stove.
+Other things hang on the wall or from the ceiling. Curtains and blinds hang in front of a window.
 """
 
 import numpy as np
@@ -15,33 +15,33 @@ from vigil.base.geometry import Vec3
 from vigil.scene.things import Thing
 
 MIDDLE_M, HEIGHT_M = 3.5, 2.6
-"""Position x (m) along the wall z = 0 at which things stand, and height (m) of the room."""
+"""x (m) at which things are placed along the wall z = 0, and height (m) of the room."""
 OPENINGS = frozenset({"Doorway", "Doorframe", "Window"})
 CARRIERS = frozenset(
     {"CounterTop", "DiningTable", "CoffeeTable", "SideTable", "Desk", "Dresser", "TVStand", "Bed", "Toilet"}
 )
-"""Categories of hosts that carry things on their tops."""
+"""Categories of hosts with things on their tops."""
 RAILS = {"TowelHolder": 0.5, "HandTowelHolder": 0.05}
-"""Category of a host over which towels hang -> height of its bar, as a share of the host's height."""
+"""Category of a host over which towels hang -> height of its bar as a share of its whole height."""
 HOSTS = CARRIERS | RAILS.keys() | {"Sink", "Stove"}
 COMPANIONS = {"Sink": "Faucet", "ShowerHead": "Bathtub", "Blinds": "Window", "Curtains": "Window"}
-"""Category -> category of a thing that is shown with it, although neither rests on the other."""
+"""Category -> category of another thing that is shown with it, although neither carries the other."""
 FREE_STANDING = frozenset({"Rug", "CoffeeTable", "DiningTable", "Chair", "Stool", "Ottoman", "Footstool", "DogBed"})
 LENGTHWISE = 1.2
-"""Ratio of depth to width from which a thing that can be carried is turned by its side to the viewer, because its
-end would not show what it is."""
+"""A thing that can be carried shows its side to the viewer if it is at least this many times as deep as wide. Its end
+would not show what it is."""
 FREE_STANDING_Z_M, CEILING_Z_M, WALL_GAP_M, EDGE_M = 1.2, 1.3, 0.015, 0.05
 FREE_YAW_DEG, LYING_YAW_DEG = 25.0, 30.0
 USUAL_MIDDLE_M = 1.4
-"""Height (m) of the middle of things that hang on a wall, unless their category has another height."""
+"""Height (m) of the middle of a thing on a wall, unless its category has another height."""
 _MIDDLES = {"LightSwitch": 1.1, "ToiletPaperHanger": 0.75, "Shelf": 1.2, "HandTowelHolder": 1.2, "TowelHolder": 1.2}
 _MIDDLES |= {"Window": 1.45}
 _TOPS = {"Curtains": 2.35, "ShowerHead": 2.1, "Blinds": 2.05}
 KNOB_SHARE, KNOB_ASIDE = 0.91, 0.1
-"""Place of a further knob, which fits between a stove's knobs: its height as a share of the stove's height, and its
-offset from the stove's middle as a share of the stove's width."""
+"""Place of one more knob between a stove's knobs: height as a share of the stove's height, and distance from the
+stove's middle as a share of the stove's width."""
 BURNER_AT = (-0.255, 0.268)
-"""Middle (x, z) of a stove's large front plate relative to the hob's middle, as shares of the hob's sides."""
+"""Middle (x, z) of a stove's large front plate, measured from the hob's middle in shares of the hob's sides."""
 ROD_M, CLOTH_M = 0.013, 0.004
 """Radius (m) of a rail's rod, and thickness (m) of a towel on it."""
 _WINDOW_WIDE, _WINDOW_HIGH, _WINDOW_HIGHEST_M, _WINDOW_DEEP_M = 0.8, 0.85, 1.1, 0.09
@@ -49,8 +49,9 @@ _LINTEL_M, _BEFORE_WINDOW_M = 0.08, 0.05
 
 
 def place(thing: Thing, rng: np.random.Generator) -> list[Thing]:
-    """Put an object at its typical place in the middle of the wall z = 0; return its hosts, the one that carries it
-    first.
+    """Put a thing at its typical place in the middle of the wall z = 0.
+
+    Return the thing's host, then the host's own host, and so on; empty if the thing has no host.
     """
     where = host_of(thing.category)
     if where in (FLOOR, WALL, CEILING):
@@ -67,7 +68,7 @@ def place(thing: Thing, rng: np.random.Generator) -> list[Thing]:
 
 
 def companions(thing: Thing, rng: np.random.Generator) -> list[Thing]:
-    """Return the things that are shown together with a placed thing, but do not carry that thing."""
+    """Return the things that are shown together with a placed thing but do not carry it."""
     category = COMPANIONS.get(thing.category)
     if category is None:
         return []
@@ -82,15 +83,13 @@ def companions(thing: Thing, rng: np.random.Generator) -> list[Thing]:
 
 
 def host_of(category: str) -> str:
-    """Return the likeliest of a category's places that exhibits support: a host, "Floor", "Wall" or "Ceiling"."""
+    """Return the likeliest place of a category: the category of its host, or "Floor", "Wall" or "Ceiling"."""
     known = HOSTS | {FLOOR, WALL, CEILING}
     return next((place for place in CATALOG[category].rests_on if place in known), FLOOR)
 
 
 def _usual(category: str, rng: np.random.Generator) -> Thing:
-    """Return a thing of a category in any variant, at the category's usual size; the thing's id is the category's
-    name.
-    """
+    """Return a thing of a category in a random variant and the category's usual size; its id is the category's name."""
     asset = make(category, CATALOG[category].typical_size, int(rng.integers(1000)))
     return Thing(category, category, asset, Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0))
 
@@ -122,7 +121,7 @@ def _middle(thing: Thing) -> float:
 
 
 def _onto(thing: Thing, host: Thing, rng: np.random.Generator) -> None:
-    """Put an object on or over a host that is already placed."""
+    """Put a thing on or over its host, which is already placed."""
     if host.category in RAILS:
         thing.position = _over_bar(thing.asset, host)
     elif host.category == "Stove" and thing.category == "StoveKnob":
@@ -142,25 +141,21 @@ def _onto(thing: Thing, host: Thing, rng: np.random.Generator) -> None:
 
 
 def _on_surface(asset: Asset, host: Thing, surface: Surface, aside: float, forward: float) -> Vec3:
-    """Return the position of the middle of an asset on a host's surface, `aside` and `forward` from the surface's
-    middle.
-    """
+    """Return the position of an asset on a host's surface, `aside` and `forward` metres from the surface's middle."""
     x, y, z = np.array(host.position) + np.array(surface.center)
     return Vec3(float(x) + aside, float(y) + asset.size.y / 2, float(z) + forward)
 
 
 def _top(asset: Asset, height: float) -> Surface:
-    """Return the highest surface of an asset (of equal ones the largest) that has room for `height` and is not shut
-    in.
-    """
+    """Return the highest surface (the largest of several) with a free height above `height` and not behind a door."""
     free = [surface for surface in asset.surfaces if not surface.needs_opening and surface.clearance > height]
     return max(free, key=lambda surface: (round(surface.center.y, 1), surface.size_x * surface.size_z))
 
 
 def _over_bar(towel: Asset, rail: Thing) -> Vec3:
-    """Return the position of the middle of a towel that hangs over a rail's bar.
+    """Return the position of a towel that hangs over a rail's bar.
 
-    The bar is at the rail's front, between the towel's halves.
+    The bar is at the rail's front, between the two halves of the towel.
     """
     size = rail.asset.size
     bar = rail.position.y + (RAILS[rail.category] - 0.5) * size.y
@@ -174,16 +169,14 @@ def _at_front(knob: Asset, stove: Thing) -> Vec3:
 
 
 def _front_of(asset: Asset, share: float) -> float:
-    """Return how far to the front (z, asset's frame) an asset's body reaches at a share of its height."""
+    """Return how far forward (z, asset's frame) an asset reaches at a height (a share of the asset's height)."""
     height = (share - 0.5) * asset.size.y
     reach = [solid.polygon for solid in asset.solids if solid.bottom <= height <= solid.top]
     return max((z for polygon in reach for _, z in polygon), default=asset.size.z / 2)
 
 
 def _yaw(thing: Thing, up_to_deg: float, rng: np.random.Generator) -> float:
-    """Return the yaw of a thing that faces the viewer: turned a little, or by its side to the viewer when it is
-    long.
-    """
+    """Return a random yaw of at most `up_to_deg`, so that a thing faces the viewer; a long thing gets a larger yaw."""
     size, sign = thing.asset.size, float(rng.choice([-1.0, 1.0]))
     if CATALOG[thing.category].is_pickupable and size.z > LENGTHWISE * size.x:
         return sign * float(rng.uniform(40.0, 75.0))
@@ -191,7 +184,7 @@ def _yaw(thing: Thing, up_to_deg: float, rng: np.random.Generator) -> float:
 
 
 def _window_behind(thing: Thing, rng: np.random.Generator) -> Thing:
-    """Return a window behind a thing that hangs in front of a window, and move that thing off the wall."""
+    """Return a window for a thing that hangs in front of a window, and move the thing away from the wall."""
     size = thing.asset.size
     width, height = _WINDOW_WIDE * size.x, min(_WINDOW_HIGHEST_M, _WINDOW_HIGH * size.y)
     asset = make("Window", Vec3(width, height, _WINDOW_DEEP_M), int(rng.integers(1000)))

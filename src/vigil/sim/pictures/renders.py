@@ -18,14 +18,14 @@ from vigil.sim.engines.mujoco.compiled.model import build
 STAGE_FOVY_DEG = 32.0
 BIRD_FOVY_DEG = 40.0
 BIRD_MARGIN = 1.06
-"""Ratio of the side of the area that a picture from above shows to the house's own extent."""
+"""A picture from above shows an area whose sides are this many times as long as the house's."""
 _PAPER = MaterialRef(name="plastic/#c3c6c8")
 
 
 def render_asset(
     asset: Asset, *, openness: float = 0.0, is_toggled: bool = False, yaw: float = 30.0, pitch: float = 22.0
 ) -> np.ndarray:
-    """Return a picture (480, 640, 3) of one asset, seen from `yaw` degrees off its front and `pitch` degrees above."""
+    """Return a picture (480, 640, 3) of one asset, seen from `yaw` degrees off its front and `pitch` degrees up."""
     size = np.array(asset.size, dtype=float)
     radius = float(np.linalg.norm(size)) / 2
     thing = Thing(
@@ -41,9 +41,9 @@ def render_asset(
 
 
 def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
-    """Return a picture (480, width, 3) of a house from above, without its ceilings; +z of THOR's frame is up.
+    """Return a picture (480, width, 3) of a house from above, without ceilings; +z of THOR's frame points up.
 
-    The width follows from the house's shape; it is at most 640.
+    The width depends on the house's shape; it is at most 640.
     """
     corners = np.concatenate([room.polygon for room in scene.rooms])
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -58,7 +58,7 @@ def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _FreeCamera:
-    """A camera anywhere, in MuJoCo's frame."""
+    """A camera at any place, in MuJoCo's frame."""
 
     eye: np.ndarray
     back: np.ndarray
@@ -68,7 +68,7 @@ class _FreeCamera:
 
     @property
     def axes(self) -> np.ndarray:
-        """Return the camera's axes right, up and backward as columns."""
+        """Return a matrix whose columns are the camera's axes right, up and backward."""
         right = np.cross([0.0, 0.0, 1.0], self.back)
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(self.back, right), self.back], axis=1)
@@ -86,9 +86,7 @@ def _picture(scene: Scene, view: _FreeCamera, quality: Quality) -> np.ndarray:
 
 
 def _direction(yaw: float, pitch: float) -> np.ndarray:
-    """Return the unit vector (THOR's frame) towards an eye that is `yaw` degrees off the front and `pitch` degrees
-    above the horizon.
-    """
+    """Return the unit vector (THOR's frame) towards an eye `yaw` degrees off the front and `pitch` degrees up."""
     level = np.cos(np.radians(pitch))
     return np.array([level * np.sin(np.radians(yaw)), np.sin(np.radians(pitch)), level * np.cos(np.radians(yaw))])
 

@@ -1,6 +1,7 @@
-"""Exhibits: scenes with one thing at its typical place in a plain room, built by code without a house document.
+"""Exhibits: scenes that show one thing at its typical place in a plain room. They are built by code, without a house
+document.
 
-`vigil.sim.pictures.places` decides where the thing stands and what is shown with it.
+`vigil.sim.pictures.places` decides where the thing is placed and what is shown with it.
 """
 
 from collections.abc import Sequence
@@ -30,12 +31,12 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class SceneSubject:
-    """The thing that a picture shows: a category in a variant and state."""
+    """The thing that a picture shows, given as a category, a variant and a state."""
 
     category: str
     variant: int
     state: State | None = None
-    """State in which the thing is shown; None for things that can be neither opened nor switched."""
+    """State in which the thing is shown; None for a thing that can be neither opened nor switched."""
 
     @property
     def asset(self) -> Asset:
@@ -44,7 +45,7 @@ class SceneSubject:
 
 
 def states_of(asset: Asset) -> tuple[State | None, ...]:
-    """Return the states in which an asset can be shown; (None,) when it has only one."""
+    """Return the states in which an asset can be shown; (None,) if it has only one state."""
     row = CATALOG[asset.category]
     moves: tuple[State, ...] = ("closed", "open") if row.is_openable and asset.can_open else ()
     switches: tuple[State, ...] = ("off", "on") if row.is_toggleable else ()
@@ -52,7 +53,7 @@ def states_of(asset: Asset) -> tuple[State | None, ...]:
 
 
 def staged_scene(subject: SceneSubject, rng: np.random.Generator) -> Scene:
-    """Return a room in which the subject stands; its thing has the id `SUBJECT`."""
+    """Return a room with the subject in it; the subject's thing has the id `SUBJECT`."""
     thing = _subject(subject)
     things = [thing, *place(thing, rng), *companions(thing, rng)]
     holes = [_hole_of(each) for each in things if each.is_structure]
@@ -105,7 +106,7 @@ def _shape(name: str, kind: str, low: float, high: float, floor: MaterialRef) ->
 
 
 def _walls(room: RoomShape, paint: MaterialRef, holes: tuple[Hole, ...]) -> list[WallPanel]:
-    """Return a room's four walls. The holes are in the wall at z = 0, which starts at x = 0."""
+    """Return a room's four walls. All holes are in the wall at z = 0, and are measured from x = 0."""
     low, high = float(room.polygon[0, 1]), float(room.polygon[2, 1])
     sides = [
         ((0.0, low), (WIDTH_M, low), (0.0, 1.0)),

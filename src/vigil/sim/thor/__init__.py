@@ -1,1 +1,1 @@
-"""AI2-THOR as a backend, through AI2-THOR's own client: requirements, a guarded connection and the simulator."""
+"""AI2-THOR as a backend that uses AI2-THOR's own client: requirements, a guarded connection and the simulator."""

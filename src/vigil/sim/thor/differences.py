@@ -1,7 +1,6 @@
 """Known differences between the AI2-THOR backend and the embedded simulator, with their reasons.
 
-The docs show this list, and `vigil compare-backends` counts a difference as explained only if it is of a kind listed
-here.
+The docs show this list. `vigil compare-backends` counts a difference as explained only if this list has its kind.
 """
 
 from dataclasses import dataclass
@@ -9,15 +8,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A known difference of the AI2-THOR backend from the embedded simulator."""
+    """A known way in which the AI2-THOR backend differs from the embedded simulator."""
 
     what: str
     """How the AI2-THOR backend behaves."""
     why: str
     kinds: tuple[str, ...] = ()
-    """Kinds of differences in a comparison of backends that this difference explains."""
+    """Kinds of differences, in a comparison of backends, that this entry explains."""
     checks: tuple[str, ...] = ()
-    """Names of the conformance checks that fail because of it."""
+    """Names of the conformance checks that fail because of this difference."""
 
 
 DIFFERENCES: tuple[Difference, ...] = (

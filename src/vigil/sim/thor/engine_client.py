@@ -1,7 +1,7 @@
-"""The protocol of a client of AI2-THOR's engine: it sends actions and returns events.
+"""The protocol of a client of AI2-THOR's engine: a client sends actions and returns events.
 
-`vigil.sim.thor.guarded_client.GuardedClient` implements it with AI2-THOR's client; tests use a client that calls an
-engine in the same process.
+`vigil.sim.thor.guarded_client.GuardedClient` implements it on top of AI2-THOR's client. Tests use a client that calls
+an engine in the same process.
 """
 
 # pyright: reportReturnType=false
@@ -20,9 +20,9 @@ class Event(Protocol):
     depth_frame: np.ndarray | None
     """Depth (height, width) float32 in metres along the camera's axis; None when not requested."""
     instance_segmentation_frame: np.ndarray | None
-    """Colour of the object that each pixel shows (height, width, 3 or 4) uint8; None when not requested."""
+    """Colour (height, width, 3 or 4) uint8 that stands for the object at each pixel; None when not requested."""
     color_to_object_id: dict[tuple[int, ...], str]
-    """Object id for each colour of the segmentation."""
+    """Colour in the segmentation -> id of its object."""
 
 
 class EngineClient(Protocol):
@@ -33,12 +33,12 @@ class EngineClient(Protocol):
         """Whether the engine was closed or has failed."""
 
     def open(self, house: dict[str, Any]) -> None:
-        """Let the engine build a house, replacing any earlier one. Raises SimulatorError."""
+        """Make the engine build a house, replacing any earlier one. Raises SimulatorError."""
 
     def step(self, action: str, **arguments: Any) -> Event:
-        """Return the event after an action, also after a refused action.
+        """Return the event after an action, even if the action was refused.
 
-        Raises SimulatorError; the client is then over.
+        Raises SimulatorError; after that, the client cannot be used any more.
         """
 
     def close(self) -> None:

@@ -14,10 +14,10 @@ from vigil.sim.thor.segmented_frame import SegmentedFrame
 REST_STEP_S = 0.02
 """Time step (s) of the physics while objects come to rest."""
 REST_EACH_S = 0.1
-"""Simulated time (s) that passes in one request while objects come to rest."""
+"""Simulated time (s) that passes with each request while objects come to rest."""
 MAX_REST_STEPS = 50
-"""Greatest number of requests while objects come to rest. If an object still moves after them, its place at that
-moment counts."""
+"""Greatest number of requests while objects come to rest. An object that still moves then is recorded where it is at
+that moment."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,13 +27,13 @@ class ActionOutcome:
     is_done: bool
     """Whether THOR carried the action out."""
     message: str = ""
-    """THOR's reason when it did not carry the action out."""
+    """Reason that THOR gave if it did not carry the action out."""
     returned: Any = None
     """Value that the action returned."""
 
 
 class EngineSession:
-    """A session: one engine with a house, and the scene as of the engine's last answer."""
+    """A session with one engine and one house; its scene is as the engine's last answer said."""
 
     def __init__(self, client: EngineClient, scene_sync: SceneSync) -> None:
         self._client = client
@@ -41,12 +41,12 @@ class EngineSession:
         self._segmented_frame: SegmentedFrame | None = None
         self._frame: np.ndarray | None = None
         self._masks_need_frame = False
-        """Whether this engine draws masks only together with a frame, as Unity does."""
+        """Whether this engine, like Unity, draws masks only together with a frame."""
         self._frame_was_asked = False
-        """Whether `frame` was called since the last segmentation, so that the next frame is likely to be needed."""
+        """Whether `frame` was called since the last segmentation; if so, the next frame is likely to be needed, too."""
 
     def do(self, action: str, **arguments: Any) -> ActionOutcome:
-        """Send an action that may change something, without a frame; return its outcome. Raises SimulatorError."""
+        """Send an action that may change the world, and request no frame; return its outcome. Raises SimulatorError."""
         self._segmented_frame = self._frame = None
         event = self._client.step(action, **arguments, renderImage=False)
         self.scene_sync.update(event.metadata)
@@ -57,9 +57,7 @@ class EngineSession:
         return _outcome(self._client.step(action, **arguments, renderImage=False))
 
     def wait_until_at_rest(self) -> None:
-        """Let time pass, always in the same steps, until everything is at rest or `MAX_REST_STEPS` steps have
-        passed.
-        """
+        """Let time pass in equal steps until everything is at rest, or until `MAX_REST_STEPS` steps have passed."""
         for _ in range(MAX_REST_STEPS):
             self._segmented_frame = self._frame = None
             arguments = {"timeStep": REST_STEP_S, "simSeconds": REST_EACH_S}
@@ -69,7 +67,7 @@ class EngineSession:
                 return
 
     def segmented_frame(self) -> SegmentedFrame:
-        """Return the segmentation of the agent's view now. Raises SimulatorError."""
+        """Return the segmentation of what the agent sees now. Raises SimulatorError."""
         if self._segmented_frame is None:
             self._look(with_frame=self._masks_need_frame or self._frame_was_asked)
             self._frame_was_asked = False
@@ -77,11 +75,13 @@ class EngineSession:
             self._masks_need_frame = True
             self._look(with_frame=True)
         if self._segmented_frame is None:
-            raise SimulatorError("AI2-THOR's engine sent no instance segmentation. Is it another build?")
+            raise SimulatorError(
+                "AI2-THOR's engine did not send an instance segmentation. Is it another build than this client expects?"
+            )
         return self._segmented_frame
 
     def frame(self) -> np.ndarray:
-        """Return the agent's frame now, (480, 640, 3) uint8. Raises SimulatorError."""
+        """Return the frame that the agent sees now, (480, 640, 3) uint8. Raises SimulatorError."""
         self._frame_was_asked = True
         if self._frame is None:
             self._look(with_frame=True)

@@ -1,8 +1,8 @@
-"""A connection to AI2-THOR's engine through AI2-THOR's unmodified client, guarded against an engine that ends.
+"""A connection to AI2-THOR's engine through AI2-THOR's unmodified client; it notices when the engine ends.
 
-If an engine ends before it connects, AI2-THOR's client waits without limit. If an engine ends in the middle of an
-answer, the client loops at full load until its time-out. With this connection, both cases raise SimulatorError within a
-second, and no process, pipe or folder is left behind.
+Without this connection, the client waits forever if an engine ends before it connects. If an engine ends in the middle
+of an answer, the client uses a whole CPU core until its time-out. With this connection, both cases raise SimulatorError
+within a second, and no process, pipe or folder is left behind.
 """
 
 import os
@@ -14,15 +14,15 @@ from typing import Any
 from vigil.errors import SettingError, SimulatorError
 
 ASK_EVERY_S = 0.05
-"""Interval (s) at which the engine's process is checked."""
+"""Interval (s) at which it is checked whether the engine's process still runs."""
 ZEROS = bytes(65536)
-"""Bytes that are sent to a client whose engine has ended. No message begins with zeros, so the client gives up."""
+"""Bytes that are sent to a client whose engine has ended. The client gives up, because no message begins with zeros."""
 END_TIMEOUT_S = 60.0
-"""Longest time that a killed engine may take to end; on a busy machine it takes seconds."""
+"""Longest time (s) that a killed engine may take to end; on a busy machine this takes seconds."""
 
 
 class GuardedClient:
-    """The connection to one engine, from its start to its end."""
+    """A connection to one engine. It starts the engine, watches the engine's process, and ends it."""
 
     def __init__(
         self,
@@ -33,10 +33,10 @@ class GuardedClient:
         answer_s: float = 30.0,
         **settings: Any,
     ) -> None:
-        """Start an engine by its command (None for AI2-THOR's own) and open a house in it.
+        """Start an engine with `command` (None for AI2-THOR's own engine) and open a house in it.
 
-        `settings` are parameters of the client's Controller. Raises SettingError without the client, and
-        SimulatorError when the engine ends, does not connect within `start_s`, does not answer within `answer_s`, or
+        `settings` are parameters of the client's Controller. Raises SettingError if the client is not installed. Raises
+        SimulatorError if the engine ends, does not connect within `start_s`, does not answer within `answer_s`, or
         cannot build the house.
         """
         self._controller: Any = object.__new__(_controller_class())
@@ -44,7 +44,7 @@ class GuardedClient:
         self._has_started = False
         self._was_late = False
         self._status: int | None = None
-        """Exit status of an engine that ended by itself; else None."""
+        """Exit status of the engine if it ended by itself; else None."""
         self._over = threading.Event()
         """Set when the connection is closed."""
         self._thread = threading.Thread(target=self._watch, daemon=True)
@@ -64,9 +64,9 @@ class GuardedClient:
         return self._over.is_set()
 
     def open(self, house: dict[str, Any]) -> None:
-        """Let the engine build a house, replacing any earlier one.
+        """Make the engine build a house, replacing any earlier one.
 
-        Raises SimulatorError; the connection is then over.
+        Raises SimulatorError; after that, the connection is over.
         """
         try:
             self._controller.reset(scene=house)
@@ -81,7 +81,7 @@ class GuardedClient:
             raise SimulatorError(f"AI2-THOR's engine did not open the house: {metadata['errorMessage']}")
 
     def step(self, action: str, **arguments: Any) -> Any:
-        """Return the client's event after an action. Raises SimulatorError; the connection is then over."""
+        """Return the client's event after an action. Raises SimulatorError; after that, the connection is over."""
         if self.is_over:
             raise SimulatorError(f"AI2-THOR's engine has ended; {action} was not sent. Start another engine.")
         try:
@@ -107,7 +107,7 @@ class GuardedClient:
         server.tmp_dir.cleanup()
 
     def _broken(self, what: str, error: Exception) -> SimulatorError:
-        """Close the connection and return an error that says why."""
+        """Close the connection; return an error that says why it failed."""
         self.close()
         if self._was_late:
             why = "the engine did not connect in time"
@@ -118,7 +118,7 @@ class GuardedClient:
         return SimulatorError(f"AI2-THOR, {what}: {why}. The engine's log is ~/.ai2thor/log/unity.log.")
 
     def _watch(self) -> None:
-        """End the client's waiting for an engine that has ended or never connects."""
+        """Watch the engine's process. If it has ended or never connects, make the client stop waiting."""
         deadline: float | None = None  # counted from the engine's start: the client may have to download it first
         while not self._over.wait(ASK_EVERY_S):
             server = getattr(self._controller, "server", None)

@@ -1,5 +1,5 @@
-"""What a click does in AI2-THOR. The protocol's rules are applied first; then THOR's refusals are translated to those
-of the protocol.
+"""What a click does in AI2-THOR. The protocol's rules are applied first. If THOR then refuses, its message is
+translated to a refusal of the protocol.
 
 Source: protocol.md section 2.2.
 """
@@ -23,7 +23,7 @@ from vigil.sim.thor.refusals import is_out_of_sight, refusal_of
 SPOT_SLACK_M = 0.02
 """Tolerance (m) in the check that THOR put an object near the click."""
 MOVED_M = 1e-6
-"""Difference of a coordinate, angle or openness up to which an object counts as unchanged."""
+"""An object counts as unchanged if no coordinate, angle or openness differs by more than this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class ObjectClick:
 
     thing: Thing
     point: Vec3
-    """Point (m) that the pixel's ray meets."""
+    """Point (m) on the object that the pixel's ray meets."""
     x: int
     y: int
 
@@ -43,7 +43,7 @@ def place_of_pixel(x: int, y: int) -> dict[str, float]:
 
 
 def interact(session: EngineSession, intent: Intent, click: ObjectClick) -> InteractionResult:
-    """Carry out or refuse one intent on a clicked object."""
+    """Carry out one intent on a clicked object, or refuse it."""
     if intent == "ground":
         return InteractionResult()
     scene_sync = session.scene_sync
@@ -58,7 +58,7 @@ def interact(session: EngineSession, intent: Intent, click: ObjectClick) -> Inte
 
 
 def drop(session: EngineSession) -> InteractionResult:
-    """Drop the held object, or refuse to."""
+    """Drop the held object, or refuse."""
     if session.scene_sync.held is None:
         return InteractionResult("hand_empty")
     return _attempt(session, lambda: session.do("DropHandObject"))
@@ -76,14 +76,14 @@ def _place(session: EngineSession, click: ObjectClick) -> InteractionResult:
 
 
 def _is_where_wanted(session: EngineSession, held: Thing, click: ObjectClick, wanted_kind: str) -> bool:
-    """Return whether THOR put the held thing near the click, and inside or on top as the click meant."""
+    """Return whether THOR put the held thing near the click, and inside or on the clicked thing as intended."""
     is_inside = any(each is click.thing for each in containers_of(session.scene_sync.scene, held))
     is_near = floor_distance(held.position, click.point) <= SPOT_WITHIN_M + SPOT_SLACK_M
     return is_near and held.parent == click.thing.id and is_inside == (wanted_kind == "inside")
 
 
 def _act_on_object(session: EngineSession, click: ObjectClick, action: str) -> ActionOutcome:
-    """Act on the clicked object by its id; if THOR does not find a point of the object in view, act by the pixel."""
+    """Act on the clicked object by its id. If THOR finds no point of the object in view, act by the clicked pixel."""
     outcome = session.do(action, objectId=click.thing.id)
     if outcome.is_done or not is_out_of_sight(outcome.message):
         return outcome
@@ -125,4 +125,4 @@ _ACTIONS: dict[Intent, str] = {
     "deactivate": "ToggleObjectOff",
     "pick": "PickupObject",
 }
-"""THOR's actions on an object by its id or its pixel."""
+"""THOR's action for each intent. It is sent with the object's id or with a pixel of the object."""

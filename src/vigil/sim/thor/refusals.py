@@ -1,7 +1,7 @@
-"""AI2-THOR's messages for refused actions, and the protocol's refusal for each.
+"""AI2-THOR's messages for refused actions, and the refusal of the protocol that each message means.
 
 Messages also contain names, exceptions and traces, so each row of the tables below has only a part of a message. The
-first row whose part occurs in a message counts. A message without a row is logged as a warning and counts as `UNKNOWN`.
+first row whose part occurs in a message is used. A message that fits no row is logged as a warning and means `UNKNOWN`.
 """
 
 import logging
@@ -12,16 +12,16 @@ from vigil.protocol.house import EXTERIOR
 from vigil.protocol.world import RefusalCode
 
 UNKNOWN: RefusalCode = "blocked_by_object"
-"""Refusal that stands for a message without a row."""
+"""Refusal that is used for a message that fits no row."""
 AGENT = "agent"
-"""Name of the agent when it is what blocks a thing."""
+"""Name that stands for the agent as the cause of a blocked motion."""
 
 OUT_OF_SIGHT: tuple[tuple[str, RefusalCode], ...] = (
     ("not found within the specified visibility", "nothing_hit"),
     ("visible but not interactable", "nothing_hit"),
     ("is not currently Visible", "nothing_hit"),
 )
-"""Rows (part of a message, refusal) for messages that say that THOR does not find a point of the object in view."""
+"""Rows (part of a message, refusal) for messages which say that THOR finds no point of the object in view."""
 MESSAGES: tuple[tuple[str, RefusalCode], ...] = (
     ("is not an Openable object", "not_openable"),
     ("object is not toggleable", "not_toggleable"),
@@ -55,7 +55,7 @@ MESSAGES: tuple[tuple[str, RefusalCode], ...] = (
     ("no sim objects found", "nothing_hit"),
     ("beyond your visibilityDistance", "nothing_hit"),
 )
-"""Rows of (part of a message, refusal)."""
+"""Rows (part of a message, refusal) for all messages."""
 
 _BLOCKERS = (re.compile(r"collided with (.+)$"), re.compile(r"([^:]+?) is blocking "))
 _LOG = logging.getLogger(__name__)
@@ -63,15 +63,15 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """The reason for which an action was refused."""
+    """The reason why an action was refused."""
 
     code: RefusalCode
     blocked_by: str | None = None
-    """THOR's name of what was in the way; None when it is not known."""
+    """THOR's name of what was in the way; None if it is not known."""
 
 
 def refusal_of(message: str) -> Refusal:
-    """Return the protocol's refusal for a message of THOR's."""
+    """Return the protocol's refusal that a message of THOR means."""
     code: RefusalCode | None = next((code for part, code in MESSAGES if part in message), None)
     if code is None:
         _LOG.warning("AI2-THOR refused an action for an unknown reason, taken for %s: %s", UNKNOWN, message)
@@ -88,5 +88,5 @@ def refusal_of(message: str) -> Refusal:
 
 
 def is_out_of_sight(message: str) -> bool:
-    """Return whether THOR refused because it finds no point of the object in view."""
+    """Return whether THOR refused because it found no point of the object in view."""
     return any(part in message for part, _ in OUT_OF_SIGHT)

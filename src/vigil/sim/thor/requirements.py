@@ -1,4 +1,4 @@
-"""Requirements of AI2-THOR's own engine that this machine lacks, found without starting or downloading anything."""
+"""What AI2-THOR's own engine requires and this machine lacks. Nothing is started or downloaded to find this out."""
 
 import ctypes.util
 import json
@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 BUILD = "f0825767cd50d69f666c7f282e54abfe58f1e917"
-"""Build of the engine that the client 5.0.0 starts."""
+"""Build of the engine that version 5.0.0 of the client starts."""
 CLIENT = "5.0.0"
 """Supported version of the client."""
 PLATFORMS = ("CloudRendering", "Linux64")
@@ -27,15 +27,15 @@ class Findings:
     client: str
     """Version of the installed client, or "not installed"."""
     build: str
-    """Folder of the engine's build, or a sentence that says that it is absent."""
+    """Folder of the engine's build, or a sentence saying that there is none."""
     platform: str
-    """AI2-THOR's name for the platform of the build that fits this machine."""
+    """AI2-THOR's name for the platform whose build fits this machine."""
     missing: tuple[str, ...]
-    """Requirements that are missing, each with what to do; empty when the engine can run."""
+    """Sentences on what is missing and what to do about it; empty if the engine can run."""
 
 
 def examine() -> Findings:
-    """Return the requirements that this machine fulfils, and those that it lacks."""
+    """Return which requirements this machine fulfils and which it lacks."""
     missing = []
     client = _client()
     if client is None:

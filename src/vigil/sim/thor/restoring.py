@@ -1,7 +1,7 @@
-"""Changing a house in AI2-THOR by force, for setups and to restore an earlier moment.
+"""Changes to a house in AI2-THOR that skip THOR's checks, for setups and to restore an earlier state.
 
-This module is never used for an agent's action. It sends THOR's actions with `forceAction`, which skips THOR's checks
-of sight and reach.
+This module is never used for an agent's action. It sends THOR's actions with `forceAction`, so THOR does not check
+sight and reach.
 """
 
 import copy
@@ -20,14 +20,13 @@ from vigil.sim.thor.scene_sync import ThorSnapshot
 from vigil.sim.thor.units import from_thor, teleport_arguments, to_thor
 
 COARSE = 1e-3
-"""Greatest difference (m, degrees, openness) that a restored thing may have from its earlier state; physics may
-have moved it."""
+"""Greatest difference (m, degrees, openness) of a restored thing from its earlier state; physics may have moved it."""
 ROUNDS = 200
 """Greatest number of rounds of a restore. Each round puts things back, which may move other things."""
 
 _PLACE = ("position", "rotation", "parentReceptacles", "isPickedUp")
 Step = tuple[str, dict[str, Any]]
-"""THOR's action with its arguments."""
+"""One of THOR's actions, with its arguments."""
 
 
 def set_up(session: EngineSession, setup: Setup, house_name: str) -> None:
@@ -55,7 +54,7 @@ def set_up(session: EngineSession, setup: Setup, house_name: str) -> None:
 
 
 def stand(session: EngineSession, pose: Pose) -> None:
-    """Put the agent at a pose, whether its body fits or not. Raises SimulatorError."""
+    """Put the agent at a pose, even if its body does not fit there. Raises SimulatorError."""
     outcome = session.do("TeleportFull", **teleport_arguments(pose), forceAction=True)
     if not outcome.is_done:
         raise SimulatorError(f"AI2-THOR did not put the agent at {tuple(pose.position)}: {outcome.message}")
@@ -75,10 +74,10 @@ def restore_snapshot(session: EngineSession, snapshot: ThorSnapshot) -> bool:
 
 
 def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str]) -> Iterator[list[Step]]:
-    """Yield lists of steps that restore a snapshot, one list for each kind of step. All lists are empty when nothing is
-    left to do.
+    """Yield lists of steps that restore a snapshot, one list for each kind of step. If nothing is left to do, all are
+    empty.
 
-    Things in `done` may differ from the snapshot by `COARSE`; all other things must be equal to it to the last bit.
+    Things in `done` may differ from the snapshot by `COARSE`; all other things must be exactly equal to it.
     """
     now, before = session.scene_sync.objects, snapshot.objects
     scene = session.scene_sync.scene
@@ -111,7 +110,7 @@ def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str
 
 
 def _stack(snapshot: ThorSnapshot) -> set[str]:
-    """Return the ids of the object that was in the hand and of everything that it carried."""
+    """Return the ids of the object in the hand and of everything that it carried, according to a snapshot."""
     if snapshot.held is None:
         return set()
     stack = {snapshot.held}
@@ -125,7 +124,7 @@ def _stack(snapshot: ThorSnapshot) -> set[str]:
 
 
 def _carriers(objects: dict[str, Any], name: str) -> int:
-    """Return the number of objects that an object was in or on, directly or through others."""
+    """Return how many objects carried or contained an object, directly or through others."""
     found: set[str] = set()
     ahead = [name]
     while ahead:
@@ -157,32 +156,36 @@ def _is_turned(now: Any, before: Any, tolerance: float) -> bool:
 def _set_states(session: EngineSession, thing: Thing, change: ObjectSetup) -> None:
     if change.is_broken:
         raise EpisodeError(
-            f"Setup: AI2-THOR has no notice to put on {thing.id!r} ({thing.category}). Play the episode on the "
-            "embedded simulator, or drop its `is_broken`."
+            f"Setup: AI2-THOR cannot show the notice that {thing.id!r} ({thing.category}) is out of order. Play "
+            "the episode in the embedded simulator, or leave out its `is_broken`."
         )
     if change.openness is not None and change.openness != thing.openness:
         if not thing.is_openable:
-            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) has no part that opens; drop its `openness`.")
+            raise EpisodeError(
+                f"Setup: {thing.id!r} ({thing.category}) has no part that opens; leave out its `openness`."
+            )
         _force(session, "OpenObject", objectId=thing.id, openness=change.openness, forceAction=True)
     if change.is_toggled is not None and change.is_toggled != thing.is_toggled:
         if not thing.is_toggleable:
-            raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`.")
+            raise EpisodeError(
+                f"Setup: {thing.id!r} ({thing.category}) cannot be switched; leave out its `is_toggled`."
+            )
         action = "ToggleObjectOn" if change.is_toggled else "ToggleObjectOff"
         _force(session, action, objectId=thing.id, forceAction=True)
 
 
 def _depth(setup: Setup, object_id: str) -> int:
-    """Return the length of the chain of things below an object, each of which the setup places on the next."""
+    """Return how many objects are below an object in the chain that a setup builds by placing one on another."""
     change = setup.objects.get(object_id)
     parent = change.placement.parent if change is not None and change.placement is not None else None
     return 0 if parent is None else 1 + _depth(setup, parent)
 
 
 def _put(session: EngineSession, thing: Thing, placement: Placement, house_name: str) -> None:
-    """Put an object at the place that a setup gives.
+    """Put an object at the place that a setup names.
 
-    If the placement names a parent, the object is put on the parent's surface nearest in height, unless that is too far
-    away.
+    If the placement names a parent, the object is put on the parent's surface that is nearest in height, unless this
+    surface is too far away.
     """
     scene_sync = session.scene_sync
     if thing.is_structure:

@@ -1,7 +1,7 @@
-"""A house's scene that is updated from AI2-THOR's metadata, without any simulation.
+"""The scene of a house in AI2-THOR, updated from THOR's metadata; nothing is simulated here.
 
-Shapes and surfaces of things, rooms and walls come from the house's document (`vigil.scene`). Positions, states, boxes,
-carriers and affordances of things come from THOR.
+Shapes, surfaces, rooms and walls come from the house's document (`vigil.scene`). Positions, states, boxes and carriers
+of things, and what can be done with them, come from THOR.
 """
 
 import copy
@@ -22,33 +22,33 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import from_thor, pose_from_thor
 
 NO_OFFSET_M = 0.025
-"""Distance (m) from the middle of the box up to which THOR's pivot is taken for the thing's position.
+"""If THOR's pivot is at most this far (m) from the middle of THOR's box, the thing's position is the pivot.
 
-A handle that sticks out moves the middle of THOR's box by about as much.
+A handle that sticks out moves the middle of THOR's box by about this distance.
 """
 SAME_PLACE_M = 1e-6
-"""Distance (m) up to which a thing counts as still at its place in the document."""
+"""A thing that moved by at most this distance (m) is still at its place in the document."""
 RIGHT_ANGLE_WITHIN = 1e-3
-"""Tolerance, for entries of a rotation matrix, in the check that the rotation consists of right angles."""
+"""Tolerance, in entries of a rotation matrix, of the check that a thing is turned by right angles only."""
 
 Metadata = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PivotBox:
-    """A thing's box (m) in the thing's frame, and the offset of that frame from THOR's pivot."""
+    """A thing's box (m) in the thing's own frame, and where this frame is relative to THOR's pivot."""
 
     low: np.ndarray
     """Lowest corner (3,)."""
     high: np.ndarray
     """Highest corner (3,)."""
     middle_from_pivot: np.ndarray
-    """Vector (3,) from THOR's pivot to the origin of the thing's frame, which is at or near the middle of the box."""
+    """Vector (3,) from THOR's pivot to the origin of the thing's frame, which is in or near the box's middle."""
 
 
 @dataclass(frozen=True, slots=True)
 class ThorSnapshot:
-    """The state in THOR's metadata at a moment, from which it can be restored."""
+    """The state in THOR's metadata at one moment; the house can be restored to it."""
 
     objects: dict[str, Metadata]
     """THOR's metadata of each object, by id."""
@@ -95,7 +95,7 @@ class SceneSync:
             thing.is_held = thing.id in stack
 
     def in_hand(self) -> frozenset[str]:
-        """Return the ids of the thing in the hand and of everything that it carries."""
+        """Return the ids of the thing in the hand and of everything that this thing carries."""
         if self.held is None:
             return frozenset()
         return frozenset({self.held, *(thing.id for thing in contents(self.scene, self.held))})
@@ -105,13 +105,13 @@ class SceneSync:
         return ThorSnapshot(self.objects, self.agent, self.held)
 
     def box(self, thing: Thing) -> Box:
-        """Return the box of a thing, as if it were shut, at its present place."""
+        """Return the box of a thing at its present place, measured as if the thing were shut."""
         measure = self._pivot_boxes.get(thing.id)
         half = np.array(thing.asset.size) / 2
         return upright_box(thing, *((-half, half) if measure is None else (measure.low, measure.high)))
 
     def pivot(self, thing: Thing, position: Vec3, rotation: Vec3) -> Vec3:
-        """Return THOR's position (the pivot) of a thing that has the given position and rotation."""
+        """Return the pivot (THOR's position) of a thing that has this position and rotation."""
         shift = rotation_matrix(rotation) @ self._pivot_boxes[thing.id].middle_from_pivot
         return Vec3(*(float(value) for value in np.subtract(position, shift)))
 
@@ -139,7 +139,7 @@ class SceneSync:
         return True
 
     def _carrier(self, entry: Metadata) -> str | None:
-        """Return the id of the smallest thing that THOR says an object is in or on; None if held or on a floor."""
+        """Return the id of the smallest thing that, as THOR says, carries or contains an object; None if none does."""
         if entry["isPickedUp"]:
             return None
         known = [
@@ -151,8 +151,9 @@ class SceneSync:
         return known[0] if known else None
 
     def _rest(self, thing: Thing) -> None:
-        """Set the surface on which a thing rests: the surface in the document if the thing has not moved since the
-        house was built.
+        """Set the surface on which a thing rests.
+
+        If the thing has not moved since the house was built, this is its surface in the document.
         """
         first, parent = self._first[thing.id], self.scene.things.get(thing.parent or "")
         if thing.parent == first.parent and distance(thing.position, first.position) <= SAME_PLACE_M:
@@ -168,7 +169,8 @@ class SceneSync:
 def _measure(thing: Thing, entry: Metadata) -> PivotBox:
     """Return the box of a thing that THOR has just built.
 
-    If a thing is open, or stands askew and has no oriented box in the metadata, its box has the size of its asset.
+    The box has the size of the asset if the thing is open. The same holds if the thing is not turned by right angles
+    and has no oriented box in THOR's metadata.
     """
     turn = rotation_matrix(from_thor(entry["rotation"]))
     pivot, half = np.array(from_thor(entry["position"])), np.array(thing.asset.size) / 2

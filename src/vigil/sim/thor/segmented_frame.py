@@ -1,6 +1,5 @@
-"""AI2-THOR's segmentation and depth: the object at each pixel, and each object's number of pixels and nearest
-distance.
-"""
+"""AI2-THOR's segmentation and depth: which object each pixel shows, and how many pixels and what distance each object
+has."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,9 +11,9 @@ from vigil.sim.core.sight import HEIGHT, WIDTH, camera_axes, directions, pixels_
 from vigil.sim.thor.engine_client import Event
 
 LISTED_PIXELS = 1600
-"""Approximate greatest number of an object's pixels that are listed; of a larger object a sample is listed."""
+"""Approximate limit on the pixels that are listed of an object; larger objects are sampled."""
 MEASURED_PIXELS = 2000
-"""Number of an object's pixels at which its distance is measured (up to twice as many may be used)."""
+"""A large object's distance is measured at some of its pixels: at least this many, and fewer than twice as many."""
 _PIXELS = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), axis=-1)
 _LEVEL = Pose(position=Vec3(0.0, 0.0, 0.0), rotation=0.0)
 _ALONG = (directions(_LEVEL, _PIXELS.reshape(-1, 2)) @ camera_axes(_LEVEL)[2]).reshape(HEIGHT, WIDTH)
@@ -28,7 +27,7 @@ class PixelCount:
     pixels: int = 0
     """Number of pixels that show the object."""
     nearest_m: float | None = None
-    """Least distance (m) from the eye to a visible point of the object; None without pixels or depth."""
+    """Least distance (m) from the eye to a visible point of the object; None if not visible or without depth."""
 
 
 class SegmentedFrame:
@@ -43,20 +42,16 @@ class SegmentedFrame:
         self._in_hand = in_hand
 
     def at(self, x: int, y: int) -> str | None:
-        """Return the name of the object that a pixel shows, which may be held; None if the pixel does not show a
-        named object.
-        """
+        """Return the name of the object at a pixel, also of a held object; None if no named object is there."""
         return self._names.get(tuple(self._colours[y, x, :3].tolist()))
 
     def ids_near_pixel(self, x: int, y: int) -> set[str]:
-        """Return the names of the objects that are shown within 3 px of a pixel, without held objects."""
+        """Return the names of the objects within 3 px of a pixel, except held objects."""
         found = {self.at(column, row) for column, row in pixels_near(x, y).tolist()}
         return {name for name in found if name is not None and name not in self._in_hand}
 
     def pixel_count(self, *names: str) -> PixelCount:
-        """Return what the frame shows of an object and its parts, given their names; a held object counts as not
-        shown.
-        """
+        """Return what the frame shows of an object and its parts, by their names; a held object counts as not shown."""
         rows, columns = (np.concatenate(each) for each in zip(*map(self._shown, names), strict=True))
         if not len(rows):
             return PixelCount()
@@ -67,7 +62,7 @@ class SegmentedFrame:
         return PixelCount(len(rows), round(nearest, 6))
 
     def pixels_of(self, name: str) -> np.ndarray:
-        """Return the pixels (n, 2), x and y on a lattice fixed in the frame, that show an object."""
+        """Return those pixels (n, 2; x and y) of a lattice fixed in the frame that show an object."""
         rows, columns = self._shown(name)
         stride = max(1, int(np.sqrt(len(rows) / LISTED_PIXELS)))
         is_listed = (rows % stride == stride // 2) & (columns % stride == stride // 2)
@@ -84,5 +79,5 @@ class SegmentedFrame:
 
     @cached_property
     def _reds(self) -> np.ndarray:
-        """First byte of each pixel's colour (HEIGHT * WIDTH,) uint8, contiguous for a fast search."""
+        """First byte (HEIGHT * WIDTH,) uint8 of each pixel's colour, stored contiguously for fast search."""
         return np.ascontiguousarray(self._colours[..., 0]).reshape(-1)

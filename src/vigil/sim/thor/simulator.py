@@ -1,7 +1,7 @@
 """A `PrivilegedSimulator` that runs a house in AI2-THOR: THOR's engine decides what happens and what is visible.
 
-Before this module sends an action, it enforces the rules of the protocol that THOR does not have: the steps of a walk,
-limits of the pitch, reach, interlocks, and rules for placing. See docs/ai2thor.md.
+THOR lacks some rules of the protocol: the steps of a walk, the limits of the pitch, reach, interlocks, and rules for
+placing. This module applies them before it sends an action. See docs/ai2thor.md.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -41,9 +41,9 @@ from vigil.sim.thor.scene_sync import SceneSync, ThorSnapshot
 from vigil.sim.thor.units import from_thor, teleport_arguments, to_thor
 
 Connect = Callable[[dict[str, Any]], EngineClient]
-"""Function that starts an engine with a house. Raises SimulatorError and SettingError."""
+"""Function that starts an engine and opens a house in it. Raises SimulatorError and SettingError."""
 FAR_M = 100.0
-"""Length (m) of rays."""
+"""Length (m) of the rays that are cast."""
 
 
 @dataclass(slots=True)
@@ -64,10 +64,10 @@ class ThorSimulator:
         self._loaded: _Loaded | None = None
 
     def prepare(self, house: House) -> None:
-        """Do nothing, because the engine can hold only one house."""
+        """Do nothing, because the engine holds only one house at a time."""
 
     def load(self, house: House) -> None:
-        """Let THOR build the house, replacing any earlier one; start an engine if none runs."""
+        """Make THOR build the house, replacing any earlier one; start an engine if none runs."""
         self._loaded = None
         if self._client is None or self._client.is_over:
             self._client = self._connect(house.data)
@@ -97,7 +97,7 @@ class ThorSimulator:
         return self._require_loaded().session.frame()
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Return the id of the object under a pixel; None for structure without an id, and sky."""
+        """Return the id of the object at a pixel; None for sky and for structure without an id."""
         thing = self._shown(x, y)
         return thing.id if thing else None
 
@@ -109,7 +109,7 @@ class ThorSimulator:
         return WorldState(agent=scene_sync.agent, held=scene_sync.held, objects=objects)
 
     def renderer(self) -> str:
-        """Return a text with this simulator's name: AI2-THOR's client does not say which renderer its engine uses."""
+        """Return a text with this simulator's name, because AI2-THOR's client does not say which renderer is used."""
         return f"AI2-THOR's engine ({self.name})"
 
     def close(self) -> None:
@@ -129,12 +129,12 @@ class ThorSimulator:
         return self._scene_sync.scene
 
     def room_at(self, position: Vec3) -> str | None:
-        """Return the id of the document's room whose floor contains a position; None outside every room."""
+        """Return the id of the room of the house document whose floor contains a position; None outside every room."""
         where = shapely.Point(position.x, position.z)
         return next((room.id for room in self._scene_sync.scene.rooms if room_floor(room).covers(where)), None)
 
     def can_stand(self, position: Vec3) -> bool:
-        """Return whether a position is in a room and THOR lets the agent be teleported there."""
+        """Return whether a position is in a room and THOR can teleport the agent there."""
         if self.room_at(position) is None:
             return False
         session, here = self._require_loaded().session, self._scene_sync.agent
@@ -145,17 +145,17 @@ class ThorSimulator:
         return is_free
 
     def pixels_of(self, object_id: str) -> np.ndarray:
-        """Return the pixels (n, 2), x and y on a lattice, that show the object."""
+        """Return those pixels (n, 2; x and y) of a regular lattice that show the object."""
         thing = self._thing(object_id)
         return self._require_loaded().session.segmented_frame().pixels_of(thing.id)
 
     def points_visible_from(
         self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
     ) -> np.ndarray:
-        """Return for points (n, 3) on an object whether (n,) a ray of THOR from `eye` towards the point meets the
-        object first.
+        """Return a mask (n,) of the points (n, 3) on an object at which a ray of THOR from `eye` meets this object
+        first.
 
-        Panes of other things always stop these rays, whatever `through_glass`, because THOR has only such rays.
+        Panes of other things always stop these rays, even with `through_glass`, because THOR has no other rays.
         """
         del through_glass
         thing = self._thing(object_id)
@@ -172,7 +172,7 @@ class ThorSimulator:
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
-        """Return a context. At its end, everything that was done inside it is undone."""
+        """Return a context that undoes, when it ends, everything that was done inside it."""
         snapshot = self._scene_sync.snapshot()
         try:
             yield
@@ -183,7 +183,7 @@ class ThorSimulator:
 
     @contextmanager
     def at_pose(self, pose: Pose) -> Iterator[None]:
-        """Return a context in which the agent is at a pose; it is not checked that the body fits there."""
+        """Return a context in which the agent is at a pose. Whether the body fits there is not checked."""
         with self.rollback():
             stand(self._require_loaded().session, pose)
             yield
@@ -201,7 +201,7 @@ class ThorSimulator:
         return thing_named(object_id, self._scene_sync.scene, self._require_loaded().house.name)
 
     def _restore(self, snapshot: ThorSnapshot) -> None:
-        """Restore the objects and the hand to a snapshot; if that fails, build the house again and retry."""
+        """Restore the objects and the hand to a snapshot. If that fails, build the house again and try once more."""
         loaded = self._require_loaded()
         if restore_snapshot(loaded.session, snapshot):
             return
@@ -212,9 +212,7 @@ class ThorSimulator:
             raise SimulatorError(f"AI2-THOR did not restore house {loaded.house.name!r} to an earlier state.")
 
     def _meets(self, eye: Vec3, point: Vec3) -> str | None:
-        """Return the id of the object that a ray of THOR from an eye through a point meets; None if it meets
-        nothing.
-        """
+        """Return the id of the object that a ray of THOR from `eye` through `point` meets; None if it meets none."""
         way = np.subtract(point, eye)
         end = np.array(eye) + way * (FAR_M / max(float(np.linalg.norm(way)), 1e-9))
         outcome = self._require_loaded().session.query(
@@ -223,10 +221,7 @@ class ThorSimulator:
         return outcome.returned["objectId"] if outcome.is_done else None
 
     def _shown(self, x: int, y: int) -> Thing | None:
-        """Return the thing that the frame shows at a pixel; if that thing is held, the thing behind it.
-
-        None if there is no thing.
-        """
+        """Return the thing at a pixel of the frame; if it is held, the thing behind it. None if there is none."""
         session, things = self._require_loaded().session, self._scene_sync.scene.things
         name = session.segmented_frame().at(x, y)
         if name in self._scene_sync.in_hand():
@@ -235,7 +230,7 @@ class ThorSimulator:
         return None if thing is None or thing.is_held else thing
 
     def _step(self, length_m: float) -> InteractionResult:
-        """Go a length (m), negative to the back, or refuse to."""
+        """Move the body by a length (m; negative means backward), or refuse."""
         action = "MoveAhead" if length_m > 0.0 else "MoveBack"
         outcome = self._require_loaded().session.do(action, moveMagnitude=abs(length_m))
         if outcome.is_done:
@@ -253,9 +248,7 @@ class ThorSimulator:
         return Effect(turned_deg=degrees if is_right else -degrees, capped=is_capped)
 
     def _look(self, action: Look) -> Effect:
-        """Change the pitch by THOR's Teleport, because LookUp and LookDown only accept tenths of degrees and refuse
-        to pass the limits.
-        """
+        """Change the pitch with THOR's Teleport, as LookUp and LookDown accept only tenths of degrees within limits."""
         before = self._scene_sync.agent
         self._require_loaded().session.do("Teleport", horizon=horizon_after(action, before.horizon), forceAction=True)
         pitched = self._scene_sync.agent.horizon - before.horizon
@@ -294,7 +287,7 @@ class ThorSimulator:
         return from_thor(returned)
 
     def _names_of(self, thing: Thing) -> list[str]:
-        """Return the ids of a thing and of its drawers, which count as part of it in frames."""
+        """Return the ids of a thing and of its drawers; in frames, the drawers count as parts of the thing."""
         return [thing.id, *(part.id for part in drawers_of(self._scene_sync.scene, thing))]
 
     def _object_state(self, thing: Thing, asked: list[Thing]) -> ObjectState:

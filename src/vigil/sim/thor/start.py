@@ -1,8 +1,8 @@
 """The engine that the AI2-THOR backend starts, and its settings.
 
-The environment variable `VIGIL_THOR_ENGINE` chooses the engine. If it is unset, AI2-THOR's own build is started.
-`vigil` starts this project's engine with MuJoCo, and `vigil:fake` this project's engine with rays only. Any other value
-is the command that starts another engine.
+The environment variable `VIGIL_THOR_ENGINE` chooses the engine. If it is unset, AI2-THOR's own build is started. The
+value `vigil` starts this project's engine on MuJoCo, and `vigil:fake` starts it without a renderer. Any other value is
+a command that starts another engine.
 """
 
 import os
@@ -23,13 +23,15 @@ from vigil.sim.thor.simulator import ThorSimulator
 ENGINE_VARIABLE = "VIGIL_THOR_ENGINE"
 """Environment variable that chooses the engine."""
 OWN = "vigil"
-"""Value of `VIGIL_THOR_ENGINE` for this project's engine."""
+"""Value of `VIGIL_THOR_ENGINE` that chooses this project's engine."""
 NO_DISPLAY = ":0"
-"""Value for the variable DISPLAY. AI2-THOR's client requires the variable, but does not check that the display
-exists."""
+"""Value for DISPLAY. AI2-THOR's client requires this variable, but does not check that the display exists."""
 SEEN_BY = "masks"
-"""Word for how visible pixels are counted. It is part of the simulator's name in run headers, so that a run is
-never paired with a run whose pixels were counted by rays."""
+"""Word that says how visible pixels are counted.
+
+It is part of the simulator's name in run headers, so that runs whose pixels were counted in another way are never
+paired.
+"""
 UNITY_START_S = 300.0
 """Time limit (s) for the start of AI2-THOR's own build."""
 GPUS = "CUDA_VISIBLE_DEVICES"
@@ -47,13 +49,13 @@ INITIALIZE: dict[str, Any] = {
     "renderDepthImage": True,
     "autoSimulation": False,
 }
-"""Settings of the client's Controller: the camera of the protocol, the visibility distance of the paper (6 m), and
-time that passes only on request."""
+"""Settings of the client's Controller: the camera of the protocol, the paper's visibility distance (6 m), and a clock
+that advances only on request."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChosenEngine:
-    """The engine that the environment chooses, with its name and command."""
+    """The engine that the environment variable chooses: its name and its command."""
 
     name: str
     command: str | None
@@ -61,7 +63,7 @@ class ChosenEngine:
 
 
 def chosen_engine(quality: str = "default", assets: Path | None = None) -> ChosenEngine:
-    """Return the engine that the environment chooses. `quality` and `assets` only apply to this project's engine."""
+    """Return the engine that the environment variable chooses; `quality` and `assets` are for this project's engine."""
     wanted = os.environ.get(ENGINE_VARIABLE, "").strip()
     if not wanted and any(is_own_release(release_folder(kind)) for kind in PLATFORMS):
         wanted = OWN  # `vigil thor install` put this engine into the place of AI2-THOR's build
@@ -80,7 +82,7 @@ def simulator_name(engine: ChosenEngine) -> str:
 
 
 def own_command(options: list[str]) -> str:
-    """Return the command of this project's engine; set DISPLAY if it is unset, because the client requires it."""
+    """Return the command of this project's engine. Also set DISPLAY if it is unset, because the client requires it."""
     os.environ.setdefault("DISPLAY", NO_DISPLAY)
     return shlex.join([sys.executable, "-m", "vigil.thor", *options])
 
@@ -92,7 +94,7 @@ def engine_options(backend: str, quality: str, asset_database: str | Path | None
 
 
 def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
-    """Return a simulator with the engine that the environment chooses.
+    """Return a simulator with the engine that the environment variable chooses.
 
     The engine starts when the first house is loaded.
     """
@@ -111,16 +113,15 @@ def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
 
 
 def require_engine(simulator_version: str, *, instead: str) -> None:
-    """Raise SettingError unless the environment chooses the engine that a run's header names, and this engine can start
-    here.
+    """Raise SettingError unless the chosen engine is the one that a run's header names and can start on this machine.
 
-    `instead` is a sentence that says what the user can do without the engine.
+    `instead` is a sentence that says what the user can do without this engine.
     """
     engine = chosen_engine()
     if simulator_name(engine) != simulator_version:
         raise SettingError(
-            f"Hidden states are only compared on the engine that played: the run says {simulator_version!r}, and "
-            f"{ENGINE_VARIABLE}, as it is set here, {simulator_name(engine)!r}. {instead}"
+            "Hidden states can be compared only in the engine in which the run was played: this is "
+            f"{simulator_version!r}, but {ENGINE_VARIABLE} chooses {simulator_name(engine)!r} here. {instead}"
         )
     if engine.command is None:
         _unity_platform(instead)
@@ -130,11 +131,13 @@ def _unity_platform(instead: str) -> str | None:
     """Return the platform of AI2-THOR's build for this machine. Raises SettingError if a requirement is missing."""
     needed = examine()
     if needed.missing:
-        raise SettingError(f"AI2-THOR's own engine lacks here: {'; '.join(needed.missing)}. {instead}")
+        raise SettingError(
+            f"AI2-THOR's own engine cannot run here, because this is missing: {'; '.join(needed.missing)}. {instead}"
+        )
     return needed.platform
 
 
 def own_gpu() -> int | None:
-    """Return the index, among the GPUs in CUDA_VISIBLE_DEVICES, of this worker's GPU; None if it lists at most one."""
+    """Return the index of this worker's GPU in the list CUDA_VISIBLE_DEVICES; None if the list has at most one GPU."""
     named = [name for name in os.environ.get(GPUS, "").split(",") if name.strip()]
     return int(os.environ.get(WORKER_NUMBER, "0")) % len(named) if len(named) > 1 else None

@@ -1,4 +1,4 @@
-"""Actions: name, parameters and handler of each, and the check of the arguments that were sent."""
+"""Actions: the name, parameters and handler of each action, and the check of the arguments that a program sent."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,36 +13,36 @@ ALWAYS_ALLOWED = frozenset(
         *("renderNormalsImage", "renderInstanceSegmentation", "renderSemanticSegmentation", "renderDepthImage"),
     }
 )
-"""Names of parameters that may be sent with any action and are never passed to its handler."""
+"""Names of parameters that a program may send with any action. The action's handler does not get them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """One of THOR's actions."""
+    """One of AI2-THOR's actions."""
 
     name: str
     handler: Callable[..., Any]
-    """Function that takes the world and the arguments by name and returns `actionReturn`. Raises ActionFailed."""
+    """Function that carries out the action on a world and returns `actionReturn`. Raises ActionFailed."""
     signature: str = ""
     """Kinds and names of the parameters in THOR's form, e.g. "string objectId, float openness"."""
     needs: str = ""
-    """Alternative sets of required arguments, e.g. "objectId | x y"; all of one set must be sent."""
+    """Alternative sets of required arguments, e.g. "objectId | x y"; a program must send all arguments of one set."""
     takes_anything: bool = False
-    """Whether unknown arguments are accepted, as by THOR's actions that take a whole `ServerAction`."""
+    """Whether unknown arguments are accepted, as they are by AI2-THOR's actions that take a whole `ServerAction`."""
     only_reads: bool = False
-    """Whether the action leaves the world unchanged, so that the client may use its last images again."""
+    """Whether the action leaves the world unchanged; the client may then use its last images again."""
     lacks: str = ""
-    """Differences of the action from THOR's, for the table in the docs; empty if there are none."""
+    """Differences from AI2-THOR's action, for the table in the docs; empty if there are none."""
 
     @property
     def parameters(self) -> dict[str, str]:
-        """Kind (a key of `_CONVERT`) of each parameter, by name."""
+        """Name of a parameter -> its kind (a key of `_CONVERT`)."""
         parts = (part.split() for part in self.signature.split(", ") if part)
         return {name: kind for kind, name in parts}
 
     @property
     def required(self) -> list[list[str]]:
-        """Alternative sets of required arguments."""
+        """Alternative sets of required arguments, each as a list of names."""
         return [names.split() for names in self.needs.split("|")]
 
     def arguments(self, sent: Mapping[str, Any]) -> dict[str, Any]:

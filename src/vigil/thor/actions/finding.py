@@ -1,4 +1,4 @@
-"""Actions that only read: places, poses, paths, rays, and what is in the scene."""
+"""Actions that only read the world: places, poses, paths, rays, and what is in the scene."""
 
 from dataclasses import replace
 from typing import Any
@@ -18,10 +18,10 @@ from vigil.thor.base.targets import cast, first_met, need_interactable, of_type
 from vigil.thor.base.world import World, body_of
 
 UNLIMITED_M = 1e6
-"""Visibility distance of practically no limit."""
+"""Visibility distance (m) that is in practice unlimited."""
 _HORIZONS = (-30.0, 0.0, 30.0, 60.0)
 _NEAR_OBJECT_M = 0.5
-"""Distance (m) from an object within which a path to it must end; it is larger if the agent sees farther."""
+"""Distance (m) from an object at which a path to it may always end, even if the agent does not see that far."""
 
 
 def _reachable(
@@ -73,7 +73,7 @@ def _interactable_poses(
 
 
 def _seeing(world: World, distance_m: float | None) -> World:
-    """Return a copy of the world whose agent sees to a distance; by default, without limit."""
+    """Return a copy of the world in which the agent sees to `distance_m`; with None, without limit."""
     limit = UNLIMITED_M if distance_m is None else distance_m
     return replace(world, settings=world.settings.model_copy(update={"visibility_distance": limit}))
 

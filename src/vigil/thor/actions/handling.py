@@ -29,13 +29,13 @@ REFUSALS: dict[RefusalCode, str] = {
     "receptacle_closed": "Target openable Receptacle is CLOSED, can't place if target is not open!",
     "hand_empty": "Can't place an object if Agent isn't holding anything!",
 }
-"""Refusal code of this project -> THOR's message. Messages that depend on the action are in the action's handler."""
+"""VIGIL's refusal code -> AI2-THOR's message. Messages that depend on the action are in the action's handler."""
 MUST_BE_OPEN = frozenset(
     {"Box", "Cabinet", "ClothesDryer", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe", "WashingMachine"}
 )
-"""Categories of receptacles into which objects can be put, but never onto them."""
+"""Categories of receptacles that take objects only inside them, never on top."""
 _SPOTS = np.stack(np.meshgrid(*[[0.0, -0.3, 0.3, -0.45, 0.45]] * 2), axis=-1).reshape(-1, 2)
-"""Points (25, 2) that are tried on a surface, as shares of its sides from its middle."""
+"""Points (25, 2) that are tried when an object is put on a surface: offsets from its middle, as shares of its sides."""
 
 
 def target_of(
@@ -46,7 +46,7 @@ def target_of(
     forceAction: bool = False,
     **_: object,
 ) -> tuple[Thing, Vec3, bool]:
-    """Return the thing that an action names or points at, the point on this thing, and whether the action is forced."""
+    """Return the thing that an action names or points at, the point on it, and whether the action is forced."""
     return *target(world, objectId, x, y, forced=forceAction), forceAction
 
 
@@ -65,7 +65,7 @@ def _set_open(world: World, openness: float, **asked: Any) -> None:
 
 
 def _open(world: World, openness: float = 1.0, moveMagnitude: float | None = None, **asked: Any) -> None:
-    if moveMagnitude is not None:  # old programs call `openness` so, and 0 means fully open
+    if moveMagnitude is not None:  # the old name of `openness`; there, 0 means fully open
         openness = moveMagnitude or 1.0
     if not 0.0 <= openness <= 1.0:
         raise invalid_operation("openness must be in [0:1]")

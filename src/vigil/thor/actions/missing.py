@@ -1,4 +1,4 @@
-"""THOR's documented actions that the engine does not have, with the reasons. They are answered like unknown actions."""
+"""AI2-THOR's documented actions that the engine does not have, with reasons. They are answered as unknown actions."""
 
 _NO_PHYSICS = "the engine has no physics: objects are put where they rest"
 _NO_SUCH_STATE = "objects do not have this state"
@@ -33,4 +33,4 @@ MISSING: dict[str, str] = {
     "Sleep": "time does not pass between actions",
     "GetSceneBounds": "metadata always have `sceneBounds`",
 }
-"""Name of a missing action -> the reason, or the action to use instead."""
+"""Name of a missing action -> the reason why it is missing, or the action to use instead."""

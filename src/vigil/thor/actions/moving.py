@@ -11,13 +11,13 @@ from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.world import World, body_of
 
 OFF_FLOOR_M = 0.05
-"""Greatest difference (m) in height from the floor at which a teleport counts as onto the floor."""
+"""The target of a teleport is on the floor if its height differs from the floor's by at most this (m)."""
 FREE_LOOK_DEG = 30.0
-"""Angle (deg) of LookUp and LookDown without the argument `degrees`."""
+"""Angle (deg) by which LookUp and LookDown tilt the camera if `degrees` is not given."""
 
 
 def _walk(world: World, right: float, ahead: float) -> None:
-    """Move the agent along its own axes (m), all the way or not at all. Raises ActionFailed."""
+    """Move the agent by `right` and `ahead` (m) in its own frame, all the way or not at all. Raises ActionFailed."""
     pose = world.agent
     x, z = rotate_floor(right, ahead, pose.rotation)
     end = world.on_grid(Vec3(pose.position.x + x, pose.position.y, pose.position.z + z))

@@ -17,7 +17,7 @@ from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.world import World
 
 RESTS_WITHIN_M = 0.05
-"""Greatest distance (m) of a thing's bottom from a surface at which the thing counts as resting on the surface."""
+"""A thing rests on a surface if the thing's bottom is at most this far (m) from the surface."""
 
 
 def place_at_point(world: World, objectId: str, position: Vec3, rotation: Vec3 | None = None, **_: object) -> None:
@@ -71,7 +71,7 @@ def _set_poses(world: World, objectPoses: list[Any], skipMoveable: bool = False,
     ]
     world.apply_changes({name: ObjectSetup(is_absent=True) for name in others})
     placed = [world.editor.scene().things[name] for name in wanted]
-    placed.sort(key=lambda thing: (thing.is_pickupable, not thing.is_receptacle))  # what may carry others comes first
+    placed.sort(key=lambda thing: (thing.is_pickupable, not thing.is_receptacle))  # carriers come first
     for name in (thing.id for thing in placed):
         world.editor.restore_object(name)  # it may have been removed together with what carried it
         put_at(world, name, *wanted[name])
@@ -133,7 +133,7 @@ def support_of(world: World, name: str, point: Vec3) -> str | None:
 
 
 def _tops(world: World, above: set[str], point: Vec3) -> list[tuple[float, str]]:
-    """Return (gap in metres, id) of things that are not receptacles with the point right above, e.g. a book."""
+    """Return (gap in metres, id) of things, other than receptacles, whose top is right below a point, e.g. a book."""
     others = [thing for thing in world.things() if not (thing.id in above or thing.is_held or thing.is_receptacle)]
     boxes = [(bounding_box(thing), thing.id) for thing in others if not thing.is_structure]
     gaps = [(abs(point.y - box.top), name) for box, name in boxes if box.floor_distance(point) == 0.0]

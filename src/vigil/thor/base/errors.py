@@ -4,7 +4,7 @@
 class ActionFailed(Exception):
     """The failure of an action.
 
-    `thrown` names the exception that Unity would have thrown; the message then has its name and a trace.
+    `thrown` is the name of the exception that Unity would have thrown; the message then contains this name and a trace.
     """
 
     def __init__(self, message: str, *, thrown: str = "", code: str | None = None) -> None:
@@ -13,15 +13,15 @@ class ActionFailed(Exception):
 
 
 def invalid_operation(message: str) -> ActionFailed:
-    """Return the failure with Unity's exception for an action that does not make sense now."""
+    """Return the failure that Unity reports for an action that does not make sense now."""
     return ActionFailed(message, thrown="InvalidOperationException")
 
 
 def null_reference(message: str) -> ActionFailed:
-    """Return the failure with Unity's exception for an object that is not found."""
+    """Return the failure that Unity reports for an object that is not found."""
     return ActionFailed(message, thrown="NullReferenceException")
 
 
 def bad_argument(message: str) -> ActionFailed:
-    """Return the failure with Unity's exception for an argument out of range, or an unknown object."""
+    """Return the failure that Unity reports for an argument out of range, or an unknown object."""
     return ActionFailed(message, thrown="ArgumentException")

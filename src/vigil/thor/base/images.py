@@ -15,10 +15,10 @@ from vigil.thor.base.floors import rooms_at
 from vigil.thor.base.world import ThirdPartyCamera, World
 
 Wanted = Literal["all", "without colours", "none"]
-"""Images that an answer should have."""
+"""Which images an answer should have."""
 OPAQUE = 255
 FAR_AWAY_M = 40.0
-"""Distance (m) at which an orthographic camera is imitated: so large that distant objects hardly look smaller."""
+"""Distance (m) from which a camera imitates an orthographic one: so far that distant objects hardly look smaller."""
 NUMBER_OF_FLOOR = -2 - STRUCTURES.index("floor")
 """Number of pixels of floors in the layer `things`."""
 _STRUCTURE_CLASSES = {"wall": "Wall", "floor": "Floor", "ceiling": "Ceiling"}
@@ -36,7 +36,7 @@ class Image:
 
 
 def images(world: World, wanted: Wanted = "all") -> list[Image]:
-    """Return the images that the settings and an action ask for, the agent's first."""
+    """Return the images that the settings and `wanted` ask for; those of the agent come first."""
     if wanted == "none":
         return []
     layers = _layers(world) if wanted == "all" else _layers(world) - {"rgb"}
@@ -104,7 +104,7 @@ def _encoded(world: World, picture: CameraImage, layers: frozenset[Layer], *, is
 def _painted(things: np.ndarray, palette: np.ndarray) -> bytes:
     """Return the bytes of an image in which thing i has colour i of a palette (n, 3).
 
-    The last rows of the palette are the colours of negative numbers (structure and sky).
+    The last rows of the palette are the colours of negative numbers, which stand for structure and sky.
     """
     opaque = np.concatenate([palette, np.full((len(palette), 1), OPAQUE, np.uint8)], axis=1)
     return opaque[things[::-1]].tobytes()
@@ -116,7 +116,7 @@ def colour_of(name: str) -> list[int]:
 
 
 def colours(world: World) -> list[dict[str, object]]:
-    """Return the metadata that map colours to objects and classes."""
+    """Return the metadata that say which colour each object and class has."""
     things = [*world.things(), *world.floors.values()]
     classes = sorted({*(thing.category for thing in things), *_STRUCTURE_CLASSES.values()})
     return [{"name": name, "color": colour_of(name)} for name in [*(thing.id for thing in things), *classes]]

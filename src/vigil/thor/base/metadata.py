@@ -1,4 +1,4 @@
-"""AI2-THOR's metadata of the world after an action."""
+"""AI2-THOR's metadata: a description of the world after an action."""
 
 from functools import lru_cache
 from typing import Any
@@ -25,7 +25,7 @@ _WITHOUT: dict[str, Any] = {
     **dict.fromkeys(("isMoving", "obstructed"), False),
     "controlledObjects": None,
 }
-"""Metadata fields, equal for every object, for properties that objects never have in this engine."""
+"""Metadata fields for properties that objects never have in this engine; the values are equal for every object."""
 _UNUSED: dict[str, Any] = {
     **dict.fromkeys(("flatSurfacesOnGrid", "distances", "normals", "isOpenableGrid", "segmentedObjectIds"), ()),
     **dict.fromkeys(("objectIdsInBox", "actionStringsReturn", "actionFloatsReturn", "actionVector3sReturn"), ()),
@@ -43,7 +43,7 @@ _UNUSED: dict[str, Any] = {
 
 
 def agent_metadata(world: World) -> dict[str, Any]:
-    """Return the agent's metadata, without the fields that depend on the action."""
+    """Return the agent's metadata, without the fields that depend on the last action."""
     width, height = world.settings.screen_width, world.settings.screen_height
     ids_are_drawn = world.settings.render_instance_segmentation or world.settings.render_semantic_segmentation
     return {
@@ -110,9 +110,7 @@ def cameras(world: World) -> list[dict[str, Any]]:
 
 
 def objects(world: World) -> list[dict[str, Any]]:
-    """Return the metadata of the objects in the house, or of those that the filter allows; empty before
-    `CreateHouse`.
-    """
+    """Return the metadata of the objects in the house, or only those in `world.shown`; empty before `CreateHouse`."""
     if not world.has_house:
         return []
     everything, scene = [*world.things(), *world.floors.values()], world.editor.scene()
@@ -174,7 +172,7 @@ def _oriented_box(thing: Thing) -> dict[str, Any]:
 
 @lru_cache(maxsize=8192)
 def _box(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> dict[str, Any]:
-    """Return the box around a thing's parts at an openness. The box is cached, so it must not be changed."""
+    """Return the box around all parts of a thing at this openness. The box is cached, so it must not be changed."""
     thing = Thing("", asset.category, asset, position, rotation, openness=openness)
     corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(asset)]
     half = np.array(asset.size) / 2

@@ -1,4 +1,4 @@
-"""The engine's answers, and the protocol (`Responder`) through which the wires (pipes and HTTP) use the engine."""
+"""The engine's answers, and the protocol `Responder`, through which pipes and HTTP use the engine."""
 
 # pyright: reportReturnType=false
 
@@ -14,7 +14,7 @@ class EngineResponse:
     """The engine's answer to an action."""
 
     metadata: dict[str, Any]
-    """All metadata; with `is_patch`, only the agent's fields that changed."""
+    """All metadata; if `is_patch`, only the fields of the agent that changed."""
     images: list[Image] = field(default_factory=list)
     is_patch: bool = False
 
@@ -23,7 +23,7 @@ class Responder(Protocol):
     """An engine that answers actions."""
 
     def first_response(self) -> EngineResponse:
-        """Return the answer that is sent before any action."""
+        """Return the answer that is sent before the first action."""
 
     def respond(self, sent: Mapping[str, Any]) -> EngineResponse:
         """Carry out one action and return the answer, which also says whether and why the action failed."""

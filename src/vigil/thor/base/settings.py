@@ -1,4 +1,4 @@
-"""Settings of `Initialize`, with THOR's defaults."""
+"""Settings of the action `Initialize`, with AI2-THOR's defaults."""
 
 from collections.abc import Mapping
 from typing import Any, Literal
@@ -10,7 +10,7 @@ from vigil.thor.base.errors import ActionFailed
 
 RIGHT_ANGLE = 90.0
 OLD_NAMES = {"renderObjectImage": "renderInstanceSegmentation", "renderClassImage": "renderSemanticSegmentation"}
-"""Old name of a parameter -> its present name."""
+"""Old name of a parameter -> its new name."""
 
 
 class Settings(BaseModel):
@@ -41,17 +41,17 @@ class Settings(BaseModel):
 
     @property
     def looks_up(self) -> float:
-        """Greatest pitch upwards (deg); a parameter of 0 means THOR's 30."""
+        """Greatest angle (deg) by which the camera looks up; if the parameter is 0, AI2-THOR's default of 30."""
         return self.max_upward_look_angle or 30.0
 
     @property
     def looks_down(self) -> float:
-        """Greatest pitch downwards (deg); a parameter of 0 means THOR's 60."""
+        """Greatest angle (deg) by which the camera looks down; if the parameter is 0, AI2-THOR's default of 60."""
         return self.max_downward_look_angle or 60.0
 
 
 UNSUPPORTED_SETTINGS = ("renderNormalsImage", "renderFlowImage")
-"""Parameters that are refused when true, because the images that they ask for do not exist here."""
+"""Parameters that are refused when true, because this engine does not draw the images that they ask for."""
 
 
 def settings_of(sent: Mapping[str, Any], width: int, height: int) -> Settings:

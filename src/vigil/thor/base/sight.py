@@ -1,7 +1,7 @@
-"""Which objects are visible and interactable in THOR's sense: a point of the object is near enough, in the image, and
-met by a ray.
+"""Which objects are visible and interactable in AI2-THOR's sense.
 
-THOR's assets have hand-chosen visibility points; this engine uses the points of a lattice in the box of each part.
+An object is visible if one of its points is near enough, in the image, and hit by a ray. AI2-THOR's assets have
+hand-chosen visibility points; this engine uses the points of a lattice in the box of each part.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from vigil.thor.base.world import World
 
 _LATTICE = np.stack(np.meshgrid(*[[0.05, 0.5, 0.95]] * 3), axis=-1).reshape(-1, 3)
 CAST_FIRST = 5
-"""Stride of the points for which rays are cast first. A thing that these rays meet does not need further rays."""
+"""Rays are first cast to every fifth point. A thing that one of these rays hits does not need further rays."""
 _NOT_CAST = -2
 SHORT_OF_FLOOR_M = 0.01
 """How far (m) before a point of a floor a ray may end that meets the floor."""
@@ -31,13 +31,13 @@ class Visibility:
     """Whether one object is visible and interactable."""
 
     visible: bool = False
-    """Whether a point of the object is visible, perhaps through glass."""
+    """Whether a point of the object is visible, directly or through glass."""
     interactable: bool = False
-    """Whether a point of the object is visible without anything, even glass, in front of it."""
+    """Whether a point of the object is visible with nothing in front of it, not even glass."""
 
 
 def points_of(thing: Thing) -> np.ndarray:
-    """Return the visibility points (n, 3) of a thing. They are cached, so they must not be changed."""
+    """Return the visibility points (n, 3) of a thing. The array is cached, so it must not be changed."""
     return _points(thing.asset, thing.position, thing.rotation, thing.openness)
 
 
@@ -49,7 +49,7 @@ def _points(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> np
 
 
 def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -> dict[str, Visibility]:
-    """Return the visibility of things, by id, from the agent's pose or from `pose`; a held object is always visible."""
+    """Return {id: visibility} of things, seen from `pose`, by default the agent's. A held object is always visible."""
     view = world.view(pose)
     found = {thing.id: Visibility(thing.is_held, thing.is_held) for thing in things}
     found |= _floors_seen(world, view, [thing.id for thing in things if thing.id in world.floors])
@@ -97,9 +97,9 @@ def _floors_seen(world: World, view: CameraView, ids: list[str]) -> dict[str, Vi
 def _met(
     world: World, eye: Vec3, rays: np.ndarray, owners: np.ndarray, is_glassy: np.ndarray
 ) -> tuple[set[int], set[int]]:
-    """Return the indices of the things that rays (n, 3) meet directly, and of those they meet behind glass.
+    """Return the indices of the things that rays (n, 3) hit directly, and of the things that they hit through glass.
 
-    `owners` (n,) has the index of the thing for which each ray is cast.
+    `owners` (n,) is the index of the thing for which each ray is cast; a hit on another thing does not count.
     """
     hits = np.full(len(rays), _NOT_CAST)
     hits[::CAST_FIRST], _ = world.editor.meets(eye, rays[::CAST_FIRST])
@@ -112,7 +112,7 @@ def _met(
 
 
 def _is_in_view(world: World, view: CameraView, points: np.ndarray) -> np.ndarray:
-    """Return for points (n, 3) whether (n,) each is in the image, and near enough on the floor plane."""
+    """Return a mask (n,) of the points (n, 3) that are in the image and near enough, measured on the floor plane."""
     gaps = np.hypot(points[:, 0] - view.eye.x, points[:, 2] - view.eye.z)
     flat = project(view, points)
     inside = ((flat[:, :2] >= 0.0) & (flat[:, :2] <= 1.0)).all(axis=1) & (flat[:, 2] > 0.0)

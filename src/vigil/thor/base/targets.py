@@ -14,9 +14,10 @@ from vigil.thor.base.world import World
 def target(
     world: World, object_id: str | None, x: float | None, y: float | None, *, forced: bool
 ) -> tuple[Thing, Vec3]:
-    """Return the object that an id, or a place in the image (0..1 from its top left), means, and a point on it.
+    """Return the object that an action means, and a point on it.
 
-    Raises ActionFailed when there is none, or when it is out of sight and the action is not forced.
+    The object is given by an id, or by a place in the image (0..1 from its top left). Raises ActionFailed when there is
+    no object, or when it is out of sight and the action is not forced.
     """
     if object_id is None:
         assert x is not None
@@ -29,7 +30,7 @@ def target(
 
 
 def need_interactable(world: World, thing: Thing) -> None:
-    """Raise ActionFailed when a thing is not interactable for THOR's agent."""
+    """Raise ActionFailed when the agent cannot interact with a thing, by AI2-THOR's rules."""
     seen = visibility_of(world, [thing])[thing.id]
     if not seen.visible:
         raise null_reference("Target object not found within the specified visibility.")
@@ -40,8 +41,9 @@ def need_interactable(world: World, thing: Thing) -> None:
 
 
 def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
-    """Return the thing that the ray through a place in the image meets, and the point where it does; glass stops
-    the ray. Raises ActionFailed.
+    """Return the thing that the ray through a place in the image hits, and the point of the hit (m).
+
+    Glass stops the ray. Raises ActionFailed.
     """
     if not (0.0 <= x <= 1.0 and 0.0 <= y <= 1.0):
         raise ActionFailed("x/y must be in [0:1]", thrown="ArgumentOutOfRangeException")
@@ -52,7 +54,7 @@ def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
 
 
 def first_met(world: World, origin: Vec3, rays: np.ndarray) -> tuple[Thing | None, Vec3 | None]:
-    """Return the thing that the first of unit rays (n, 3) meets, and the point (m) where it does.
+    """Return the thing that the first of the unit rays (n, 3) hits, and the point of the hit (m).
 
     The thing is None for structure other than floors; both are None when the ray meets nothing.
     """
@@ -86,7 +88,7 @@ def _at(world: World, x: float, y: float, *, forced: bool) -> tuple[Thing, Vec3]
 
 
 def of_type(world: World, object_type: str) -> Thing:
-    """Return the first thing of a category. Raises ActionFailed when the house has none."""
+    """Return the first thing of a category. Raises ActionFailed when the house does not have one."""
     found = next((thing for thing in world.things() if thing.category == object_type), None)
     if found is None:
         raise bad_argument(f"No object of type {object_type} in the scene!")

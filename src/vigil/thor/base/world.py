@@ -18,7 +18,7 @@ from vigil.thor.base.settings import Settings
 PROCEDURAL = "Procedural"
 """Name of the scene of houses that are given to `CreateHouse`."""
 OFF_GRID_M = 1e-3
-"""Greatest distance (m) from a place of the grid that counts as at this place."""
+"""A place at most this far (m) from a point of the grid counts as on the grid."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,9 +63,9 @@ class World:
     unbreakable: set[str] = field(default_factory=set)
     """Ids of the objects that cannot break."""
     shown: frozenset[str] | None = None
-    """Ids of the objects to which metadata is limited; None if all objects are included."""
+    """Ids of the objects that the metadata may include; None if all objects are included."""
     serves_patches: bool = True
-    """Whether the wire can send an answer without images."""
+    """Whether the connection to the client can send an answer without images (a patch)."""
 
     @property
     def agent(self) -> Pose:
@@ -79,18 +79,18 @@ class World:
             raise invalid_operation("There is no house yet: call CreateHouse, or give the Controller a house as scene")
 
     def on_grid(self, place: Vec3) -> Vec3:
-        """Return the nearest place on the grid through the agent; without the setting snapToGrid, the place itself."""
+        """Return the nearest point of the grid through the agent's position; without `snapToGrid`, the place itself."""
         if not self.settings.snap_to_grid:
             return place
         (x, _, z), size = self.agent.position, self.settings.grid_size
         return Vec3(x + round((place.x - x) / size) * size, place.y, z + round((place.z - z) / size) * size)
 
     def is_on_grid(self, place: Vec3) -> bool:
-        """Return whether a place is on the grid through the agent; True without snapToGrid."""
+        """Return whether a place is on the grid through the agent's position; True without `snapToGrid`."""
         return math.dist(self.on_grid(place), place) <= OFF_GRID_M
 
     def can_be_at(self, place: Vec3) -> bool:
-        """Return whether the agent's body fits at a place on the floor, or is there already."""
+        """Return whether the agent's body fits at a place on the floor; True also for the agent's own place."""
         here = self.agent.position
         return math.hypot(place.x - here.x, place.z - here.z) <= OFF_GRID_M or self.editor.can_stand(place)
 
@@ -107,7 +107,7 @@ class World:
         return [thing for thing in self.editor.scene().things.values() if thing.is_present] if self.has_house else []
 
     def apply_changes(self, objects: dict[str, ObjectSetup], held: str | None = None) -> None:
-        """Change objects as a setup does, and put an object into the hand. Raises ActionFailed."""
+        """Change objects as an episode's setup does, and put the object `held` into the hand. Raises ActionFailed."""
         try:
             self.editor.apply_changes(Setup(objects=objects, held=held))
         except EpisodeError as error:
@@ -121,7 +121,7 @@ class World:
         return self.editor.world([]).held if self.has_house else None
 
     def view(self, agent: Pose | None = None) -> CameraView:
-        """Return the camera of the agent at its present pose, or at the pose `agent`."""
+        """Return the agent's camera at its current pose, or at the pose `agent`."""
         pose = agent or self.agent
         settings = self.settings
         return CameraView(
@@ -135,12 +135,12 @@ class World:
 
 
 def eye_of(pose: Pose) -> Vec3:
-    """Return the position of the eye of an agent that stands or crouches."""
+    """Return the position of the eye of an agent at a pose, standing or crouching."""
     x, y, z = pose.position
     return Vec3(x, y + (EYE_HEIGHT_M if pose.standing else BODY_HEIGHT_M), z)
 
 
 def body_of(pose: Pose) -> Vec3:
-    """Return the position that THOR gives for an agent at a pose."""
+    """Return the position that AI2-THOR reports for an agent at a pose."""
     x, y, z = pose.position
     return Vec3(x, y + BODY_HEIGHT_M, z)

@@ -1,6 +1,4 @@
-"""AI2-THOR's protocol over two named pipes: a message is a sequence of fields, each with a type, a length and a
-body.
-"""
+"""AI2-THOR's protocol over two named pipes. A message is a sequence of fields with a type, a length and a body."""
 
 import json
 import os
@@ -25,15 +23,15 @@ IMAGE_FIELDS = {
     ("ids", True): 14,
     ("classes", True): 15,
 }
-"""(kind of image, whether it is of a third-party camera) -> type number of the image's field."""
+"""(kind of image, whether it is from a third-party camera) -> type number of the field with the image."""
 MOST_BYTES = 2**28
-"""Greatest size (bytes) of an action's body."""
+"""Greatest size (bytes) of the body of an action."""
 ASK_EVERY_S = 0.02
 """Interval (s) between attempts to open the pipe."""
 
 
 class ClientGone(Exception):
-    """The client closed its pipe, ended, or sent something that is not a message."""
+    """The client closed its pipe, ended, or sent bytes that are not a message."""
 
 
 def serve(engine: Responder, environment: Mapping[str, str]) -> None:
@@ -69,7 +67,7 @@ def _opened(path: str, parent: int) -> BinaryIO:
 
 
 def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
-    """Yield the actions that arrive, until the client closes the pipe.
+    """Yield the actions that the client sends, until it closes the pipe.
 
     Raises ClientGone on bytes that are not a message.
     """
@@ -91,7 +89,7 @@ def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
 
 
 def packer() -> Callable[[Any], bytes]:
-    """Return the function that packs metadata. Raises SettingError without msgpack, which the client needs, too."""
+    """Return the function that packs metadata. Raises SettingError without msgpack, which the client also needs."""
     try:
         from msgpack import packb  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     except ImportError:
@@ -101,7 +99,7 @@ def packer() -> Callable[[Any], bytes]:
 
 
 def message(response: EngineResponse, pack: Callable[[Any], bytes]) -> bytes:
-    """Return the message with an answer; `pack` packs its metadata."""
+    """Return an answer as a message; `pack` packs its metadata."""
     kind = METADATA_PATCH if response.is_patch else METADATA
     fields = [(kind, pack(response.metadata))]
     fields += [(IMAGE_FIELDS[image.kind, image.is_third_party], image.data) for image in response.images]

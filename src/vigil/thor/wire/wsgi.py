@@ -1,4 +1,4 @@
-"""AI2-THOR's protocol over HTTP: each answer is posted as a form, and the response is the next action."""
+"""AI2-THOR's protocol over HTTP: the engine posts each answer as a form; the client's response is the next action."""
 
 import json
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ IMAGE_PARTS = {
     ("ids", True): "image_thirdParty_image_ids",
     ("classes", True): "image_thirdParty_classes",
 }
-"""(kind of image, whether it is of a third-party camera) -> name of the image's part of the form."""
+"""(kind of image, whether it is from a third-party camera) -> name of the form's part with the image."""
 
 
 def serve(engine: Responder, environment: Mapping[str, str]) -> None:
@@ -43,9 +43,7 @@ def serve(engine: Responder, environment: Mapping[str, str]) -> None:
 
 
 def form(response: EngineResponse, token: str) -> bytes:
-    """Return the form with an answer, written for the client's own parser, in which the case of header names
-    matters.
-    """
+    """Return an answer as a form. The client's own parser reads it, so upper and lower case matter in header names."""
     texts = {"metadata": json.dumps(response.metadata), "actionReturns": "[]", "token": token}
     pieces: list[bytes] = []
     for name, text in texts.items():

@@ -1,8 +1,9 @@
-"""Films: an episode as an animated GIF or WebP or as MP4, for people who judge it.
+"""Films: an episode as an animated GIF or WebP or as MP4, for people who judge the episode.
 
-Each slide shows the agent's frame with its click marked, the hidden floor plan next to it, and thought and action
-below; the last slide shows the verdict. MP4 needs PyAV (the extra `video`); it is H.264 in yuv420p, which every browser
-plays. The same frames give the same bytes with the same version of PyAV: one thread, no date, no clock.
+Each slide shows the agent's frame with a mark at its click, the hidden floor plan next to the frame, and the thought
+and action below; the last slide shows the verdict. MP4 needs PyAV (the extra `video`); it is H.264 in yuv420p, which
+every browser plays. With one version of PyAV, the same frames give the same bytes, because the encoder uses one thread
+and the file has no date.
 """
 
 import io
@@ -27,13 +28,14 @@ LAST_S = 4.0
 STRIP_PX = 136
 FILM_SIZE = (FRAME_WIDTH + PANEL_PX, FRAME_HEIGHT + STRIP_PX)
 GIF_SHARE = 0.75
-"""Width and height of a GIF relative to a video: about the width of a page of text."""
+"""Scale of a GIF relative to an MP4, in width and height, so that it is about as wide as a page of text."""
 WEBP_QUALITY = 82
 VIDEO_FPS = 10
 VIDEO_CRF = "20"
-"""x264's constant rate factor: high enough quality that the grain of textures is visible."""
+"""x264's constant rate factor. At this quality, the grain of textures is still visible."""
 BT709 = 1
-"""FFmpeg's number for this colour space, primaries and transfer; written to the file so that players agree."""
+"""FFmpeg's number for the colour space, primaries and transfer of BT.709. It is in the file, so that all players show
+the same colours."""
 THOUGHT_LINES = 2
 _PAPER, _INK, _SOFT, _MARK = (24, 28, 32), (240, 242, 244), (170, 178, 186), (214, 21, 95)
 _ACTION, _YES, _NO = (124, 196, 240), (70, 181, 134), (236, 123, 113)
@@ -49,7 +51,7 @@ _MARGIN_PX = 16
 
 @dataclass(frozen=True, slots=True)
 class FilmFrame:
-    """A frame (PNG) and its captions."""
+    """The agent's frame (PNG) at a step, and its captions."""
 
     frame: bytes
     instruction: str
@@ -57,15 +59,15 @@ class FilmFrame:
     click: list[int] | None
     thought: str = ""
     plan: Image.Image | None = None
-    """The panel of `FilmPlan`; None if the house cannot be drawn."""
+    """Picture of the floor plan, made by `FilmPlan.panel`; None if the house cannot be drawn."""
     verdict: dict[str, Any] | None = None
-    """The timeline's verdict, on the last slide only."""
+    """The verdict in the timeline; None on all slides but the last."""
 
 
 def film_frames_of(
     timeline: dict[str, Any], frames: Sequence[bytes | None], plan: FilmPlan | None = None
 ) -> list[FilmFrame]:
-    """Return the slides of a timeline that can be shown, the verdict last. Raises SettingError if there are none."""
+    """Return a slide for each step with a frame, then a slide with the verdict. Raises SettingError without frames."""
     shots = [
         _shot(timeline, step, frame, plan)
         for frame, step in zip(frames, timeline["steps"], strict=True)
@@ -143,7 +145,7 @@ def _animated(slides: Sequence[Image.Image], kind: str, **options: Any) -> bytes
 
 
 def _slide(shot: FilmFrame) -> Image.Image:
-    """Return a frame with its click, the plan next to it, and the strip below."""
+    """Return a slide: the frame with its click, the plan next to it, and the strip of captions below."""
     slide = Image.new("RGB", FILM_SIZE, _PAPER)
     slide.paste(Image.open(io.BytesIO(shot.frame)).convert("RGB"), (0, 0))
     draw = ImageDraw.Draw(slide, "RGBA")
@@ -169,7 +171,7 @@ def _draw_strip(draw: ImageDraw.ImageDraw, shot: FilmFrame) -> None:
 
 
 def _draw_verdict(draw: ImageDraw.ImageDraw, verdict: dict[str, Any]) -> None:
-    """Write the verdict over the dimmed frame."""
+    """Darken the frame and write the verdict over it."""
     draw.rectangle((0, 0, FRAME_WIDTH - 1, FRAME_HEIGHT - 1), fill=(*_PAPER, 214))
     large = font_of(64, is_bold=True)
     for name, x in (("W", 40), ("B", 250)):
@@ -183,7 +185,7 @@ def _draw_verdict(draw: ImageDraw.ImageDraw, verdict: dict[str, Any]) -> None:
 
 
 def _cut_to_width(text: str, font: ImageFont.FreeTypeFont, width: int) -> str:
-    """Return a text as one line of at most `width`, without unprintable characters, cut with an ellipsis."""
+    """Return a text as one line of at most `width` pixels, without unprintable characters, cut with an ellipsis."""
     line = "".join(each if each.isprintable() else " " for each in text[:400])
     if font.getlength(line) <= width:
         return line
@@ -193,7 +195,7 @@ def _cut_to_width(text: str, font: ImageFont.FreeTypeFont, width: int) -> str:
 
 
 def _wrapped(text: str, font: ImageFont.FreeTypeFont, width: int) -> list[str]:
-    """Return a text wrapped into at most two lines of at most `width`; a longer text is cut in the second."""
+    """Return a text as at most two lines of at most `width` pixels; if it is longer, the second line is cut."""
     words, line = text[:400].split(), ""
     while words and font.getlength(f"{line} {words[0]}") <= width:
         line = f"{line} {words.pop(0)}".strip()

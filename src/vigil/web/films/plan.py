@@ -17,21 +17,21 @@ CAPTION_PX, LEGEND_PX = 44, 36
 SUPERSAMPLING = 3
 """Factor by which the plan is drawn larger and then scaled down, for smooth edges."""
 MAX_PX_PER_M = 100
-"""Largest scale of a plan (pixels per metre), which limits a single room."""
+"""Greatest scale of a plan (pixels per metre), so that a single room is not drawn too large."""
 VIEW_DEG = 106
-"""Horizontal field of view (degrees): 90 degrees vertically, at 4:3."""
+"""Horizontal field of view (degrees) of the agent's camera, whose vertical field of view is 90 degrees at 4:3."""
 VIEW_M, AGENT_M, STEP_DOT_M = 1.3, 0.17, 0.06
 SAME_PLACE_M = 0.05
-"""Tolerance (m): an object whose box agrees this closely with its outline on the plan has not been moved."""
+"""Tolerance (m): an object has not been moved if its box and its outline on the plan differ by at most this."""
 RING_M = 0.3
-"""Radius of the ring around an object that is too small to notice on a plan."""
+"""Radius (m) of the ring that is drawn around an object that is too small to notice."""
 GROUND, INK, SOFT = (247, 246, 243), (28, 33, 38), (83, 91, 99)
 PATH, AGENT, TARGET = (11, 92, 138), (179, 55, 47), (27, 122, 83)
 
 
 @lru_cache(maxsize=16)
 def font_of(size: int, *, is_bold: bool = False) -> ImageFont.FreeTypeFont:
-    """Return the font of films at a size."""
+    """Return the font of films at a size (pixels)."""
     import matplotlib  # noqa: PLC0415 - loads over 100 modules
 
     fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
@@ -52,7 +52,7 @@ class FilmPlan:
             self._sheet.draw.text(self._sheet.at(*room.name_at), room.name, fill=SOFT, font=font, anchor="mm")
 
     def panel(self, worlds: Sequence[dict[str, Any]], holds: bool | None) -> Image.Image:
-        """Return the panel at the last of `worlds`, the moments so far; `holds` says whether the goal holds then."""
+        """Return the plan at the last of `worlds`, all states so far; `holds` says whether the goal holds then."""
         sheet = self._sheet
         large = sheet.image.copy()
         if worlds:
@@ -75,7 +75,7 @@ class FilmPlan:
         return self._sheet.at(world["x"], -world["y"])
 
     def _draw_targets(self, draw: ImageDraw.ImageDraw, world: dict[str, Any]) -> None:
-        """Draw the outline of each object: that of the plan if the object has not moved, else its box."""
+        """Draw each object of the goal: its outline on the plan if it has not moved, else its box."""
         for name, thing in world["objects"].items():
             corners = np.array([corner.split(",") for corner in thing["corners"].split()], dtype=float) * (1.0, -1.0)
             drawn = self._outlines.get(name)

@@ -1,6 +1,6 @@
-"""The kinds of the suite, each a module that exports one `KIND`; `vigil.scoring.closure` finds them.
+"""The kinds of the suite. Each is a module that exports one `KIND`; `vigil.scoring.closure` finds these modules.
 
-They are imported with scoring. Each therefore imports only `vigil.scoring.closure_kind`, and gives its functions by
-name. A kind with code of its own is a folder: `KIND` is in `__init__`, and next to it is the code that proposes and
-checks its tasks.
+Scoring imports all of them. Therefore each module imports only `vigil.scoring.closure_kind`, and its `KIND` has names
+of functions, "package.module:function". A kind that has code is a folder: `KIND` is in `__init__`, and the other
+modules propose and check its tasks.
 """

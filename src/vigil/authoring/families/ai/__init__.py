@@ -1,4 +1,4 @@
-"""Approach and Interact: act on an object that is in view and out of reach."""
+"""Approach and Interact: act on an object that is in view but out of reach."""
 
 from vigil.protocol.family import DraftKind, FamilySpec, StreamGrading
 

@@ -1,4 +1,4 @@
-"""Constraint Resolving: act on an object after resolving a constraint, which the instruction states or leaves out."""
+"""Constraint Resolving: resolve a constraint, then act on an object. The instruction may leave the constraint out."""
 
 from vigil.protocol.family import DraftKind, FamilySpec, StreamGrading
 

@@ -1,7 +1,8 @@
 """Drafts of Constraint Resolving (CR): an obstacle in the way, a blocked door, an interlock, a full hand.
 
-Open leaves are drafted by `vigil.authoring.families.cr.leaves`. Drafts do not guarantee that a constraint binds;
-the rule `constraint_holds` of `vigil.authoring.review.rules` checks it.
+Drafts with an open leaf (door, lid or drawer) in the way are in `vigil.authoring.families.cr.leaves`. A draft may turn
+out to be solvable without resolving its constraint; the rule `constraint_holds` of `vigil.authoring.review.rules`
+checks this.
 """
 
 from collections.abc import Callable, Iterator
@@ -47,32 +48,33 @@ OBSTACLES = (
 MOVED_M = 0.5
 """Distance (m) by which an obstacle must be moved to resolve its constraint."""
 OBSTACLE_PX = 800
-"""Visible pixels of an obstacle at the start."""
+"""Minimum number of visible pixels of an obstacle at the start."""
 LOW_M = 0.3
-"""Height (m) below which a drawer can be blocked; a higher one passes over most obstacles."""
+"""Height (m) below which an obstacle can block a drawer; a higher drawer passes over most obstacles."""
 TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS = 4, 12, 5
 TRIED_HELD = 2
-"""Number of objects tried in the hand for each target."""
+"""Number of objects that are tried as the object in the hand, for each target."""
 MAX_HELD_M = 0.45
-"""Longest side (m) below which an object may be in the hand at the start."""
+"""Limit of the longest side (m) of an object that may be in the hand at the start."""
 START_AWAY_M = (0.9, 4.0)
-"""Distances (m) from the target between which an episode starts, unless an obstacle must lie in between."""
+"""Minimum and maximum distance (m) from the target to the start, unless an obstacle must lie in between."""
 FAR_START_AWAY_M = (2.2, 6.0)
-"""Distances (m) from the target between which an episode starts if an obstacle must lie in between."""
+"""Minimum and maximum distance (m) from the target to the start if an obstacle must lie in between."""
 TRIED_FAR_PLACES = 40
 FACING_SPREAD_DEG = 25.0
-"""Greatest angle (deg) between a start's heading and the direction of its target."""
+"""Maximum angle (deg) between a start's heading and the direction of its target."""
 NEAR_TARGET_M, BEFORE_START_M, SPOT_STEP_M = 1.2, 0.7, 0.1
-"""Distances (m): the way's end from the target, the first obstacle from the start, and tried places from each other."""
+"""Distances (m): from the end of the walk to the target, from the start to the first place tried for an obstacle, and
+between tried places."""
 GAPS_M = (0.04, 0.12, 0.25)
-"""Gaps (m) tried between a target's front and an obstacle."""
+"""Gaps (m) that are tried between the front of a target and an obstacle."""
 SHIFTS = (0.0, 0.3, -0.3)
-"""Sideways shifts of an obstacle tried at each gap, as shares of the target's width."""
+"""Sideways shifts of an obstacle that are tried at each gap, as shares of the target's width."""
 
 
 @dataclass(frozen=True, slots=True)
 class PartialTask:
-    """A task for which a start pose and words are still to be found."""
+    """A task that does not have a start pose and an instruction yet."""
 
     template: str
     setup: Setup
@@ -80,11 +82,11 @@ class PartialTask:
     act: Act
     constraint: Constraint
     words: str = ""
-    """Key of `CONSTRAINTS`; empty if it equals the template."""
+    """Key of `CONSTRAINTS` for the sentences; empty if it is the same as the template."""
 
 
 def interlocked(context: HouseContext) -> Drafts:
-    """Yield drafts about machines that can be started only when closed, and opened only when off."""
+    """Yield drafts about a machine that can be turned on only when it is closed, and opened only when it is off."""
     machines = context.things(lambda thing: CATALOG[thing.category].runs_only_when_closed and thing.is_openable)
     for thing in machines:
         is_open = Setup(objects={thing.id: ObjectSetup(openness=1.0, is_toggled=False)})
@@ -96,7 +98,7 @@ def interlocked(context: HouseContext) -> Drafts:
 
 
 def hand_full(context: HouseContext) -> Drafts:
-    """Yield drafts that start with one object in the hand, and ask to pick up another."""
+    """Yield drafts that start with an object in the hand, and ask to pick up another object."""
     can_be_held = context.things(
         lambda thing: thing.is_pickupable and is_target(thing) and max(thing.asset.size) < MAX_HELD_M
     )
@@ -107,7 +109,7 @@ def hand_full(context: HouseContext) -> Drafts:
 
 
 def swing_blocked(context: HouseContext) -> Drafts:
-    """Yield drafts in which an obstacle stands where the target's door must swing."""
+    """Yield drafts in which an obstacle stands where the target's door must swing to open."""
     doors = context.things(lambda thing: is_target(thing) and allows(thing, "open") and is_low(thing))
     for target in [door for door in doors if not door.is_pickupable]:
         setup = setup_for(target, "open")
@@ -125,12 +127,12 @@ def is_low(thing: Thing) -> bool:
 
 
 def is_furniture(thing: Thing) -> bool:
-    """Return whether a thing does not rest on another; a drawer counts as part of its furniture."""
+    """Return whether a thing does not rest on another thing, or is a drawer, which is part of its furniture."""
     return thing.parent is None or thing.is_drawer
 
 
 def obstacle_blocked(context: HouseContext) -> Drafts:
-    """Yield drafts in which an obstacle stands in the only way to the target, which is visible at the start."""
+    """Yield drafts in which an obstacle stands in the only way to the target. The target is visible at the start."""
     for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
         act = acts_for(target)[int(context.rng.integers(len(acts_for(target))))]
         setup = setup_for(target, act)
@@ -145,7 +147,7 @@ def obstacle_blocked(context: HouseContext) -> Drafts:
 
 
 def _starts_with_routes(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
-    """Yield start poses that see a distant target, each with points (n, 2) in x, z on the shortest way to it."""
+    """Yield start poses with a distant target in view, each with points (n, 2) in x, z on the shortest walk to it."""
     if not context.can_begin(setup):
         return
     see = is_in_view(context)
@@ -170,9 +172,9 @@ def _starts_with_routes(context: HouseContext, target: Thing, setup: Setup) -> I
 def _barrier(
     context: HouseContext, target: Thing, setup: Setup, start: Pose, spots: np.ndarray
 ) -> tuple[Thing, Setup] | None:
-    """Return an obstacle and the setup in which it cuts off the target from one of the spots (n, 2) in x, z.
+    """Return an obstacle, and the setup in which it stands on one of the spots (n, 2) in x, z and cuts off the target.
 
-    None if there is none, or none with which the start pose sees both the obstacle and the target.
+    None if there is no such obstacle, or if the obstacle and the target are not both visible from the start pose.
     """
     context.begin(setup)
     free, bare = context.view.plan().tight, context.view.bare_floor()
@@ -206,7 +208,7 @@ def obstacles(context: HouseContext, target: Thing) -> list[Thing]:
 def placements_in_the_way(context: HouseContext, target: Thing, obstacle: Thing, setup: Setup) -> Iterator[Placement]:
     """Yield placements of an obstacle in front of a target where its outline covers only bare floor.
 
-    The house has the setup while the floor is looked at, and none between placements.
+    The house has the setup only while the floor is checked. When a placement is yielded, the house is reset without it.
     """
     deep = target.asset.size.z / 2 + obstacle.asset.size.z / 2
     for gap in GAPS_M:
@@ -227,7 +229,7 @@ def floor_placement(thing: Thing, x: float, z: float, yaw: float) -> Placement:
 
 
 def footprints_at(thing: Thing, spots: np.ndarray, yaw: float) -> np.ndarray:
-    """Return the outlines on the floor (n,) of a thing at each of the spots (n, 2) in x, z, turned by `yaw` (deg)."""
+    """Return the outlines (n,) of a thing on the floor at the spots (n, 2) in x, z, turned by `yaw` (deg)."""
     corners = floor_corners(Box(center=Vec3(0.0, 0.0, 0.0), size=thing.asset.size, yaw=yaw))
     rounded = np.array([(round(x, 3), round(z, 3)) for x, z in spots.tolist()])  # as in `floor_placement`
     return np.asarray(shapely.polygons(rounded.reshape(-1, 1, 2) + corners))
@@ -242,7 +244,7 @@ def _moved_constraint(obstacle: Thing) -> Constraint:
 
 
 def drafts_of_task(context: HouseContext, sketch: PartialTask, start: Pose | None = None) -> Drafts:
-    """Yield one draft, or none if no start pose or no words are found; `start` is used if given."""
+    """Yield one draft, or nothing if no start pose or no phrase is found. If `start` is given, it is the start pose."""
     target, obstacle = sketch.target, context.thing(sketch.constraint.object_id)
     also = [obstacle.id] if sketch.template == "swing" else []
 
@@ -272,7 +274,7 @@ def drafts_of_task(context: HouseContext, sketch: PartialTask, start: Pose | Non
 
 
 def _instruction(context: HouseContext, sketch: PartialTask, phrases: dict[str, Phrase]) -> str:
-    """Return a random sentence that states the constraint, given the phrases for `target` and `obstacle`."""
+    """Return a random sentence that states the constraint; `phrases` has the phrases for `target` and `obstacle`."""
     target, obstacle = sketch.target, context.thing(sketch.constraint.object_id)
     phrase, other = phrases["target"], phrases["obstacle"]
     if sketch.template == "hand" and not referents(other.without_place, [context.items[target.id]]):
@@ -292,9 +294,9 @@ def _instruction(context: HouseContext, sketch: PartialTask, phrases: dict[str, 
 
 
 def without_constraint(context: HouseContext, drafts: Callable[[HouseContext], Drafts]) -> Drafts:
-    """Yield the drafts of an explicit kind, whose instructions give the order alone.
+    """Yield the drafts of a kind, with instructions that do not state the constraint.
 
-    Agents must find what prevents it; setup, bindings and goal stay as they are.
+    Agents must find out what prevents the act. Setup, bindings and goal are not changed.
     """
     for episode in drafts(context):
         context.begin(episode.setup)

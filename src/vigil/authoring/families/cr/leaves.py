@@ -1,6 +1,6 @@
-"""Drafts with open leaves in the way (CR `leaf`): a door, lid or drawer blocks the only way until it is closed.
+"""Drafts with an open leaf (door, lid or drawer) in the way (CR `leaf`): it blocks the only way until it is closed.
 
-Few leaves do so where the furniture of a house stands, so furniture that cannot be carried may be put next to them.
+In most houses, few leaves do this. So furniture that cannot be carried may be put next to a leaf.
 """
 
 from collections.abc import Iterator
@@ -32,25 +32,25 @@ from vigil.scene.things import Thing
 LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Drawer", "Safe", "Stove")
 LIGHT_FURNITURE = ("Chair", "Stool", "GarbageCan", "LaundryHamper", "HousePlant", "VacuumCleaner")
 HEAVY_FURNITURE = ("Ottoman", "FloorLamp", "RoomDecor", "Cart", "ArmChair", "DogBed", "SideTable", "CoffeeTable")
-"""Furniture that may stand next to an open leaf and cannot be carried; heavy furniture remains in its room."""
+"""Furniture that may be put next to an open leaf and cannot be carried. Heavy furniture stays in its room."""
 MIN_ROOM_M2 = 0.2
-"""Area (m2) from which a separate part of the free floor counts."""
+"""Area (m2) below which a separate part of the free floor is ignored."""
 GAP_M = 2 * BODY_RADIUS_M
-"""Width (m) below which a body does not pass through a gap."""
+"""Width (m) of a gap below which the agent's body does not pass."""
 AROUND_M, STEP_M = 1.0, 0.12
-"""Margin (m) around the swing of a leaf in which furniture is placed, and step (m) of the grid of places."""
+"""Furniture is put at most this far (m) from the floor that a leaf sweeps; step (m) of the grid of tried places."""
 TRIED_PLACES, TRIED_FURNITURE, MAX_SETUPS = 400, 4, 2
 TRIED_TARGETS, TRIED_STARTS, MIN_VISIBLE_POINTS = 10, 24, 6
 AWAY_M = (1.6, 6.0)
-"""Distances (m) from the target between which an episode starts."""
+"""Minimum and maximum distance (m) from the target to the start."""
 HEADINGS_DEG = (0.0, 90.0)
-"""Headings (deg) in which furniture is placed next to a leaf."""
+"""Headings (deg) that are tried for furniture next to a leaf."""
 LEAF_PX = 8000
-"""Visible pixels of the leaf at the start; it is near, and a person must see which leaf is meant."""
+"""Minimum number of visible pixels of the leaf at the start. It is large so that it is clear which leaf is meant."""
 
 
 def leaf_in_the_way(context: HouseContext) -> Drafts:
-    """Yield drafts in which an open leaf blocks the only way to the target, which is visible at the start."""
+    """Yield drafts in which an open leaf blocks the only way to the target. The target is visible at the start."""
     for leaf in context.things(lambda thing: thing.is_openable and thing.category in LEAVES):
         for setup in islice(_blocking_setups(context, leaf), MAX_SETUPS):
             for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
@@ -64,7 +64,7 @@ def leaf_in_the_way(context: HouseContext) -> Drafts:
 
 
 def _blocking_setups(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
-    """Yield setups in which a leaf splits the free floor when open, but not when closed."""
+    """Yield setups in which the free floor is split into parts when a leaf is open, but not when it is closed."""
     opened = {leaf.id: ObjectSetup(openness=1.0)}
     if not context.can_begin(Setup(objects=opened)):
         return
@@ -87,9 +87,9 @@ def _blocking_setups(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
 def _tight_spots(
     context: HouseContext, thing: Thing, swung: BaseGeometry, open_: "_LeafFloor", shut: "_LeafFloor"
 ) -> Iterator[tuple[Placement, BaseGeometry]]:
-    """Yield placements of furniture that leave gaps too narrow to walk around an open leaf, each with its outline.
+    """Yield, in a random order, placements of furniture next to an open leaf, each with the outline of the furniture.
 
-    `swung` is the floor that the leaf covers when open only. The order is random.
+    The gaps that remain are too narrow to walk through. `swung` is the floor that the leaf covers only when it is open.
     """
     places = _places(context, swung)
     shapes: Any = np.empty(len(places), dtype=object)
@@ -104,7 +104,7 @@ def _tight_spots(
 
 
 class _LeafFloor:
-    """The floor of a house with a leaf open or closed: where a body can be, where nothing stands, and the leaf."""
+    """Floor areas while a leaf is open or closed: where the agent can be, what is bare, and what the leaf covers."""
 
     def __init__(self, context: HouseContext, leaf: Thing, openness: float) -> None:
         context.begin(Setup(objects={leaf.id: ObjectSetup(openness=openness)}))
@@ -119,13 +119,13 @@ def _may_stand_by(context: HouseContext, leaf: Thing, thing: Thing) -> bool:
 
 
 def _is_alone(context: HouseContext, thing: Thing) -> bool:
-    """Return whether a thing stands on the floor, cannot be carried, and has nothing on it."""
+    """Return whether a thing stands on the floor, cannot be carried, and has no other thing on it."""
     others = context.view.scene.things.values()
     return thing.parent is None and not thing.is_pickupable and all(other.parent != thing.id for other in others)
 
 
 def _places(context: HouseContext, swung: BaseGeometry) -> np.ndarray:
-    """Return x (m), z (m) and heading (deg) of at most `TRIED_PLACES` poses (n, 3) around an open leaf, shuffled."""
+    """Return at most `TRIED_PLACES` poses (n, 3) around an open leaf, shuffled: x (m), z (m) and heading (deg)."""
     left, low, right, high = swung.buffer(AROUND_M).bounds
     x, z = np.meshgrid(np.arange(left, right, STEP_M), np.arange(low, high, STEP_M))
     count = len(HEADINGS_DEG)
@@ -134,7 +134,7 @@ def _places(context: HouseContext, swung: BaseGeometry) -> np.ndarray:
 
 
 def _is_split(open_: BaseGeometry, shut: BaseGeometry) -> bool:
-    """Return whether two separate parts of the floor with a leaf open are one part of the floor with it closed."""
+    """Return whether the floor with the leaf open has two separate parts that are one part when it is closed."""
     inside = [part.representative_point() for part in _rooms(open_)]
     if len(inside) < 2:
         return False
@@ -148,9 +148,9 @@ def _rooms(free: BaseGeometry) -> list[BaseGeometry]:
 
 
 def _start_behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
-    """Return a start pose that sees a leaf and a target, and is cut off from the target only while the leaf is open.
+    """Return a start pose with a leaf and a target in view. The target can be reached only if the leaf is closed.
 
-    None if there is none.
+    None if there is no such pose.
     """
     closed = {**setup.objects, leaf.id: ObjectSetup(openness=0.0)}
     if not context.can_begin(setup.model_copy(update={"objects": closed})):

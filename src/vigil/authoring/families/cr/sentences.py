@@ -1,9 +1,9 @@
-"""The sentence forms of explicit constraints (CR), by kind, each in two halves (see `sentences`).
+"""Sentence forms of CR instructions that state the constraint, by kind, each in two halves (see `sentences`).
 
-An obstacle is moved aside, not just picked up, since a hand that holds it cannot take anything else. Slots: `order`
-and `order_it`, the order; `target`, `obstacle` and `blocker`, phrases for the things; `target_it` and `obstacle_it`,
-their pronouns; `obstacle_blocks` and `obstacle_stands`, verbs that agree with the obstacle in number; `whole`, what is
-opened; `it`, the pronoun for `whole`, or for `blocker` where there is one.
+The forms ask to move an obstacle aside, not only to pick it up, because a hand that holds it cannot take anything else.
+Slots: `order` and `order_it`, the order; `target`, `obstacle` and `blocker`, phrases for the things; `target_it` and
+`obstacle_it`, their pronouns; `obstacle_blocks` and `obstacle_stands`, verbs that agree with the obstacle in number;
+`whole`, the thing or part that is opened; `it`, the pronoun for `blocker`, or for `whole` in forms without `blocker`.
 """
 
 from vigil.authoring.language.sentences import Sentences

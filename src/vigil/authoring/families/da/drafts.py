@@ -1,4 +1,4 @@
-"""Drafts of Distance Approach (DA), with the sentence forms (see `vigil.authoring.language.sentences`)."""
+"""Drafts of Distance Approach (DA), and its sentence forms (see `vigil.authoring.language.sentences`)."""
 
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import (
@@ -16,7 +16,7 @@ from vigil.protocol.goals import NEAR_M, AgentNearTarget
 from vigil.scene.things import Thing
 
 APPROACHED_M = (0.15, 1.9)
-"""Longest sides (m) between which an object is approached; smaller ones are hard to see, larger ones always near."""
+"""Minimum and maximum longest side (m) of a target. Smaller things are hard to see; larger things are always near."""
 APPROACH = Sentences(
     public=(
         "Walk up to {target}: come to within about one and a half metres of {it}, near enough to touch {it}, and stop "
@@ -67,7 +67,7 @@ def approaching(context: HouseContext) -> Drafts:
 
 
 def asking(context: HouseContext) -> Ask:
-    """Return how the family asks for one thing."""
+    """Return how this family asks for a target: the sentences, the start and the goal."""
     start_in_view = finder_of_starts_in_view(context, "DA")
 
     def find_start(thing: Thing, also: PoseTest) -> Pose | None:
@@ -79,6 +79,6 @@ def asking(context: HouseContext) -> Ask:
 
 
 def _is_approachable(thing: Thing) -> bool:
-    """Return whether a thing may be a target: it has a suitable size and is not a drawer."""
+    """Return whether a thing may be a target: it has a suitable size, and it is not a drawer."""
     low, high = APPROACHED_M
     return is_target(thing) and low < max(thing.asset.size) < high and not thing.is_drawer

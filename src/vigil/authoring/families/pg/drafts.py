@@ -1,4 +1,4 @@
-"""Drafts of Pixel Grounding (PG), with the sentence forms (see `vigil.authoring.language.sentences`)."""
+"""Drafts of Pixel Grounding (PG), and its sentence forms (see `vigil.authoring.language.sentences`)."""
 
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import (
@@ -17,7 +17,8 @@ from vigil.protocol.goals import TargetGrounded
 
 CLEAR_PX_BY_SIZE: dict[TargetSize, int] = {"large": 4000, "medium": 800, "small": 180}
 HARD_PX_BY_SIZE: dict[TargetSize, int] = {"large": 1000, "medium": 200, "small": SMALL_START_PX}
-"""Visible pixels of a target at a start that is clear to a person, and at a hard start (the rules' least), by size."""
+"""Minimum visible pixels of a target by size class: CLEAR_PX_BY_SIZE if it must be clear to a person, HARD_PX_BY_SIZE
+at a hard start (the rules' minimum for small targets)."""
 POINT = Sentences(
     public=(
         "Point at {target}.",
@@ -57,13 +58,13 @@ POINT = Sentences(
 
 
 def pointing(context: HouseContext, size: TargetSize) -> Drafts:
-    """Yield drafts with targets of a size class."""
+    """Yield drafts whose target has this size class."""
     things = context.things(lambda thing: is_target(thing) and size_of_thing(thing) == size)
     yield from drafts_about(context, asking(context), things)
 
 
 def asking(context: HouseContext) -> Ask:
-    """Return how the family asks for one thing."""
+    """Return how this family asks for a target: the sentences, the start and the goal."""
     least_px = HARD_PX_BY_SIZE if context.prefers_hard_starts else CLEAR_PX_BY_SIZE
     find_start = finder_of_starts_in_view(context, "PG", lambda thing: is_seen(least_px[size_of_thing(thing)]))
     return Ask("PG", POINT, find_start, lambda thing: TargetGrounded(object_id=thing.id))

@@ -27,16 +27,16 @@ HORIZON_DEG = DEFAULT_HORIZON_DEG / 2
 
 
 def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) -> Drafts:
-    """Yield drafts of an act: the target is out of view.
+    """Yield drafts that ask for an act on a target that is out of view.
 
-    `by_turning` says whether turning must or must not show the target (None: either).
+    `by_turning` says whether the target must (True) or must not (False) become visible by turning; None: either.
     """
     things = context.things(lambda thing: allows(thing, act) and can_be_searched_for(context, thing))
     yield from drafts_about(context, asking(context, act, by_turning), things)
 
 
 def asking(context: HouseContext, act: Act | None = None, by_turning: bool | None = None) -> Ask:
-    """Return how the family asks for one thing."""
+    """Return how this family asks for a target: the sentences and the start; the goal follows from the act."""
     return Ask(
         "SI",
         SEARCH_ORDERS,
@@ -46,7 +46,7 @@ def asking(context: HouseContext, act: Act | None = None, by_turning: bool | Non
 
 
 def picking_from_inside(context: HouseContext) -> Drafts:
-    """Yield drafts whose target is found by opening the right one of a few closed containers.
+    """Yield drafts whose target is in one of a few closed containers, so that the agent must open the right container.
 
     The instruction does not name the container.
     """
@@ -71,10 +71,9 @@ def picking_from_inside(context: HouseContext) -> Drafts:
 
 
 def _placeless(context: HouseContext, target: Thing) -> Phrase | None:
-    """Return a phrase for a thing that does not name its container.
+    """Return a phrase that means only this thing and does not name the thing's container.
 
-    None if no such phrase means that thing only, or if more than `MAX_CLOSED` closed containers would have to be
-    searched.
+    None if there is no such phrase, or if the agent might have to search more than `MAX_CLOSED` closed containers.
     """
     items = context.items
     item = items[target.id]

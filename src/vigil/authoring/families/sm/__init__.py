@@ -4,7 +4,7 @@ from vigil.protocol.family import DraftKind, FamilySpec, StreamGrading
 
 
 def _kind(plans: str, in_starter: int = 0) -> DraftKind:
-    """Return the kind whose plans a function yields."""
+    """Return the kind of episodes whose plans the function named `plans` yields."""
     arguments = {"plans": DraftKind(f"vigil.authoring.families.sm.plans:{plans}")}
     return DraftKind("vigil.authoring.families.sm.drafts:drafts_of", arguments, in_starter)
 

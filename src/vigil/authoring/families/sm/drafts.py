@@ -1,4 +1,4 @@
-"""Drafts of Sequential Manipulation (SM): the starts and words of plans (`vigil.authoring.families.sm.plans`)."""
+"""Drafts of Sequential Manipulation (SM): starts and instructions for plans (`vigil.authoring.families.sm.plans`)."""
 
 from collections import defaultdict
 from collections.abc import Callable
@@ -16,15 +16,15 @@ from vigil.protocol.family import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import ObjectAtReceptacle, ObjectInState
 
 START_AWAY_M = (0.7, 4.0)
-"""Distances (m) from the first object to act on between which an episode starts."""
+"""Minimum and maximum distance (m) from the first object to act on to the start."""
 _INSIDE = {"into": "into", "in_": "in"}
-"""Slot -> word for placing inside."""
+"""Name of a slot -> its word if the object is put inside."""
 MOVED = ("target", "second")
-"""Roles of objects that are moved; naming their present room could be read as naming their destination."""
+"""Roles of objects that are moved. Their phrases must not name a room, which could be read as the destination."""
 
 
 def drafts_of(context: HouseContext, plans: Callable[[HouseContext], Plans]) -> Drafts:
-    """Yield a draft for each plan that has a start pose and words."""
+    """Yield a draft for each plan for which a start pose and phrases are found."""
     for plan in plans(context):
         found = context.start_and_phrases(plan.setup, plan.roles, partial(_start, context, plan))
         if found is None:
@@ -44,7 +44,7 @@ def drafts_of(context: HouseContext, plans: Callable[[HouseContext], Plans]) -> 
 
 
 def _start(context: HouseContext, plan: SequencePlan, named: dict[str, Phrase]) -> Pose | None:
-    """Return a start that sees the first object to act on; None without one, or if the phrases do not suit."""
+    """Return a start from which the first object to act on is visible; None if there is none or phrases do not suit."""
     if len(named) < len(plan.roles) or is_wordy(named):
         return None
     first = context.thing(plan.facts[0].object_id)
@@ -52,7 +52,7 @@ def _start(context: HouseContext, plan: SequencePlan, named: dict[str, Phrase]) 
 
 
 def _instruction(context: HouseContext, plan: SequencePlan, named: dict[str, Phrase]) -> str:
-    """Return a random sentence for a plan whose roles are named by phrases."""
+    """Return a random sentence for a plan; `named` has the phrase for each role."""
     words = {role: str(phrase) for role, phrase in named.items()}
     words |= pronoun_slots(plan.roles["target"].category, "target_")
     states = {fact.object_id: fact for fact in plan.facts if isinstance(fact, ObjectInState)}
@@ -75,15 +75,16 @@ def _instruction(context: HouseContext, plan: SequencePlan, named: dict[str, Phr
 
 
 def sequence_forms(template: str, forms: Forms, *, inside: bool) -> tuple[str, ...]:
-    """Return the sentence forms of a template; with `inside`, only those that ask to put the object inside."""
+    """Return the sentence forms of a template; if `inside`, only forms that ask to put the object inside."""
     sentences = SEQUENCES[template].of(forms)
     return tuple(each for each in sentences if not inside or asks_inside(each.format_map(defaultdict(str, _INSIDE))))
 
 
 def is_wordy(phrases: dict[str, Phrase]) -> bool:
-    """Return whether phrases (by role) are too much for one sentence.
+    """Return whether these phrases (by role) are too much for one sentence.
 
-    They are if one names a support, one of a moved object names its room, or two name the same room.
+    They are if a phrase names a support, if the phrase for a moved object names a room, or if two phrases name the same
+    room.
     """
     rooms = [phrase.room for phrase in phrases.values() if phrase.room is not None]
     is_placed = any(phrase.support is not None for phrase in phrases.values())

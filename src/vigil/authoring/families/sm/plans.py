@@ -1,7 +1,7 @@
-"""Plans of Sequential Manipulation (SM): containers are opened, objects taken out, put elsewhere, and closed again.
+"""Plans of Sequential Manipulation (SM): containers are opened, objects taken out and put elsewhere, containers closed.
 
-Where a sequence ends in several facts (two objects in one place, or an object put in and the door closed again), its
-goal is `all_of` them.
+A sequence may end in several facts (two objects in one place, or an object inside and the door closed). Its goal is
+then `all_of` these facts.
 """
 
 from collections.abc import Iterator
@@ -25,15 +25,15 @@ from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
 
 TOGETHER_M = 4.0
-"""Greatest floor distance (m) of a sequence's objects from its first one, so that the step budget is enough."""
+"""Maximum floor distance (m) from a sequence's first object to the other objects, so that the step budget is enough."""
 CARRIED_M = 6.0
-"""Greatest floor distance (m) between two containers; larger than `TOGETHER_M` since only one object is carried."""
+"""Maximum floor distance (m) between two containers. It exceeds `TOGETHER_M` because only one object is carried."""
 TRIED_RECEPTACLES, TRIED_CONTAINERS = 3, 6
-"""Numbers of receptacles, and of other containers, tried as the place for an object."""
+"""Number of receptacles, and number of other containers, that are tried as the place for an object."""
 ROOM_FACTOR = 3.0
-"""Free area that objects need, as a multiple of their own, since objects do not lie close together."""
+"""Free area that objects need, as a multiple of their own area: objects do not lie close together."""
 NEVER_CHANGED = frozenset({"Doorway"})
-"""Categories that are not opened or closed in passing, because that changes the ways through the house."""
+"""Categories that `three_acts` does not open or close, because this would change the ways through the house."""
 TABLES = ("CounterTop", "DiningTable", "CoffeeTable", "Desk", "SideTable", "Dresser", "TVStand", "Cart")
 SEATS = ("Sofa", "Bed", "ArmChair", "Ottoman", "Chair", "Stool")
 SOFT = frozenset(
@@ -42,7 +42,7 @@ SOFT = frozenset(
         "TennisRacket",
     }
 )
-"""Categories that people put on a seat as well as on a table."""
+"""Categories that people put on seats as well as on tables."""
 FOOD = ("Apple", "Tomato", "Potato", "Egg", "Bread", "Lettuce")
 WARE = ("Plate", "Bowl", "Cup", "Mug", "Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "Pot", "Pan")
 PUT_INTO = {
@@ -57,19 +57,19 @@ Fact = ObjectInState | ObjectHeld | ObjectAtReceptacle
 
 @dataclass(frozen=True, slots=True)
 class SequencePlan:
-    """A sequence for which a start pose and words are still to be found."""
+    """A sequence of acts that does not have a start pose and an instruction yet."""
 
     template: str
     setup: Setup
     roles: dict[str, Thing]
     facts: tuple[Fact, ...]
-    """What is brought about, in this order."""
+    """Facts that the acts bring about, in order."""
     ends: tuple[GoalPart, ...] = ()
-    """Facts that hold at the end, if they are several; empty if it is the last fact alone."""
+    """Facts that must hold at the end, if there are several; empty if only the last fact must hold."""
 
     @property
     def goal(self) -> Goal:
-        """The facts at the end, with those before the last one as its chain."""
+        """The goal: the facts at the end. Its chain has all facts before the last fact."""
         goal = AllOf(object_id=self.ends[0].object_id, parts=self.ends) if self.ends else self.facts[-1]
         return goal.model_copy(update={"chain": self.facts[:-1]})
 
@@ -95,7 +95,7 @@ def emptying(context: HouseContext) -> Plans:
 
 
 def putting_in(context: HouseContext) -> Plans:
-    """Yield `put_into` plans: take an object and put it into a container, which is opened first if it can be."""
+    """Yield `put_into` plans: take an object and put it into a container, which is first opened if it can be."""
     for container in context.things(_may_hold):
         setup = _closed_setup(container) if container.is_openable else Setup()
         opened = (_opened(container),) if container.is_openable else ()
@@ -133,7 +133,7 @@ def two_to_one(context: HouseContext) -> Plans:
 
 
 def _may_join(second: Thing, first: Thing, receptacle: Thing) -> bool:
-    """Return whether a second object may be put where the first one goes."""
+    """Return whether a second object may be put at the receptacle to which the first object is moved."""
     taken = (first.id, receptacle.id)
     is_free = second.id not in (*taken, first.parent) and second.parent not in taken
     is_odd = receptacle.category in PUT_INTO and second.category not in PUT_INTO[receptacle.category]
@@ -141,7 +141,7 @@ def _may_join(second: Thing, first: Thing, receptacle: Thing) -> bool:
 
 
 def put_and_close(context: HouseContext) -> Plans:
-    """Yield plans in which an object is put into a container that is opened before and closed after."""
+    """Yield plans in which a container is opened, an object is put into it, and the container is closed."""
     for container in context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable):
         for target in context.things(lambda thing, container=container: _may_go_in(container, thing)):
             if can_be_searched_for(context, target) and _is_near(context, container, target):
@@ -152,7 +152,7 @@ def put_and_close(context: HouseContext) -> Plans:
 
 
 def take_and_close(context: HouseContext) -> Plans:
-    """Yield plans in which an object is taken out of a container and put elsewhere, and the container closed again."""
+    """Yield plans in which an object is taken out of a container and put elsewhere, and the container is closed."""
     for container, target, setup in filled(context):
         taken = {container.id, container.parent, target.id, target.parent}
         for receptacle in receptacles_for(context, target, taken):
@@ -164,7 +164,7 @@ def take_and_close(context: HouseContext) -> Plans:
 
 
 def swapping(context: HouseContext) -> Plans:
-    """Yield plans in which two objects on two tables or seats change places."""
+    """Yield plans in which two objects, each on a table or seat, change places."""
     movable = [each for each in _movable(context) if context.thing(each.parent or "").category in (*TABLES, *SEATS)]
     for first in movable:
         source = context.thing(first.parent or "")
@@ -183,7 +183,7 @@ def swapping(context: HouseContext) -> Plans:
 
 
 def from_one_into_another(context: HouseContext) -> Plans:
-    """Yield plans in which an object goes from one closed container into another."""
+    """Yield plans in which an object is moved from one closed container into another."""
     for container, target, setup in filled(context):
         others = context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable)
         for other in others[:TRIED_CONTAINERS]:
@@ -198,7 +198,7 @@ def from_one_into_another(context: HouseContext) -> Plans:
 
 
 def three_acts(context: HouseContext) -> Plans:
-    """Yield plans in which two objects are opened, closed or switched, and a third one is put somewhere."""
+    """Yield plans in which two things are opened, closed or switched, and an object is put somewhere."""
     for target in _movable(context):
         for receptacle in receptacles_for(context, target, {target.id, target.parent})[:1]:
             found = [each for each in _errands(context) if each[0].id not in (receptacle.id, target.id, target.parent)]
@@ -213,7 +213,7 @@ def three_acts(context: HouseContext) -> Plans:
 
 
 def _errands(context: HouseContext) -> list[tuple[Thing, Act]]:
-    """Return objects in a random order, each with an act that can be done to it; one object per category."""
+    """Return things in a random order, at most one per category, each with an act that can be done to it."""
     chosen: dict[str, tuple[Thing, Act]] = {}
     for thing in context.things(lambda thing: is_target(thing) and thing.category not in NEVER_CHANGED):
         acts: list[Act] = [act for act in acts_for(thing) if act != "pick"]
@@ -223,20 +223,20 @@ def _errands(context: HouseContext) -> list[tuple[Thing, Act]]:
 
 
 def _movable(context: HouseContext) -> list[Thing]:
-    """Return the objects that rest on another and can be picked up, in a random order."""
+    """Return, in a random order, the objects that rest on another thing and can be picked up."""
     return context.things(
         lambda thing: thing.is_pickupable and thing.parent is not None and can_be_searched_for(context, thing)
     )
 
 
 def _may_hold(thing: Thing) -> bool:
-    """Return whether people put objects into a thing, and it has a surface inside that is not in one of its drawers."""
+    """Return whether people put objects into a thing, and the thing itself (not its drawers) has a surface inside."""
     is_container = thing.category in BELONGS_IN or thing.category in PUT_INTO
     return is_container and any(surface.is_inside for surface in thing.asset.surfaces)
 
 
 def _may_go_in(container: Thing, thing: Thing) -> bool:
-    """Return whether a person would put a thing into a container, where it is not yet, and the thing can be moved."""
+    """Return whether people would put a thing into a container, and the thing can be moved and is not in it yet."""
     suits = thing.category in (*BELONGS_IN.get(container.category, ()), *PUT_INTO.get(container.category, ()))
     return suits and can_be_put(thing, container)
 
@@ -244,20 +244,20 @@ def _may_go_in(container: Thing, thing: Thing) -> bool:
 def receptacles_for(context: HouseContext, target: Thing, without: set[str | None]) -> list[Thing]:
     """Return at most `TRIED_RECEPTACLES` things on or into which a target can be put, in a random order.
 
-    `without` are ids of things that are not wanted.
+    `without` has the ids of things that must not be returned.
     """
     return context.things(lambda thing: thing.id not in without and _suits(thing, target))[:TRIED_RECEPTACLES]
 
 
 def _suits(receptacle: Thing, target: Thing) -> bool:
-    """Return whether a person would put a target on or into a receptacle, and the receptacle can hold it."""
+    """Return whether people would put a target on or into a receptacle, and whether the receptacle can hold it."""
     is_usual = receptacle.category in TABLES or (target.category in SOFT and receptacle.category in SEATS)
     is_usual = is_usual or target.category in PUT_INTO.get(receptacle.category, ())
     return receptacle.is_receptacle and is_usual and can_hold(receptacle, target)
 
 
 def _has_room(context: HouseContext, receptacle: Thing, *things: Thing) -> bool:
-    """Return whether objects are likely to fit on a receptacle together with what lies there already."""
+    """Return whether objects are likely to fit on a receptacle in addition to the objects that lie there already."""
     level = [surface for surface, _ in level_surfaces(receptacle)]
     tops = [surface for surface in level if not surface.is_inside] or level
     there = children(context.view.scene, receptacle.id)
@@ -270,7 +270,7 @@ def _area_m2(thing: Thing) -> float:
 
 
 def _is_near(context: HouseContext, first: Thing, *others: Thing) -> bool:
-    """Return whether other objects are in the room of the first and at most `TOGETHER_M` from it."""
+    """Return whether the other things are in the same room as the first thing and at most `TOGETHER_M` from it."""
     room_at, home = context.view.room_at, context.view.room_at(first.position)
     return all(
         room_at(other.position) == home and floor_distance(first.position, other.position) <= TOGETHER_M
@@ -295,6 +295,6 @@ def _closed(thing: Thing) -> ObjectInState:
 
 
 def _at(thing: Thing, receptacle: Thing, *, inside: bool | None = None) -> ObjectAtReceptacle:
-    """Return the fact that a thing is at a receptacle: `inside` or not; None: as people put things there."""
+    """Return the fact that a thing is at a receptacle: inside or on it. If `inside` is None, the usual place counts."""
     is_inside = receptacle.category in PUT_INTO if inside is None else inside
     return ObjectAtReceptacle(object_id=thing.id, receptacle_id=receptacle.id, inside=is_inside)

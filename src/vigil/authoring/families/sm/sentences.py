@@ -1,10 +1,10 @@
 """The sentence forms of Sequential Manipulation (SM), by template (see `vigil.authoring.language.sentences`).
 
 Slots: `target`, `second`, `container`, `source` and `receptacle`, phrases for the things; `target_it`, the pronoun for
-the target; `whole`, what is opened, `piece`, the same after the thing has been named, and `it`, its pronoun; `other`,
-what is opened second; `order_a` and `order_b`, two orders in full; `into` and `in_`, the words for placing in or on
-the receptacle. In `CHAINS`, the word for placing on is "onto": "the cup on the desk" would be a cup that lies there
-already.
+the target; `whole`, the thing or part that is opened, `piece`, the same after the thing has been named, and `it`, its
+pronoun; `other`, the second thing that is opened; `order_a` and `order_b`, two orders in full; `into` and `in_`, the
+words for placing in or on the receptacle. In `CHAINS`, the word for placing on is "onto", because "the cup on the desk"
+would be a cup that lies there already.
 """
 
 from vigil.authoring.language.sentences import Sentences
@@ -91,7 +91,7 @@ SEQUENCES = {
         ),
     ),
 }
-"""Template -> its sentence forms; `put_into_closed` is for `put_into` with a receptacle that is closed at the start."""
+"""Template -> its sentence forms. `put_into_closed` is for `put_into` if the receptacle is closed at the start."""
 
 CHAINS = {
     "two_to_one": Sentences(

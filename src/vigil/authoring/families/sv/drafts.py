@@ -1,4 +1,4 @@
-"""Drafts of State Verification (SV), with the sentence forms (see `vigil.authoring.language.sentences`)."""
+"""Drafts of State Verification (SV), and its sentence forms (see `vigil.authoring.language.sentences`)."""
 
 from typing import Literal
 
@@ -25,16 +25,16 @@ from vigil.scene.things import Thing
 
 QueriedState = Literal["is_toggled", "is_open"]
 STATE_PX, HARD_STATE_PX = 350, STATE_START_PX
-"""Visible pixels of the parts that show the state, at a start that is clear to a person and at a hard one."""
+"""Minimum visible pixels of the parts that show the state, at a start that is clear to a person and at a hard start."""
 ABOVE_EYES_M = 0.3
-"""Height (m) below the eyes above which a state is judged with the camera level."""
+"""The camera is level at the start unless the target is more than this far (m) below the eyes."""
 LABELS: dict[StateLabel, tuple[QueriedState, ObjectSetup]] = {
     "on": ("is_toggled", ObjectSetup(is_toggled=True)),
     "off": ("is_toggled", ObjectSetup(is_toggled=False)),
     "open": ("is_open", ObjectSetup(openness=1.0)),
     "closed": ("is_open", ObjectSetup(openness=0.0)),
 }
-"""Label -> the state that is asked about, and the change that sets it."""
+"""Label -> the queried state, and the change to the object after which the label is correct."""
 _EITHER = Sentences(
     public=(
         "Is {whole} <one> or <other>? Report its state.",
@@ -59,11 +59,11 @@ _EITHER = Sentences(
         "Judge from what you see whether {whole} is <other> or <one>.",
     ),
 )
-"""Questions which of two states a thing is in."""
+"""Questions that ask in which of two states a thing is."""
 
 
 def _either(one: str, is_one: str, other: str) -> Sentences:
-    """Return the questions about two states."""
+    """Return the questions about two states, with the words for these states."""
     halves = [
         tuple(each.replace("<is one>", is_one).replace("<one>", one).replace("<other>", other) for each in half)
         for half in (_EITHER.public, _EITHER.held_out)
@@ -75,7 +75,7 @@ QUESTIONS: dict[QueriedState, Sentences] = {
     "is_toggled": _either("on", "switched on", "off"),
     "is_open": _either("open", "open", "closed"),
 }
-"""State -> the questions about it."""
+"""Kind of state -> the questions about this state."""
 BURNING_OR_NOT = Sentences(
     public=(
         "Is the flame of {target} on or off? Report its state.",
@@ -92,11 +92,11 @@ BURNING_OR_NOT = Sentences(
         "Can you see a flame on {target}? Report on or off.",
     ),
 )
-"""Questions whether a candle burns."""
+"""Questions that ask whether a candle is burning."""
 
 
 def verifying(context: HouseContext, label: StateLabel) -> Drafts:
-    """Yield drafts whose state at the start is `label`."""
+    """Yield drafts whose target is in the state `label` at the start."""
     state, change = LABELS[label]
     for thing in context.things(lambda thing: is_target(thing) and _has_state(thing, state)):
         setup = Setup(objects={thing.id: with_laptop_open(thing, change) if state == "is_toggled" else change})
@@ -125,7 +125,7 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
 
 
 def _shows_state(state: QueriedState, min_px: int) -> VisibilityTest:
-    """Return the test that the parts that show an object's state are in view with `min_px` pixels and a margin."""
+    """Return the test that the parts that show an object's state have `min_px` pixels and a margin in the frame."""
     needed = min_px + 2 * MARGIN_PX
     return VisibilityTest(
         needed, lambda seen: seen.state_px(state) >= needed and seen.visible and is_state_observable(seen, state)
@@ -139,7 +139,7 @@ def _has_state(thing: Thing, state: QueriedState) -> bool:
 
 
 def question(asked: QueriedState, category: str, phrase: str, forms: Forms, rng: np.random.Generator) -> str:
-    """Return a random question about a thing's state that names both answers."""
+    """Return a random question about a thing's state. The question names both possible answers."""
     if category == "Candle":
         return say(BURNING_OR_NOT.of(forms), rng, target=phrase)
     parts = opening_phrase(category, phrase) if asked == "is_open" else OpeningPhrase(phrase, "it")

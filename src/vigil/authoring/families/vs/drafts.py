@@ -1,4 +1,4 @@
-"""Drafts of View Search (VS), with the sentence forms (see `vigil.authoring.language.sentences`)."""
+"""Drafts of View Search (VS), and its sentence forms (see `vigil.authoring.language.sentences`)."""
 
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.look_alike_targets import start_out_of_view
@@ -16,7 +16,7 @@ from vigil.protocol.goals import ObjectInState
 from vigil.scene.things import Thing
 
 MIN_SEARCHED_SIZE_M = 0.1
-"""Longest side (m) above which an object is searched for."""
+"""Minimum longest side (m) of an object that may be the target of a search."""
 SEARCH = Sentences(
     public=(
         "Find {target}. You are done once {it_is} in the picture.",
@@ -56,13 +56,13 @@ SEARCH = Sentences(
 
 
 def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
-    """Yield drafts; `by_turning` says whether turning at the start position must or must not show the target."""
+    """Yield drafts. `by_turning` says whether turning at the start must (True) or must not (False) show the target."""
     things = context.things(lambda thing: _is_searchable(thing) and can_be_searched_for(context, thing))
     yield from drafts_about(context, asking(context, by_turning=by_turning), things)
 
 
 def asking(context: HouseContext, *, by_turning: bool = False) -> Ask:
-    """Return how the family asks for one thing."""
+    """Return how this family asks for a target: the sentences, the start and the goal."""
 
     def find_start(thing: Thing, also: PoseTest) -> Pose | None:
         if not _is_searchable(thing):
@@ -79,5 +79,5 @@ def asking(context: HouseContext, *, by_turning: bool = False) -> Ask:
 
 
 def _is_searchable(thing: Thing) -> bool:
-    """Return whether a thing may be searched for: it is not too small, and not a drawer, which is in its furniture."""
+    """Return whether a thing may be searched for: it is neither too small nor a drawer, which is part of furniture."""
     return max(thing.asset.size) > MIN_SEARCHED_SIZE_M and not thing.is_drawer

@@ -1,9 +1,10 @@
-"""Ablated solvers: agents without one skill, which measure how difficult episodes are; never baselines of a table.
+"""Ablated solvers: agents that lack one ability of the solver. They measure how difficult episodes are, and are never
+baselines of a table.
 
-Each plays as the solver does, with one ability removed. All of them know more than pixels show: the goal, whether it
-holds, what each thing in view is, the exact floor plan, and where a click on a thing works. They do not know where a
-thing is before they have had it in view. Until then they turn on the spot, then walk to the next place, then open what
-is closed. `ABLATIONS` says what else each one lacks.
+Like the solver, they know more than pixels show: the goal, whether the goal holds, what each thing in view is, the
+exact floor plan, and where a click on a thing works. Unlike the solver, they do not know where a thing is before it was
+in view. To find it, they turn on the spot, then walk to the next place, then open what is closed. `ABLATIONS` says what
+else each of them lacks.
 """
 
 import hashlib
@@ -28,9 +29,9 @@ from vigil.scene.floor import Point2
 
 QUARTER_DEG = 90.0
 LOOKED_AROUND_M = 2.0
-"""Distance (m) from a place where the agent has looked around within which other places show nothing new."""
+"""Radius (m) around a place where the agent has looked around. Other places within this radius are not visited."""
 InterruptibleSteps = Generator[Action, None, bool]
-"""A generator of actions that returns whether they were carried out to the end."""
+"""Generator of actions that returns whether all actions were carried out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +39,13 @@ class Ablation:
     """The limits of an ablated solver."""
 
     description: str
-    """Text for people about what the solver lacks."""
+    """Text for readers that says what the solver lacks."""
     sight_m: float = math.inf
-    """Greatest distance (m) from the camera at which things are recognized."""
+    """Maximum distance (m) from the camera at which the solver recognizes things."""
     has_memory: bool = True
-    """Whether things seen earlier and visited places are remembered."""
+    """Whether the solver remembers things that it saw and places that it visited."""
     takes_look_alikes: bool = False
-    """Whether the first thing in view that the target's bare name may mean is used as the target."""
+    """Whether the solver takes the first thing in view that fits the target's bare name, even if it is a look-alike."""
 
 
 ABLATIONS: dict[str, Ablation] = {
@@ -53,11 +54,11 @@ ABLATIONS: dict[str, Ablation] = {
     "greedy": Ablation("uses the first thing that the target's bare name may mean", takes_look_alikes=True),
     "searching": Ablation("has only the limit of all four: it does not know where things are before it has seen them"),
 }
-"""Agent -> its limits."""
+"""Name of an ablated solver -> its limits."""
 
 
 def ablated_solver(ablation: Ablation) -> Callable[[Episode, PrivilegedView], Steps]:
-    """Return the script of an agent with these limits; the script raises Unsolvable if it finds no way."""
+    """Return the script of a solver with these limits. The script raises Unsolvable if it finds no way."""
 
     def script(episode: Episode, view: PrivilegedView) -> Steps:
         return _AblatedSolver(episode, view, ablation).steps()
@@ -66,7 +67,7 @@ def ablated_solver(ablation: Ablation) -> Callable[[Episode, PrivilegedView], St
 
 
 class _AblatedSolver:
-    """One play of an episode with limits."""
+    """One play of an episode by a solver with limits."""
 
     def __init__(self, episode: Episode, view: PrivilegedView, ablation: Ablation) -> None:
         self._goal = episode.goal
@@ -80,7 +81,7 @@ class _AblatedSolver:
         self._rng = np.random.default_rng(int.from_bytes(digest[:8], "big"))
 
     def steps(self) -> Steps:
-        """Yield the whole play."""
+        """Yield all actions of the play, including the report."""
         if self._ablation.takes_look_alikes:
             look_alike = yield from self._find_first_look_alike(self._goal.object_id)
             self._goal = self._goal.model_copy(update={"object_id": look_alike})
@@ -97,7 +98,7 @@ class _AblatedSolver:
         yield Report(status=expected_status(goal, self._view), summary="Done.")
 
     def _find_then_do(self, thing_ids: set[str], steps_of: Callable[[], Steps]) -> Steps:
-        """Yield the search for things and then the steps, repeated until the steps were carried out to the end."""
+        """Yield a search for the things, then the steps. Repeat both until all steps were carried out."""
         is_done = False
         while not is_done:
             yield from self._find(thing_ids)
@@ -113,7 +114,7 @@ class _AblatedSolver:
         return True
 
     def _find(self, thing_ids: set[str]) -> Steps:
-        """Yield the search until all of the things are known. Raises Unsolvable if there is nowhere left to search."""
+        """Yield a search until all of the things are known. Raises Unsolvable if no place is left to search."""
         self._update_known()
         search = self._search()
         while not (self._known >= thing_ids if self._ablation.has_memory else self._sees_all(thing_ids)):
@@ -121,7 +122,7 @@ class _AblatedSolver:
             self._update_known()
 
     def _find_first_look_alike(self, target_id: str) -> Generator[Action, None, str]:
-        """Yield the search for anything that the target's bare name may mean; return the id of the first in view."""
+        """Yield a search until something is in view that the target's bare name may mean, and return its id."""
         items = items_of(self._view.scene)
         named = referents(Phrase(items[target_id].name), items.values()) if target_id in items else []
         wanted = {target_id, *(item.id for item in named)}
@@ -137,7 +138,7 @@ class _AblatedSolver:
         return set(self._in_view(thing_ids)) == thing_ids
 
     def _in_view(self, thing_ids: set[str]) -> list[str]:
-        """Return the ids of the things that are in the hand or recognized in the frame, the nearest first."""
+        """Return, the nearest first, the ids of the things that are in the hand or recognized in the frame."""
         states = self._view.world(sorted(thing_ids)).objects
         seen = {
             name: 0.0 if state.is_held else state.nearest_visible_m or 0.0
@@ -149,9 +150,9 @@ class _AblatedSolver:
         ]
 
     def _search(self) -> Iterator[Action]:
-        """Yield a look around, then walks to places with a look around at each, then the opening of what is closed.
+        """Yield a turn on the spot, then walks to places with a turn at each, then the opening of closed containers.
 
-        Raises Unsolvable at the end; without memory the walks never end.
+        Raises Unsolvable at the end. Without memory, the walks never end.
         """
         yield from self._look_around()
         while (place := self._next_place()) is not None:
@@ -162,10 +163,10 @@ class _AblatedSolver:
             self._opened.add(name)
             yield from self._open(name)
             yield from self._look_around()
-        raise Unsolvable("What is asked about is nowhere to be seen.")
+        raise Unsolvable("The agent searched everywhere and did not find what the task is about.")
 
     def _open(self, name: str) -> Iterator[Action]:
-        """Yield the opening of a thing; nothing if no place allows it."""
+        """Yield the actions that open a thing; nothing if it cannot be opened from any place."""
         try:
             yield from self._macro.act("open_access", name)
         except Unsolvable:
@@ -178,9 +179,9 @@ class _AblatedSolver:
             yield Navigate(mode="turn_right", magnitude=QUARTER_DEG)
 
     def _next_place(self) -> Sequence[Point2] | None:
-        """Return the corners of the walk to the nearest place not seen yet, or to a random place without memory.
+        """Return the corners of the walk to the nearest place not looked around at (without memory: a random place).
 
-        None if there is none.
+        None if there is no such place.
         """
         walks = self._view.walks()
         can_go = np.isfinite(walks.lengths)
@@ -194,7 +195,7 @@ class _AblatedSolver:
         return walks.corners_to(int(cell))
 
     def _closed(self) -> Iterator[str]:
-        """Yield the ids of the closed containers that were not opened yet, sorted."""
+        """Yield, sorted, the ids of the closed containers that the agent has not opened yet."""
         for name, thing in sorted(self._view.scene.things.items()):
             is_container = thing.is_openable and not thing.is_structure and thing.is_present
             if is_container and thing.openness < CLOSED_BELOW and name not in self._opened:

@@ -1,4 +1,4 @@
-"""Drawing of frames, with one OpenGL context for each process and one painter for each live scene."""
+"""Drawing of frames. Each process has one OpenGL context, and each live scene has one painter."""
 
 import atexit
 import ctypes
@@ -27,13 +27,13 @@ from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.scene_editor import NOTHING, STRUCTURES, CameraImage, CameraView, Layer
 
 SAMPLES: dict[Quality, int] = {"default": 4, "fast": 0}
-"""Number of samples for each pixel (antialiasing)."""
+"""Number of samples for each pixel (antialiasing), by quality."""
 FOVY_DEG = 90.0
 """Vertical field of view of the agent's camera."""
 
 
 class _Window:
-    """The OpenGL context of the process; it belongs to the thread that first draws."""
+    """The OpenGL context of the process; it belongs to the thread that draws first."""
 
     def __init__(self) -> None:
         gl.demand(BACKEND)
@@ -45,7 +45,7 @@ class _Window:
             raise _no_picture("was found but does not provide a context", error) from error
 
     def enter(self) -> None:
-        """Make the context current. Raises SimulatorError in a second thread and in a fork."""
+        """Make the context current. Raises SimulatorError in any other thread or in a fork of the process."""
         if os.getpid() != self.process:
             raise SimulatorError(
                 "A MuJoCo frame was requested in a fork of a process that has already drawn; OpenGL does not survive "
@@ -73,7 +73,7 @@ def _enter() -> _Window:
 
 @contextmanager
 def _drawing() -> Iterator[None]:
-    """Make the context current; an error of OpenGL becomes a SimulatorError that names environment variables."""
+    """Make the context current; turn an error of OpenGL into a SimulatorError that names environment variables."""
     _enter()
     try:
         yield
@@ -106,16 +106,14 @@ class Camera:
         _cameras.add(self)
 
     def draw(self, agent: Pose, point_lights: list[PointLight], in_hand: list[Thing]) -> np.ndarray:
-        """Return the agent's frame, (480, 640, 3) uint8; `in_hand` has the held thing, followed by the things it
-        carries.
-        """
+        """Return the agent's frame, (480, 640, 3) uint8; `in_hand` is the held thing and then what it carries."""
         viewer = _agent_viewer(agent)
         return self._paint(viewer, point_lights, self._hold(viewer.eye, agent, in_hand))
 
     def render_view(
         self, view: CameraView, layers: frozenset[Layer], point_lights: list[PointLight], in_hand: list[Thing]
     ) -> CameraImage:
-        """Return layers of a camera's picture; `in_hand` has the held thing, followed by the things it carries."""
+        """Return layers of a camera's image; `in_hand` is the held thing and then what it carries."""
         looker = pose_of(view)
         viewer = _viewer(looker, view.fovy_deg, view.width, view.height)
         viewer = replace(viewer, axes=rolled(viewer.axes.T, view.roll).T)
@@ -129,12 +127,12 @@ class Camera:
         return CameraImage(rgb, depth if "depth" in layers else None, things if "things" in layers else None)
 
     def draw_from(self, viewer: Viewer) -> np.ndarray:
-        """Return a picture (height, width, 3) uint8 with every room lit, and no other lamps."""
+        """Return a picture (height, width, 3) uint8 in which every room's lamp is on and no other lamp is."""
         self._model.lamps.update_switches([])
         return self._paint(viewer, [], None)
 
     def segment(self, agent: Pose) -> np.ndarray:
-        """Return the geom of each pixel, (480, 640) int32, -1 for none; tests compare it with rays."""
+        """Return the number of the geom at each pixel, (480, 640) int32, -1 for none; tests compare it with rays."""
         with _drawing():
             return self._painter.identify(self._model.render_state(), _agent_viewer(agent))[0]
 
@@ -178,7 +176,7 @@ def gl_strings() -> dict[str, str]:
 
 
 def _things_of(model: CompiledModel) -> np.ndarray:
-    """Return for each geom (geoms + 1,) the index of its thing, or the negative number of its kind.
+    """Return for each geom (geoms + 1,) the index of its thing; for structure, the negative number of its kind.
 
     The last entry stands for no geom.
     """

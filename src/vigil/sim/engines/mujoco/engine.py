@@ -21,7 +21,7 @@ from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 
 class MujocoEngine:
-    """An engine with a live scene in MuJoCo. Its camera is made when first used, so that rays do not need OpenGL."""
+    """An engine with a live scene in MuJoCo. Its camera is made on first use, because rays do not need OpenGL."""
 
     def __init__(self, quality: Quality = "default") -> None:
         self.name = f"mujoco {mujoco.__version__} ({quality})"
@@ -37,7 +37,7 @@ class MujocoEngine:
         self._scene, self._model = scene, model_cache.model_of(scene)
 
     def prepare(self, scene: Scene) -> None:
-        """Compile a model of `scene` into the cache."""
+        """Compile the model of `scene` into the cache."""
         model_cache.prepare(scene)
 
     def update(self, scene: Scene, ids: set[str]) -> None:
@@ -74,13 +74,13 @@ class MujocoEngine:
         return self.camera.draw(agent, self._point_lights(agent, AGENT_LENS, in_hand), in_hand)
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
-        """Return the layers of a camera's picture, with the object `held` in front of the camera."""
+        """Return the requested layers of a camera's image, with the object `held` in front of the camera."""
         in_hand = self._in_hand(held)
         point_lights = self._point_lights(pose_of(view), lens_of(view), in_hand) if "rgb" in layers else []
         return self.camera.render_view(view, layers, point_lights, in_hand)
 
     def renderer(self) -> str:
-        """Return OpenGL's renderer and version, "none" without OpenGL."""
+        """Return the name and version of OpenGL's renderer; "none" without OpenGL."""
         if BACKEND.fault:
             return "none"
         strings = gl_strings()
@@ -94,7 +94,7 @@ class MujocoEngine:
 
     @property
     def camera(self) -> Camera:
-        """The camera in the loaded scene. Raises SimulatorError without OpenGL."""
+        """The camera for the loaded scene. Raises SimulatorError without OpenGL."""
         if self._camera is None:
             self._camera = Camera(self._loaded, self._quality)
         return self._camera
@@ -111,9 +111,7 @@ class MujocoEngine:
         return self._model
 
     def _point_lights(self, looker: Pose, lens: Lens, in_hand: list[Thing]) -> list[PointLight]:
-        """Return the object lamps that light a picture, and set the lamps of rooms by the switches that are visible
-        in it.
-        """
+        """Return the lights of objects for a picture; set the lamps of rooms from the switches that it shows."""
         if self._scene is None:
             return []
         light_sources.update_room_lamps(self._loaded, self._scene, looker, lens)

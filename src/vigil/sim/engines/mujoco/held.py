@@ -1,4 +1,4 @@
-"""The held object: drawn at the bottom centre of the frame, near the camera, in front of everything."""
+"""The held object: it is drawn at the bottom centre of the frame, near the camera and in front of everything."""
 
 from dataclasses import dataclass
 
@@ -10,18 +10,17 @@ from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 AHEAD_M = 0.5
-"""Distance (m) from the eye at which the held object is shown; its size in the frame follows, unless that would be
-too large."""
+"""The held object looks as large as at this distance (m) from the eye, or smaller if it would be too large."""
 WIDTH, HEIGHT = 0.23, 0.32
-"""Greatest shares of the frame's width and height that the held object covers. The protocol promises at most a
-quarter of the width."""
+"""The held object covers at most these shares of the frame's width and height. The protocol promises at most a quarter
+of the width."""
 MARGIN = 0.02
 NEARER = 0.24
-"""Factor by which the held object is drawn both nearer and smaller. It looks the same, but never touches a wall."""
+"""The held object is drawn both nearer and smaller by this factor. It looks the same, but cannot reach into a wall."""
 FINGER_M, PAD_M = 0.02, 0.035
 """Width (m) of a finger, and length (m) of the pad at the finger's tip."""
 GRIP = 0.25
-"""How far the fingers reach above the object's middle, as a share of half its height."""
+"""The fingers reach this far above the object's middle, as a share of half the object's height."""
 TURN_DEG, TILT_DEG = 20.0, 18.0
 _ASPECT = 640 / 480
 _SIGNS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
@@ -34,7 +33,7 @@ class InHand:
     center: np.ndarray
     matrix: np.ndarray
     smaller: float
-    """Factor by which the object is drawn smaller than its real size."""
+    """Factor by which the object's drawn size differs from its real size (at most 1)."""
     half: np.ndarray
     """Half sizes (3,) in metres of the object's box: across, up and away from the camera."""
 
@@ -55,9 +54,11 @@ def pose_in_hand(thing: Thing, agent: Pose) -> InHand:
 
 
 def gripper(eye: np.ndarray, axes: np.ndarray, in_hand: InHand) -> np.ndarray:
-    """Return the matrices (boxes, 3, 4) of the unit boxes that form the hand: a finger on each side, each with a pad.
+    """Return matrices (boxes, 3, 4), one for each box of the hand, which has a finger on each side and a pad on each
+    finger.
 
-    The fingers reach down to the lower edge of the frame, so that the object does not look as if it lay on the ground.
+    A matrix turns a unit box into a box of the hand. The fingers reach down to the frame's lower edge, so that the
+    object does not seem to lie on the ground.
     """
     across, up, _ = in_hand.half
     _, level, _ = axes.T @ (in_hand.center - eye)
@@ -73,7 +74,7 @@ def gripper(eye: np.ndarray, axes: np.ndarray, in_hand: InHand) -> np.ndarray:
 
 
 def put_in_hand(model: CompiledModel, things: list[Thing], center: np.ndarray, matrix: np.ndarray) -> None:
-    """Move the bodies of the first thing to the hand, together with the things that it carries."""
+    """Move the bodies of the first thing to the hand, and those of the other things along with it."""
     first_position, first_matrix = frames.thing_place(things[0])
     relative = matrix @ first_matrix.T
     for thing in things:

@@ -1,7 +1,7 @@
-"""The lamps and light switches that affect a picture: only those that are visible in it.
+"""The lamps and light switches that affect a picture: only those that are visible in the picture.
 
-A picture must not reveal what is outside it, so a lamp behind the camera or behind a wall does not light it. Visibility
-is decided by rays through the middles of pixels, like everything that is scored.
+A picture must not reveal what is outside it, so a lamp behind the camera or behind a wall does not light it. Rays
+through the middles of pixels decide what is visible, as for everything that is scored.
 """
 
 import itertools
@@ -18,12 +18,12 @@ from vigil.sim.engines.mujoco.compiled.lights import point_light_of
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 MOST_RAYS = 64
-"""Greatest number of pixels that are tested for one object."""
+"""Greatest number of pixels that are tested to find whether an object is visible."""
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def update_room_lamps(model: CompiledModel, scene: Scene, looker: Pose, lens: Lens) -> None:
-    """Set the lamps of rooms, considering only the visible light switches."""
+    """Set the lamps of rooms from the visible light switches only."""
     switches = [scene.things[thing_id] for thing_id in model.lamps.switches]
     model.lamps.update_switches([switch for switch in switches if is_seen(model, switch, looker, lens)])
 
@@ -31,8 +31,9 @@ def update_room_lamps(model: CompiledModel, scene: Scene, looker: Pose, lens: Le
 def point_lights_of(
     model: CompiledModel, scene: Scene, looker: Pose, lens: Lens, in_hand: list[Thing]
 ) -> list[PointLight]:
-    """Return the lights of at most `MAX_POINT_LIGHTS` lamps: the nearest of those that are on and are visible or in
-    the hand.
+    """Return the lights of at most `MAX_POINT_LIGHTS` lamps.
+
+    These are the lamps nearest to the eye among those that are on and are visible or in the hand.
     """
     glowing = [thing for thing in scene.things.values() if thing.is_toggled and thing.asset.glow is not None]
     glowing.sort(key=lambda thing: floor_distance(thing.position, looker.position))
@@ -42,7 +43,7 @@ def point_lights_of(
 
 
 def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> bool:
-    """Return whether any tested pixel shows an object, through glass or not; a held or absent object is not visible."""
+    """Return whether any tested pixel shows an object, directly or through glass; False for a held or absent object."""
     if not thing.is_present or thing.is_held:
         return False
     boxes = boxes_of([thing])
@@ -59,7 +60,7 @@ def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> boo
 
 
 def _is_behind_walls(model: CompiledModel, boxes: list[np.ndarray], looker: Pose) -> bool:
-    """Return whether walls hide boxes of corners (8, 3); this is faster than rays."""
+    """Return whether walls hide boxes (corners (8, 3) each) from `looker`. This is faster than casting rays."""
     corners, eye = np.concatenate(boxes)[:, [0, 2, 1]], looker.eye
     portals = model.render_scene.portals
     extent = portals.extent(corners.min(axis=0).tolist(), corners.max(axis=0).tolist())

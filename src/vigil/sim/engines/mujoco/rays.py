@@ -14,7 +14,7 @@ from vigil.sim.engines.mujoco.compiled.builder import GLASS, GROUPS, HELD, HIDDE
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 PRUNED_FROM = 8
-"""Least number of rays in a cast from which geoms that the rays cannot meet are first left out."""
+"""In a cast of at least this many rays, geoms that the rays cannot meet are left out first."""
 
 
 def cast(
@@ -58,7 +58,10 @@ def cast(
 
 @contextmanager
 def _grouped(model: CompiledModel, only: str | None, through_glass: bool, hidden: np.ndarray) -> Iterator[np.ndarray]:
-    """Hide geoms and put one thing's visible geoms into the group `ONLY`, within the context; yield the rays' mask."""
+    """Return a context in which `hidden` geoms are hidden; with `only`, that thing's visible geoms are in group `ONLY`.
+
+    The context gives the mask of the groups that rays can meet.
+    """
     groups, mask = model.native.geom_group, np.zeros(GROUPS, dtype=np.uint8)
     before = groups.copy()
     if only is None:

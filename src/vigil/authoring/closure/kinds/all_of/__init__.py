@@ -1,4 +1,4 @@
-"""Tasks about several things: all of one name in a room, or whatever is on or open in a room or the home."""
+"""Tasks about several things: all things of one name in a room, or all that are on or open in a room or the home."""
 
 from vigil.scoring.closure_kind import ClosureKind
 

@@ -1,4 +1,4 @@
-"""Proposals of tasks about several things, and what must hold of them."""
+"""Functions that propose tasks about several things, and that check such tasks."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -38,19 +38,19 @@ from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
 
 MAX_TARGETS = 5
-"""Greatest number of targets."""
+"""Maximum number of targets."""
 MIN_TARGETS_BY_STATE = 3
-"""Least number of targets that are identified by their state."""
+"""Minimum number of targets if the instruction identifies them by their state ("everything that is on")."""
 MIN_CANDIDATES: dict[Act, tuple[int, int]] = {"turn_off": (5, 9), "close": (8, 14)}
-"""Act -> least number of things that might need it, in a room and in the home, so that the agent must look around."""
+"""Act -> minimum numbers of things that may need the act, in a room and in the home: the agent must look for them."""
 TRIED_STARTS, FACING_SPREAD_DEG = 40, 40.0
-"""Number of places tried for a start, and greatest angle (deg) between its heading and the first target's direction."""
+"""Number of places tried for a start, and maximum angle (deg) between the start's heading and the first target."""
 TRIED_CHOICES = 3
-"""Number of random choices of targets tried in a place."""
+"""Number of random choices of targets that are tried for each place."""
 PARTLY_OPEN_SHARE = 0.6
-"""Share of the open targets that are partly open; the others are wide open."""
+"""Share of the open targets that are only partly open; the other open targets are wide open."""
 MAX_ACTING_SHARE = 0.6
-"""Greatest share of the step budget for acting, if the agent must look around for what to act on."""
+"""Maximum share of the step budget that acting may use if the agent must first look for the targets."""
 EVERY = (
     "{Verb} every {name} in the {room}.",
     "Please {verb} every {name} in the {room}.",
@@ -126,7 +126,7 @@ def _by_state(context: HouseContext, act: Act, places: Places) -> Tasks:
 
 
 def _unfinished(context: HouseContext, things: list[Thing], act: Act) -> dict[str, ObjectSetup]:
-    """Return the changes after which an act on things still has to be done; some are partly open, some wide open."""
+    """Return changes to things, after which each thing needs the act. Some of the things may be only partly open."""
     changes: dict[str, ObjectSetup] = {}
     for thing in things:
         if act == "close" and can_be_partly_open(thing) and context.rng.random() < PARTLY_OPEN_SHARE:
@@ -137,7 +137,7 @@ def _unfinished(context: HouseContext, things: list[Thing], act: Act) -> dict[st
 
 
 def _random_targets(context: HouseContext, things: list[Thing], count: int) -> list[Thing]:
-    """Return `count` random things, from at least two rooms if they are in several."""
+    """Return `count` random things. If the things are in several rooms, those returned are in at least two rooms."""
     chosen = context.shuffled(things)
     first = context.items[chosen[0].id].room_id
     elsewhere = next((each for each in chosen if context.items[each.id].room_id != first), chosen[1])
@@ -157,7 +157,8 @@ def _task(
 
 
 def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | None:
-    """Return a start pose in the first thing's room that sees some of the things, at most half; None without one."""
+    """Return a start pose in the first thing's room with at least one of the things in view, but at most half of them;
+    None if there is no such pose."""
     room = context.view.room_at(things[0].position)
     for place in context.starts(lambda places: np.full(len(places), True), TRIED_STARTS):
         if context.view.room_at(place) != room:
@@ -171,14 +172,15 @@ def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | No
 
 
 def _hides_half(seen_px: Sequence[int]) -> bool:
-    """Return whether at least half of several things are out of view, given the visible pixels of each."""
+    """Return whether at least half of several things are out of view; `seen_px` has each thing's visible pixels."""
     return 2 * sum(px == 0 for px in seen_px) >= len(seen_px)
 
 
 def faults(
     view: PrivilegedView, task: ClosureTask, episode: Episode, actions: tuple[Action, ...]
 ) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) where the words mean other things, too much is in view, or no time is left to look."""
+    """Yield (rule, message) if the instruction means other things than the goal, if too many targets are in view at the
+    start, or if the step budget is too small to look for the targets."""
     yield from faults_of_referents(_read_back(view, episode.instruction), task.meant)
     states = view.world(set(task.meant)).objects.values()
     if not _hides_half([state.visible_px for state in states]):
@@ -188,7 +190,7 @@ def faults(
 
 
 def _read_back(view: PrivilegedView, instruction: str) -> set[str]:
-    """Return the ids of all things that "every ..." or "everything that ..." means in the current state."""
+    """Return the ids of all things that the words "every ..." or "everything that ..." mean in the current state."""
     if named := BY_NAME_PATTERN.search(instruction):
         phrase = Phrase(named["name"], room=named["room"])
         return {item.id for item in referents(phrase, items_of(view.scene).values())}

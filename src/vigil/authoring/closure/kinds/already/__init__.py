@@ -1,9 +1,9 @@
-"""Twins that ask to make sure of a state that may hold already: that of one thing, of a room or of the home."""
+"""Twins that ask to make sure of a state (of one thing, a room or the home). On one side the state already holds."""
 
 from vigil.scoring.closure_kind import ClosureKind
 
 EVERYTHING_FORMS = ("off_room", "off_home", "closed_room", "closed_home")
-"""Forms that ask about everything in a room or in the home."""
+"""Forms whose instruction is about everything in a room or in the home."""
 _EVERYTHING = frozenset({"protocol", "clear_openness", "target_named", "unambiguous"})
 
 KIND = ClosureKind(

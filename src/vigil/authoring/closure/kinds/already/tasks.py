@@ -1,4 +1,4 @@
-"""Proposals of twins that ask to make sure of a state, and what must hold of them."""
+"""Functions that propose twins that ask to make sure of a state, and that check these twins."""
 
 import re
 from collections.abc import Iterator
@@ -58,7 +58,7 @@ LABELS: dict[Act, str] = {"open": "open", "close": "fully closed", "turn_on": "o
 
 
 def already(context: HouseContext) -> Tasks:
-    """Yield twins that ask to make sure of a state, which holds from the start on one side."""
+    """Yield twins that ask to make sure of a state. On the second side, the state already holds at the start."""
     one = interleave(context, *(_about_one(context, act) for act in ALL_ACTS))
     everything = (_about_all(context, act, over(context)) for act in MAKE_SURE_ALL for over in (rooms_named_once, home))
     yield from interleave(context, one, *everything)
@@ -75,7 +75,7 @@ def _about_one(context: HouseContext, act: Act) -> Tasks:
 
 
 def _about_all(context: HouseContext, act: Act, places: Places) -> Tasks:
-    """Yield twins that ask to make sure of a room or the home, where at most one thing still needs the act."""
+    """Yield twins that ask to make sure that all things in a place are off or closed. On the first side, one is not."""
     for place, things in places:
         found = _meant(things, act)
         if not MIN_TARGETS <= len(found) <= MAX_PARTS:
@@ -91,13 +91,13 @@ def _about_all(context: HouseContext, act: Act, places: Places) -> Tasks:
 
 
 def _meant(things: list[Thing], act: Act) -> list[Thing]:
-    """Return the things that must not be on, or open: those that may be asked about, and those that are on or open."""
+    """Return the things that the instruction is about: all possible targets, and all other things on or open."""
     ids = {thing.id for thing in on_or_open(things, act)}
     return [thing for thing in things if is_counted(thing, act) or thing.id in ids]
 
 
 def _all_but_one(context: HouseContext, act: Act, place: str, target: Thing, others: list[Thing]) -> Tasks:
-    """Yield twins: on the first side only the target still needs the act, on the second nothing does.
+    """Yield twins: on the first side only the target still needs the act, on the second side nothing does.
 
     The target is out of view at the start. Nothing is yielded if the setup is impossible or no start is found.
     """
@@ -125,7 +125,7 @@ def _all_but_one(context: HouseContext, act: Act, place: str, target: Thing, oth
 def faults(
     view: PrivilegedView, task: ClosureTask, episode: Episode, _: tuple[Action, ...]
 ) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) where the words mean other things than the goal is about."""
+    """Yield (rule, message) if the instruction means other things than the goal."""
     goal = episode.goal
     if task.form in EVERYTHING_FORMS and isinstance(goal, AllOf):
         found = MAKE_SURE_ALL_PATTERN.search(episode.instruction)

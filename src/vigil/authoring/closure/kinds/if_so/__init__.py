@@ -1,4 +1,4 @@
-"""Twins that ask for one of two acts, depending on a state that holds on one side only."""
+"""Twins that ask for one act if a state holds, and for another act if it does not. The state holds on one side only."""
 
 from vigil.scoring.closure_kind import ClosureKind
 

@@ -1,4 +1,4 @@
-"""Proposals of twins that ask for one of two acts."""
+"""Functions that propose twins that ask for one act if a state holds, and otherwise for another act."""
 
 from vigil.authoring.closure.states import drafts_of_state, phrase_for_state, setup_with_goal_met, unfinished_setup
 from vigil.authoring.closure.tasks import FLAMES, ClosureTask, Tasks, interleave
@@ -18,12 +18,12 @@ IF_SO = (
     "Should {whole} be {label}, {order_it}. Otherwise, {other}.",
 )
 CONDITION_LABELS: dict[Act, str] = {"close": "open, even a little", "turn_off": "on"}
-"""Act that is asked for if a condition holds -> words of the condition."""
+"""Act that is asked for if a condition holds -> words for the condition."""
 MAX_ALTERNATIVES_TRIED = 3
 
 
 def if_so(context: HouseContext) -> Tasks:
-    """Yield twins that ask for one act if a state holds, and for another act if it does not."""
+    """Yield twins that ask for one act if a state holds, and otherwise for another act on another thing."""
     yield from interleave(context, *(_tasks(context, act) for act in CONDITION_LABELS))
 
 
@@ -47,7 +47,7 @@ def may_be_alternative(context: HouseContext, thing: Thing, target: Thing) -> bo
 
 
 def _task(context: HouseContext, episode: Episode, goal: ObjectInState, other: Thing, act: Act) -> ClosureTask | None:
-    """Return twins: on the first side the condition holds, on the second the other thing has to be acted on.
+    """Return twins: on the first side the condition holds; on the second it does not, and `other` must be acted on.
 
     None if the setup is impossible or one of the things cannot be named.
     """

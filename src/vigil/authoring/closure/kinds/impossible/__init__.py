@@ -1,4 +1,4 @@
-"""Twins of which one is impossible: the target is absent, blocked or broken, or the receptacle is full."""
+"""Twins with one impossible side: there the target is absent, blocked or broken, or the receptacle is full."""
 
 from vigil.scoring.closure_kind import ClosureKind
 

@@ -1,4 +1,4 @@
-"""Proposals of twins of which one is impossible."""
+"""Functions that propose twins with one impossible side."""
 
 from itertools import islice
 
@@ -29,16 +29,16 @@ TRIED_FURNITURE = 4
 STANDS = ("SideTable", "Stool", "Chair", "Ottoman", "CoffeeTable", "Shelf", "Cart", "TVStand", "Dresser", "Desk")
 """Categories of receptacles that may be full."""
 OCCUPANTS = ("Television", "Desktop", "CoffeeMachine", "Safe", "Microwave")
-"""Categories that may fill a receptacle and clearly cannot be carried."""
+"""Categories that may fill a receptacle. People can see that these things cannot be carried."""
 MIN_OCCUPIED_SHARE = 0.5
-"""Least share of a surface that an occupant takes up, so that a viewer sees that the receptacle is full."""
+"""Minimum share of a surface that an occupant takes up, so that people can see that the receptacle is full."""
 BLOCKERS = ("Ottoman", "ArmChair", "SideTable", "CoffeeTable", "Cart")
-"""Categories that may block a door or drawer and clearly cannot be carried, unlike a chair or a lamp."""
+"""Categories that may block a door or drawer. Unlike a chair or a lamp, they visibly cannot be carried."""
 TRIED_TARGETS, MAX_OCCUPANTS_TRIED = 6, 3
 
 
 def impossible(context: HouseContext) -> Tasks:
-    """Yield twins of which one is impossible."""
+    """Yield twins with one impossible side."""
     yield from interleave(
         context, _absent_tasks(context), _blocked_tasks(context), _broken_tasks(context), _no_room_tasks(context)
     )
@@ -87,7 +87,7 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
 
 
 def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
-    """Return whether a thing is fully out of view at an episode's start, both unmoved and moved to a placement."""
+    """Return whether a thing is fully out of view at an episode's start, both at its own place and at `moved`."""
     setups = episode.setup, changed_setup(episode.setup, thing.id, placement=moved)
     found = all(context.can_begin(setup) and is_out_of_view_from(context, episode.start, thing.id) for setup in setups)
     context.begin(Setup())
@@ -140,9 +140,9 @@ def may_occupy(context: HouseContext, thing: Thing, stand: Thing) -> bool:
 
 
 def _no_room_task(context: HouseContext, stand: Thing, occupant: Thing, taken: Placement, target: Thing) -> Tasks:
-    """Yield twins in which a target fits on a stand, or does not fit because an occupant stands there.
+    """Yield twins: on the first side, a target fits on a stand; on the second, an occupant takes up the stand.
 
-    Nothing is yielded if that is not so, the setup is impossible, or no start or words are found.
+    Nothing is yielded if the target still fits there, the setup is impossible, or no start or words are found.
     """
     setup = Setup()
     full = changed_setup(setup, occupant.id, placement=taken)

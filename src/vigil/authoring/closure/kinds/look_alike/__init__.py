@@ -1,9 +1,9 @@
-"""Tasks about one of several things of a category, distinguished by colour, place, state, what lies on it, or size."""
+"""Tasks about one of several things of a category, identified by colour, place, state, size or what lies on it."""
 
 from vigil.scoring.closure_kind import ClosureKind
 
 FORMS_READ_BACK = ("state", "bearing", "size")
-"""Forms whose phrases have their own reader (`vigil.authoring.closure.kinds.look_alike.phrases`)."""
+"""Forms whose phrases `vigil.authoring.closure.kinds.look_alike.phrases` reads back, to check what they mean."""
 
 KIND = ClosureKind(
     name="look_alike",

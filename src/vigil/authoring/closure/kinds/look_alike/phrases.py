@@ -1,7 +1,7 @@
-"""Phrases that distinguish things with one name by state, by what lies on them, or by size.
+"""Phrases that distinguish things with the same name by their state, their size, or what lies on them.
 
-Phrases with colour or place are in `vigil.authoring.language.referring`. The phrases here have their own wording and
-their own reader.
+Phrases with colour or place are in `vigil.authoring.language.referring`. For the phrases here, this module has the
+wording and the function that reads them back.
 """
 
 import re
@@ -14,17 +14,17 @@ from vigil.scene.supports import children, surface_named
 from vigil.scene.things import Thing
 
 SIZE_RATIO, VOLUME_RATIO = 1.2, 1.6
-"""Least ratios of longest sides and of volumes of two things, from which it is clear which one is larger."""
+"""Minimum ratio of the longest sides, and minimum ratio of the volumes, of two things for one to be clearly larger."""
 STATES = ("open", "closed", "burning", "not burning")
 
 
 def by_size(name: str, *, is_larger: bool) -> str:
-    """Return the phrase for the larger or smaller of two things with a name."""
+    """Return the phrase for the larger or the smaller of two things called `name`."""
     return f"the {'larger' if is_larger else 'smaller'} {name}"
 
 
 def by_state(name: str, label: str) -> str:
-    """Return the phrase for the thing with a name that is in a state of `STATES`."""
+    """Return the phrase for the thing called `name` that is in the state `label` (one of `STATES`)."""
     return f"the {name} that is {label}"
 
 
@@ -34,7 +34,7 @@ def by_bearing(name: str, other: str, *, is_inside: bool) -> str:
 
 
 def referents_in(instruction: str, items: Iterable[DescribedThing], view: PrivilegedView) -> set[str]:
-    """Return the ids of the things that an instruction means by a phrase of this module; empty without a phrase."""
+    """Return the ids of the things that a phrase of this module in an instruction means; empty without a phrase."""
     everything, things = list(items), view.scene.things
     names = "|".join(re.escape(name) for name in sorted({item.name for item in everything}, key=lambda n: (-len(n), n)))
     if found := re.search(rf"\bthe (?P<which>larger|smaller) (?P<name>{names})\b", instruction):
@@ -69,7 +69,7 @@ def _volume(thing: Thing) -> float:
 
 
 def is_in_state(thing: Thing, label: str) -> bool:
-    """Return whether a label of `STATES` describes a thing in its current state."""
+    """Return whether `label` (one of `STATES`) describes a thing in its current state."""
     if label in ("burning", "not burning"):
         return thing.is_toggleable and thing.is_toggled == (label == "burning")
     if not thing.is_openable:
@@ -78,6 +78,6 @@ def is_in_state(thing: Thing, label: str) -> bool:
 
 
 def is_inside_of(child: Thing, parent: Thing) -> bool:
-    """Return whether a thing lies inside another, not on top of it."""
+    """Return whether a thing lies inside another thing, not on top of it."""
     surface = surface_named(parent, child.surface)
     return surface is not None and surface.is_inside

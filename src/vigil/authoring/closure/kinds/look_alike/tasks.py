@@ -1,4 +1,4 @@
-"""Proposals of tasks about one of several things of a category, and what must hold of them."""
+"""Functions that propose tasks about one of several things of a category, and that check these tasks."""
 
 from collections.abc import Iterator
 
@@ -34,18 +34,18 @@ from vigil.scoring.closure import DISTRACTOR
 
 ACTS: tuple[Act, ...] = ("pick", *ALL_ACTS)
 OPEN_OR_CLOSED_ITEMS = ("Box", "Laptop")
-"""Categories that can be carried and are visibly open or closed."""
+"""Categories that can be carried, and that are visibly either open or closed."""
 FOOD = ("Apple", "Tomato", "Egg", "Potato")
-"""Categories that may lie on or in a dish to distinguish it."""
+"""Categories that may be put on or in a dish, so that the phrase can distinguish this dish from others."""
 ON_FURNITURE = ("Book", "Vase", "Statue", "AlarmClock", "TissueBox", "Candle")
-"""Categories that may lie on a piece of furniture to distinguish it."""
+"""Categories that may be put on a piece of furniture, so that the phrase can distinguish it from others."""
 MAX_BORNE_TRIED = 4
 _BEARING_ACTS: tuple[Act, ...] = ("pick", "open")
-"""Acts with a thing that is distinguished by what lies on it; the first that it allows is used."""
+"""Acts on a thing that is distinguished by what lies on it. The first act that the thing allows is used."""
 
 
 def look_alike(context: HouseContext) -> Tasks:
-    """Yield tasks about one of several things of a category that differ in one visible attribute."""
+    """Yield tasks about one of several things of a category. The things differ in one visible attribute."""
     of_colour = interleave(context, *(_of_colour(context, act) for act in ACTS))
     forms = of_colour, _of_place(context), _of_state(context), _of_bearing(context), _of_size(context)
     yield from interleave(context, *forms)
@@ -86,9 +86,9 @@ def _of_place(context: HouseContext) -> Tasks:
 
 
 def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
-    """Return the other things that a thing's bare name means, in the scene's order.
+    """Return the other things that a thing's name, without adjectives, could also mean, in the scene's order.
 
-    The list is empty if one of them has another category.
+    If one of these things has another category, the list is empty.
     """
     items = context.items
     others = confusable(items[thing_id], items.values())
@@ -98,7 +98,7 @@ def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
 
 
 def _candidates(context: HouseContext) -> Iterator[tuple[Thing, list[Thing]]]:
-    """Yield possible targets, each with the other things that its bare name means, in a random order."""
+    """Yield, in a random order, possible targets, each with the other things that its bare name also means."""
     wanted = [each for each in context.view.scene.things.values() if each.is_present and is_target(each)]
     for thing in context.shuffled(wanted):
         others = _same_name_objects(context, thing.id)
@@ -170,7 +170,7 @@ def _of_bearing(context: HouseContext) -> Tasks:
 
 
 def _supported_candidates(context: HouseContext, target: Thing, others: list[Thing]) -> list[Thing]:
-    """Return the things with a unique name that could lie on a target to distinguish it, in a random order."""
+    """Return, in a random order, things with a unique name that could lie on a target to identify it."""
     items = list(context.items.values())
     ids = {target.id, *(each.id for each in others)}
     suits = FOOD if target.is_pickupable else ON_FURNITURE
@@ -187,9 +187,9 @@ def _supported_candidates(context: HouseContext, target: Thing, others: list[Thi
 def _distractor_task(
     context: HouseContext, act: Act, target: Thing, alike: Thing, words: str, setup: Setup, form: str
 ) -> Tasks:
-    """Yield the task about a target that `words` distinguish from a look-alike.
+    """Yield the task about a target; `words` distinguish the target from a look-alike.
 
-    Nothing is yielded if the setup is impossible, or no start shows the look-alike without the target.
+    Nothing is yielded if the setup is impossible, or if no start shows the look-alike without the target.
     """
     if not context.can_begin(setup):
         return
@@ -205,7 +205,7 @@ def _distractor_task(
 def faults(
     view: PrivilegedView, task: ClosureTask, episode: Episode, _: tuple[Action, ...]
 ) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) where there is no look-alike, or the words do not distinguish the target from it."""
+    """Yield (rule, message) if there is no look-alike, or the words do not distinguish the target from it."""
     alike, target, things = episode.bindings[DISTRACTOR], episode.goal.object_id, view.scene.things
     if things[alike].category != things[target].category or not things[alike].is_present:
         yield "distinguished", f"{alike!r} does not have the category of {target!r}"

@@ -1,4 +1,4 @@
-"""Tasks whose last act hides the result: to put an object into a container and close the container."""
+"""Tasks whose last act hides the result: the agent puts an object into a container and then closes the container."""
 
 from vigil.scoring.closure_kind import ClosureKind
 

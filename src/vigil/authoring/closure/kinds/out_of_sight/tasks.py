@@ -1,4 +1,4 @@
-"""Proposals of tasks to put an object into a container and close the container."""
+"""Function that proposes tasks to put an object into a container and then close the container."""
 
 from itertools import islice
 

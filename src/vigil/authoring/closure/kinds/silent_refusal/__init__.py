@@ -1,12 +1,12 @@
-"""Tasks whose obvious action is refused for a reason that is visible but not stated.
+"""Tasks whose obvious action is refused. The agent can see the reason, but is not informed of it.
 
-A machine runs or is open, an obstacle stands in front of a door, or a shelf is full.
+The reason is that a machine runs or is open, an obstacle stands in front of a door, or a shelf is full.
 """
 
 from vigil.scoring.closure_kind import ClosureKind
 
 FULL = "full_shelf"
-"""Form of the tasks with a full shelf."""
+"""Form of the tasks in which a shelf is full."""
 
 KIND = ClosureKind(
     name="silent_refusal",

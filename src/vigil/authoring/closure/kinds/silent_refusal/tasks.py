@@ -1,4 +1,4 @@
-"""Proposals of tasks whose obvious action is refused, and what must hold of a full shelf."""
+"""Functions that propose tasks whose obvious action is refused, and that check that a shelf is full."""
 
 from collections.abc import Iterable, Iterator
 from itertools import combinations, islice
@@ -29,15 +29,15 @@ from vigil.scene.things import Thing
 from vigil.sim.core.placing import EDGE_M
 
 ANY_MOVE_M = 0.01
-"""Distance (m) by which an obstacle must be moved: any movement counts if the door then opens."""
+"""Minimum distance (m) by which an obstacle must be moved: any movement counts if the door can then be opened."""
 SHELVES = ("ShelvingUnit", "Fridge", "Cabinet", "TVStand", "SideTable", "Cart", "Desk", "CoffeeTable", "Dresser")
-"""Categories of furniture that may have several level surfaces, one of which can be full."""
+"""Categories of furniture that may have several level surfaces. One of the surfaces can be full."""
 HAND_HEIGHT_M = 1.0
-"""Height (m) of the hand; the surface nearest to it is the obvious one."""
+"""Height (m) of the hand. The obvious surface of furniture is the surface nearest to this height."""
 TRIED_SHELVES, TRIED_TARGETS, TRIED_FILLERS, MAX_FILLERS, TRIED_ROWS = 3, 2, 6, 3, 4
-"""Limits of the search: pieces of furniture, targets, fillers to choose from, fillers on a shelf, and rows of them."""
+"""Limits of the search: pieces of furniture, targets, things tried as fillers, fillers on a shelf, rows of fillers."""
 MIN_SIDE_M = 0.07
-"""Least width (m) of a target; narrower ones almost always fit into a gap."""
+"""Minimum width (m) of a target. A narrower thing almost always fits into a gap."""
 PUT_IN = (
     "Put {target} into {receptacle}.",
     "Please put {target} into {receptacle}.",
@@ -47,7 +47,7 @@ PUT_IN = (
 
 
 def silent_refusal(context: HouseContext) -> Tasks:
-    """Yield tasks whose obvious action is refused without a stated reason."""
+    """Yield tasks whose obvious action is refused, without informing the agent of the reason."""
     forms = (
         _implicit_tasks(context, swing_blocked(context), "swing"),
         _implicit_tasks(context, interlocked(context), "machine"),
@@ -88,9 +88,10 @@ def _full_shelf_tasks(context: HouseContext) -> Tasks:
 
 
 def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
-    """Return the surface nearest to `HAND_HEIGHT_M`, among those inside the furniture or else those on it.
+    """Return the surface of furniture nearest to `HAND_HEIGHT_M`, with its frame.
 
-    None unless there are at least two inside or two on it.
+    It is one of the surfaces inside; if there are fewer than two inside, one of the outer surfaces. None if there are
+    fewer than two of these, too.
     """
     level = list(level_surfaces(shelves))
     for is_inside in (True, False):
@@ -106,7 +107,7 @@ def _may_go_on(context: HouseContext, thing: Thing, shelves: Thing) -> bool:
 
 
 def _belongs(thing: Thing, shelves: Thing) -> bool:
-    """Return whether people would keep a thing in the furniture; open shelves take anything."""
+    """Return whether people would put a thing into this furniture. They put any thing on open shelves."""
     return thing.category in BELONGS_IN.get(shelves.category, (thing.category,))
 
 
@@ -116,7 +117,7 @@ def _side(thing: Thing) -> float:
 
 
 def _filled_up(context: HouseContext, shelves: Thing, opened: Setup, target: Thing) -> Tasks:
-    """Yield the task of putting a target on shelves of which the obvious one is full, if one can be made."""
+    """Yield the task to put a target on shelves whose obvious surface is full; nothing if no such task can be made."""
     if not context.can_begin(opened):
         return
     stands = context.thing(shelves.id)
@@ -138,7 +139,7 @@ def _filled_up(context: HouseContext, shelves: Thing, opened: Setup, target: Thi
 
 
 def is_full(view: PrivilegedView, target_id: str, shelves_id: str) -> bool:
-    """Return whether every click on the obvious surface is refused for lack of room while another surface has room."""
+    """Return whether every click on the obvious surface is refused for lack of room, and another surface has room."""
     scene = view.scene
     found = obvious_surface(scene.things[shelves_id])
     if found is None:
@@ -163,7 +164,7 @@ def _row(
 ) -> Setup | None:
     """Return the setup in which the fillers stand in an evenly spaced row on a surface.
 
-    None if they do not fit, or leave a gap for a thing whose shorter side is `side_m`.
+    None if they do not fit, or if a thing whose shorter side is `side_m` would fit into a gap between them.
     """
     if not fillers:
         return opened
@@ -197,7 +198,7 @@ def _putting(context: HouseContext, setup: Setup, shelves: Thing, target: Thing,
 def faults(
     view: PrivilegedView, task: ClosureTask, episode: Episode, _: tuple[Action, ...]
 ) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) where a shelf that must be full is not."""
+    """Yield (rule, message) if a shelf that must be full is not full."""
     goal = episode.goal
     if task.form != FULL or not isinstance(goal, ObjectAtReceptacle):
         return

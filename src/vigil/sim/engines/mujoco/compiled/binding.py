@@ -1,6 +1,6 @@
-"""MuJoCo, imported after the OpenGL library has been found; no other module imports it.
+"""MuJoCo, imported after an OpenGL library has been found; no other module imports MuJoCo.
 
-MuJoCo's extension modules do not have types, so its objects have the aliases below.
+MuJoCo's extension modules have no types, so aliases for the types of its objects are defined below.
 """
 
 # ruff: noqa: E402
@@ -27,7 +27,7 @@ mujoco: Any = package
 GLContext: Any = None
 """The class of OpenGL contexts; None without OpenGL."""
 GL: Any = None
-"""PyOpenGL's functions of OpenGL 1.0 to 1.4, without the 140 modules of `OpenGL.GL`; None without OpenGL."""
+"""PyOpenGL's functions of OpenGL 1.0 to 1.4, loaded without the 140 modules of `OpenGL.GL`; None without OpenGL."""
 
 if BACKEND.fault is None:
     # Imported by name, because MuJoCo may have been imported before with another backend; and before PyOpenGL,

@@ -1,6 +1,6 @@
-"""Boxes, parallel to the house's axes, around all geoms. A geom is left out of a cast if no ray can reach its boxes.
+"""Boxes, parallel to the house's axes, around all geoms. A geom that no ray can reach is left out of a cast.
 
-Meshes of walls and floors span a room or the whole house, so they have several boxes, one for each piece.
+Meshes of walls and floors extend through a room or the whole house, so they have several boxes, one for each piece.
 """
 
 from dataclasses import dataclass
@@ -10,14 +10,14 @@ import numpy as np
 from vigil.sim.engines.mujoco.compiled.binding import NativeData, NativeModel
 
 PIECE_M = 2.0
-"""Edge length (m) of the cubes that divide a mesh into pieces; triangles whose centres are in one cube share a box."""
+"""A mesh is divided into pieces by cubes with this edge length (m): triangles with centres in one cube share a box."""
 SLACK_M = 0.001
-"""Margin (m) of a box, far larger than a rounding error."""
+"""Margin (m) that is added around a box; it is far larger than rounding errors."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bounds:
-    """Boxes around geoms, in MuJoCo's frame; a geom lies within its boxes."""
+    """Boxes around geoms, in MuJoCo's frame; the boxes of a geom together contain it."""
 
     geoms: np.ndarray
     """Number of the geom of each box, (n,)."""
@@ -27,7 +27,7 @@ class Bounds:
     """Upper corners of the boxes, (3, n)."""
 
     def joined(self, others: "Bounds") -> "Bounds":
-        """Return these boxes together with others."""
+        """Return these boxes and the `others` together."""
         return Bounds(
             np.concatenate([self.geoms, others.geoms]),
             np.concatenate([self.lows, others.lows], axis=1),
@@ -35,9 +35,7 @@ class Bounds:
         )
 
     def geoms_outside(self, low: np.ndarray, high: np.ndarray, count: int) -> np.ndarray:
-        """Return for each of `count` geoms whether all its boxes are outside the box with the corners `low` and
-        `high`.
-        """
+        """Return a mask (count,) of the geoms whose boxes are all outside the box from `low` to `high`."""
         is_near = ((self.lows <= high[:, None]) & (self.highs >= low[:, None])).all(axis=0)
         is_outside = np.ones(count, dtype=bool)
         is_outside[self.geoms[is_near]] = False
@@ -54,7 +52,7 @@ def geom_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bou
 
 
 def structure_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
-    """Return boxes around the pieces of meshes at their present place, and infinite boxes around planes."""
+    """Return boxes around the pieces of meshes at their present places, and infinite boxes around planes."""
     is_mesh = native.geom_dataid[geoms] >= 0
     found = geom_bounds(native, data, geoms[~is_mesh])
     for geom in geoms[is_mesh]:
@@ -71,7 +69,7 @@ def structure_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -
 
 
 def _triangles(native: NativeModel, mesh: int) -> np.ndarray:
-    """Return the corners (n, 3, 3) of a mesh's triangles, in its frame."""
+    """Return the corners (n, 3, 3) of a mesh's triangles, in the mesh's frame."""
     vertex, face = native.mesh_vertadr[mesh], native.mesh_faceadr[mesh]
     vertices = native.mesh_vert[vertex : vertex + native.mesh_vertnum[mesh]].astype(np.float64)
     return vertices[native.mesh_face[face : face + native.mesh_facenum[mesh]]]

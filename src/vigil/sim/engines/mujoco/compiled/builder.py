@@ -1,4 +1,4 @@
-"""The construction of a MuJoCo model: each thing is a mocap body, and so is each of its joints."""
+"""Builds the MuJoCo model of a scene: each thing and each of its joints is a mocap body, i.e. a body moved by code."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from vigil.sim.engines.mujoco.compiled.pieces import MeshPiece, pieces_of
 from vigil.sim.engines.mujoco.compiled.structure import shells_of, tint_of
 
 STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
-"""Groups of geoms, which decide what is drawn and what rays meet."""
+"""Groups of geoms (the MuJoCo parts that rays can meet); a geom's group decides whether it is drawn and met by rays."""
 GROUPS = 6
 GROUND_M, LAWN_HALF_M = -0.02, 60.0
 """Height (m) of the ground outside, and half of the ground's side length (m)."""
@@ -25,14 +25,14 @@ Tint = tuple[float, float, float] | None
 
 @dataclass(slots=True, eq=False)
 class CompiledThing:
-    """The bodies and the geoms of a thing; arrays have an entry for each geom."""
+    """The bodies and geoms of a thing; arrays and `joints` have an entry for each geom."""
 
     index: int
     bodies: list[tuple[int, str | None]]
-    """(mocap index, joint) of each body; the joint is None for the first body."""
+    """(mocap index, joint) of each body; the joint of the first body is None."""
     geoms: np.ndarray
     joints: list[str | None]
-    """Joint that carries each geom; None for the first body."""
+    """Joint that carries each geom; None for a geom of the first body."""
     groups: np.ndarray
     """Group of each geom while it is visible."""
     shown_on: np.ndarray
@@ -47,7 +47,7 @@ class CompiledThing:
     """Number of each geom's material while the thing is off."""
 
     def place(self, thing: Thing, native: NativeModel, data: NativeData) -> None:
-        """Write the thing's pose and state; `mj_kinematics` must follow."""
+        """Write the thing's pose and state into the model; the caller must call `mj_kinematics` afterwards."""
         for mocap, joint in self.bodies:
             position, matrix = frames.thing_place(thing, joint)
             data.mocap_pos[mocap] = position
@@ -61,7 +61,7 @@ class CompiledThing:
 
 
 class ModelBuilder:
-    """A model of a scene under construction, with tables of its geoms."""
+    """A MuJoCo model that is being built from a scene, with tables of its geoms."""
 
     def __init__(self, scene: Scene) -> None:
         self._spec = mujoco.MjSpec()
@@ -70,10 +70,10 @@ class ModelBuilder:
         self._mocaps = 0
         self.materials: list[Material] = []
         self.geom_things: list[int] = []
-        """Thing of each geom; -1 for structure."""
+        """Index of the thing of each geom; -1 for structure."""
         self.geom_roles: list[int] = []
         self.shells = shells_of(scene)
-        """Structural surfaces, in the order of the model's first geoms; the ground's geom follows them."""
+        """Structural surfaces. The model's first geoms are these, in the same order; the next geom is the ground."""
         self.structure_kinds = (*(shell.kind for shell in self.shells), "ground")
         for number, shell in enumerate(self.shells):
             look = self._material(shell.material.name, tint_of(shell.material))
@@ -88,9 +88,9 @@ class ModelBuilder:
         self.things = {thing.id: self._add_thing(index, thing) for index, thing in enumerate(scene.things.values())}
 
     def compile(self) -> NativeModel:
-        """Return the model.
+        """Return the compiled model.
 
-        Its textures are drawn while MuJoCo compiles, because MuJoCo does not hold Python's global lock.
+        Textures are drawn meanwhile, because MuJoCo releases Python's global lock while it compiles.
         """
         with ThreadPoolExecutor(1) as other:
             compiling = other.submit(self._spec.compile)
@@ -129,7 +129,7 @@ class ModelBuilder:
         )
 
     def _add_piece(self, body: NativeBody, piece: MeshPiece, thing: int) -> int:
-        """Add a geom to a body. Return the number of its material."""
+        """Add a mesh piece to a body as a geom; return the number of its material."""
         look = self._material(piece.material)
         if piece not in self._meshes:
             name = f"mesh{len(self._meshes)}"
@@ -138,7 +138,7 @@ class ModelBuilder:
         return look
 
     def _material(self, name: str, tint: Tint = None) -> int:
-        """Return the number of a material; a new material is added."""
+        """Return the number of a material; add the material if it is new."""
         key = name, tint
         if key not in self._material_numbers:
             number = self._material_numbers[key] = len(self.materials)
@@ -147,7 +147,7 @@ class ModelBuilder:
         return self._material_numbers[key]
 
     def _add_mesh(self, name: str, mesh: Mesh, metres_per_repeat: float) -> dict[str, Any]:
-        """Add a mesh. Return the arguments of a geom of this shape."""
+        """Add a mesh; return the arguments for adding a geom of its shape."""
         # MuJoCo takes lists over in half the time of arrays.
         self._spec.add_mesh(
             name=name,
@@ -160,7 +160,7 @@ class ModelBuilder:
         return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name}
 
     def _add_geom(self, body: NativeBody, look: int, group: int, owner: tuple[int, int], shape: dict[str, Any]) -> None:
-        """Add a geom with the number of its material; `owner` is its thing and its roles."""
+        """Add a geom. `look` is the number of its material; `owner` is the index of its thing and its role bits."""
         body.add_geom(**shape, material=f"material{look}", contype=0, conaffinity=0, group=group, mass=0)
         self.geom_things.append(owner[0])
         self.geom_roles.append(owner[1])

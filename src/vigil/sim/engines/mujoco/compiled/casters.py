@@ -1,6 +1,6 @@
-"""Ray casters for computing the light in frames: Embree, or MuJoCo where no wheel of Embree exists (Linux on ARM).
+"""Ray casters that are used to compute light: Embree, or MuJoCo where Embree cannot be installed (Linux on ARM).
 
-Embree casts about ten million rays a second; MuJoCo takes many times as long.
+Embree casts about ten million rays a second; MuJoCo is many times slower.
 """
 
 import threading
@@ -19,7 +19,7 @@ with suppress(ImportError):
 
 
 class EmbreeCaster:
-    """Rays cast by Embree."""
+    """Ray caster that uses Embree."""
 
     def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
         self._scene: Any = EmbreeScene()
@@ -31,7 +31,7 @@ class EmbreeCaster:
 
 
 class MujocoCaster:
-    """Rays cast by MuJoCo, one thread at a time."""
+    """Ray caster that uses MuJoCo; only one thread can use it at a time."""
 
     def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
         spec = mujoco.MjSpec()

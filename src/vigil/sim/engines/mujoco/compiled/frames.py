@@ -1,7 +1,7 @@
-"""Conversions between THOR's frame and MuJoCo's.
+"""Conversions between THOR's frame and MuJoCo's frame.
 
 THOR: x right, y up, z forward, left-handed. MuJoCo: x right, y forward, z up, right-handed. The conversion swaps y and
-z, so it is a reflection: points and directions swap two numbers, triangles swap two corners, angles change their sign.
+z, so it is a reflection: it also swaps two corners of each triangle, and changes the sign of angles.
 """
 
 import math
@@ -15,14 +15,12 @@ _SWAP = [0, 2, 1]
 
 
 def points(thor: np.ndarray) -> np.ndarray:
-    """Return points or directions (..., 3) of THOR's frame in MuJoCo's, i.e. with y and z swapped; the function is
-    its own inverse.
-    """
+    """Return points or directions (..., 3) of THOR's frame in MuJoCo's frame, or the reverse: swap y and z."""
     return np.asarray(thor)[..., _SWAP]
 
 
 def faces(triangles: np.ndarray) -> np.ndarray:
-    """Return triangles (m, 3) with reversed winding, so that they still face outward."""
+    """Return triangles (m, 3) with reversed winding, so that they still face outward after the conversion of points."""
     return np.asarray(triangles)[:, _SWAP]
 
 
@@ -32,13 +30,13 @@ def rotation(thor: np.ndarray) -> np.ndarray:
 
 
 def thor_rotation(euler_deg: Vec3) -> np.ndarray:
-    """Return the matrix of Euler angles (degrees) in THOR's frame, applied z, then x, then y."""
+    """Return the rotation matrix of Euler angles (degrees) in THOR's frame, applied z, then x, then y."""
     about_x, about_y, about_z = (turn(axis, angle) for axis, angle in zip(np.eye(3), euler_deg, strict=True))
     return about_y @ about_x @ about_z
 
 
 def turn(axis: np.ndarray, angle_deg: float) -> np.ndarray:
-    """Return the matrix of a rotation about a unit axis, by Rodrigues' formula."""
+    """Return the matrix of a rotation about a unit axis (Rodrigues' formula)."""
     x, y, z = (float(number) for number in axis)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     angle = math.radians(angle_deg)
@@ -46,7 +44,7 @@ def turn(axis: np.ndarray, angle_deg: float) -> np.ndarray:
 
 
 def joint_transform(thing: Thing, joint_name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the joint's (rotation, shift) in the asset's frame at the thing's openness."""
+    """Return (rotation, shift) of the parts on a joint, in the asset's frame, at the thing's openness."""
     joint = next(joint for joint in thing.asset.joints if joint.name == joint_name)
     axis, origin = np.array(joint.axis, dtype=float), np.array(joint.origin, dtype=float)
     if joint.kind == "slide":
@@ -65,7 +63,7 @@ def thing_place(thing: Thing, joint_name: str | None = None) -> tuple[np.ndarray
 
 
 def camera_axes(agent: Pose) -> np.ndarray:
-    """Return the camera's matrix in MuJoCo's frame, with the columns right, up and backward."""
+    """Return a matrix (3, 3) whose columns are the camera's axes right, up and backward in MuJoCo's frame."""
     matrix = turn(np.array([0.0, 1.0, 0.0]), agent.rotation) @ turn(np.array([1.0, 0.0, 0.0]), agent.horizon)
     right, up, forward = points(matrix.T)
     return np.stack([right, up, -forward], axis=1)

@@ -1,7 +1,7 @@
-"""The search for an OpenGL library before MuJoCo is imported, because MuJoCo chooses its backend on import.
+"""Finds an OpenGL library before MuJoCo is imported, because MuJoCo chooses its backend on import.
 
-On Linux the library is EGL (with a GPU's driver or Mesa's) or OSMesa. Without either, scenes load and rays are cast;
-only a request for a frame is an error, which names the missing packages.
+On Linux the library is EGL (of a GPU driver or of Mesa) or OSMesa. Without a library, scenes can be loaded and rays can
+be cast, but a request for a frame raises an error that names the missing packages.
 """
 
 import ctypes
@@ -19,12 +19,12 @@ _LIBRARIES = {"egl": ("libEGL.so.1", "libGL.so.1"), "osmesa": ("libOSMesa.so.8",
 _ALTERNATIVES = {"libOSMesa.so.8": ("libOSMesa.so.6", "libOSMesa.so")}
 _OFF = ("disable", "disabled", "off", "false", "0")
 _WINDOWS = ("glfw", "glx", "enable", "enabled", "on", "true", "1")
-"""Values of MUJOCO_GL for which MuJoCo opens a window."""
+"""Values of MUJOCO_GL that make MuJoCo open a window."""
 _READ_BY_OPENGL = (
     *("MUJOCO_", "PYOPENGL_", "LIBGL_", "MESA_", "GALLIUM_", "EGL_", "__EGL_", "__GL", "DRI_", "LD_"),
     "CUDA_VISIBLE_DEVICES",
 )
-"""Prefixes of environment variables that change OpenGL or where it is found."""
+"""Prefixes of the environment variables that influence OpenGL or the search for it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,15 +34,15 @@ class GLBackend:
     name: str
     """`egl`, `osmesa`, `glfw`, `native` (not Linux), or `none`."""
     fault: str | None = None
-    """Reason why nothing can be drawn; None if it can."""
+    """Reason why this library cannot draw; None if it can."""
     is_chosen_by_user: bool = False
-    """Whether the user chose the library by an environment variable."""
+    """Whether the user chose the library with an environment variable."""
     settings: str = field(default="", compare=False)
-    """The environment variables that OpenGL reads, as a sentence and a space; empty if there are none."""
+    """Sentence that lists the environment variables read by OpenGL, followed by a space; empty if none is set."""
 
     @property
     def advice(self) -> str:
-        """Advice to the user if the library was found but cannot draw."""
+        """What the user can do if the library was found but cannot draw."""
         return _advice(self.settings)
 
     @property
@@ -52,7 +52,7 @@ class GLBackend:
 
 
 def prepare() -> GLBackend:
-    """Set MUJOCO_GL to a backend whose libraries are installed, and return it; the user's setting has priority."""
+    """Set MUJOCO_GL to a backend whose libraries are installed, unless the user has set it; return the backend."""
     if not sys.platform.startswith("linux"):
         return GLBackend("native")
     asked = [name for name in ("MUJOCO_GL", "PYOPENGL_PLATFORM") if os.environ.get(name, "").strip()]
@@ -69,7 +69,7 @@ def demand(backend: GLBackend) -> None:
 
 
 def broken(backend: GLBackend, error: Exception) -> GLBackend:
-    """Return the backend `none`, to replace a backend that was found but failed to load."""
+    """Return the backend `none`, which replaces a backend that was found but failed to load."""
     return replace(backend, name="none", fault=f"OpenGL ({backend.name}) does not load: {error}. {backend.advice}")
 
 
@@ -92,7 +92,7 @@ def _first_found() -> GLBackend:
 
 
 def _judge(variable: str) -> GLBackend:
-    """Return the backend that an environment variable selects."""
+    """Return the backend that the environment variable `variable` selects."""
     given = os.environ[variable].strip()
     name, said = given.lower(), f"{variable} is set to {given!r}"
     fault: str | None = None
@@ -107,7 +107,7 @@ def _judge(variable: str) -> GLBackend:
 
 
 def _wrong_setting(name: str) -> str | None:
-    """Return the environment variable that keeps MuJoCo from using an installed library; None if there is none."""
+    """Return the environment variable that stops MuJoCo from using an installed library; None if there is none."""
     platform, device = os.environ.get("PYOPENGL_PLATFORM"), os.environ.get("MUJOCO_EGL_DEVICE_ID")
     if platform and platform.lower() != name:
         return f"PYOPENGL_PLATFORM is set to {platform!r}, but MUJOCO_GL to {name!r}: unset one of them"

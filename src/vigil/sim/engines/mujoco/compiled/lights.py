@@ -1,7 +1,7 @@
-"""Lights: one lamp in every room, and objects that give light while they are on.
+"""Lights: one lamp in every room, and the objects that give light while they are on.
 
-A room whose light switches are off is dim rather than dark, because of daylight. `light_sources` decides which objects
-and switches affect a picture.
+A room whose light switches are off is dim rather than dark, because of daylight. The module `light_sources` decides
+which objects and switches affect a picture.
 """
 
 import itertools
@@ -19,19 +19,18 @@ from vigil.sim.engines.mujoco.compiled import frames
 
 SWITCH = "LightSwitch"
 ARM_M = 0.3
-"""Distance (m) in front of a light switch of the point whose room is the switch's room."""
+"""A light switch belongs to the room that is this far (m) in front of it."""
 POINT_LIGHT_STRENGTH = 0.5
 PALER = 0.2
-"""Share of white in the colour of a room's light."""
+"""Share of white that is mixed into the colour of a room's light."""
 DIM_SHARE = 0.4
-"""Share of a lamp's light while its switches are off."""
+"""Share of its light that a room's lamp gives while the room's switches are off."""
 USUAL_HEIGHT_M, GAIN_PER_M2 = 2.6, 0.02
-"""Height (m) of a room above which its lamp is stronger, and increase in strength for each square metre of squared
-height above it."""
+"""In a room of height h above the first number h0 (m), lamps are stronger by the second number * (h * h - h0 * h0)."""
 DROP_M = 0.06
-"""Distance (m) of a lamp below the ceiling."""
+"""How far (m) a lamp is below the ceiling."""
 KERNEL_EDGE_M = 0.3
-"""Least distance (m) of a lamp from the edge of the area from which the whole room is visible."""
+"""Least distance (m) of a lamp from the edge of the area from which all of the room is visible."""
 
 
 @dataclass(slots=True, eq=False)
@@ -49,19 +48,19 @@ class Lamps:
     """Rooms whose switches are all off."""
 
     def update_switches(self, switches: Iterable[Thing]) -> None:
-        """Set which rooms are dim, considering only the given light switches."""
+        """Set which rooms are dim, from the given light switches only."""
         off, on = set[int](), set[int]()
         for switch in switches:
             (on if switch.is_toggled else off).add(self.switches[switch.id])
         self.dim_rooms = frozenset(off - on)
 
     def strengths(self) -> np.ndarray:
-        """Return the colour (rooms, 3) of each room's lamp, dim if its switches are off."""
+        """Return the colour (rooms, 3) of each room's lamp; it is dim if the room's switches are off."""
         dimmed = [DIM_SHARE if room in self.dim_rooms else 1.0 for room in range(len(self.rooms))]
         return self.colors * np.array(dimmed)[:, None]
 
     def place_over(self, eye: np.ndarray) -> np.ndarray:
-        """Return the position (3,) of the lamp of the room nearest to the eye, in MuJoCo's frame."""
+        """Return the position (3,), in MuJoCo's frame, of the lamp in the room nearest to an eye."""
         return self.places[int(np.argmin(shapely.distance(self.rooms, shapely.Point(eye[0], eye[1]))))]
 
 
@@ -77,7 +76,7 @@ def lamps_of(scene: Scene) -> Lamps:
 
 
 def point_light_of(thing: Thing) -> PointLight:
-    """Return the light of a thing that is on. Raises ValueError if it is not a lamp."""
+    """Return the light that a thing gives while it is on. Raises ValueError if it is not a lamp."""
     glow = thing.asset.glow
     if glow is None:
         raise ValueError(f"{thing.id} is not a lamp.")
@@ -87,23 +86,24 @@ def point_light_of(thing: Thing) -> PointLight:
 
 
 def _room_of(thing: Thing, rooms: list[shapely.Polygon]) -> int:
-    """Return the room that a thing on the wall faces."""
+    """Return the number of the room that a thing on a wall faces."""
     x, z = heading(thing.rotation.y)
     front = shapely.Point(thing.position.x + ARM_M * x, thing.position.z + ARM_M * z)
     return int(np.argmin(shapely.distance(rooms, front)))
 
 
 def _color(room: RoomShape) -> np.ndarray:
-    """Return the colour of a room's lamp: paler than the colour of the room's light in the house, and stronger in a
-    high room.
-    """
+    """Return the colour of a room's lamp: that of the room's light in the house, but paler, and stronger in a high
+    room."""
     further = GAIN_PER_M2 * (room.height**2 - USUAL_HEIGHT_M**2)
     return (PALER + (1.0 - PALER) * np.array(room.light_rgb)) * (1.0 + max(further, 0.0))
 
 
 def _place(room: RoomShape) -> tuple[float, float]:
-    """Return the position (x, z) of a room's lamp: that of the room's light, moved to where the lamp reaches every
-    corner if possible.
+    """Return the position (x, z) of a room's lamp.
+
+    This is the position of the room's light in the house. If light from there does not reach every corner, the lamp is
+    moved to a place from which it does, if there is such a place.
     """
     light, seen_from = shapely.Point(room.light.x, room.light.z), _kernel(room_floor(room))
     inner = shapely.buffer(seen_from, -min(KERNEL_EDGE_M, np.sqrt(shapely.area(seen_from)) / 4))

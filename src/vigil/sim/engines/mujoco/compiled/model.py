@@ -29,7 +29,7 @@ class CompiledModel:
     structure_bounds: Bounds
     """Boxes around the structure, which never moves."""
     render_scene: RenderScene
-    """The renderer's description of the model as it was built; copies share it."""
+    """The renderer's description of the model as it was built; copies of the model share it."""
     _bounds: Bounds | None = None
     """Boxes around all geoms at their present places; None until first used."""
 
@@ -40,7 +40,7 @@ class CompiledModel:
         return int(self.native.mesh_facenum[meshes].sum())
 
     def place(self, thing: Thing) -> None:
-        """Write a thing's pose and state into the model; a call of `update_kinematics` must follow."""
+        """Write a thing's pose and state into the model; the caller must call `update_kinematics` afterwards."""
         self.things[thing.id].place(thing, self.native, self.data)
 
     def render_state(self) -> RenderState:

@@ -1,7 +1,7 @@
-"""A cache of compiled models: loading an equal scene again costs only a copy.
+"""A cache of compiled models, so that loading an equal scene again only makes a copy.
 
-A scene is identified by everything that it consists of, not by a name. Each caller gets a copy, so that a change in one
-live scene does not change another.
+Scenes are compared by their whole contents, not by a name. Each caller gets a copy, so that changes in one live scene
+do not affect another.
 """
 
 import math
@@ -18,7 +18,7 @@ from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 
 MAX_CACHED_PER_ENGINE = 4
-"""Greatest number of models in the cache for each live engine. The model of a house of four rooms takes 16 MB."""
+"""Greatest number of cached models for each live engine. The model of a house of four rooms takes 16 MB."""
 
 _lock = threading.Lock()
 _engines: WeakSet[Any] = WeakSet()
@@ -34,14 +34,14 @@ class _Models(LRUCache[Hashable, CompiledModel]):
 
 
 def register_engine(engine: object) -> None:
-    """Increase the size of the cache as long as an engine lives."""
+    """Make the cache larger for as long as `engine` lives."""
     _engines.add(engine)
 
 
 def _identity(scene: Scene) -> Hashable:
-    """Return everything that a scene consists of.
+    """Return everything that a scene consists of, as a key.
 
-    Assets are compared by identity, because equal assets are made only once.
+    Assets are compared by `is`, because equal assets are made only once.
     """
     parts: list[Any] = [*scene.rooms, *scene.panels, *scene.things.values()]
     values = (tuple(getattr(part, each.name) for each in fields(part)) for part in parts)
@@ -63,7 +63,7 @@ def model_of(scene: Scene) -> CompiledModel:
 
 
 def prepare(scene: Scene) -> None:
-    """Compile the model of a scene, unless it is in the cache."""
+    """Compile the model of a scene into the cache, unless it is there already."""
     _cached_model(scene)
 
 

@@ -1,4 +1,4 @@
-"""The scene and its state for the renderer, made from a compiled model."""
+"""Descriptions of a compiled scene and of its present state for the renderer."""
 
 import numpy as np
 
@@ -13,13 +13,13 @@ from vigil.sim.engines.mujoco.compiled.casters import make_caster
 from vigil.sim.engines.mujoco.compiled.lights import Lamps
 
 HANGING_M = 0.1
-"""Greatest distance (m) from the ceiling to the top of a thing that hangs from the ceiling."""
+"""A thing hangs from the ceiling if its top is at most this far (m) below the ceiling."""
 THIN_M, OFF_FLOOR_M = 0.24, 0.3
-"""Thickness (m) below which a thing above the height (m) casts a shadow that is finer than the lightmap of walls."""
+"""A thing thinner than the first (m) and at least the second (m) above the floor casts too fine a shadow to store."""
 
 
 def render_state(native: NativeModel, data: NativeData, lamps: Lamps) -> RenderState:
-    """Return the present state of a model for the renderer; its poses and materials are views of the model's arrays."""
+    """Return the present state of a model for the renderer. Poses and materials are views of the model's arrays."""
     return RenderState(
         data.geom_xpos,
         data.geom_xmat.reshape(-1, 3, 3),
@@ -33,7 +33,7 @@ def render_state(native: NativeModel, data: NativeData, lamps: Lamps) -> RenderS
 def render_scene(
     scene: Scene, builder: ModelBuilder, native: NativeModel, data: NativeData, lamps: Lamps
 ) -> RenderScene:
-    """Return the renderer's description of a model whose things have been placed."""
+    """Return the renderer's description of a model. The model's things must have been placed."""
     state = render_state(native, data, lamps).copy()
     furniture = np.full(native.ngeom, -1)
     state.is_visible[:], state.is_held[:] = True, False
@@ -77,7 +77,7 @@ def _static_occluders(scene: Scene, builder: ModelBuilder) -> np.ndarray:
 
 
 def _shades_little(thing: Thing, height: float) -> bool:
-    """Return whether a thing hangs from the ceiling, where the lamps are, or is thin, such as a shelf."""
+    """Return whether a thing casts little shadow: it hangs from the ceiling near the lamps, or is thin like a shelf."""
     if thing.is_structure:
         return False
     size, half = thing.asset.size, thing.asset.size.y / 2
@@ -98,7 +98,7 @@ def _mesh(native: NativeModel, number: int) -> Mesh:
 
 
 def _lawn() -> Mesh:
-    """Return the mesh of the ground, as large as the ground's plane in the model."""
+    """Return the mesh of the ground outside; it is as large as the model's ground plane."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32) * LAWN_HALF_M
     up = np.broadcast_to(np.array([0, 0, 1], np.float32), (4, 3))
     return Mesh(

@@ -1,7 +1,7 @@
 """Walls with holes, floors, ceilings and skirting of a scene, as meshes.
 
-Surfaces are cut into cells along common lines, and walls reach a little below the floor and above the ceiling, so that
-no gap is visible where surfaces meet.
+Surfaces that meet are cut along the same lines, and walls reach a little below the floor and above the ceiling. So no
+gap is visible between them.
 """
 
 from dataclasses import dataclass
@@ -32,18 +32,18 @@ CEILING = MaterialRef(name="plaster/white")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shell:
-    """A structural surface."""
+    """A structural surface, such as the walls of a room that have the same material."""
 
     kind: str
     """`wall`, `floor`, `ceiling`, `skirting` or `exterior`."""
     mesh: Mesh
     material: MaterialRef
     room_id: str | None = None
-    """Id of the only room from which the surface is visible; None if there is no such room, as for an exterior wall."""
+    """Id of the only room from which the surface is visible; None for other surfaces, such as an exterior wall."""
 
 
 def shells_of(scene: Scene) -> list[Shell]:
-    """Return the structure of a scene, merged by room and material, in a fixed order."""
+    """Return the structural surfaces of a scene in a fixed order, one for each room and material."""
     shells = _walls(scene)
     for room in scene.rooms:
         shells.append(Shell("floor", _slab(room, 0.0, is_floor=True), room.floor_material, room.id))
@@ -56,7 +56,7 @@ def shells_of(scene: Scene) -> list[Shell]:
 
 
 def tint_of(material: MaterialRef) -> tuple[float, float, float] | None:
-    """Return the tint that a house gives to a material; None if it gives none."""
+    """Return the tint that a house gives a material; None if there is no tint."""
     color = material.color
     return None if color is None else (color.r, color.g, color.b)
 
@@ -83,7 +83,7 @@ def _walls(scene: Scene) -> list[Shell]:
 
 
 def _behind_frame(panel: WallPanel, hole: Hole) -> Hole:
-    """Return a hole that is smaller on each side that a frame covers."""
+    """Return a hole made smaller on each side that a frame covers."""
     bottom = hole.bottom if hole.bottom <= panel.bottom + 0.01 else hole.bottom + BEHIND_FRAME_M
     return Hole(hole.left + BEHIND_FRAME_M, hole.right - BEHIND_FRAME_M, bottom, hole.top - BEHIND_FRAME_M)
 
@@ -120,8 +120,9 @@ def _wall(panel: WallPanel, heights: np.ndarray) -> Mesh:
 
 
 def _grid(vertices: np.ndarray, keep: np.ndarray, normal: np.ndarray, uvs: np.ndarray) -> Mesh:
-    """Return the mesh of those cells of a grid of vertices (a, b, 3), in THOR's frame, that `keep` selects; it
-    faces along `normal`.
+    """Return a mesh of the cells that `keep` selects from a grid of vertices (a, b, 3) in THOR's frame.
+
+    The mesh faces along `normal`.
     """
     rows, columns = vertices.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
@@ -172,7 +173,7 @@ def _ears(polygon: shapely.Polygon, height: float, normal: np.ndarray) -> Mesh:
 
 
 def _skirting(panel: WallPanel) -> list[Mesh]:
-    """Return the boards along the foot of a wall, between holes that reach the floor."""
+    """Return the boards along the foot of a wall; there are none in holes that reach down to the floor."""
     start, end = np.array(panel.start), np.array(panel.end)
     length = float(np.linalg.norm(end - start))
     gaps = sorted((hole.left, hole.right) for hole in panel.holes if hole.bottom < panel.bottom + SKIRTING_HEIGHT_M)
