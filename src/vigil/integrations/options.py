@@ -39,12 +39,9 @@ class EpisodeOptions(BaseModel):
         ),
     )
     profile: str = Field(
-        "baseline", description="profile: `baseline`, or `action_feedback`, which adds the two booleans of `feedback`"
-    )
-    profile: str = Field(
         "baseline",
-        description="`baseline`, `action_feedback` with its two booleans, or `itemised_report` with a claim about each "
-        "chore",
+        description="profile: `baseline`; `action_feedback`, which adds the two booleans of `feedback`; or "
+        "`itemised_report`, with a claim about each chore",
     )
     coordinates: Coordinates = Field("pixel", description="coordinates of clicks: `pixel` or `normalized_1000`")
     reply_policy: ReplyPolicy = Field("strict", description="how a text is read: `strict` or `lenient`")
