@@ -92,7 +92,7 @@ def test_records_are_written_as_a_run_that_is_read_scored_and_verified(tmp_path:
     assert shown.fault == ""
     (rows,) = read_runs([run])
     assert rows.n == 3
-    with pytest.raises(vigil.VigilError, match="holds a run already"):
+    with pytest.raises(vigil.VigilError, match="already holds a run"):
         vigil.save_run(run, pack, records, env, agent="looks_round")
     with pytest.raises(vigil.VigilError, match="has no episode"):
         vigil.save_run(tmp_path / "other", vigil.load_pack("starter"), records, env, agent="looks_round")

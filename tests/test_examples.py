@@ -84,6 +84,7 @@ def test_the_page_names_every_example() -> None:
 
 FILES_OF_GOALS = (
     "protocol/goals.py",
+    "scoring/goal_words.py",
     "scoring/goal_check.py",
     "authoring/solving/goal_actions.py",
     "authoring/review/goal_controls.py",

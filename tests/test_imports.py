@@ -29,14 +29,14 @@ ONLY_IN = {
     "mujoco": "sim.engines.mujoco",
     "embreex": "sim.engines.mujoco",
     "moderngl": "rendering.context",
-    "ai2thor": "sim.thor",
+    "ai2thor": "sim.thor thor.install",
     "msgpack": "thor.wire.fifo",
     "prior": "authoring.drafting.procthor",
     "gymnasium": "integrations.gymnasium",
     "verifiers": "integrations.verifiers",
     "ray": "runner",
 }
-"""Libraries that stay in one place."""
+"""Library -> the modules and packages that may import it."""
 LAZY = {
     "mujoco",
     "ai2thor",
@@ -55,6 +55,8 @@ LAZY = {
     "vigil.analysis.measures.closure",
     "vigil.assets.making",
     "vigil.authoring.solving.solvers",
+    "vigil.housegen.base.spec",
+    "vigil.housegen.generate",
     "vigil.sim.core.embedded",
     "vigil.sim.engines.mujoco.engine",
     "vigil.sim.engines.fake",
@@ -64,7 +66,7 @@ LAZY = {
 
 SciPy's are heavy (0.3 s), and the start of a simulator needs none of them: what does loads them at its first use.
 """
-MOST_MODULES = 16
+MOST_MODULES = 20
 """In one folder, without its `__init__.py`."""
 NONDETERMINISTIC = {"random", "time", "secrets", "socket", "urllib", "requests", "httpx"}
 
@@ -189,12 +191,12 @@ def test_imports_stand_at_the_top(module: str):
 
 @pytest.mark.parametrize("library", ONLY_IN)
 def test_some_libraries_stay_in_one_place(library: str):
-    home = f"vigil.{ONLY_IN[library]}"
+    homes = [f"vigil.{home}" for home in ONLY_IN[library].split()]
     for module in MODULES:
         if library in libraries_of(module):
-            is_home = module == home or module.startswith(f"{home}.")
+            is_home = any(module == home or module.startswith(f"{home}.") for home in homes)
             is_front = part_of(module) in {"api", "cli", "integrations", "web"}
-            assert is_home or is_front, f"{module} imports {library}, which belongs in {home}"
+            assert is_home or is_front, f"{module} imports {library}, which belongs in {homes}"
 
 
 def test_pages_start_no_process_of_their_own():

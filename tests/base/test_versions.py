@@ -155,7 +155,7 @@ def test_every_reader_of_a_run_says_that_it_was_made_under_other_versions(folder
     if command[0] == "export":
         assert "was made under other versions" in (tmp_path / "site" / "index.html").read_text()
     if "--json" in command:
-        assert f"rules 1 (here {RULES_VERSION})" in json.loads(done.stdout)["notes"][0]
+        assert f"rules 1 (here {RULES_VERSION})" in json.loads(done.stdout)["runs"][0]["notes"][0]
 
 
 def test_a_run_of_other_versions_is_not_continued(folders, old_run):

@@ -30,7 +30,7 @@ def test_scores_give_w_b_and_t_with_chance_and_say_what_they_mean(vigil: Vigil, 
     for name in ("W", "B", "T", "chance"):
         assert f"{100 * scores[name]:.1f}" in row
     assert "by family" not in said.out
-    told = json.loads(vigil("score", folders["sometimes_wrong"], "--json").out)["chores"]
+    told = json.loads(vigil("score", folders["sometimes_wrong"], "--json").out)["runs"][0]["chores"]
     assert told == json.loads(json.dumps(scores))
 
 

@@ -77,7 +77,7 @@ def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:
         (["propose", "--out", "d.jsonl"], ["either --houses or --seeds"]),
         (["propose", "--seeds", "3", "--out", "d.jsonl"], ["'3'", "FIRST:END"]),
         (["propose", "--seeds", "1:2", "--rooms", "castle", "--out", "d.jsonl"], ["'castle'"]),
-        (["make", "--name", "n", "--out", "o"], ["either --seed", "--houses"]),
+        (["make", "--name", "n", "--out", "o"], ["--seed or --seed-file", "--houses"]),
         (["make", "--name", "n", "--out", "o", "--seed", "1", "--rooms", "12"], ["'12", "1 to 10"]),
         (["make", "--name", "n", "--out", "o", "--houses", "no.json"], ["'no.json'", "does not exist"]),
         (["make", "--name", "n", "--out", "o", "--houses", "procthor-10k:trian"], ["'procthor-10k:train'"]),

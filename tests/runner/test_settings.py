@@ -48,7 +48,7 @@ IDENTITY: dict[str, dict[str, Any]] = {
     "frame_interval_seconds": {"agent": "exec:true", "model": None, "frame_interval_seconds": 2.0},
     "keep_program": {"agent": "exec:true", "model": None, "keep_program": True},
 }
-"""Another value of each setting that makes another run; `pack`, `episode_ids` and `asset_database` need files."""
+"""Another value of each setting that makes another run; those of `NEED_FILES` need files."""
 DEFAULTS = {name: getattr(RunSettings(), name) for name in IDENTITY}
 UNSET = {
     "agent": {"agent": "noop"},
@@ -56,7 +56,7 @@ UNSET = {
     "model": {"model": "openai/one"},
 }
 """What stands for a default where a run needs some value."""
-NEED_FILES = {"pack", "episode_ids", "asset_database"}
+NEED_FILES = {"pack", "episode_ids", "asset_database", "fork_from", "fork_at"}
 SAME_RUN: dict[str, dict[str, Any]] = {
     "api_key_env": {"api_key_env": "HOME"},
     "log_dir": {"log_dir": Path("elsewhere")},
@@ -68,6 +68,8 @@ SAME_RUN: dict[str, dict[str, Any]] = {
     "keep_reasoning": {"keep_reasoning": True},
     "simulator_factory": {"simulator_factory": BACKENDS["fake"]},
     "reply_seconds": {"reply_seconds": 7},
+    "probe": {"probe": "every"},
+    "probe_framing": {"probe": "every", "probe_framing": "doubt"},
     "preflight": {"preflight": False},
     "force": {"force": True},
     "reveal_private_pack": {"reveal_private_pack": True},
@@ -141,7 +143,7 @@ def test_workers_are_told_the_settings_that_concern_them(pack: Path, tmp_path: P
     plan = plan_run(RunSettings(pack=pack, **told, render_quality="fast")).worker
     assert {name: getattr(plan, name) for name in told} == told
     assert plan.quality == "fast"
-    own = {"pack", "pack_sha256", "run_id", "profile", "frames", "quality"}
+    own = {"pack", "pack_sha256", "run_id", "profile", "frames", "quality", "recorded_profile"}
     assert {field.name for field in fields(WorkerPlan)} == own | told.keys()
 
 

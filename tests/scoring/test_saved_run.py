@@ -143,5 +143,5 @@ def test_another_pack_where_it_lay_does_not_hide_the_packaged_one(run: Path, tmp
     changed = played_on.model_copy(update={"spec": spec.model_copy(update={"pack_sha256": "0" * 64})})
     with pytest.raises(PackMismatch, match=r"SHA-256 000000000000\.\.\., .*other' has .*cannot be compared"):
         pack_folder(changed)
-    with pytest.raises(PackMismatch, match=r"other' has .*Give the pack that it was played on"):
+    with pytest.raises(PackMismatch, match=r"other' has .*Give the pack that the run was played on"):
         pack_folder(played_on, other)

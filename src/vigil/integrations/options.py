@@ -17,7 +17,9 @@ from vigil.protocol.profile import Profile
 from vigil.protocol.profiles.rows import PROFILE_NAMES, PROFILES
 from vigil.sim import BACKENDS
 
-_PROFILES = {name: full for name, full in PROFILE_NAMES.items() if PROFILES[full].is_papers}
+_PROFILES = {
+    name: full for name, full in PROFILE_NAMES.items() if PROFILES[full].is_papers or PROFILES[full].has_claims
+}
 """Profiles whose observations have a place in the environments' spaces."""
 
 

@@ -173,6 +173,10 @@ class Report(_Action):
     claims: dict[int, ChoreClaim] | None = Field(default=None, exclude_if=lambda claims: claims is None)
     raw_claims: dict[int, str] = Field(default_factory=dict[int, str], exclude_if=lambda words: not words)
 
+    def __hash__(self) -> int:
+        """Return a hash that leaves out the claims, because dicts have none."""
+        return hash((self.status, self.summary, self.raw_status))
+
 
 PhysicalAction = Navigate | Look | InteractPixel
 Action = Annotated[Navigate | Look | InteractPixel | Report, Field(discriminator="skill_name")]

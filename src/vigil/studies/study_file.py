@@ -20,7 +20,7 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
 """Name that is also the name of a folder."""
 ShownName = Annotated[str, StringConstraints(pattern=r"^\S(?:[^\n\[\]]*\S)?$", max_length=80)]
 Settings = Annotated[dict[str, Any], BeforeValidator(lambda given: {} if given is None else given)]
-"""Settings of `vigil run` by name; nothing after the colon is no setting."""
+"""Settings of `vigil run` by name; without anything after the colon, none."""
 
 
 class _Part(BaseModel):

@@ -70,7 +70,7 @@ def test_verdicts_say_how_it_ended():
 
 
 def test_a_track_needs_a_frame_a_step():
-    with pytest.raises(RecordError, match="1 frames for 2 steps"):
+    with pytest.raises(RecordError, match="1 frames for the 2 steps"):
         make_trajectory("agent", AI, SHORT.record, SHORT.frames[:1])
 
 

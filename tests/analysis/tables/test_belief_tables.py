@@ -65,4 +65,4 @@ def test_a_profile_is_paired_with_the_baseline_and_not_taken_for_feedback(write:
     rows = make_report(found, ()).tables["profile_shifts"].rows
     assert {row.cells["profile"] for row in rows} == names
     assert all(row.cells["dW"][0] == 0.0 for row in rows)
-    assert [entry.panel for entry in found.entries].count("aside") == 2
+    assert [entry.panel for entry in found.entries].count("condition") == 2

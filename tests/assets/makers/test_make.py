@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from vigil import assets
+from vigil.assets import making
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.materials import material
@@ -156,7 +156,7 @@ def _fingerprint(asset: Asset) -> list[object]:
 
 def test_same_arguments_same_bytes() -> None:
     before = {category: _fingerprint(make(category, _usual(category), 7)) for category in sorted(MAKERS)}
-    assets._make_cached.cache_clear()
+    making._make_cached.cache_clear()
     for category, fingerprint in before.items():
         assert _fingerprint(make(category, _usual(category), 7)) == fingerprint
 

@@ -131,7 +131,7 @@ def test_a_solution_that_fails_when_it_is_played_again_is_an_error(
 ) -> None:
     item = next(item for item in items if item.episode.family == "PG")
     broken = item.draft.model_copy(update={"actions": item.draft.actions[1:]})
-    with pytest.raises(SimulatorError, match="does not solve it"):
+    with pytest.raises(SimulatorError, match="does not solve the episode"):
         player.examples(StreamItem(0, 15, broken, item.house))
 
 

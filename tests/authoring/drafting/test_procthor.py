@@ -52,7 +52,7 @@ def test_files_are_no_dataset() -> None:
         ("procthor-10k:", ["no split ''"]),
         ("procthor-10k:val:1000", ["0 to 999"]),
         ("procthor-10k:val:5-1000", ["0 to 999"]),
-        ("procthor-10k:val:9-5", ["begins with the smaller"]),
+        ("procthor-10k:val:9-5", ["must not be larger than the second"]),
         ("procthor-10k:val:", ["'' is not an index", "procthor-10k:val:0-99"]),
         ("procthor-10k:val:-1", ["'-1' is not an index"]),
         ("procthor-10k:val:1:2", ["'1:2' is not an index"]),

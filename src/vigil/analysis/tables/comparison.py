@@ -84,7 +84,7 @@ def published_differences(study: Study) -> Table:
     columns = (
         MODEL,
         *texts(rate="Rate"),
-        *intervals(own="Own", published="Published"),
+        *intervals(own="Own", printed="Published"),
         *intervals(difference="Own minus published (pp)"),
     )
     printed = {model.name: (w, b) for model, w, b in study.published.points()} if study.published else {}
@@ -111,7 +111,7 @@ def _difference_cells(entry: RunEntry, name: str, value: float) -> dict[str, obj
     return {
         "rate": shown_name(name),
         "own": points(own, ends),
-        "published": points(value, printed),
+        "printed": points(value, printed),
         "difference": points(own - value, found),
     }
 

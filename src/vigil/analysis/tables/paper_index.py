@@ -28,7 +28,7 @@ class PaperPart:
         return self.label.startswith("fig:")
 
 
-_MAIN, _NONE = "main runs", "nothing but a run's header"
+_MAIN, _NONE = "main runs", "only a run's header"
 PARTS = (
     PaperPart("tab:benchmark_comparison", "Embodied benchmarks compared", "benchmark_comparison", _NONE),
     PaperPart("tab:global_cross_section", "Outcomes per family, W/B", "global_cross_section", _MAIN),

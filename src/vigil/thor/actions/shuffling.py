@@ -32,24 +32,24 @@ def _spawn(
     world.need_house()
     if world.held is not None:
         raise invalid_operation("Cannot have any held object when calling InitialRandomSpawn")
-    scene, random = world.editor.scene(), Random(randomSeed)
+    scene, rng = world.editor.scene(), Random(randomSeed)
     out = set(excludedObjectIds or ())
     loose = [each for each in world.things() if each.is_pickupable and each.id not in out]
     loose = [each for each in loose if not contents(scene, each.id)]
-    random.shuffle(loose)
+    rng.shuffle(loose)
     receptacles = [each for each in world.things() if each.category not in (excludedReceptacles or ())]
     for thing in loose:
-        _put_elsewhere(world, thing, receptacles, random, numPlacementAttempts)
+        _put_elsewhere(world, thing, receptacles, rng, numPlacementAttempts)
 
 
-def _put_elsewhere(world: World, thing: Thing, receptacles: list[Thing], random: Random, attempts: int) -> None:
+def _put_elsewhere(world: World, thing: Thing, receptacles: list[Thing], rng: Random, attempts: int) -> None:
     """Put a thing at a random free place on a receptacle for it, or back where it was."""
     kind, home = CATALOG[thing.category], (thing.position, thing.rotation)
     places = [(each, points_on(world, each)) for each in receptacles if CATALOG[each.category].can_hold(kind)]
     world.apply_changes({}, held=thing.id)
     for _ in range(attempts if places else 0):
-        receptacle, points = random.choice(places)
-        if world.editor.apply_intent("place", receptacle.id, random.choice(points)).refusal is None:
+        receptacle, points = rng.choice(places)
+        if world.editor.apply_intent("place", receptacle.id, rng.choice(points)).refusal is None:
             return
     put_at(world, thing.id, *home)
 
@@ -121,8 +121,8 @@ def _range(given: list[float] | None, usual: tuple[float, float], most: float) -
     return low, high
 
 
-def _tint(random: Random, hues: tuple[float, float], saturations: tuple[float, float]) -> dict[str, float]:
-    red, green, blue = colorsys.hsv_to_rgb(random.uniform(*hues), random.uniform(*saturations), 1.0)
+def _tint(rng: Random, hues: tuple[float, float], saturations: tuple[float, float]) -> dict[str, float]:
+    red, green, blue = colorsys.hsv_to_rgb(rng.uniform(*hues), rng.uniform(*saturations), 1.0)
     return {"r": red, "g": green, "b": blue}
 
 
