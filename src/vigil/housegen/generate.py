@@ -64,8 +64,8 @@ def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]
     for _ in range(MAX_REPAIRS):
         pieces = {piece.id: piece for top in parts.pieces for piece in top.with_contents()}
         for key, piece in list(pieces.items()):  # a drawer stands for its furniture
-            for name in drawer_names(piece.model.asset):
-                pieces.setdefault(drawer_id(key, name), piece)
+            for drawer in drawer_names(piece.model.asset):
+                pieces.setdefault(drawer_id(key, drawer), piece)
         culprits = [_culprit(fault, pieces) for fault in faults]
         if not faults or any(piece is None for piece in culprits):
             break

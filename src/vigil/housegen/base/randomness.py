@@ -8,7 +8,7 @@ import numpy as np
 
 from vigil.protocol.house import canonical_json
 
-GENERATOR_VERSION = "6"
+GENERATOR_VERSION = "7"
 """Version of the house generator; it is raised whenever a seed and spec would otherwise give another house."""
 STREAM_VERSION = "4"
 """Earliest version of the generator that draws the same random numbers as this one for the same seed and spec.

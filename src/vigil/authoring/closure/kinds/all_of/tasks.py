@@ -191,10 +191,10 @@ def faults(
 
 def _read_back(view: PrivilegedView, instruction: str) -> set[str]:
     """Return the ids of all things that the words "every ..." or "everything that ..." mean in the current state."""
-    if named := BY_NAME_PATTERN.search(instruction):
-        phrase = Phrase(named["name"], room=named["room"])
-        return {item.id for item in referents(phrase, items_of(view.scene).values())}
     if by_state := BY_STATE_PATTERN.search(instruction):
         act: Act = "turn_off" if by_state["state"] == "is on" else "close"
         return {thing.id for thing in on_or_open(things_in_room(view, by_state["room"]), act)}
+    if named := BY_NAME_PATTERN.search(instruction):
+        phrase = Phrase(named["name"], room=named["room"])
+        return {item.id for item in referents(phrase, items_of(view.scene).values())}
     return set()
