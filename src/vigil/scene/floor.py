@@ -59,10 +59,10 @@ class WalkableMap:
         tight: BaseGeometry | None = None,
         cell_m: float = CELL_M,
     ) -> None:
-        """Make a map of two regions for the body's axis.
+        """Make a map of two regions of floor in which the vertical axis of the agent's body may be.
 
-        `roomy` has a margin to obstacles; it may be a function, which is called when the region is first needed.
-        `tight` is everything that the simulator allows (default: the same as `roomy`).
+        `roomy` keeps a margin to obstacles; it may be a function, which is called when the region is first needed.
+        `tight` is every place that the simulator allows (default: the same as `roomy`).
         """
         self._given = roomy
         self.tight = self.roomy if tight is None else tight

@@ -233,8 +233,7 @@ def level_surfaces(thing: Thing) -> Iterator[tuple[Surface, Motion]]:
 
 
 def moves_with(thing: Thing, other: Thing, carriers: list[Thing]) -> bool:
-    """Return whether `other` is inside `thing` or moves with a drawer of `thing`, so that leaves of `thing` cannot hit
-    it.
+    """Return whether `other` is inside `thing` or moves with one of its drawers. Doors of `thing` cannot hit it then.
 
     `carriers` are the `ancestors` of `other`.
     """

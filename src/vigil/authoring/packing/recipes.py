@@ -76,7 +76,7 @@ class Recipe(BaseModel):
     suite: SuiteName | None = None
     """Suite of the pack; `tasks` then replaces families and levels. None for a pack of families."""
     tasks: dict[TaskKind, int] = Field(default_factory=dict)
-    """Kind of the suite -> number of tasks."""
+    """Kind of task in the suite -> number of tasks of that kind."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1, max_length=MAX_LINES)
 
     @property

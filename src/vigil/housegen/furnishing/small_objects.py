@@ -322,7 +322,7 @@ class _SupportedObject:
     """An object on a surface, in the surface's frame."""
 
     base: Rect
-    """Rectangle of the object's box."""
+    """Rectangle of floor plan that the object's bounding box covers."""
     reach: Rect
     """Rectangle of the object's box and of the space that its lid or door needs."""
     height: float
