@@ -399,7 +399,7 @@ def test_a_step_says_by_itself_what_is_wrong_with_it():
         StepRecord.model_validate(fields | {"index": 0})
     reason = InvalidAction(kind="malformed_action", reason="not_json")
     for change in ({"action": None}, {"invalid": reason}):
-        with pytest.raises(ValidationError, match="a step has either an action or the reason why there is none"):
+        with pytest.raises(ValidationError, match="a step must have either an action or the reason why there is none"):
             StepRecord.model_validate(fields | change)
     without = {name: value for name, value in fields.items() if name != "action"}
     step = StepRecord.model_validate(without | {"invalid": reason})

@@ -128,7 +128,7 @@ def test_a_program_goes_on_from_the_frame_of_the_fork(pack: Path, source: RunRes
         ({"fork_at": 9}, RecordError, "No play of run 'source' can be continued at 9"),
         ({"fork_at": "goal", "episode_ids": ("tiny-AI-003",)}, RecordError, "its goal was never attained"),
         ({"fork_at": None}, SettingError, "--from and --at belong together"),
-        ({"fork_at": 1, "backend": "mujoco"}, SettingError, "was played with simulator 'fake', and this one has 'muj"),
+        ({"fork_at": 1, "backend": "mujoco"}, SettingError, "was played with simulator 'fake', but this one has 'muj"),
         ({"fork_at": 1, "render_quality": "fast"}, SettingError, "set --render-quality"),
     ],
 )

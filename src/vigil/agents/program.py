@@ -171,7 +171,9 @@ class Program:
             raise self.ended()
         if self._pending:
             shown = bytes(self._pending[:200]).decode(errors="backslashreplace")
-            raise self.fault(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
+            raise self.fault(
+                f"wrote {shown!r} when no observation was waiting for an answer (standard output is for answers only)"
+            )
 
     def ended(self, if_running: str = "ended without an answer") -> ProgramFault:
         """Return the fault of a program that has closed a pipe: its exit code, or `if_running` if it still runs."""

@@ -252,7 +252,7 @@ def unused_side_path(path: Path) -> Path:
         side = path.with_name(f"{path.name}.partial-{number}")
         if not side.exists():
             return side
-    raise RecordError(f"{str(path)!r}: there are ten thousand partial lines next to it; delete these files.")
+    raise RecordError(f"{str(path)!r}: ten thousand files with partial lines are next to it; delete these files.")
 
 
 def _is_json(data: bytes) -> bool:

@@ -158,7 +158,7 @@ def sweep_houses(
     """Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10"""
     first, end = _whole_numbers(seeds, ":", "--seeds", "FIRST:END, e.g. 0:1000", 2)
     if first >= end:
-        raise SettingError(f"--seeds {seeds!r} does not name a seed; END comes after FIRST, e.g. 0:1000.")
+        raise SettingError(f"--seeds {seeds!r} does not contain a seed: END must be larger than FIRST, e.g. 0:1000.")
     counts = _whole_numbers(rooms, ",", "--rooms", "numbers of rooms, e.g. 1,2,4", None)
     for count in counts:
         spec_for(str(count))

@@ -82,7 +82,7 @@ def propose(
     """
     model, workers = proposing.model, worker_count(common.workers)
     if proposing.grammar and model is not None:
-        raise SettingError("--grammar and --model exclude each other.")
+        raise SettingError("--grammar and --model exclude each other. Leave one out.")
     common.check_suite(model=model, grammar=proposing.grammar, hardest_of=drafting.hardest_of > 1)
     seed = common.chosen_seed or 0
     settings = GenerationSettings(

@@ -38,7 +38,7 @@ def framed_figures(
         having = _having(found.runs, episode_id)
         drawn |= _of_episode(having, pack, episode_id, (f"trajectory_{number}", f"pipeline_{number}"), frames)
     if diagram and not found.runs:
-        raise SettingError("The diagram shows the eight families: give a run of theirs too.")
+        raise SettingError("The diagram shows the eight families: give also a run of a pack that has them.")
     if diagram:
         place = str(pack_folder(found.runs[0].header, pack))
         drawn["protocol"] = (protocol_of(place, frames), "The eight families in two tiers, each with a first frame.")

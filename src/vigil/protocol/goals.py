@@ -178,14 +178,16 @@ class Chore(BaseModel):
     @model_validator(mode="after")
     def _is_whole(self) -> "Chore":
         if (self.condition is None) != (self.is_met is None):
-            raise ValueError("`is_met` belongs to `condition`, and `condition` needs it")
+            raise ValueError("`is_met` must be given together with `condition`, and not without it")
         if len(self.parts) > 1 and any(isinstance(part, ReportStatus) for part in self.parts):
-            raise ValueError("a chore that asks for a state asks for nothing else")
+            raise ValueError("a chore that asks which state an object has must not have other parts")
         states = [part for part in (*self.parts, self.condition) if isinstance(part, ObjectInState)]
         if any(part.state == "is_visible" for part in states):
-            raise ValueError("chores are about places and states of things: open or closed, on or off")
+            raise ValueError(
+                "each part of a chore must be the place or the state of an object: open or closed, on or off"
+            )
         if any(part.constraint is not None or part.chain for part in self.parts):
-            raise ValueError("the parts of a chore have neither a constraint nor a chain")
+            raise ValueError("a part of a chore must not have a constraint or a chain")
         return self
 
     @property
@@ -214,7 +216,10 @@ class Chores(_Goal):
     def _can_hold_together(self) -> "Chores":
         parts = [part for chore in self.chores for part in chore.parts]
         if parts[0].object_id != self.object_id or self.constraint is not None or self.chain:
-            raise ValueError("a list of chores has the `object_id` of its first part, no constraint and no chain")
+            raise ValueError(
+                "a list of chores must have the `object_id` of its first part, and must not have a constraint or a "
+                "chain"
+            )
         wanted: dict[tuple[str, str], bool] = {}
         for part in (part for part in parts if isinstance(part, ObjectInState)):
             if wanted.setdefault((part.object_id, part.state), part.value) != part.value:

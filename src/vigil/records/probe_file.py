@@ -64,7 +64,10 @@ class ProbeRecord(BaseModel):
     def _has_one_result(self) -> "ProbeRecord":
         results = (self.answer, self.invalid, self.error)
         if sum(result is not None for result in results) != 1 or (self.reply is None) != (self.error is not None):
-            raise ValueError("a probe has an answer or the reason why there is none, and a reply unless it is an error")
+            raise ValueError(
+                "a probe must have either an answer or the reason why there is none, and must have a reply unless it "
+                "is an error"
+            )
         return self
 
     @property

@@ -67,7 +67,7 @@ class StepRecord(_Record):
     @model_validator(mode="after")
     def _is_action_or_invalid(self) -> "StepRecord":
         if (self.action is None) == (self.invalid is None):
-            raise ValueError("a step has either an action or the reason why there is none")
+            raise ValueError("a step must have either an action or the reason why there is none")
         return self
 
 

@@ -235,7 +235,10 @@ def profile_of(settings: RunSettings) -> Profile:
         raise SettingError(f"Profile {asked!r} does not exist.{hint} Choose one of: {names}.")
     row = PROFILES[PROFILE_NAMES[asked]]
     if row.is_of_conversations and settings.model is None:
-        raise SettingError(f"Profile {row.short!r} changes a model's conversation, and this run has no model.")
+        raise SettingError(
+            f"Profile {row.short!r} changes a model's conversation, but this run has no model. Choose another profile, "
+            "or give --model."
+        )
     own = settings.prompt_template
     return Profile(
         name=PROFILE_NAMES[asked],

@@ -264,7 +264,7 @@ class RunSettings:
         if (self.fork_from is None) != (self.fork_at is None):
             raise SettingError("--from and --at belong together: a run to continue, and the step after which.")
         if self.probe is not None and self.model is None:
-            raise SettingError("--probe asks a model what it believes, and this run has an agent: leave it out.")
+            raise SettingError("--probe asks a model what it believes, but this run has an agent: leave --probe out.")
         if self.prompt_template is None:
             return
         if self.prompt_variant != "default":

@@ -64,11 +64,13 @@ class ChoreAnswer(_Fact):
     def _is_whole(self) -> "ChoreAnswer":
         is_impossible = self.kind == "impossible"
         if is_impossible != (self.reason is not None) or is_impossible != (set(self.accepted) == set(CONCEDED)):
-            raise ValueError("an impossible chore, and no other, has a reason and accepts a concession")
+            raise ValueError("an impossible chore must have a reason and accept a concession; no other chore may")
         if (self.kind in ("order", "by_the_way")) != bool(self.with_chores):
-            raise ValueError("a chore of kind `order` or `by_the_way`, and no other, names the chores that it is with")
+            raise ValueError(
+                "a chore of kind `order` or `by_the_way` must name the chores that it depends on; no other chore may"
+            )
         if (self.kind == "look_alike") != (self.distractor is not None):
-            raise ValueError("a chore of kind `look_alike`, and no other, names its distractor")
+            raise ValueError("a chore of kind `look_alike` must name its distractor; no other chore may")
         return self
 
     @property
@@ -99,10 +101,12 @@ class ListAnswer(_Fact):
     def _is_whole(self) -> "ListAnswer":
         expected = list_kind(len(self.chores))
         if self.kind != expected:
-            raise ValueError(f"kind is {self.kind!r}, that of a list of {len(self.chores)} chores is {expected!r}")
+            raise ValueError(f"kind is {self.kind!r}, but must be {expected!r} for a list of {len(self.chores)} chores")
         for number, chore in enumerate(self.chores, start=1):
             if any(not 1 <= other <= len(self.chores) or other == number for other in chore.with_chores):
-                raise ValueError(f"chore {number} is entangled with {chore.with_chores}, of {len(self.chores)} chores")
+                raise ValueError(
+                    f"chore {number} names chores {chore.with_chores}, but the list has {len(self.chores)} chores"
+                )
         if not any(chore.is_possible for chore in self.chores):
             raise ValueError("no chore of the list can be met")
         return self

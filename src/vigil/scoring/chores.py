@@ -261,7 +261,7 @@ def _chore(
     if chore.condition is not None and check(chore.condition, record).rows[0].semantic is not chore.is_met:
         raise EpisodeError(
             f"Episode {record.episode_id!r}, chore {number}: its condition {'fails' if chore.is_met else 'holds'} at "
-            "the reset, and the episode says otherwise. Restore the pack."
+            "the reset, but the episode says otherwise. Restore the pack."
         )
     held = [row.semantic for row in found.rows]
     return ChoreOutcome(
@@ -288,7 +288,7 @@ def _expected(number: int, chore: Chore, answer: ChoreAnswer, record: EpisodeRec
     label = label_at_reset(chore.question, record)
     if answer.accepted != (label,):
         raise EpisodeError(
-            f"Episode {record.episode_id!r}, chore {number}: the state is {label} at the reset, and the answer says "
+            f"Episode {record.episode_id!r}, chore {number}: the state is {label} at the reset, but the answer says "
             f"{answer.accepted[0]}. Restore the pack."
         )
     return label

@@ -92,7 +92,7 @@ def read_study(path: Path) -> StudySource:
     """Return the study in a file. Raises SettingError that names the line and the key."""
     text = read_yaml(path)
     if not isinstance(text.value, dict):
-        raise text.error((), "a study is keys with values, such as `name: my_study`.")
+        raise text.error((), "a study consists of keys with values, such as `name: my_study`.")
     try:
         study = StudyFile.model_validate(text.value)
     except ValidationError as error:

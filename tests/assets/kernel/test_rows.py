@@ -95,7 +95,7 @@ parts = [
 WRONG_ROWS = {
     "word = []": "a row does not have 'word'. Did you mean 'words'?",
     "values.kind = {luck = 1}": "value 'kind': the value needs exactly one of",
-    'values.share = {by = "kind", a = 1}': "value 'share': the table is read by the value 'kind', which does not exist",
+    'values.share = {by = "kind", a = 1}': "value 'share': the table needs the value 'kind', which does not exist",
     'values.tint = {colours = ["redd"]}': "value 'tint': 'redd' is not among colours. Did you mean 'red'?",
 }
 WRONG_PARTS = {

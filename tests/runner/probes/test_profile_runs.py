@@ -95,7 +95,7 @@ def check_what_is_special(profile: str, criteria: str | None, steps: list[ChatRe
 def test_a_profile_of_conversations_needs_a_model(pack: Path) -> None:
     for profile in ("declare_criteria", "image_history_2", PROFILE_NAMES["image_history_all"]):
         wanted = settings(pack, "", Path("unused"), episode_ids=ONE, model=None, agent="noop", profile=profile)
-        with pytest.raises(SettingError, match="changes a model's conversation, and this run has no model"):
+        with pytest.raises(SettingError, match="changes a model's conversation, but this run has no model"):
             plan_run(wanted)
     with pytest.raises(SettingError, match=r"'look_befor' does not exist. Did you mean 'look_before_report'"):
         plan_run(settings(pack, "", Path("unused"), episode_ids=ONE, profile="look_befor"))

@@ -65,7 +65,9 @@ def test_what_is_placed_on_something_that_goes_is_refused(simulator):
 
 
 def test_only_a_machine_that_stands_still_can_be_broken(simulator):
-    with pytest.raises(EpisodeError, match=r"cannot be broken: only machines with a front .* Leave out its `is_broken`"):
+    with pytest.raises(
+        EpisodeError, match=r"cannot be broken: only machines with a front .* Leave out its `is_broken`"
+    ):
         simulator.reset(HERE, Setup(objects={MUG: ObjectSetup(is_broken=True)}))
     with pytest.raises(ValidationError, match="broken and also running"):
         Setup(objects={FRIDGE: ObjectSetup(is_broken=True, is_toggled=True)})

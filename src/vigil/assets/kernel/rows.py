@@ -327,7 +327,7 @@ def _table(table: Row, known: Known) -> Draw:
     """Return the function that looks a value up in a table: the entry for the value of `by`, else the entry "other"."""
     by = table["by"]
     if by not in known:
-        raise ValueError(f"the table is read by the value {by!r}, which does not exist here.{did_you_mean(by, known)}")
+        raise ValueError(f"the table needs the value {by!r}, which does not exist here.{did_you_mean(by, known)}")
     found = compiled(_dict({key: _option([key], option, known) for key, option in table.items() if key != "by"}))
 
     def looked_up(_: np.random.Generator, names: Names) -> Any:

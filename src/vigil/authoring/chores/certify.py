@@ -169,11 +169,16 @@ class ListCertifier:
         part, removed = goal.chores[place].parts[0], things[chore.removed]
         if chore.removed != part.object_id:
             if removed.is_pickupable or not removed.is_present:
-                raise BrokenRule("cannot_be_moved", f"{removed.id!r} can be picked up, or is absent")
+                raise BrokenRule(
+                    "cannot_be_moved",
+                    f"{removed.id!r}, which makes the chore impossible, can be picked up, or is absent",
+                )
             return "no_fit" if part.kind == "object_at_receptacle" else "locked"
         if removed.is_present:
             if not removed.is_broken:
-                raise BrokenRule("twin_impossible", f"{removed.id!r} is present and not broken")
+                raise BrokenRule(
+                    "twin_impossible", f"{removed.id!r} is present and not broken, so the chore is not impossible"
+                )
             return "broken"
         return reason_for_absence(absent_phrases(case, place + 1), items_of(case.view.scene).values())
 

@@ -97,7 +97,7 @@ def viewpoint_showing(view: PrivilegedView, evidence: Sequence[Evidence], far_co
     query = _query(thing, points, most_m, far_cost)
     found = _viewpoint_where(view, query, lambda pose: shows_all(view, pose, evidence))
     if found is None:
-        raise Unsolvable("No reachable place from which all evidence is seen at once.")
+        raise Unsolvable("There is no reachable place from which all evidence is seen at once.")
     return found
 
 
@@ -112,7 +112,7 @@ def viewpoint_showing_state(view: PrivilegedView, thing_id: str, query: StateQue
 
     found = _viewpoint_where(view, _query(thing, surface_points(thing), STATE_WITHIN_M, FAR_COST), shows)
     if found is None:
-        raise Unsolvable(f"No reachable place from which the state of {thing_id!r} is clearly seen.")
+        raise Unsolvable(f"There is no reachable place from which the state of {thing_id!r} is clearly seen.")
     return found
 
 

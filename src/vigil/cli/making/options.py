@@ -280,8 +280,8 @@ class Drawing:
             return None
         if self.max_houses is not None and self.max_houses < first:
             raise SettingError(
-                f"--max-houses is {self.max_houses}, but the pack begins with {first} houses (--count). Raise "
-                "--max-houses, or lower --count."
+                f"--max-houses is {self.max_houses}, but drafts are first made in {first} houses (--count). "
+                "Raise --max-houses, or lower --count."
             )
         return self.max_houses or BUDGET * first
 

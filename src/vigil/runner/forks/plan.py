@@ -49,7 +49,7 @@ class ForkPlan:
         if others:
             raise RecordError(
                 f"Run {run.header.run_id!r} was played under other versions: {', '.join(others)}. Its plays cannot be "
-                "continued under these. Use the version of vigil that played it."
+                "continued under the present versions. Use the version of vigil that played it."
             )
         return cls(run, at)
 
@@ -66,8 +66,8 @@ class ForkPlan:
             there, here = getattr(theirs, name), getattr(spec, name)
             if there != here:
                 raise SettingError(
-                    f"Run {self.run.header.run_id!r} was played with {name} {there!r}, and this one has {here!r}. Its "
-                    f"steps are repeated exactly only under the same: set {option}."
+                    f"Run {self.run.header.run_id!r} was played with {name} {there!r}, but this one has {here!r}. "
+                    f"Recorded steps can be repeated exactly only with the same value: set {option}."
                 )
 
     def episodes(self, wanted: Sequence[Episode], named: Collection[str]) -> list[Episode]:

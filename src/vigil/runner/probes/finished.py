@@ -110,12 +110,12 @@ def plan_probing(folder: Path, settings: FinishedProbeSettings) -> FinishedProbi
     spec = run.header.spec
     if spec.agent_kind != "model":
         raise RecordError(
-            f"Run {run.header.run_id!r} was played by {spec.agent!r}, which is not a model: only a model can be asked."
+            f"Run {run.header.run_id!r} was played by {spec.agent!r}, which is not a model: only a model can be probed."
         )
     if REDACTED in spec.model_dump_json(include={"sampling", "model_args"}):
         raise RecordError(
             f"Run {run.header.run_id!r} had settings that are secret and were not recorded, so its requests cannot be "
-            "sent again. Ask while it is played: vigil run --probe."
+            "sent again. Probe a new run while it is played: vigil run --probe."
         )
     table = read_probes(folder, run.header.sha256)
     plan = ProbePlan(settings.steps or ProbeSchedule(period=1), framings(settings.framing))

@@ -136,7 +136,7 @@ def rolls_back(harness: Harness) -> None:
     except ZeroDivisionError:
         expect(_answers(harness) == before, "a rollback did not restore the world after an exception")
     else:
-        raise AssertionError("a rollback swallowed an exception from inside it")
+        raise AssertionError("a rollback suppressed an exception that was raised inside it")
     expect_refused(harness.click("open_access", "Fridge|1"), None)
 
 

@@ -104,8 +104,8 @@ def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
 def _break(state: SceneState, thing: Thing) -> None:
     if not thing.is_toggleable or not notice_parts(thing.asset):
         raise EpisodeError(
-            f"Setup: {thing.id!r} ({thing.category}) cannot be broken: only machines with a front on which a notice can "
-            "hang can be. Leave out its `is_broken`."
+            f"Setup: {thing.id!r} ({thing.category}) cannot be broken: only machines with a front on which a notice "
+            "can hang can be. Leave out its `is_broken`."
         )
     if thing.is_toggled:
         raise EpisodeError(
