@@ -20,9 +20,9 @@ FAIL = reply("report", status="fail", summary="")
 CLICK = reply("interact_pixel", intent="ground", x=100, y=50)
 
 
-def env_of(short: str, **facts: Profile) -> Env:
+def env_of(short: str, recorded_profile: Profile | None = None) -> Env:
     simulator = ScriptedSimulator({"target": thing()})
-    return Env(simulator, lambda _: bare_house(), Profile(name=PROFILE_NAMES[short]), **facts)
+    return Env(simulator, lambda _: bare_house(), Profile(name=PROFILE_NAMES[short]), recorded_profile=recorded_profile)
 
 
 def play(env: Env, *replies: Reply) -> tuple[EpisodeRecord, list[Observation]]:

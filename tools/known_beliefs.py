@@ -91,7 +91,8 @@ class KnownAgent:
         if self.stated == "calibrated":
             return false, true
         pushed = np.rint(SCALE * scores.P**2 / (scores.P**2 + (1 - scores.P) ** 2)).astype(int)
-        return tuple(np.bincount(pushed, weights=each, minlength=scores.VALUES) for each in (false, true))
+        moved = [np.bincount(pushed, weights=each, minlength=scores.VALUES) for each in (false, true)]
+        return moved[0], moved[1]
 
     def believing(self) -> np.ndarray:
         """Return the chance to believe that the task is done, by steps since the goal was attained."""

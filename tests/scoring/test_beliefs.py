@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from tests.support.builders import NOON, RecordBuilder, episode, thing
-from vigil.protocol.actions import InvalidAction, Reply
+from vigil.protocol.actions import InvalidAction, Reply, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import ObjectInState, ReportStatus
 from vigil.records.probe import ProbeAnswer, question_sha256
@@ -17,7 +17,7 @@ from vigil.scoring.outcomes import score
 GOAL = episode("AI", goal=ObjectInState(object_id="target", state="is_open"), max_steps=4)
 LABEL = episode("SV", goal=ReportStatus(object_id="target", state="is_open"), max_steps=4)
 OPEN, SHUT = {"openness": 1.0}, {"openness": 0.0}
-Answer = tuple[int, bool, str]
+Answer = tuple[int, bool, Status]
 
 
 def builder(openness: float = 0.0) -> RecordBuilder:
@@ -124,7 +124,8 @@ def test_a_state_to_report_is_believed_as_a_label(status: str | None, answer: An
 
 def test_beliefs_are_aligned_on_attainment() -> None:
     record = builder().do().do(target=OPEN).do().report()
-    found = beliefs(GOAL, record, *((step, step == 4, "success") for step in (1, 2, 3, 4)))
+    answers: list[Answer] = [(step, step == 4, "success") for step in (1, 2, 3, 4)]
+    found = beliefs(GOAL, record, *answers)
     assert [(each.since_attained, each.is_held, each.is_right) for each in found.beliefs] == [
         (-2, False, True),
         (-1, False, True),
@@ -138,7 +139,7 @@ def test_beliefs_are_aligned_on_attainment() -> None:
 def test_a_delay_is_censored_at_the_last_answer_before_the_goal_is_lost() -> None:
     task = GOAL.model_copy(update={"max_steps": 5})
     record = builder().do(target=OPEN).do().do(target=SHUT).do().do().end()
-    answers = [(step, step == 5, "success") for step in (1, 2, 3, 4, 5)]
+    answers: list[Answer] = [(step, step == 5, "success") for step in (1, 2, 3, 4, 5)]
     assert beliefs(task, record, *answers).detection("state") == (1, False)
     assert beliefs(task, record, (1, True, "success")).detection("state") is None
     never = builder().do().do().do().do().do().end()
@@ -153,7 +154,7 @@ def test_a_belief_is_lost_only_while_the_goal_holds() -> None:
         ((False, True, False), True),
         ((False, False, True), None),
     ]:
-        answers = [(step, done, "success") for step, done in zip((2, 3, 4), stated, strict=True)]
+        answers: list[Answer] = [(step, done, "success") for step, done in zip((2, 3, 4), stated, strict=True)]
         assert beliefs(GOAL, record, *answers).has_lost_belief("state") is lost
     undone = builder().do(target=OPEN).do(target=SHUT).do().do().end()
     assert beliefs(GOAL, undone, (2, True, "success"), (3, False, "fail")).has_lost_belief("state") is None

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tools.known_beliefs import AGENTS, KnownAgent, estimates, study_of, truths
-from vigil.analysis.measures.beliefs.study import BeliefStudy
+from vigil.analysis.measures.beliefs.study import BeliefStudy, Estimate
+from vigil.scoring.rates import Interval, Rate
 
 PLAYS = 200
 
@@ -29,18 +30,34 @@ def test_an_agent_is_recovered(agent: KnownAgent, studies: dict[str, BeliefStudy
         assert value == pytest.approx(known[name], abs=0.3 if name == "restricted_mean" else 0.12), name
 
 
+def interval_of(estimate: Estimate) -> Interval:
+    assert estimate.interval is not None
+    return estimate.interval
+
+
+def share(rate: Rate) -> float:
+    assert rate.value is not None
+    return rate.value
+
+
+def delay_of(study: BeliefStudy) -> float:
+    delay = study.delay()
+    assert delay is not None
+    return delay.restricted_mean.value
+
+
 def test_what_the_agents_were_made_to_be_is_told_apart(studies: dict[str, BeliefStudy]) -> None:
     calibration = {name: study.calibration() for name, study in studies.items()}
-    assert calibration["overconfident"]["debiased_error"].interval[0] > 0
-    low, high = calibration["calibrated"]["debiased_error"].interval
+    assert interval_of(calibration["overconfident"]["debiased_error"])[0] > 0
+    low, high = interval_of(calibration["calibrated"]["debiased_error"])
     assert low < 0.002
     assert high < calibration["overconfident"]["debiased_error"].value
     assert abs(calibration["blind"]["auroc_near"].value - 0.5) < 0.08
     assert calibration["calibrated"]["auroc_near"].value > 0.7
-    assert studies["forgetful"].lost().value > 0.3
+    assert share(studies["forgetful"].lost()) > 0.3
     assert studies["doubting"].lost().hits == 0
-    assert studies["doubting"].delay().restricted_mean.value > 3 * studies["forgetful"].delay().restricted_mean.value
+    assert delay_of(studies["doubting"]) > 3 * delay_of(studies["forgetful"])
     shares = {name: study.parts for name, study in studies.items()}
-    assert shares["forgetful"]["knew_and_did_not_say"]["NR"].rate.value > 0.1
+    assert share(shares["forgetful"]["knew_and_did_not_say"]["NR"].rate) > 0.1
     assert shares["blind"]["no_answer"]["NR"].rate.hits > 0
     assert shares["calibrated"]["no_answer"]["NR"].rate.hits == 0

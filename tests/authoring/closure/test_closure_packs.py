@@ -84,13 +84,17 @@ def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
     return file
 
 
+def closure_drafts(drafts: DraftsFile) -> list[ClosureDraft]:
+    return [task for task in drafts.read().tasks if isinstance(task, ClosureDraft)]
+
+
 def request(name: str, each: int, *kinds: Kind, max_per_house: int = 3) -> PackRequest:
     """The request for a number of tasks of each kind, or of some kinds."""
     return PackRequest(name, tasks=dict.fromkeys(kinds or KINDS, each), max_per_house=max_per_house)
 
 
 def answer_of(side: SolvedSide) -> ClosureAnswer:
-    assert side.answer is not None
+    assert isinstance(side.answer, ClosureAnswer)
     return side.answer
 
 
@@ -217,7 +221,7 @@ def test_every_rule_of_the_suite_is_documented() -> None:
 
 
 def task_of_reason(drafts: DraftsFile, reason: Reason) -> ClosureTask:
-    found = next(task for task in drafts.read().tasks if task.answers[-1].reason == reason)
+    found = next(task for task in closure_drafts(drafts) if task.answers[-1].reason == reason)
     return task_of([draft.episode for draft in found.drafts], found.answers)
 
 
@@ -263,7 +267,7 @@ def test_what_bars_the_way_is_in_no_first_frame(simulator: PrivilegedSimulator) 
 def test_what_is_asked_about_is_in_no_first_frame_of_a_second_side(
     drafts: DraftsFile, simulator: PrivilegedSimulator
 ) -> None:
-    found = next(task for task in drafts.read().tasks if task.kind == "already")
+    found = next(task for task in closure_drafts(drafts) if task.kind == "already")
     task = task_of([draft.episode for draft in found.drafts], found.answers)
     second, house = task.episodes[1], drafts.house(task.episodes[1].house.name)
     context = HouseContext(simulator, house, np.random.default_rng(3))
@@ -324,7 +328,7 @@ def test_the_obvious_act_is_refused_by_a_swing_a_machine_and_a_full_shelf(simula
 def test_twins_about_everything_somewhere_mean_just_what_may_be_on_or_open_there(
     drafts: DraftsFile, simulator: PrivilegedSimulator
 ) -> None:
-    found = next(task for task in drafts.read().tasks if task.answers[0].form in EVERYTHING_FORMS)
+    found = next(task for task in closure_drafts(drafts) if task.answers[0].form in EVERYTHING_FORMS)
     task = task_of([draft.episode for draft in found.drafts], found.answers)
     first, second = task.episodes
     house, certifier = drafts.house(first.house.name), Certifier(simulator)
@@ -461,7 +465,7 @@ def review_of(episode: Episode, verdict: Verdict, instruction: str | None = None
 
 
 def test_twins_are_rejected_together_and_approved_tasks_enter_first(drafts: DraftsFile, tmp_path: Path) -> None:
-    pool = [task for task in drafts.read().tasks if task.kind == "already"]
+    pool = [task for task in closure_drafts(drafts) if task.kind == "already"]
     rejected, approved = pool[0].drafts[1].episode, pool[2].drafts[0].episode
     reviews = [review_of(rejected, "reject"), review_of(approved, "approve")]
     pack, bad = frozen(tmp_path / "p", drafts, request("p", 1, "already"), reviews)
@@ -475,7 +479,7 @@ def test_twins_are_rejected_together_and_approved_tasks_enter_first(drafts: Draf
 def test_words_given_to_one_twin_are_those_of_both_and_are_certified(
     drafts: DraftsFile,
 ) -> None:
-    task = next(task for task in drafts.read().tasks if task.answers[0].form == "one_thing")
+    task = next(task for task in closure_drafts(drafts) if task.answers[0].form == "one_thing")
     first = task.drafts[0].episode
     check = candidate_checker([drafts], VerificationSettings())
 
@@ -493,8 +497,8 @@ def test_words_given_to_one_twin_are_those_of_both_and_are_certified(
 
 def test_drafts_of_the_suite_are_reviewed_with_what_closes_them(drafts: DraftsFile) -> None:
     found = ReviewSet.of_drafts(drafts.path)
-    task = next(task for task in drafts.read().tasks if task.kind == "impossible")
-    assert len(found.episodes) == sum(len(task.drafts) for task in drafts.read().tasks)
+    task = next(task for task in closure_drafts(drafts) if task.kind == "impossible")
+    assert len(found.episodes) == sum(len(task.drafts) for task in closure_drafts(drafts))
     told = found.closings[task.drafts[1].episode.id]
     assert told.startswith(f"impossible, impossible, {task.answers[1].reason}")
     assert "its twin" in told
