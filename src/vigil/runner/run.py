@@ -233,7 +233,7 @@ def _play_pending(run: _RunSession, pool: SimulatorPool, assignments: Sequence[A
 
 async def _ask_missing(run: _RunSession, endpoint: Endpoint, pool: SimulatorPool, plays: Sequence[Play]) -> None:
     """Ask the probes that are missing from plays of earlier sessions."""
-    from vigil.runner.models.inspect_model import ModelClient  # noqa: PLC0415
+    from vigil.runner.models.inspect_model import ModelClient  # noqa: PLC0415 - loads Inspect
 
     with hiding_other_keys(endpoint.access):
         async with ModelClient(endpoint) as client:
@@ -254,7 +254,7 @@ def _pool(run: _RunSession, most: int) -> Generator[SimulatorPool, None, None]:
         if execution.executor == "ray":
             if find_spec("ray") is None:
                 raise SettingError('Ray is not installed here. Run: pip install "vigil-bench[ray]".')
-            from vigil.runner.ray_cluster import connect_cluster  # noqa: PLC0415
+            from vigil.runner.ray_cluster import connect_cluster  # noqa: PLC0415 - loads Ray
 
             cluster = stack.enter_context(connect_cluster(execution.ray_address, plan))
             plan, cpus, start = cluster.plan, cluster.cpus, cluster.start
@@ -282,8 +282,8 @@ def _play_with_model(
 ) -> None:
     """Play with a model that is asked from this process."""
     # Inspect takes a second or two to import, and only runs of models need it.
-    from vigil.runner.inspect_task import evaluate  # noqa: PLC0415
-    from vigil.runner.models.inspect_model import ModelClient, preflight  # noqa: PLC0415
+    from vigil.runner.inspect_task import evaluate  # noqa: PLC0415 - loads Inspect
+    from vigil.runner.models.inspect_model import ModelClient, preflight  # noqa: PLC0415 - the same
 
     plan, spec, folder = run.plan, run.plan.spec, run.folder
     identity_log = _identity_log(run, endpoint)

@@ -78,7 +78,7 @@ def belief_reliability(study: Study) -> Figure | None:
         axes.set_title("Reliability of stated beliefs")
         legend = figure.legend(loc="outside right upper")
         for handle in legend.legend_handles:
-            handle.set_sizes([30])  # pyright: ignore[reportOptionalMemberAccess, reportAttributeAccessIssue]
+            handle.set(sizes=[30])  # pyright: ignore[reportOptionalMemberAccess] - scatter has handles
         return figure
 
 

@@ -246,7 +246,7 @@ def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: 
             place.axis("off")
         figure.set_dpi(100)
         figure.canvas.draw()
-        return Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])  # type: ignore[attr-defined]
+        return Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])  # type: ignore[attr-defined] - of Agg
 
 
 def _wrapped_name(name: str, width: int = 16) -> str:

@@ -287,6 +287,7 @@ def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> Cl
     """Return the task whose sides are these episodes. `answers` has the answer to each episode, in the same order."""
     first = answers[0]
     sides = PAIRED.get(first.kind, ())
-    ordered = sorted(zip(answers, episodes, strict=True), key=lambda each: sides.index(each[0].side) if sides else 0)  # pyright: ignore
+    places: dict[str | None, int] = {side: place for place, side in enumerate(sides)}
+    ordered = sorted(zip(answers, episodes, strict=True), key=lambda each: places.get(each[0].side, 0))
     removed = first.certificate.removed if first.certificate else ""
     return ClosureTask(first.kind, tuple(episode for _, episode in ordered), removed, first.evidence, first.form)

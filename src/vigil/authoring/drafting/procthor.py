@@ -130,7 +130,7 @@ def _remedy(folder: Path) -> str:
 
 def _prior() -> Any:
     try:
-        import prior  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+        import prior  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - an extra
     except ImportError:
         raise SettingError(
             f"{DATASET} is read with the Python package 'prior', which is not installed. Run: "

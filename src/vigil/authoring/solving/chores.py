@@ -148,7 +148,7 @@ def _can(part: ObjectInState | ObjectAtReceptacle, macro_actions: MacroActions) 
     try:
         with view.rollback():
             for action in achieve_goal(part, macro_actions):
-                view.step(action)  # pyright: ignore[reportArgumentType]
+                view.step(action)  # pyright: ignore[reportArgumentType] - a goal is never reached by a report
     except Unsolvable:
         return False
     return True

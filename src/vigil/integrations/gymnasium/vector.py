@@ -124,12 +124,12 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         self._end()
 
     @property
-    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override] - read only here
         """Random generator of each environment."""
         return self.get_attr("np_random")
 
     @property
-    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override] - read only here
         """Seed of each environment."""
         return self.get_attr("np_random_seed")
 

@@ -8,7 +8,7 @@
 """
 
 try:
-    import verifiers.v1  # noqa: F401  # pyright: ignore[reportMissingImports]
+    import verifiers.v1  # noqa: F401  # pyright: ignore[reportMissingImports] - an extra
 except ModuleNotFoundError:
     raise ModuleNotFoundError(
         "verifiers is not installed, or older than 0.4. Install it in a separate environment, because it needs an "

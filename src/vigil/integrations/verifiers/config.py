@@ -3,7 +3,7 @@ they are `--env.taskset.*`."""
 
 from pathlib import Path
 
-import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports] - an extra
 from pydantic import Field, field_validator
 
 from vigil.authoring.streaming.address import is_stream, seed_in

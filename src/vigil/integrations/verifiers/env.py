@@ -4,7 +4,7 @@ import asyncio
 from pathlib import Path
 from typing import Any
 
-import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports] - an extra
 from pydantic import ValidationError
 
 from vigil.errors import PackMismatch, SettingError, VigilError

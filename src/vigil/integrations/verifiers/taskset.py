@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
-import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports] - an extra
 
 from vigil.integrations.rewards import reward_parts
 from vigil.integrations.sources import source_of

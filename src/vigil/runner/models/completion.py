@@ -40,7 +40,7 @@ def calibrate_model(endpoint: Endpoint, system_role: SystemRole) -> PointingCali
 def _asking(endpoint: Endpoint) -> Generator[tuple[Ask, asyncio.Runner], None, None]:
     """Yield a function that asks the model, and the event loop in which this function runs."""
     # Inspect takes a second or two to import, and only models need it.
-    from vigil.runner.models.inspect_model import ModelClient  # noqa: PLC0415
+    from vigil.runner.models.inspect_model import ModelClient  # noqa: PLC0415 - loads Inspect
 
     access = endpoint.access
     access.check()

@@ -168,7 +168,7 @@ async def _ask(
     probing: FinishedProbing, settings: FinishedProbeSettings, endpoint: Endpoint, session: _Session
 ) -> None:
     # Inspect takes a second or two to import.
-    from vigil.runner.models.inspect_model import ModelClient  # noqa: PLC0415
+    from vigil.runner.models.inspect_model import ModelClient  # noqa: PLC0415 - loads Inspect
 
     header, redact = probing.run.header, session.secrets.redact
     earlier = () if settings.force else header.answering_models

@@ -90,7 +90,7 @@ class CollisionMap:
         The grid is turned by `yaw` (deg).
         """
         from scipy.sparse import coo_array  # noqa: PLC0415 - loads over 200 modules
-        from scipy.sparse.csgraph import breadth_first_order  # noqa: PLC0415
+        from scipy.sparse.csgraph import breadth_first_order  # noqa: PLC0415 - the same
 
         cells, free = self._free_grid(start, step_m, yaw)
         index = {(int(i), int(k)): number for number, (i, k) in enumerate(cells)}

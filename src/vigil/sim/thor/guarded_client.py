@@ -150,7 +150,7 @@ class GuardedClient:
 
 def _controller_class() -> Any:
     try:
-        from ai2thor.controller import Controller  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+        from ai2thor.controller import Controller  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - an extra
     except ImportError:
         raise SettingError("AI2-THOR's client is not installed. Give: pip install vigil-bench[thor]") from None
     return Controller

@@ -67,7 +67,7 @@ def _house(kind: str | None, spec: str, number: int) -> House:
     place = os.environ.get(VARIABLE, "").strip()
     if not place:
         from vigil.housegen.base.spec import spec_for  # noqa: PLC0415 - loads the generator
-        from vigil.housegen.generate import generate  # noqa: PLC0415
+        from vigil.housegen.generate import generate  # noqa: PLC0415 - the same
 
         return generate(number, spec_for(spec))
     houses = [each for each in _documents(Path(place)) if kind is None or f'"{kind}"'.encode() in each[1]]

@@ -91,7 +91,7 @@ def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
 def packer() -> Callable[[Any], bytes]:
     """Return the function that packs metadata. Raises SettingError without msgpack, which the client also needs."""
     try:
-        from msgpack import packb  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+        from msgpack import packb  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - an extra
     except ImportError:
         text = "The engine needs msgpack, as AI2-THOR's client does. Give: pip install vigil-bench[thor]"
         raise SettingError(text) from None
