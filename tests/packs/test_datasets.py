@@ -14,7 +14,7 @@ import pytest
 
 from vigil.packs.pack import Pack
 
-PACKS = ("starter", "vigil_smoke_v3", "vigil_mini_v3", "vigil_balanced_1000_v3")
+PACKS = ("starter", "vigil_smoke_v4", "vigil_mini_v4", "vigil_balanced_1000_v4")
 TABLES = ("episodes", "solutions", "facts", "levels")
 
 

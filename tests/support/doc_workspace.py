@@ -14,7 +14,7 @@ from vigil.runner.run import run_pack
 EPISODES = (
     "vigil_fridge_seed101",
     "vigil_laptop_seed101",
-    "vigil_statue_seed121",
+    "vigil_pillow_seed121_ai",
     "vigil_desklamp_seed121",
 )
 """Episodes of the starter pack, in two houses that several commands draw."""
@@ -39,7 +39,7 @@ def write_workspace(folder: Path) -> Path:
     (folder / "my_houses").mkdir()
     shutil.copy(folder / "house.json", folder / "my_houses" / "one.json")
     write_asset_database(folder)
-    shutil.copytree(ROOT / "src/vigil/data/packs/vigil_smoke_v3", folder / "my_pack")
+    shutil.copytree(ROOT / "src/vigil/data/packs/vigil_smoke_v4", folder / "my_pack")
     (folder / "examples").symlink_to(ROOT / "examples")
     return folder
 

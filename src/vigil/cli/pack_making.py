@@ -208,7 +208,7 @@ def remake(
     workers: Workers = None,
     assets: AssetFile = None,
 ) -> None:
-    """Example: vigil pack remake procthor_one_room_v4 --houses one_room_train.jsonl.gz --out packs/one_room"""
+    """Example: vigil pack remake procthor_one_room_v5 --houses one_room_train.jsonl.gz --out packs/one_room"""
     wanted = Recipe.load(recipe)
     check_can_freeze(out, wanted.name)
     check_drafts(wanted)

@@ -65,6 +65,13 @@ class PrivilegedQueries(Protocol):
         True does not promise that this many are visible.
         """
 
+    def is_in_frame(self, object_id: str) -> bool:
+        """Return whether any pixel of the frame shows an object, also through the panes of other objects.
+
+        It is slower than `world`, whose numbers of pixels may be sampled and may miss thin parts: if `world` finds a
+        visible pixel, the answer is True. Held and absent objects are not in the frame.
+        """
+
 
 class SupportsRollback(Protocol):
     """Contexts that undo all changes made inside them."""

@@ -16,7 +16,7 @@ EACH = 20
 
 @pytest.fixture(scope="module")
 def pack() -> Pack:
-    return Pack.load("vigil_closure_400_v4")
+    return Pack.load("vigil_closure_400_v5")
 
 
 @pytest.fixture(scope="module")

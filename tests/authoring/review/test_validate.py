@@ -214,34 +214,32 @@ def test_what_an_agent_without_sight_completes_is_found(starter: Pack, simulator
 
 def test_only_searches_by_turning_may_be_found_by_turning(starter: Pack) -> None:
     searched = first_of(starter, "VS", "turn")
-    for is_draft in (False, True):
-        trials = blind_trials(searched, is_draft=is_draft)
-        assert [bool(set(TURN_ACTIONS) & set(tried)) for tried in trials] == [False, False]
-        assert blind_trials(first_of(starter, "SV"), is_draft=is_draft) == []
-    assert len(blind_trials(first_of(starter, "VS", "walk"), is_draft=False)) == 3
+    assert [bool(set(TURN_ACTIONS) & set(tried)) for tried in blind_trials(searched)] == [False, False]
+    assert blind_trials(first_of(starter, "SV")) == []
+    assert len(blind_trials(first_of(starter, "VS", "walk"))) == 4
 
 
 @pytest.mark.parametrize(
     ("family", "template", "moves"), [("VS", "walk", 19), ("DA", None, 11), ("PG", None, 1), ("AI", None, 22)]
 )
-def test_drafts_are_held_to_the_strongest_blind_agent_of_their_family(
+def test_episodes_are_held_to_the_strongest_blind_agent_of_their_family(
     family: str, template: str | None, moves: int, starter: Pack
 ) -> None:
     episode = first_of(starter, family, template)
-    added = set(blind_trials(episode, is_draft=True)) - set(blind_trials(episode, is_draft=False))
-    assert [len(tried) - 1 for tried in added] == [moves]
-    assert all(len(tried) <= episode.max_steps for tried in added)
+    strongest = blind_trials(episode)[-1]
+    assert len(strongest) - 1 == moves
+    assert len(strongest) <= episode.max_steps
 
 
 @pytest.mark.parametrize("family", ["SI", "SM", "CR"])
 def test_what_is_out_of_view_or_barred_is_not_clicked_on_blindly(family: str, starter: Pack) -> None:
     episode = first_of(starter, family)
-    assert blind_trials(episode, is_draft=True) == blind_trials(episode, is_draft=False)
+    assert [len(tried) for tried in blind_trials(episode)] == [1]
 
 
-def test_a_draft_that_one_blind_click_completes_is_refused(starter: Pack, simulator: PrivilegedSimulator) -> None:
+def test_an_episode_that_one_blind_click_completes_is_refused(starter: Pack, simulator: PrivilegedSimulator) -> None:
     """A start from which the target lies under the one pixel that the blind agent clicks on."""
-    found: dict[bool, set[str]] = {True: set(), False: set()}
+    found: set[str] = set()
     for good in [episode for episode in starter.episodes if episode.family == "PG"]:
         house = starter.house_of(good)
         simulator.load(house)
@@ -249,11 +247,9 @@ def test_a_draft_that_one_blind_click_completes_is_refused(starter: Pack, simula
             episode = turned(good, angle)
             simulator.reset(episode.start, episode.setup)
             if simulator.object_at(*BEST_PIXEL) == good.goal.object_id:
-                for is_draft, broken in found.items():
-                    broken |= rules_broken(Validator(simulator, is_draft=is_draft), episode, house, None)
+                found |= rules_broken(Validator(simulator), episode, house, None)
                 break
-    assert "not_blind_luck" in found[True]
-    assert "not_blind_luck" not in found[False]
+    assert "not_blind_luck" in found
 
 
 @pytest.mark.parametrize("family", ["PG", "AI", "SI", "SM", "CR"])
@@ -261,7 +257,7 @@ def test_what_walking_cannot_change_is_tried_by_waiting_alone(
     family: str, starter: Pack, simulator: PrivilegedSimulator
 ) -> None:
     episode = first_of(starter, family)
-    (waiting,) = blind_trials(episode, is_draft=False)
+    waiting = blind_trials(episode)[0]
     tries = [waiting, *((*moves, *waiting) for moves in (TURN_ACTIONS, WALK_ACTIONS))]
     validator = Validator(simulator)
     records = [validator.play(episode, starter.house_of(episode), tried) for tried in tries]

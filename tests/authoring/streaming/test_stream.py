@@ -26,7 +26,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "fd696ed88d1571f84acff03587fdd271a255aa4b268eacead2201599879f8a3b"
+PINNED = "380213c17abf2ef3d3ce2b3e3ab0f53d657e4617211cae1b490c87d4962920b9"
 
 
 @pytest.fixture(scope="module")

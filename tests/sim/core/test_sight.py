@@ -293,6 +293,31 @@ def test_what_is_seen_may_be_shown_and_is_the_same_after_asking(seen, view):
         assert asked.see(view, [thing])[thing_id] == sighting
 
 
+@pytest.mark.parametrize(
+    ("place", "horizon", "rotation", "thing_id"),
+    [((3.5, 2.5), 30, 59.0, "FloorLamp|2"), ((5.2, 3.1), 15, 79.0, "Fridge|1"), ((5.2, 3.1), 15, 83.0, "Fridge|1")],
+)
+def test_a_sliver_between_the_sampled_pixels_is_in_the_frame(place, horizon, rotation, thing_id):
+    scene = build_scene(reference_house(), AssetDatabase.default())
+    engine = MujocoEngine()
+    engine.load(scene)
+    sight, thing = Sight(engine, scene), scene.things[thing_id]
+    view = Pose(position=Vec3(place[0], 0, place[1]), rotation=rotation, horizon=horizon)
+    met = engine.cast(view.eye, directions(view, every_pixel()), through_glass=True).things
+    shown_px = int((met == list(scene.things).index(thing_id)).sum())
+    assert sight.see(view, [thing])[thing_id].visible_px == 0
+    assert sight.is_in_frame(view, thing) == (shown_px > 0)
+    assert (shown_px > 0) == (rotation != 83.0)
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_what_is_counted_is_in_the_frame(seen, view):
+    scene, _, sight = seen
+    things = list(scene.things.values())
+    for thing_id, sighting in sight.see(view, things).items():
+        assert sight.is_in_frame(view, scene.things[thing_id]) or not sighting.visible_px
+
+
 def test_no_more_may_be_shown_than_an_outline_has(seen):
     scene, engine, _ = seen
     sight, fridge = Sight(engine, scene), scene.things["Fridge|1"]

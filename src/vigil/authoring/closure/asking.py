@@ -4,7 +4,7 @@
 
 from dataclasses import replace
 
-from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, is_out_of_view_from
+from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen
 from vigil.authoring.language.disambiguation import first_meaning
@@ -49,5 +49,5 @@ def start_near(context: HouseContext, thing: Thing, hidden: str | None = None, m
         NEAR_M,
         LEVEL_DEG,
         is_seen(min_px),
-        lambda pose: hidden is None or is_out_of_view_from(context, pose, hidden),
+        lambda pose: hidden is None or context.is_out_of_view_from(pose, hidden),
     )

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.base.geometry import Pose
 from vigil.protocol.episode import Episode
 from vigil.scoring.closure import CLOSURE_KINDS, Evidence, Kind
 
@@ -68,11 +67,6 @@ def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
                     break
             if is_over:
                 left.remove(each)
-
-
-def is_out_of_view_from(context: HouseContext, pose: Pose, thing_id: str) -> bool:
-    """Return whether a thing is fully out of view from a pose."""
-    return context.seen_from(pose, thing_id).visible_px == 0
 
 
 def rejection(context: HouseContext, kind: Kind, rule: str, message: str) -> Rejection:

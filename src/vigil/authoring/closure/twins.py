@@ -54,10 +54,11 @@ def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, i
     mirrors = [thing.id for thing in view.scene.things.values() if thing.category == "Mirror" and thing.is_present]
     for object_id, rule in wanted.items():
         for mirror in mirrors:
-            if view.state_of(mirror).visible_px:
+            if view.is_in_frame(mirror):
                 raise BrokenRule(rule, f"the mirror {mirror!r} is in view at the start of {episode.id!r}")
-        if view.scene.things[object_id].is_present and (pixels := view.state_of(object_id).visible_px):
-            raise BrokenRule(rule, f"{pixels} px of {object_id!r} are in view at the start of {episode.id!r}")
+        if view.scene.things[object_id].is_present and view.is_in_frame(object_id):
+            pixels = view.state_of(object_id).visible_px
+            raise BrokenRule(rule, f"{object_id!r} is in view at the start of {episode.id!r} ({pixels} px by samples)")
 
 
 def reason_for_absence(phrases: Sequence[Phrase], items: Iterable[DescribedThing]) -> Literal["absent", "elsewhere"]:

@@ -225,6 +225,11 @@ class HouseContext:
         with self.view.at_pose(pose):
             return self.view.state_of(thing_id)
 
+    def is_out_of_view_from(self, pose: Pose, thing_id: str) -> bool:
+        """Return whether no pixel shows a thing from a pose."""
+        with self.view.at_pose(pose):
+            return not self.view.is_in_frame(thing_id)
+
     def visible_points(self, place: Vec3, thing: Thing) -> PointCount:
         """Return a counter of a thing's points that are visible from a place in any direction; it counts on demand."""
         eye = Pose(position=place, rotation=0.0).eye

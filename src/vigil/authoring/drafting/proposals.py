@@ -160,7 +160,7 @@ def _starts_not_seeing(context: HouseContext, thing: Thing, by_turning: bool | N
             continue
         for _ in range(POSES_PER_PLACE):
             pose = context.facing(place, thing, horizon, SPREAD_DEG[can_turn], aside_deg=180.0)
-            if context.has_room_to_move(pose) and context.seen_from(pose, thing.id).visible_px == 0:
+            if context.has_room_to_move(pose) and context.is_out_of_view_from(pose, thing.id):
                 yield pose
                 break
 

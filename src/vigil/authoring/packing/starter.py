@@ -31,7 +31,7 @@ from vigil.protocol.house import House
 from vigil.sim.privileged import PrivilegedSimulator
 
 NAME = "starter"
-VERSION = "3"
+VERSION = "4"
 SEED = 2026
 DRAFTS_PER_HOUSE = 6
 PER_HOUSE_AND_FAMILY = 2

@@ -7,23 +7,21 @@ from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import AgentNearTarget, ObjectHeld, ObjectInState, TargetGrounded
 
 
-def blind_trials(episode: Episode, *, is_draft: bool) -> list[tuple[Action, ...]]:
+def blind_trials(episode: Episode) -> list[tuple[Action, ...]]:
     """Return the actions of each agent without sight. None of these agents may complete the episode.
 
-    Drafts are tested with the strongest blind agents known. Frozen packs may be older than some of these agents, so
-    only turning, walking ahead and an early report are tried on their episodes. The list is empty for state
-    verification, because a guessed label may be correct. If the task is to find the target by turning,
-    turning is not in the list.
+    They are the strongest blind agents known; the baselines of packs are measured with the same agents. The list is
+    empty for state verification, because a guessed label may be correct. If the task is to find the target by turning,
+    agents that turn around are not in the list.
     """
     goal, is_turned_to = episode.goal, episode.provenance.template == "turn"
     if "report_status" in FAMILIES[episode.family].goal_kinds:
         return []
     tries: list[tuple[Action, ...]] = [()]
     if isinstance(goal, AgentNearTarget) or (isinstance(goal, ObjectInState) and goal.state == "is_visible"):
-        tries += [WALK_ACTIONS] if is_turned_to else [WALK_ACTIONS, TURN_ACTIONS]
-        tries += [EXPLORE_ACTIONS] if is_draft and not is_turned_to else []
-    elif is_draft and isinstance(goal, TargetGrounded):
+        tries += [WALK_ACTIONS] if is_turned_to else [WALK_ACTIONS, TURN_ACTIONS, EXPLORE_ACTIONS]
+    elif isinstance(goal, TargetGrounded):
         tries.append(POINT_ACTIONS)
-    elif is_draft and isinstance(goal, ObjectHeld | ObjectInState) and goal.constraint is None:
+    elif isinstance(goal, ObjectHeld | ObjectInState) and goal.constraint is None:
         tries += [click_actions(episode.instruction)] if FAMILIES[episode.family].visible_at_start else []
     return [(*moves[: episode.max_steps - 1], Report(status="success", summary="")) for moves in tries]

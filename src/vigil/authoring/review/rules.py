@@ -100,8 +100,8 @@ def _visible(case: EpisodeStart) -> Faults:
 
 
 def _hidden(case: EpisodeStart) -> Faults:
-    if case.target.visible_px:
-        yield f"{case.target.visible_px} px of the target are in view at the start, none should be"
+    if case.view.is_in_frame(case.episode.goal.object_id):
+        yield f"the target is in view at the start ({case.target.visible_px} px by samples), but should not be"
 
 
 def _state_visible(case: EpisodeStart) -> Faults:

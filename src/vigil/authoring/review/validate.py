@@ -125,7 +125,7 @@ class Validator:
     """Validates episodes on one simulator."""
 
     def __init__(self, simulator: PrivilegedSimulator, *, is_draft: bool = False, profile: str = BASELINE) -> None:
-        """With `is_draft`, also apply rules that frozen packs may predate: wording and the best blind trials.
+        """With `is_draft`, also apply the rules about wording, which frozen packs may predate.
 
         Solutions are replayed under `profile`.
         """
@@ -240,7 +240,7 @@ class Validator:
             yield Finding(episode.id, "solution_holds", outcome_text)
             return
         yield from (Finding(episode.id, "margins", fault) for fault in _thin_margins(episode, record))
-        trials = blind_trials(episode, is_draft=self._is_draft)
+        trials = blind_trials(episode)
         if any(score(episode, self._blind_record(episode, record, blind_actions)).W for blind_actions in trials):
             yield Finding(episode.id, "not_blind_luck", "an agent without sight completes it")
 

@@ -87,6 +87,10 @@ class PrivilegedView:
         """Return False if fewer than `min_px` pixels of a thing can be visible to the agent; faster than `state_of`."""
         return self._simulator.may_be_visible(thing_id, min_px)
 
+    def is_in_frame(self, thing_id: str) -> bool:
+        """Return whether any pixel shows a thing, even if it is too thin for the sampled count of `state_of`."""
+        return self._simulator.is_in_frame(thing_id)
+
     def room_at(self, position: Vec3) -> str | None:
         """Return the id of the room at a position; None outside all rooms."""
         return self._simulator.room_at(position)

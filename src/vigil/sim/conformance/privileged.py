@@ -95,13 +95,14 @@ def sees_from_anywhere(harness: Harness) -> None:
 
 
 def may_show_what_it_shows(harness: Harness) -> None:
-    """`may_be_visible` is true if it is asked about no more pixels of an object than are visible.
+    """`may_be_visible` is true if it is asked about no more pixels of an object than are visible, and `is_in_frame` is
+    true if any are.
 
-    It is false for more pixels than the frame has, and for held or absent objects.
+    `may_be_visible` is false for more pixels than the frame has. Both are false for held or absent objects.
     """
     absent = {"Statue|1": ObjectSetup(is_absent=True)}
     harness.face(5.2, 3.1, "Fridge|1", Setup(objects=absent, held="Mug|1"))
-    may_be_visible = harness.simulator.may_be_visible
+    may_be_visible, is_in_frame = harness.simulator.may_be_visible, harness.simulator.is_in_frame
     for object_id, state in harness.simulator.world(harness.simulator.object_ids()).objects.items():
         expect(
             may_be_visible(object_id, state.visible_px),
@@ -110,8 +111,10 @@ def may_show_what_it_shows(harness: Harness) -> None:
         expect(
             not may_be_visible(object_id, 640 * 480 + 1), f"more of {object_id} may be seen than the frame has pixels"
         )
-    expect(not may_be_visible("Mug|1", 1), "what is held may be seen")
-    expect(not may_be_visible("Statue|1", 1), "what is absent may be seen")
+        expect(is_in_frame(object_id) or not state.visible_px, f"{object_id} is seen, but not in the frame")
+    for object_id, what in (("Mug|1", "held"), ("Statue|1", "absent")):
+        expect(not may_be_visible(object_id, 1), f"what is {what} may be seen")
+        expect(not is_in_frame(object_id), f"what is {what} is in the frame")
 
 
 def rolls_back(harness: Harness) -> None:

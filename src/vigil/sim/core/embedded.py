@@ -174,6 +174,11 @@ class EmbeddedSimulator:
         loaded = self._require_loaded()
         return loaded.sight.may_be_visible(loaded.state.agent, self._thing(object_id), min_px)
 
+    def is_in_frame(self, object_id: str) -> bool:
+        """Return whether any pixel of the frame shows an object."""
+        loaded = self._require_loaded()
+        return loaded.sight.is_in_frame(loaded.state.agent, self._thing(object_id))
+
     @contextmanager
     def rollback(self) -> Iterator[None]:
         """Return a context that undoes, when it ends, everything that was done inside it."""

@@ -7,7 +7,7 @@ protocol.md sections 2.1 and 4.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -316,6 +316,20 @@ class Sight:
             return min_px <= 0
         return len(self._outline(agent, thing, window).rays) * window.stride**2 >= min_px
 
+    def is_in_frame(self, agent: Pose, thing: Thing) -> bool:
+        """Return whether any pixel shows a thing.
+
+        Unlike `see`, test every pixel, since a part that is thinner than the distance of two sampled pixels may be
+        between them. Slower than `see` where the thing covers much of the frame but is hidden.
+        """
+        if self.see(agent, [thing])[thing.id].visible_px:
+            return True
+        window = self._window_of(agent, thing)
+        if window is None or window.stride == 1 or self._is_behind_walls(agent.eye, thing):
+            return False
+        outline = self._cast_outline(agent, thing, replace(window, stride=1))
+        return bool(self._visible_rays(agent, thing, outline)[0].any())
+
     def _see(self, agent: Pose, things: list[Thing]) -> dict[str, ObjectVisibility]:
         """Return what the camera sees of each thing, without a cache.
 
@@ -340,12 +354,16 @@ class Sight:
     def _outline(self, agent: Pose, thing: Thing, window: PixelWindow) -> _Outline:
         """Return the outline of a thing, found by rays through the pixels of a window. Outlines are cached."""
         if (agent, thing.id) not in self._outlines:
-            rays = directions(agent, window.pixels())
-            alone = self._alone(agent, thing, rays)
-            is_met = self._is_of(alone.things, thing)
-            hits = RayHits(alone.things[is_met], alone.roles[is_met], alone.distances[is_met])
-            self._outlines[agent, thing.id] = _Outline(rays[is_met], hits)
+            self._outlines[agent, thing.id] = self._cast_outline(agent, thing, window)
         return self._outlines[agent, thing.id]
+
+    def _cast_outline(self, agent: Pose, thing: Thing, window: PixelWindow) -> _Outline:
+        """Return the outline of a thing without a cache."""
+        rays = directions(agent, window.pixels())
+        alone = self._alone(agent, thing, rays)
+        is_met = self._is_of(alone.things, thing)
+        hits = RayHits(alone.things[is_met], alone.roles[is_met], alone.distances[is_met])
+        return _Outline(rays[is_met], hits)
 
     def _visible_rays(self, agent: Pose, thing: Thing, outline: _Outline) -> tuple[np.ndarray, np.ndarray]:
         """Return a mask (n,) of the outline's rays that meet the thing before anything else, and the roles (n,) of the

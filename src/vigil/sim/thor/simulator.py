@@ -170,6 +170,10 @@ class ThorSimulator:
             return min_px <= 0
         return self._require_loaded().session.segmented_frame().pixel_count(*self._names_of(thing)).pixels >= min_px
 
+    def is_in_frame(self, object_id: str) -> bool:
+        """Return whether any pixel of the frame shows the object."""
+        return self.may_be_visible(object_id, 1)
+
     @contextmanager
     def rollback(self) -> Iterator[None]:
         """Return a context that undoes, when it ends, everything that was done inside it."""

@@ -165,15 +165,15 @@ def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | No
             continue
         pose = context.facing(place, things[0], LEVEL_DEG, FACING_SPREAD_DEG)
         with context.view.at_pose(pose):
-            seen = [context.view.state_of(thing.id).visible_px for thing in things]
-        if max(seen) > 0 and _hides_half(seen) and context.has_room_to_move(pose):
+            seen = [context.view.is_in_frame(thing.id) for thing in things]
+        if any(seen) and _hides_half(seen) and context.has_room_to_move(pose):
             return pose
     return None
 
 
-def _hides_half(seen_px: Sequence[int]) -> bool:
-    """Return whether at least half of several things are out of view; `seen_px` has each thing's visible pixels."""
-    return 2 * sum(px == 0 for px in seen_px) >= len(seen_px)
+def _hides_half(seen: Sequence[bool]) -> bool:
+    """Return whether at least half of several things are out of view; `seen` says of each whether it is in view."""
+    return 2 * sum(seen) <= len(seen)
 
 
 def faults(
@@ -182,9 +182,9 @@ def faults(
     """Yield (rule, message) if the instruction means other things than the goal, if too many targets are in view at the
     start, or if the step budget is too small to look for the targets."""
     yield from faults_of_referents(_read_back(view, episode.instruction), task.meant)
-    states = view.world(set(task.meant)).objects.values()
-    if not _hides_half([state.visible_px for state in states]):
-        yield "some_out_of_view", f"more than half of the {len(states)} targets are in view at the start"
+    seen = [view.is_in_frame(thing_id) for thing_id in set(task.meant)]
+    if not _hides_half(seen):
+        yield "some_out_of_view", f"more than half of the {len(seen)} targets are in view at the start"
     if task.form != BY_NAME and len(actions) > MAX_ACTING_SHARE * episode.max_steps:
         yield "time_to_look", f"{len(actions)} of {episode.max_steps} steps"
 

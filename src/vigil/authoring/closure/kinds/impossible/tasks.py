@@ -8,7 +8,6 @@ from vigil.authoring.closure.tasks import (
     ClosureTask,
     Tasks,
     interleave,
-    is_out_of_view_from,
     rejection,
 )
 from vigil.authoring.drafting.filling import can_be_put
@@ -89,7 +88,7 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
 def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
     """Return whether a thing is fully out of view at an episode's start, both at its own place and at `moved`."""
     setups = episode.setup, changed_setup(episode.setup, thing.id, placement=moved)
-    found = all(context.can_begin(setup) and is_out_of_view_from(context, episode.start, thing.id) for setup in setups)
+    found = all(context.can_begin(setup) and context.is_out_of_view_from(episode.start, thing.id) for setup in setups)
     context.begin(Setup())
     return found
 
@@ -156,7 +155,7 @@ def _no_room_task(context: HouseContext, stand: Thing, occupant: Thing, taken: P
     context.begin(full)
     start = start_near(context, target, occupant.id)
     context.begin(setup)
-    if start is None or phrase is None or on is None or not is_out_of_view_from(context, start, occupant.id):
+    if start is None or phrase is None or on is None or not context.is_out_of_view_from(start, occupant.id):
         return
     # not two places in succession: "the pen on the bed on the chair"
     orders = tuple(each for each in PUT_ON if phrase.support is None or " it " in each)
