@@ -6,7 +6,7 @@ Source: `protocol.md` section 9, decision 62.
 
 import re
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -32,7 +32,7 @@ from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import carry_out, solve
 from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
-from vigil.protocol.actions import Action, Status
+from vigil.protocol.actions import Action, Report, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import Chores
 from vigil.protocol.house import House
@@ -98,6 +98,10 @@ class ListCertifier:
             if isinstance(error, UnsolvableChore):
                 task.faulty.add(task.chores[error.place].chore)
             return [], [Finding(episode.id, "solvable", str(error))]
+        found = [Finding(episode.id, "closes_correctly", fault) for fault in faults_of_claims(answer, actions)]
+        if found:
+            task.faulty.update(task.chores[place].chore for place in blamed(found))
+            return [], found
         budget = budget_for(len(actions), episode.instruction)
         final = episode.model_copy(update={"max_steps": budget, "max_invalid": invalid_limit(budget)})
         answer = answer.model_copy(update={"solver_steps": len(actions)})
@@ -195,6 +199,15 @@ class ListCertifier:
                 yield "closes_correctly", f"chore {number}: W={each.W:d} B={each.B:d} ({each.label})"
         yield from _faults_of_record(answer, record)
         yield from (("false_claims_fail", name) for name in false_claims(outcome, episode, record))
+
+
+def faults_of_claims(answer: ListAnswer, actions: Sequence[Action]) -> Iterator[str]:
+    """Yield what is wrong with the claims of actions that should close a list; what they do is not replayed."""
+    last = actions[-1]
+    claims = (last.claims or {}) if isinstance(last, Report) else {}
+    for number, chore in enumerate(answer.chores, start=1):
+        if claims.get(number) not in chore.accepted:
+            yield f"chore {number}: claimed as {claims.get(number)}"
 
 
 def _faults_of_record(answer: ListAnswer, record: EpisodeRecord) -> BrokenRules:
