@@ -22,7 +22,7 @@ from vigil.base.geometry import Pose
 from vigil.base.numbered_list import write_list
 from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
 from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
-from vigil.protocol.goals import Chore, Chores
+from vigil.protocol.goals import Chore, ChorePart, Chores
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scoring.chore_answers import CHORE_KINDS, ChoreKind
 
@@ -68,8 +68,10 @@ class ListTask:
     episode: Episode
     chores: tuple[ProposedChore, ...]
     entanglement: Entanglement
-    faulty: set[Chore] = field(default_factory=set, compare=False, repr=False)
-    """Goals of the home's chores that broke a rule; further lists do without them."""
+    faulty: set[ChorePart] = field(default_factory=set, compare=False, repr=False)
+    """Parts of the home's chores that broke a rule; further lists do without them."""
+    seen: set[Chore] = field(default_factory=set, compare=False, repr=False)
+    """The home's chores that were found to be clearly seen from some place."""
 
     @property
     def instruction(self) -> str:
@@ -87,8 +89,10 @@ class HomePool:
     """Identity of a chore or pair -> number of lists that hold it."""
     of_kind: Counter[str] = field(default_factory=Counter)
     """Kind or reason -> number of chores in lists of the home."""
-    faulty: set[Chore] = field(default_factory=set)
-    """Goals of chores that broke a rule in a list."""
+    faulty: set[ChorePart] = field(default_factory=set)
+    """Parts of chores that broke a rule in a list."""
+    seen: set[Chore] = field(default_factory=set)
+    """Chores of lists that were found to be clearly seen from some place."""
 
 
 def pool_of(context: HouseContext) -> HomePool:
@@ -114,7 +118,7 @@ def compositions(context: HouseContext, pool: HomePool, count: int) -> Iterator[
                 return
             continue
         pool.of_kind.update(each for chore in found.chores for each in (chore.kind, chore.reason) if each)
-        yield replace(found, faulty=pool.faulty)
+        yield replace(found, faulty=pool.faulty, seen=pool.seen)
 
 
 def _chosen(context: HouseContext, pool: HomePool, count: int) -> list[ProposedChore] | None:
@@ -161,8 +165,8 @@ def _next(
         for chores in sorted(offered, key=lambda each: (pool.of_kind[each[0].reason or ""], pool.uses[id(each)])):
             number = _planned(kind, chores).count(kind)
             is_fit = len(chosen) + len(chores) <= count and kinds.get(kind, 0) + number <= max(number, share * count)
-            can_be_done = pool.uses[id(chores)] < MAX_USES and not any(each.chore in pool.faulty for each in chores)
-            strictly = kind not in ENTANGLED
+            parts, strictly = [part for each in chores for part in each.chore.parts], kind not in ENTANGLED
+            can_be_done = pool.uses[id(chores)] < MAX_USES and pool.faulty.isdisjoint(parts)
             if is_fit and can_be_done and all(_goes_with(each, chosen, strictly=strictly) for each in chores):
                 return kind, chores
     return None
