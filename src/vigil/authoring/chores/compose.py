@@ -235,6 +235,9 @@ def _in_text_order(context: HouseContext, chosen: Sequence[ProposedChore], start
     except Unsolvable as error:
         return str(error)
     found = plan.entanglement
+    entangled = {place for pair in found.before for place in pair} | {place for place, _ in found.by_the_way}
+    if any(chosen[place].kind in ("question", "conditional") for place in entangled):
+        return "another chore undoes or does what a question or a condition is about"
     for _ in range(TRIED_TEXT_ORDERS):
         text = [int(place) for place in context.rng.permutation(len(chosen))]
         places = {place: number for number, place in enumerate(text)}
