@@ -20,8 +20,8 @@ BASELINES_SCHEMA = 1
 BLIND_AGENTS = ("noop", "random", "sweep", "forward", "centre", "explore", "point", "click_around", "always_success")
 AGENTS = (*BLIND_AGENTS, "never_report", "premature", "solver")
 """Baseline agents in the order of the table: first the blind agents, then the privileged agents."""
-LIST_AGENTS = ("claim_success", "claim_fail", "claim_coin", "solver")
-"""Baseline agents on lists of chores: three that do not look and claim about every chore, and the solver."""
+LIST_AGENTS = ("claim_success", "claim_fail", "claim_coin")
+"""Baseline agents on lists of chores, which do not look and claim about every chore."""
 LIST_RATES = {"W_share": "W share", "W": "W", "B": "B", "T": "T", "chance": "T by chance", "skill": "skill over chance"}
 """Score of lists of chores -> its name in the table."""
 MAX_W_OF_A_BLIND_AGENT = 0.40
@@ -96,9 +96,7 @@ def broken_promises(found: Baselines) -> list[str]:
         if agent == "solver" and min(scores["all"].rates[rate] for rate in ("W", "W_strict", "B")) < 1:
             broken.append("solver: W, W_strict and B are promised to be 100 %")
     for agent, rates in found.lists.items():
-        if agent == "solver" and not rates["W"] == rates["B"] == rates["T"] == 1:
-            broken.append("solver: W, B and T of lists are promised to be 100 %")
-        elif agent != "solver" and (rates["B"] or abs(rates["skill"] or 0.0) > MOST_BLIND_SKILL):
+        if rates["B"] or abs(rates["skill"] or 0.0) > MOST_BLIND_SKILL:
             broken.append(f"{agent}: it closes a list, or its claims are better or worse than chance")
     for name, (hits, n) in found.guesses.items():
         if not GuessScore(hits, n).is_chance:
