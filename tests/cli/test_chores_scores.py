@@ -2,14 +2,17 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.support.chore_lists import write_lists, write_lists_run
 from tests.support.commands import Vigil
-from vigil.analysis.measures.chores import read_chores_runs
+from vigil.analysis.measures.chores import read_chores_runs, scores_by_number
 from vigil.analysis.plots.chores_figures import CHORES_CAPTIONS
 from vigil.protocol.profile import BASELINE
+from vigil.scoring.saved_run import read_run
+from vigil.web.site import TEMPLATES
 
 
 @pytest.fixture(scope="module")
@@ -63,3 +66,13 @@ def test_a_pack_whose_answers_are_gone_is_said_to_lack_them(vigil: Vigil, folder
     said = vigil("score", run)
     assert said.code != 0
     assert "chores.jsonl has SHA-256" in said.err
+
+
+def test_the_page_of_a_run_has_the_scores_by_number_of_chores(folders: dict[str, Path]) -> None:
+    macros: Any = TEMPLATES.get_template("macros.html").module
+    table = str(macros.chores_table(scores_by_number(read_run(folders["sometimes_wrong"]))))
+    rows = table.split('<th scope="row">')[1:]
+    assert [row.split("<")[0] for row in rows] == ["5", "6", "all"]
+    scores = read_chores_runs([folders["sometimes_wrong"]])[0].scores()
+    for name in ("W", "B", "T", "overclaim", "underclaim"):
+        assert f"<b>{100 * scores[name]:.1f}</b>" in rows[-1]

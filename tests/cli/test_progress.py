@@ -55,6 +55,11 @@ def test_a_pipe_gets_plain_lines_now_and_then_and_the_last(
     assert last == "houses: 100/100  100 [drafts]  ETA 0:00"
 
 
+def test_lists_of_chores_have_the_share_of_true_claims_next_to_w_and_b() -> None:
+    assert progress_facts(STANDING) == "W 50.0  B 0.0  errors 1"
+    assert progress_facts(replace(STANDING, T=0.75)) == "W 50.0  B 0.0  T 75.0  errors 1"
+
+
 def test_a_pipe_gets_a_line_after_each_period(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from contextlib import closing
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -13,14 +13,17 @@ from rich.table import Table
 
 import vigil
 from vigil.analysis.measures.calibration import FEW_AGENTS, Correlation, DifficultyCalibration, Success, calibrate
+from vigil.analysis.measures.chores import read_chores_runs
 from vigil.analysis.measures.rows import read_runs
 from vigil.assets.database import AssetDatabase
 from vigil.authoring.packing.baselines import (
     AGENTS,
     BASELINES,
+    LIST_AGENTS,
     baselines_table,
     broken_promises,
     guess_lines,
+    list_baselines,
     measured_baselines,
 )
 from vigil.authoring.packing.dataset_card import write_card
@@ -32,10 +35,11 @@ from vigil.cli.arguments import AsJson, LevelsFile, PackArgument, Reveal, RunArg
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.text import console, print_notes
 from vigil.errors import SettingError, SimulatorError
-from vigil.packs.pack import Pack
+from vigil.packs.pack import CHORES_SUITE, Pack
 from vigil.packs.private import check_revealed, is_private
 from vigil.protocol.families import FAMILIES
-from vigil.runner.run import run_pack
+from vigil.protocol.profile import BASELINE, ITEMISED_REPORT
+from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.shared_settings import AssetFile, PackLocation, Workers
 from vigil.runner.workers.pool import worker_count
@@ -64,8 +68,18 @@ def baselines(
     """Example: vigil pack baselines vigil_mini --log-dir runs/baselines"""
     loaded = Pack.load(pack)
     print_notes(loaded.manifest.version_notes)
-    summaries = {name: _summary(loaded, name, log_dir / name, workers, assets) for name in AGENTS}
-    found = measured_baselines(loaded, summaries, vigil.__version__)
+    has_lists = loaded.manifest.suite == CHORES_SUITE
+    agents, profile = (LIST_AGENTS, ITEMISED_REPORT) if has_lists else (AGENTS, BASELINE)
+    settings = {name: _settings(loaded, name, log_dir / name, workers, assets) for name in agents}
+    results = {name: _played(name, replace(each, profile=profile)) for name, each in settings.items()}
+    if has_lists:
+        scores = {
+            name: read_chores_runs([result.folder], loaded.folder)[0].scores() for name, result in results.items()
+        }
+        found = list_baselines(loaded, scores, vigil.__version__)
+    else:
+        summaries = {name: summarise(score_run(each.episodes, each.records)) for name, each in results.items()}
+        found = measured_baselines(loaded, summaries, vigil.__version__)
     print(*baselines_table(found), *guess_lines(found), sep="\n")
     if card:
         (loaded.folder / BASELINES).write_text(found.model_dump_json(indent=1) + "\n", encoding="utf-8")
@@ -77,8 +91,8 @@ def baselines(
         raise typer.Exit(2)
 
 
-def _summary(pack: Pack, agent: str, folder: Path, workers: int | None, assets: Path | None) -> dict:
-    settings = RunSettings(
+def _settings(pack: Pack, agent: str, folder: Path, workers: int | None, assets: Path | None) -> RunSettings:
+    return RunSettings(
         pack=pack.folder,
         agent=agent,
         agent_factory=privileged_agent if agent in PRIVILEGED else None,
@@ -86,13 +100,17 @@ def _summary(pack: Pack, agent: str, folder: Path, workers: int | None, assets: 
         workers=workers,
         asset_database=assets,
     )
+
+
+def _played(agent: str, settings: RunSettings) -> RunResult:
+    """Return the complete run of an agent. Raises SimulatorError if some of its episodes ended as errors."""
     with run_progress(agent) as show:
         result = run_pack(settings, on_progress=show)
     if not result.is_complete:
         raise SimulatorError(
             f"{result.errors} episodes of {agent!r} ended as errors; the same command plays them again."
         )
-    return summarise(score_run(result.episodes, result.records))
+    return result
 
 
 def levels(

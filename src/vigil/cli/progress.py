@@ -119,6 +119,7 @@ def progress_facts(run: RunProgress) -> str:
         (
             f"W {percent(run.W)}",
             f"B {percent(run.B)}",
+            *([f"T {percent(run.T)}"] if run.T is not None else []),
             *([f"cost {run.cost:,.2f}"] if run.cost is not None else []),
             *([f"errors {run.errors}"] if run.errors else []),
             *([textwrap.shorten(run.retry_reason, RETRY_REASON_CHARS, placeholder=" ...")] if run.retry_reason else []),

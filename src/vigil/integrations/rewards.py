@@ -1,11 +1,15 @@
 """Reward of a finished episode: B, with optional shaping that is off by default."""
 
+from dataclasses import dataclass
 from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from vigil.scoring.chores import ListOutcome
-from vigil.scoring.outcomes import Outcome
+from vigil.protocol.episode import Episode
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.chore_answers import ListAnswer
+from vigil.scoring.chores import ListOutcome, score_list
+from vigil.scoring.outcomes import Outcome, score
 
 
 class Shaping(BaseModel):
@@ -39,7 +43,38 @@ class Shaping(BaseModel):
     ] = 0.0
 
 
-def reward_parts(outcome: Outcome, shaping: Shaping, of_list: ListOutcome | None = None) -> dict[str, float]:
+@dataclass(frozen=True, slots=True)
+class ListRates:
+    """What a reward needs of the verdict on a list of chores."""
+
+    W: bool
+    B: bool
+    B_share: float
+    """Share of the chores that are closed correctly."""
+    T: float | None
+    """Share of the chores whose claim is true; None without claims."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The verdict on a finished episode."""
+
+    outcome: Outcome
+    of_list: ListRates | None = None
+    """Verdict on its chores; None if it is not a list."""
+
+
+def verdict_on(episode: Episode, record: EpisodeRecord, answer: ListAnswer | None, *, has_claims: bool) -> Verdict:
+    """Return the verdict on a record; `answer` is that of a list of chores, and None for other episodes."""
+    if answer is None:
+        return Verdict(score(episode, record))
+    found = score_list(answer, episode, record, has_claims=has_claims)
+    return Verdict(found.outcome, ListRates(found.W, found.B, found.B_share, found.T))
+
+
+def reward_parts(
+    outcome: Outcome, shaping: Shaping, of_list: ListRates | ListOutcome | None = None
+) -> dict[str, float]:
     """Return the terms of the reward: 1 for B, and the shaping terms, which are 0 by default.
 
     `of_list` is the verdict on a list of chores: then B is that of the whole list, and each chore has a share of the

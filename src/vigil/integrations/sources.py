@@ -98,6 +98,11 @@ class PackSource:
         del house
         return Assignment(self._pack.episode(episode_id))
 
+    def answer(self, episode_id: str, house: int | None) -> ListAnswer | None:
+        """Return the answer of a list of chores; None for another episode."""
+        del house
+        return self._answers.get(episode_id)
+
     def close(self) -> None:
         """Do nothing."""
 
@@ -174,6 +179,11 @@ class StreamSource:
             if draft.episode.id == episode_id:
                 return Assignment(draft.episode, house=made.house)
         raise SettingError(f"House {house} of {self.name} does not have the requested episode {episode_id!r}.")
+
+    def answer(self, episode_id: str, house: int | None) -> ListAnswer | None:
+        """Return the answer of a list of chores that was assigned; None for another episode."""
+        answers = () if house is None or house not in self._houses else self._houses[house].result().answers
+        return next((answer for answer in answers if answer.episode_id == episode_id), None)
 
     def close(self) -> None:
         """End the background processes."""

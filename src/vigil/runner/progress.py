@@ -1,16 +1,20 @@
-"""Live progress of a run: counts, time left, and W and B so far (computed by the same code as in reports)."""
+"""Live progress of a run: counts, time left, and W, B and T so far (computed by the same code as in reports)."""
 
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from vigil.packs.pack import CHORES_SUITE
 from vigil.protocol.actions import InteractPixel
 from vigil.protocol.episode import Episode
 from vigil.protocol.replies import looks_like_other_coordinates
-from vigil.records.record import EpisodeRecord, RunSpec
+from vigil.records.record import EpisodeRecord
 from vigil.runner.models.context import CONTEXT_OPTIONS, find_shrunk_request
 from vigil.runner.models.provider_errors import FIND_COORDINATES
+from vigil.runner.plan import RunPlan
+from vigil.scoring.chore_answers import answer_of, list_answers
+from vigil.scoring.chores import score_list
 from vigil.scoring.outcomes import Outcome, score
 
 
@@ -26,7 +30,8 @@ class RunProgress:
     W: float | None
     """Rate of W over the finished plays; None before the first play is finished."""
     B: float | None
-    """Rate of B over the finished plays; None before the first play is finished."""
+    """Rate of B over the finished plays; None before the first play is finished. In lists of chores, W and B are those
+    of lists."""
     steps: int
     """Number of replies in this session."""
     elapsed_s: float
@@ -39,6 +44,8 @@ class RunProgress:
     """Outcome of the episode that has just ended; None for an error, and before the first episode has ended."""
     retry_reason: str | None = None
     """Latest failure that led to a retry after the last finished episode; None without a failure."""
+    T: float | None = None
+    """Mean share of the chores of a list whose claim is true; None without lists, claims or finished plays."""
     warning: str | None = None
     """Warning for the user, or None.
 
@@ -66,19 +73,21 @@ class ProgressCounter:
 
     def __init__(
         self,
-        episodes: Sequence[Episode],
-        spec: RunSpec,
+        plan: RunPlan,
         records: Sequence[EpisodeRecord],
         on_progress: OnProgress,
         cost: Callable[[], float | None],
     ) -> None:
         """`records` are the effective rows so far; `cost` returns the cost so far."""
-        self._by_id = {episode.id: episode for episode in episodes}
-        self._total = len(episodes) * spec.epochs
-        self._profile = spec.profile
+        by_id = {episode.id: episode for episode in plan.episodes}
+        self._total = len(plan.episodes) * plan.spec.epochs
+        self._profile = plan.spec.profile
+        self._answers = list_answers(plan.pack.folder) if plan.pack.manifest.suite == CHORES_SUITE else {}
         self._on_progress = on_progress
         self._cost = cost
         self._done = self._with_goal = self._closed = 0
+        self._truths: list[float] = []
+        """T of each finished list with claims."""
         self._errors = self._played_now = self._steps = 0
         self.errors_in_a_row = 0
         self._retry_reason: str | None = None
@@ -91,7 +100,7 @@ class ProgressCounter:
         self._started = time.monotonic()
         for record in records:
             if record.end != "error":
-                self._add(score(self._by_id[record.episode_id], record))
+                self._add(by_id[record.episode_id], record)
                 self._count_replies(record)
 
     def start(self) -> None:
@@ -111,8 +120,7 @@ class ProgressCounter:
             self.errors_in_a_row += 1
         else:
             self.errors_in_a_row = 0
-            outcome = score(episode, record)
-            self._add(outcome)
+            outcome = self._add(episode, record)
         first_error = None
         if record.error is not None and self._errors == 1:
             where, message = record.error.boundary, record.error.message
@@ -180,10 +188,19 @@ class ProgressCounter:
         self._seen_replies += len(record.steps)
         self._reasons.update(step.invalid.reason for step in record.steps if step.invalid is not None)
 
-    def _add(self, outcome: Outcome) -> None:
+    def _add(self, episode: Episode, record: EpisodeRecord) -> Outcome:
+        """Count a finished play, and return its outcome."""
+        of_list, outcome = None, score(episode, record)
+        if self._answers:
+            answer = answer_of(episode, self._answers)
+            of_list = score_list(answer, episode, record, has_claims=self._profile.has_claims)
+        judged = of_list or outcome
         self._done += 1
-        self._with_goal += outcome.W
-        self._closed += outcome.B
+        self._with_goal += judged.W
+        self._closed += judged.B
+        if of_list is not None and of_list.T is not None:
+            self._truths.append(of_list.T)
+        return outcome
 
     def _report(self, latest: Outcome | None, warning: str | None = None) -> None:
         elapsed = time.monotonic() - self._started
@@ -201,6 +218,7 @@ class ProgressCounter:
                 cost=self._cost(),
                 latest=latest,
                 retry_reason=self._retry_reason,
+                T=sum(self._truths) / len(self._truths) if self._truths else None,
                 warning=warning,
             )
         )

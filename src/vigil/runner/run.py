@@ -190,7 +190,7 @@ def play_run(plan: RunPlan, *, on_progress: OnProgress = lambda _: None) -> RunR
         stack.callback(folder.close)
         if execution.prices is not None:
             folder.note_prices(execution.prices)
-        progress = ProgressCounter(plan.episodes, plan.spec, folder.records(), on_progress, folder.cost)
+        progress = ProgressCounter(plan, folder.records(), on_progress, folder.cost)
         resumed = sum(record.end != "error" for record in folder.records())
         probes = None
         if execution.probes is not None:

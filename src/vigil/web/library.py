@@ -25,7 +25,7 @@ from vigil.protocol.house import House
 from vigil.records.costs import Prices
 from vigil.records.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunHeader, read_header
 from vigil.runner.workers.frames import FrameStore
-from vigil.scoring.saved_run import RecordTable, pack_folder
+from vigil.scoring.saved_run import RecordTable, SavedRun, pack_folder
 from vigil.scoring.summary import RunScores, summarise
 
 if TYPE_CHECKING:
@@ -94,6 +94,7 @@ class LibraryRun:
     _closure_scores: "ClosureScores" = field(default_factory=dict, repr=False, compare=False)
     """Cached verdicts on rows of the closure-stress suite."""
     _cached_scores: tuple[RecordTable, tuple[int, int], RunScores, dict] | None = None
+    _cached_chores: tuple[RecordTable, tuple[int, int], dict[str, dict[str, Any]] | None] | None = None
 
     @property
     def name(self) -> str:
@@ -115,6 +116,19 @@ class LibraryRun:
 
         with self.lock:
             return None if self.pack is None else closure_rates(self.pack.folder, table, self._closure_scores)
+
+    def chores(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
+        """Return scores of lists by number of chores, cached as above; None if the run's pack has no lists."""
+        from vigil.analysis.measures.chores import scores_by_number  # noqa: PLC0415 - loads pandas
+
+        if self.pack is None or self.header is None:
+            return None
+        with self.lock:
+            known = self._cached_chores
+            if known is None or known[0] is not table or known[1] != table.stamp:
+                scores = scores_by_number(SavedRun(self.folder, self.header, self.pack.folder, table))
+                known = self._cached_chores = (table, table.stamp, scores)
+            return known[2]
 
     @property
     def version(self) -> str:

@@ -138,6 +138,7 @@ def run_values(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
         "scores": scores,
         "summary": summary,
         "closure": run.closure(table),
+        "chores": run.chores(table),
         "bars": make_bars(scores),
         "labels": LABELS,
         "label_words": LABEL_WORDS,

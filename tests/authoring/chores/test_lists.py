@@ -18,7 +18,7 @@ from vigil.scoring.chore_answers import CHORE_KINDS, ListAnswer, check_answer, l
 from vigil.scoring.chores import score_list
 from vigil.sim.privileged import PrivilegedSimulator
 
-PACK = "vigil_chores_200_v1"
+PACK = "vigil_chores_200_v2"
 OPPOSITE: dict[ChoreClaim, ChoreClaim] = {"on": "off", "off": "on", "open": "closed", "closed": "open"}
 
 
@@ -53,8 +53,8 @@ def test_lengths_and_kinds_are_even(pack: Pack, answers: dict[str, ListAnswer]) 
     kinds = Counter(chore.kind for answer in answers.values() for chore in answer.chores)
     assert sum(kinds.values()) == pack.manifest.meta["claims"] >= 1000
     assert dict(kinds) == pack.manifest.meta["chores"]
-    assert all(kinds[kind] >= 0.05 * sum(kinds.values()) for kind in CHORE_KINDS)
-    assert {answer.rooms for answer in answers.values()} <= set(range(3, 11))
+    assert all(0.09 <= kinds[kind] / sum(kinds.values()) <= 0.125 for kind in CHORE_KINDS)
+    assert {answer.rooms for answer in answers.values()} == set(range(3, 11))
     reasons = Counter(chore.reason for answer in answers.values() for chore in answer.chores)
     assert {"absent", "broken", "locked", "no_fit"} <= reasons.keys()
 

@@ -18,6 +18,7 @@ from vigil.authoring.packing.baselines import (
     baselines_table,
     broken_promises,
     guess_lines,
+    list_baselines,
     measured_baselines,
     read_baselines,
 )
@@ -118,6 +119,19 @@ def test_promises_that_are_kept_and_broken(pack):
     }
     said = broken_promises(measured_baselines(pack, bad, "1"))
     assert [line.split(":")[0] for line in said] == ["sweep", "noop", "solver", "never_report"]
+
+
+def test_lists_of_chores_have_their_own_scores_and_promises(pack):
+    blind = {"W_share": 0.2, "W": 0.0, "B": 0.0, "T": 0.5, "chance": 0.5, "skill": 0.0}
+    found = list_baselines(pack, {"claim_success": blind, "claim_fail": {**blind, "skill": None}}, "1")
+    assert broken_promises(found) == []
+    lines = baselines_table(found)
+    assert lines[0] == "| agent | W share | W | B | T | T by chance | skill over chance |"
+    assert lines[2] == "| claim_success | 20.0 | 0.0 | 0.0 | 50.0 | 50.0 | 0.0 |"
+    assert lines[3].endswith("| 50.0 |  |")
+    bad = {"claim_success": {**blind, "B": 0.1}, "claim_fail": blind, "claim_coin": {**blind, "skill": 0.2}}
+    said = broken_promises(list_baselines(pack, bad, "1"))
+    assert [line.split(":")[0] for line in said] == ["claim_success", "claim_coin"]
 
 
 def test_figures_of_another_pack_do_not_count(pack, tmp_path):

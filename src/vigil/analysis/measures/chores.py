@@ -20,6 +20,7 @@ from vigil.analysis.measures.intervals import (
     resampling_counts,
     tail_share,
 )
+from vigil.packs.pack import CHORES_SUITE, manifest_of
 from vigil.scoring.chore_answers import ListAnswer, answer_of, list_answers
 from vigil.scoring.chores import CHORE_LABELS, WITHOUT_CLAIMS, ChoreOutcome, ListOutcome, score_list
 from vigil.scoring.rates import Interval
@@ -81,6 +82,19 @@ def _read_run(run: SavedRun) -> ChoresRun:
     if not run.header.spec.profile.has_claims:
         notes = (f"{WITHOUT_CLAIMS}.", *notes)
     return ChoresRun(name_of(run), run.header, outcomes, run.table.planned, notes)
+
+
+def scores_by_number(run: SavedRun) -> dict[str, dict[str, Any]] | None:
+    """Return {number of chores: scores of the lists}, as `ChoresRun.scores`; None if the run's pack has no lists.
+
+    The last entry, `all`, is over all lists.
+    """
+    if manifest_of(run.pack_folder).suite != CHORES_SUITE:
+        return None
+    played = _read_run(run)
+    sizes = sorted({len(each.chores) for each in played.outcomes})
+    parts = {str(size): tuple(each for each in played.outcomes if len(each.chores) == size) for size in sizes}
+    return {name: replace(played, outcomes=part).scores() for name, part in {**parts, "all": played.outcomes}.items()}
 
 
 def score_lists(run: SavedRun, answers: Mapping[str, ListAnswer]) -> Iterable[ListOutcome]:

@@ -6,7 +6,7 @@ Source: `protocol.md` section 9, decision 62.
 
 import re
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -26,13 +26,13 @@ from vigil.authoring.drafting.generation import SolvedSide
 from vigil.authoring.language.referring import items_of
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.validate import Finding, Validator
-from vigil.authoring.solving.chores import ChorePlan, UnsolvableChore, evidence_of, plan_chores
+from vigil.authoring.solving.chores import ChorePlan, UnsolvableChore, check_looks, evidence_of, plan_chores
 from vigil.authoring.solving.goal_actions import expected_status
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import carry_out, solve
 from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
-from vigil.protocol.actions import Action, Status
+from vigil.protocol.actions import Action, Report, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import Chores
 from vigil.protocol.house import House
@@ -48,6 +48,8 @@ FACTORS = (1.8, 2.4)
 MAX_SOLVER_SHARE = 0.625
 """Greatest number of the solver's steps as a share of the budget."""
 STEP_OF_BUDGETS = 5
+LOOKED_AT: frozenset[ChoreKind] = frozenset({"question", "already", "impossible", "conditional"})
+"""Kinds of chores of which something must be seen, whatever is done."""
 
 
 class Sketch(Protocol):
@@ -89,20 +91,27 @@ class ListCertifier:
         episode = task.episode
         found, answer = self._answered(episode, house, task.chores)
         if found or answer is None:
-            task.faulty.update(task.chores[place].chore for place in blamed(found))
+            task.faulty.update(part for place in blamed(found) for part in task.chores[place].chore.parts)
             return [], found
         try:
             self._simulator.reset(episode.start, episode.setup)
+            looked = [place for place, chore in enumerate(task.chores) if chore.kind in LOOKED_AT]
+            check_looks(episode, [place for place in looked if task.chores[place].chore not in task.seen], self._view)
+            task.seen.update(task.chores[place].chore for place in looked)
             actions = carry_out(solve(episode, self._view), self._view)
         except Unsolvable as error:
             if isinstance(error, UnsolvableChore):
-                task.faulty.add(task.chores[error.place].chore)
+                task.faulty.update(task.chores[error.place].chore.parts)
             return [], [Finding(episode.id, "solvable", str(error))]
+        found = [Finding(episode.id, "closes_correctly", fault) for fault in faults_of_claims(answer, actions)]
+        if found:
+            task.faulty.update(part for place in blamed(found) for part in task.chores[place].chore.parts)
+            return [], found
         budget = budget_for(len(actions), episode.instruction)
         final = episode.model_copy(update={"max_steps": budget, "max_invalid": invalid_limit(budget)})
         answer = answer.model_copy(update={"solver_steps": len(actions)})
         found = [Finding(episode.id, *broken) for broken in self._faults_of_solution(final, answer, house, actions)]
-        task.faulty.update(task.chores[place].chore for place in blamed(found))
+        task.faulty.update(part for place in blamed(found) for part in task.chores[place].chore.parts)
         return ([], found) if found else ([SolvedSide(final, actions, answer)], [])
 
     def verify(self, episode: Episode, answer: ListAnswer, house: House, actions: Sequence[Action]) -> list[Finding]:
@@ -200,6 +209,15 @@ class ListCertifier:
                 yield "closes_correctly", f"chore {number}: W={each.W:d} B={each.B:d} ({each.label})"
         yield from _faults_of_record(answer, record)
         yield from (("false_claims_fail", name) for name in false_claims(outcome, episode, record))
+
+
+def faults_of_claims(answer: ListAnswer, actions: Sequence[Action]) -> Iterator[str]:
+    """Yield what is wrong with the claims of actions that should close a list; what they do is not replayed."""
+    last = actions[-1]
+    claims = (last.claims or {}) if isinstance(last, Report) else {}
+    for number, chore in enumerate(answer.chores, start=1):
+        if claims.get(number) not in chore.accepted:
+            yield f"chore {number}: claimed as {claims.get(number)}"
 
 
 def _faults_of_record(answer: ListAnswer, record: EpisodeRecord) -> BrokenRules:

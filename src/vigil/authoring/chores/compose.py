@@ -7,7 +7,7 @@ from itertools import islice
 
 import numpy as np
 
-from vigil.authoring.chores.pairs import Pair, pairs
+from vigil.authoring.chores.pairs import by_the_way_pairs, order_pairs
 from vigil.authoring.chores.placements import absent, no_room, put, put_away
 from vigil.authoring.chores.proposed import Proposals, ProposedChore
 from vigil.authoring.chores.rules import LONGER
@@ -22,9 +22,9 @@ from vigil.base.geometry import Pose
 from vigil.base.numbered_list import write_list
 from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
 from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
-from vigil.protocol.goals import Chore, Chores
+from vigil.protocol.goals import Chore, ChorePart, Chores
 from vigil.protocol.world import ObjectSetup, Setup
-from vigil.scoring.chore_answers import ChoreKind
+from vigil.scoring.chore_answers import CHORE_KINDS, ChoreKind
 
 SOURCES: tuple[tuple[Callable[[HouseContext], Proposals], int], ...] = (
     (put, 16),
@@ -41,9 +41,10 @@ SOURCES: tuple[tuple[Callable[[HouseContext], Proposals], int], ...] = (
     (no_room, 2),
 )
 """Sources of single chores, each with the greatest number of its chores in one home."""
-MAX_PAIRS_OF_HOME = 12
-PAIRS = {3: 1, 4: 1, 5: 1, 6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
-"""Number of chores -> number of pairs with which a list begins."""
+MAX_PAIRS_OF_HOME = 6
+"""Greatest number of pairs of one home that are of kind `order`, and of those that are of kind `by_the_way`."""
+PAIRS = {6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
+"""Number of chores -> number of pairs with which a list begins; 0 for other numbers. The first pair undoes itself."""
 MAX_IMPOSSIBLE_SHARE, MAX_KIND_SHARE = 0.34, 0.4
 """Greatest shares of the chores of a list that cannot be met, and that are of one kind."""
 MAX_USES = 3
@@ -52,16 +53,8 @@ TRIED_CHORES = 60
 """Number of chores that are tried for one list."""
 TRIED_TEXT_ORDERS = 40
 START_HORIZON_DEG = 15.0
-SINGLE_KINDS: tuple[ChoreKind, ...] = (
-    "plain",
-    "question",
-    "already",
-    "impossible",
-    "refused",
-    "conditional",
-    "look_alike",
-)
-"""Kinds of chores that are proposed singly; the others are what pairs become in a list."""
+PAIR_KINDS: tuple[ChoreKind, ...] = ("order", "by_the_way")
+"""Kinds of chores that are proposed in pairs; the others are proposed singly."""
 ROLES = {"place": PLACE, "blocker": BLOCKER, "obstacle": OBSTACLE}
 """Role of a proposed chore -> pattern of the role in an episode, which has the chore's number."""
 ENTANGLED: frozenset[ChoreKind] = frozenset({"plain", "already"})
@@ -75,8 +68,10 @@ class ListTask:
     episode: Episode
     chores: tuple[ProposedChore, ...]
     entanglement: Entanglement
-    faulty: set[Chore] = field(default_factory=set, compare=False, repr=False)
-    """Goals of the home's chores that broke a rule; further lists do without them."""
+    faulty: set[ChorePart] = field(default_factory=set, compare=False, repr=False)
+    """Parts of the home's chores that broke a rule; further lists do without them."""
+    seen: set[Chore] = field(default_factory=set, compare=False, repr=False)
+    """The home's chores that were found to be clearly seen from some place."""
 
     @property
     def instruction(self) -> str:
@@ -88,23 +83,27 @@ class ListTask:
 class HomePool:
     """The single chores and pairs that were proposed in a home, and how often each was used."""
 
-    singles: Mapping[ChoreKind, Sequence[ProposedChore]]
-    pairs: Sequence[Pair]
+    offers: Mapping[ChoreKind, Sequence[tuple[ProposedChore, ...]]]
+    """Kind -> single chores, or pairs of which a list makes chores of this kind."""
     uses: Counter[int] = field(default_factory=Counter)
     """Identity of a chore or pair -> number of lists that hold it."""
-    of_kind: Counter[ChoreKind] = field(default_factory=Counter)
-    """Kind -> number of chores in lists of the home."""
-    faulty: set[Chore] = field(default_factory=set)
-    """Goals of chores that broke a rule in a list."""
+    of_kind: Counter[str] = field(default_factory=Counter)
+    """Kind or reason -> number of chores in lists of the home."""
+    faulty: set[ChorePart] = field(default_factory=set)
+    """Parts of chores that broke a rule in a list."""
+    seen: set[Chore] = field(default_factory=set)
+    """Chores of lists that were found to be clearly seen from some place."""
 
 
 def pool_of(context: HouseContext) -> HomePool:
     """Return the chores that are proposed in a home."""
-    found: dict[ChoreKind, list[ProposedChore]] = {kind: [] for kind in SINGLE_KINDS}
+    found: dict[ChoreKind, list[tuple[ProposedChore, ...]]] = {kind: [] for kind in CHORE_KINDS}
     for source, most in SOURCES:
         for chore in islice(source(context), most):
-            found[chore.kind].append(chore)
-    return HomePool(found, list(islice(pairs(context), MAX_PAIRS_OF_HOME)))
+            found[chore.kind].append((chore,))
+    found["order"] += islice(order_pairs(context), MAX_PAIRS_OF_HOME)
+    found["by_the_way"] += islice(by_the_way_pairs(context), MAX_PAIRS_OF_HOME)
+    return HomePool(found)
 
 
 def compositions(context: HouseContext, pool: HomePool, count: int) -> Iterator[ListTask | Rejection]:
@@ -118,50 +117,58 @@ def compositions(context: HouseContext, pool: HomePool, count: int) -> Iterator[
             if chosen is None:
                 return
             continue
-        for chore in found.chores:
-            pool.of_kind[chore.kind] += 1
-        yield replace(found, faulty=pool.faulty)
+        pool.of_kind.update(each for chore in found.chores for each in (chore.kind, chore.reason) if each)
+        yield replace(found, faulty=pool.faulty, seen=pool.seen)
 
 
 def _chosen(context: HouseContext, pool: HomePool, count: int) -> list[ProposedChore] | None:
     """Return chores that go together, the least used first; None if there are too few."""
-    rng, chosen = context.rng, list[ProposedChore]()
-    noise = rng.random(len(pool.pairs))
-    for index in sorted(range(len(pool.pairs)), key=lambda index: (pool.uses[id(pool.pairs[index])], noise[index])):
-        pair = pool.pairs[index]
-        can_be_done = pool.uses[id(pair)] < MAX_USES and not any(each.chore in pool.faulty for each in pair)
-        is_free = can_be_done and all(_goes_with(each, chosen, strictly=True) for each in pair)
-        if len(chosen) < 2 * PAIRS[count] and is_free:
-            chosen += pair
-            pool.uses[id(pair)] += 1
-    for _ in range(TRIED_CHORES):
+    chosen, kinds = list[ProposedChore](), Counter[ChoreKind]()
+    for number in range(TRIED_CHORES):
         if len(chosen) == count:
             return chosen
-        single = _next_single(context, pool, chosen, count)
-        if single is None:
+        is_pair = number < PAIRS.get(count, 0)
+        wanted = PAIR_KINDS[number % 2 :] if is_pair else CHORE_KINDS
+        found = _next(context, pool, (chosen, kinds, count), wanted)
+        if found is None and not is_pair:
             return None
-        chosen.append(single)
-        pool.uses[id(single)] += 1
+        if found is not None:
+            kind, chores = found
+            chosen += chores
+            kinds.update(_planned(kind, chores))
+            pool.uses[id(chores)] += 1
     return None
 
 
-def _next_single(
-    context: HouseContext, pool: HomePool, chosen: Sequence[ProposedChore], count: int
-) -> ProposedChore | None:
-    """Return a chore of the rarest kind that goes with the chosen ones, the least used first; None without one."""
-    kinds = Counter(each.kind for each in chosen)
-    noise = context.rng.random(len(SINGLE_KINDS)).tolist()
-    uses = [pool.of_kind[kind] + 3 * kinds[kind] for kind in SINGLE_KINDS]
-    for _, _, place in sorted(zip(uses, noise, range(len(SINGLE_KINDS)), strict=True)):
-        kind = SINGLE_KINDS[place]
+def _planned(kind: ChoreKind, chores: Sequence[ProposedChore]) -> list[ChoreKind]:
+    """Return the kinds that chores have in a list."""
+    return [kind] * len(chores) if kind != "by_the_way" else [chores[0].kind, kind]
+
+
+def _next(
+    context: HouseContext,
+    pool: HomePool,
+    begun: tuple[Sequence[ProposedChore], Mapping[ChoreKind, int], int],
+    wanted: Sequence[ChoreKind],
+) -> tuple[ChoreKind, tuple[ProposedChore, ...]] | None:
+    """Return a chore or pair of the rarest kind that goes with a list, the least used first; None without one.
+
+    `begun` are the chores of the list so far, the number of each kind, and the number that the list will have.
+    """
+    chosen, kinds, count = begun
+    noise = context.rng.random(len(wanted)).tolist()
+    uses = [pool.of_kind[kind] + 3 * kinds.get(kind, 0) for kind in wanted]
+    for _, _, kind in sorted(zip(uses, noise, wanted, strict=True)):
         share = MAX_IMPOSSIBLE_SHARE if kind == "impossible" else MAX_KIND_SHARE
-        if kinds[kind] + 1 > max(1, share * count):
-            continue
-        offered = [pool.singles[kind][index] for index in context.rng.permutation(len(pool.singles[kind]))]
-        for chore in sorted(offered, key=lambda chore: pool.uses[id(chore)]):
-            can_be_done = chore.chore not in pool.faulty and pool.uses[id(chore)] < MAX_USES
-            if can_be_done and _goes_with(chore, chosen, strictly=kind not in ENTANGLED):
-                return chore
+        offers = pool.offers[kind]
+        offered = [offers[index] for index in context.rng.permutation(len(offers))]
+        for chores in sorted(offered, key=lambda each: (pool.of_kind[each[0].reason or ""], pool.uses[id(each)])):
+            number = _planned(kind, chores).count(kind)
+            is_fit = len(chosen) + len(chores) <= count and kinds.get(kind, 0) + number <= max(number, share * count)
+            parts, strictly = [part for each in chores for part in each.chore.parts], kind not in ENTANGLED
+            can_be_done = pool.uses[id(chores)] < MAX_USES and pool.faulty.isdisjoint(parts)
+            if is_fit and can_be_done and all(_goes_with(each, chosen, strictly=strictly) for each in chores):
+                return kind, chores
     return None
 
 
@@ -228,6 +235,9 @@ def _in_text_order(context: HouseContext, chosen: Sequence[ProposedChore], start
     except Unsolvable as error:
         return str(error)
     found = plan.entanglement
+    entangled = {place for pair in found.before for place in pair} | {place for place, _ in found.by_the_way}
+    if any(chosen[place].kind in ("question", "conditional") for place in entangled):
+        return "another chore undoes or does what a question or a condition is about"
     for _ in range(TRIED_TEXT_ORDERS):
         text = [int(place) for place in context.rng.permutation(len(chosen))]
         places = {place: number for number, place in enumerate(text)}

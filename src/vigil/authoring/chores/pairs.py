@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.chores.placements import putting
-from vigil.authoring.chores.proposed import ProposedChore, distractor_of, in_turn
+from vigil.authoring.chores.proposed import ProposedChore, in_turn
 from vigil.authoring.chores.states import act_on, sure_of
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.families.sm.plans import emptying, putting_in, receptacles_for
@@ -20,9 +20,9 @@ TRIED_RECEPTACLES = 2
 """Number of places tried for a container that is to be carried."""
 
 
-def pairs(context: HouseContext) -> Pairs:
-    """Yield pairs of chores, of each form in turn; a list decides how they are entangled."""
-    yield from in_turn(_put_and_close(context), _put_and_carry(context), _take_and_close(context), _by_the_way(context))
+def order_pairs(context: HouseContext) -> Pairs:
+    """Yield pairs of chores that undo one another in the wrong order, of each form in turn."""
+    yield from in_turn(_put_and_close(context), _put_and_carry(context), _take_and_close(context))
 
 
 def _with(chore: ProposedChore, changes: Mapping[str, ObjectSetup]) -> ProposedChore:
@@ -38,14 +38,9 @@ def _put_into(context: HouseContext) -> Iterator[tuple[Thing, ProposedChore]]:
         if container.id in taken or not container.is_openable or children(context.view.scene, goal.object_id):
             continue
         chore = putting(context, goal.model_copy(update={"chain": ()}), plan.setup)
-        if chore is not None and _is_plain(context, chore, container):
+        if chore is not None:
             taken.add(container.id)
             yield container, chore
-
-
-def _is_plain(context: HouseContext, chore: ProposedChore, container: Thing) -> bool:
-    """Return whether neither the object of a chore nor the container has a look-alike."""
-    return chore.distractor is None and distractor_of(context, container.id) is None
 
 
 def _put_and_close(context: HouseContext) -> Pairs:
@@ -72,7 +67,7 @@ def _take_and_close(context: HouseContext) -> Pairs:
         if container.id in taken or children(context.view.scene, goal.object_id):
             continue
         chore = putting(context, goal.model_copy(update={"chain": ()}), plan.setup)
-        if chore is not None and _is_plain(context, chore, container):
+        if chore is not None:
             taken.add(container.id)
             yield chore, _with(sure_of(context, container, "close", is_met=True), plan.setup.objects)
 
@@ -90,12 +85,12 @@ def _put_and_carry(context: HouseContext) -> Pairs:
             chore = putting(context, goal.model_copy(update={"chain": ()}), plan.setup)
             there = ObjectAtReceptacle(object_id=container.id, receptacle_id=place.id)
             carrying = putting(context, there, plan.setup)
-            if chore is not None and carrying is not None and _is_plain(context, chore, container):
+            if chore is not None and carrying is not None:
                 yield chore, carrying
                 break
 
 
-def _by_the_way(context: HouseContext) -> Pairs:
+def by_the_way_pairs(context: HouseContext) -> Pairs:
     """Yield: put something into a closed container; the container is open at the end."""
     for container, chore in _put_into(context):
         if not CATALOG[container.category].runs_only_when_closed:

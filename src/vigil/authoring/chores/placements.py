@@ -20,10 +20,12 @@ from vigil.authoring.solving.evidence import surface_evidence
 from vigil.authoring.solving.goal_actions import closed_containers_around
 from vigil.protocol.goals import Chore, ObjectAtReceptacle, ObjectInState
 from vigil.protocol.world import ObjectSetup, Setup
-from vigil.scene.supports import children
+from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
 
 TRIED_STANDS, TRIED_OCCUPANTS, TRIED_TARGETS = 4, 2, 4
+EASY_M = 0.02
+"""Length (m) by which the inside of a container must exceed the sides of an object that is put into it."""
 _STACKED = ("{target} on", "{target} into", "{target} inside")
 """Words of a form in which the place of the target would be followed by that of the receptacle."""
 
@@ -51,8 +53,11 @@ def _of_plan(context: HouseContext, plan: SequencePlan) -> ProposedChore | None:
 
 
 def putting(context: HouseContext, goal: ObjectAtReceptacle, setup: Setup) -> ProposedChore | None:
-    """Return the chore of putting an object somewhere, in the words that mean it with a setup; None without words."""
-    if not context.can_begin(setup):
+    """Return the chore of putting an object somewhere, in the words that mean it with a setup; None without words.
+
+    None also if the object would almost fill the inside of a container: few clicks would then put it there.
+    """
+    if (goal.inside and not _fits_easily(context, goal)) or not context.can_begin(setup):
         return None
     phrases = _phrase_of_object(context, goal.object_id), context.phrase(goal.receptacle_id)
     context.begin(Setup())
@@ -68,6 +73,14 @@ def putting(context: HouseContext, goal: ObjectAtReceptacle, setup: Setup) -> Pr
         changes=setup.objects,
         distractor=distractor,
     )
+
+
+def _fits_easily(context: HouseContext, goal: ObjectAtReceptacle) -> bool:
+    """Return whether a surface inside the receptacle is `EASY_M` longer and wider than the object, and high enough."""
+    x, height, z = context.thing(goal.object_id).asset.size
+    inner = [each for each, _ in level_surfaces(context.thing(goal.receptacle_id)) if each.is_inside]
+    pairs = [(each, zip(sorted((x, z)), sorted((each.size_x, each.size_z)), strict=True)) for each in inner]
+    return any(height <= each.clearance and all(a + EASY_M <= b for a, b in sides) for each, sides in pairs)
 
 
 def _phrase_of_object(context: HouseContext, thing_id: str) -> Phrase | None:

@@ -25,11 +25,12 @@ from vigil.authoring.families.cr.drafts import is_furniture, is_low, obstacles, 
 from vigil.authoring.families.sv.drafts import LABELS as STATE_CHANGES
 from vigil.authoring.language.wording import Act, order_slots
 from vigil.authoring.solving.evidence import notice_evidence
-from vigil.authoring.solving.goal_actions import is_doable
-from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.protocol.goals import STATE_LABELS, Chore, ObjectInState, ReportStatus
 from vigil.protocol.world import ObjectSetup, Setup, StateQuery
 from vigil.scene.things import Thing
+from vigil.sim.core.motion import CollisionMap
+from vigil.sim.core.opening import opening_blocker
+from vigil.sim.core.state import AGENT, SceneState
 
 TRIED_BLOCKERS = 2
 """Number of pieces of furniture that are tried in front of one door."""
@@ -231,14 +232,17 @@ def blocked(context: HouseContext) -> Proposals:
 
 
 def _is_refused(context: HouseContext, chore: ProposedChore, setup: Setup) -> bool:
-    """Return whether the act of a chore does not work in the house with a setup."""
-    part = chore.chore.parts[0]
-    can_begin = context.can_begin(setup)
-    found = (
-        can_begin and isinstance(part, ObjectInState) and not is_doable(part, MacroActions(context.view, may_tilt=True))
-    )
+    """Return whether an object keeps the thing of a chore from opening in the house with a setup.
+
+    Lists prove it again, from every place where the agent can stand.
+    """
+    if not context.can_begin(setup):
+        return False
+    scene = context.view.scene
+    state = SceneState(scene, context.view.agent, CollisionMap(scene))
+    blocker = opening_blocker(state, scene.things[chore.chore.parts[0].object_id], 1.0)
     context.begin(Setup())
-    return found
+    return blocker not in (None, AGENT)
 
 
 def _bulky(context: HouseContext) -> Iterator[Thing]:

@@ -7,7 +7,7 @@ baselines are measured on the frozen pack.
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from vigil.authoring.packing.question_only import GuessScore, majority_guess, words_guess
 from vigil.authoring.packing.sidecar_files import SidecarFile, read_sidecar
@@ -20,8 +20,14 @@ BASELINES_SCHEMA = 1
 BLIND_AGENTS = ("noop", "random", "sweep", "forward", "centre", "explore", "point", "click_around", "always_success")
 AGENTS = (*BLIND_AGENTS, "never_report", "premature", "solver")
 """Baseline agents in the order of the table: first the blind agents, then the privileged agents."""
+LIST_AGENTS = ("claim_success", "claim_fail", "claim_coin")
+"""Baseline agents on lists of chores, which do not look and claim about every chore."""
+LIST_RATES = {"W_share": "W share", "W": "W", "B": "B", "T": "T", "chance": "T by chance", "skill": "skill over chance"}
+"""Score of lists of chores -> its name in the table."""
 MAX_W_OF_A_BLIND_AGENT = 0.40
 """Maximum W of a blind agent in a family. Packs promise that it is not exceeded."""
+MOST_BLIND_SKILL = 0.05
+"""Greatest skill over chance, in size, of the claims of an agent that does not look. Packs promise it."""
 RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other")
 
 
@@ -45,6 +51,8 @@ class Baselines(SidecarFile):
     """Agent -> family (or `all`) -> the agent's rates."""
     guesses: dict[str, tuple[int, int]]
     """Method of guessing a queried state without looking -> number of correct guesses, and number of all guesses."""
+    lists: dict[str, dict[str, float | None]] = Field(default_factory=dict)
+    """Agent -> its scores on lists of chores; empty for other packs."""
 
 
 def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], version: str) -> Baselines:
@@ -56,6 +64,15 @@ def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], v
     }
     guesses = {name: (guess.hits, guess.n) for name, guess in guesses_of(pack).items() if guess.n}
     return Baselines(pack=pack.name, pack_sha256=pack.sha256, vigil=version, agents=agents, guesses=guesses)
+
+
+def list_baselines(pack: Pack, scores: Mapping[str, Mapping[str, Any]], version: str) -> Baselines:
+    """Return the baselines of a pack of lists; `scores` has each agent's scores (`ChoresRun.scores`)."""
+    lists = {
+        name: {rate: None if found[rate] is None else round(found[rate], 6) for rate in LIST_RATES}
+        for name, found in scores.items()
+    }
+    return Baselines(pack=pack.name, pack_sha256=pack.sha256, vigil=version, agents={}, guesses={}, lists=lists)
 
 
 def guesses_of(pack: Pack) -> dict[str, GuessScore]:
@@ -78,6 +95,9 @@ def broken_promises(found: Baselines) -> list[str]:
             broken.append(f"{agent}: B is {scores['all'].rates['B']:.1%}, although it never reports")
         if agent == "solver" and min(scores["all"].rates[rate] for rate in ("W", "W_strict", "B")) < 1:
             broken.append("solver: W, W_strict and B are promised to be 100 %")
+    for agent, rates in found.lists.items():
+        if rates["B"] or abs(rates["skill"] or 0.0) > MOST_BLIND_SKILL:
+            broken.append(f"{agent}: it closes a list, or its claims are better or worse than chance")
     for name, (hits, n) in found.guesses.items():
         if not GuessScore(hits, n).is_chance:
             broken.append(f"{name}: {hits} of {n} states are guessed correctly, more than by chance")
@@ -97,7 +117,17 @@ def read_baselines(pack: Pack) -> Baselines | None:
 
 
 def baselines_table(found: Baselines) -> list[str]:
-    """Return the lines of a Markdown table with the rates (%) of each agent, overall and by family."""
+    """Return the lines of a Markdown table with the rates (%) of each agent, overall and by family.
+
+    On lists of chores, the rates are the scores of lists and claims.
+    """
+    if found.lists:
+        heads = ["agent", *LIST_RATES.values()]
+        rows = [
+            f"| {agent} | {' | '.join('' if rate is None else _percent(rate) for rate in rates.values())} |"
+            for agent, rates in found.lists.items()
+        ]
+        return [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}", *rows]
     families = [family for family in FAMILIES if any(family in scores for scores in found.agents.values())]
     heads = ["agent", "W [95 %]", "B [95 %]", "FR", "NR", "IL", *(f"{family} W/B" for family in families)]
     lines = [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}"]

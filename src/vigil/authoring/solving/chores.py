@@ -1,6 +1,6 @@
 """Solver of lists of chores: it does all that can be done, in an order found by search, and claims truly."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -191,6 +191,25 @@ def _look(episode: Episode, place: int, macro_actions: MacroActions) -> Iterator
     """Yield the walks to where it is seen that a chore cannot be met, holds already, or which branch applies."""
     for evidence in evidence_of(episode, place, macro_actions.view):
         yield from macro_actions.go(viewpoint_showing(macro_actions.view, evidence, FAR_COST))
+
+
+def check_looks(episode: Episode, places: Iterable[int], view: PrivilegedView) -> None:
+    """Raise UnsolvableChore if what some chores of a list are about cannot be seen as clearly as they need it.
+
+    `view` is in the state of the episode's start.
+    """
+    goal = episode.goal
+    assert isinstance(goal, Chores)
+    for place in places:
+        try:
+            question = goal.chores[place].question
+            if question is not None:
+                viewpoint_showing_state(view, question.object_id, question.state)
+            else:
+                for evidence in evidence_of(episode, place, view):
+                    viewpoint_showing(view, evidence, FAR_COST)
+        except Unsolvable as error:
+            raise UnsolvableChore(place, str(error)) from None
 
 
 def _achieve(part: ObjectInState | ObjectAtReceptacle, macro_actions: MacroActions) -> Iterator[Action]:

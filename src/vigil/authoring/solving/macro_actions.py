@@ -20,7 +20,7 @@ from vigil.errors import EpisodeError
 from vigil.protocol.actions import REACH_M, Action, Intent, InteractPixel
 from vigil.protocol.world import Effect, RefusalCode
 from vigil.scene.geometry import Motion, body_box, box_distances
-from vigil.scene.supports import headroom, level_surfaces
+from vigil.scene.supports import TOUCH_M, headroom, level_surfaces
 from vigil.scene.things import Thing
 
 REACH_MARGIN_M = 0.04
@@ -133,8 +133,10 @@ class MacroActions:
         self, targets: "PlacementTargets", *, is_thorough: bool = False
     ) -> tuple[Viewpoint, tuple[int, int]]:
         """Return the nearest viewpoint from which the held object can be placed, and the pixel. Raises Unsolvable."""
-        for part in (targets, *(self._parts_of(targets) if is_thorough else ())):
-            found = self._view_to_place(part)
+        parts = self._parts_of(targets)
+        tall = [part for part in parts if not self._has_height(part)]
+        for part in (targets, *(parts if is_thorough else ())) if len(tall) < len(parts) else ():
+            found = None if part in tall else self._view_to_place(part)
             if found is not None:
                 return found
         raise Unsolvable(
@@ -145,6 +147,12 @@ class MacroActions:
         receptacle = self.view.scene.things[targets.receptacle_id]
         surfaces = [each for each in level_surfaces(receptacle) if each[0].name in targets.surfaces]
         return [_targets_on(receptacle, [each], inside=each[0].is_inside) for each in surfaces]
+
+    def _has_height(self, targets: "PlacementTargets") -> bool:
+        """Return whether the held object is low enough for any of the surfaces: the simulator refuses all others."""
+        held, receptacle = self.view.scene.things[self.view.held or ""], self.view.scene.things[targets.receptacle_id]
+        surfaces = [surface for surface, _ in level_surfaces(receptacle) if surface.name in targets.surfaces]
+        return any(held.asset.size.y <= surface.clearance + TOUCH_M for surface in surfaces)
 
     def _view_to_place(self, targets: "PlacementTargets") -> tuple[Viewpoint, tuple[int, int]] | None:
         for slack_m in self.reach_slacks_m:

@@ -6,14 +6,14 @@ from typing import Any
 
 import verifiers.v1 as vf  # pyright: ignore[reportMissingImports] - an extra
 
-from vigil.integrations.rewards import reward_parts
+from vigil.integrations.rewards import ListRates, Verdict, reward_parts
 from vigil.integrations.sources import source_of
 from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig
 from vigil.packs.private import check_revealed
 from vigil.scoring.outcomes import Outcome
 
-OUTCOME = "outcome"
-"""Key of the verdict in the trace of an episode."""
+OUTCOME, LIST = "outcome", "list"
+"""Keys of the verdict in the trace of an episode, and of the verdict on its chores."""
 LABELS = ("FR", "NR", "IL", "Other")
 """Labels of outcomes that are reported as metrics."""
 REVEAL_OPTION = "--env.taskset.reveal-private-pack true"
@@ -46,7 +46,7 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
     async def reward(self, trace: vf.Trace) -> dict[str, float]:
         """Return the terms of the reward by name. If verifiers stopped the episode early, the only term is B = 0."""
         outcome = stored_outcome(trace)
-        return {"B": 0.0} if outcome is None else reward_parts(outcome, self.config)
+        return {"B": 0.0} if outcome is None else reward_parts(outcome, self.config, stored_list(trace))
 
     @vf.metric
     async def verdict(self, trace: vf.Trace) -> dict[str, float]:
@@ -55,7 +55,10 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
         if outcome is None:
             return {}
         labels = {label: float(outcome.label == label) for label in LABELS}
-        return {"W": float(outcome.W), **labels, "steps": float(outcome.steps), "invalid": float(outcome.invalid)}
+        of_list = stored_list(trace)
+        truth = {} if of_list is None or of_list.T is None else {"T": of_list.T}
+        done = outcome.W if of_list is None else of_list.W
+        return {"W": float(done), **truth, **labels, "steps": float(outcome.steps), "invalid": float(outcome.invalid)}
 
 
 class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
@@ -81,12 +84,20 @@ class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
             yield VigilTask(data, self.config.task)
 
 
-def store_outcome(trace: vf.Trace, outcome: Outcome) -> None:
+def store_verdict(trace: vf.Trace, verdict: Verdict) -> None:
     """Write the verdict on an episode into its trace."""
-    trace.info[OUTCOME] = asdict(outcome)
+    trace.info[OUTCOME] = asdict(verdict.outcome)
+    if verdict.of_list is not None:
+        trace.info[LIST] = asdict(verdict.of_list)
 
 
 def stored_outcome(trace: vf.Trace) -> Outcome | None:
     """Return the verdict in a trace; None if the episode was not finished."""
     kept: dict[str, Any] | None = trace.info.get(OUTCOME)
     return None if kept is None else Outcome(**kept)
+
+
+def stored_list(trace: vf.Trace) -> ListRates | None:
+    """Return the verdict on the chores in a trace; None if the episode is not a list, or was not finished."""
+    kept: dict[str, Any] | None = trace.info.get(LIST)
+    return None if kept is None else ListRates(**kept)
