@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from vigil.analysis.measures.intervals import PairedTest, holm, paired_test
 from vigil.leaderboard.checking import CheckedEntry
@@ -87,7 +88,7 @@ def boards_of(entries: Iterable[CheckedEntry]) -> list[Board]:
 
 
 def _ranked(entries: Sequence[CheckedEntry]) -> Iterable[Ranked]:
-    tests = [_test(first, second) for first, second in zip(entries, entries[1:], strict=False)]
+    tests = [_test(first, second) for first, second in pairwise(entries)]
     adjusted = iter(holm([test.test.p for test in tests if test is not None]))
     compared = [None if test is None else Comparison(test, next(adjusted)) for test in tests]
     for number, (entry, comparison) in enumerate(zip(entries, [*compared, None], strict=True), start=1):

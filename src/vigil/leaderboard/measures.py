@@ -129,7 +129,8 @@ def _of_families(entry: RunEntry) -> Iterator[tuple[str, Figure]]:
         for name in ("W", "B"):
             for found in plays_of_k(entry.run.rows, name):
                 value, interval = found.every
-                yield f"pass^{found.k}.{name}", (value, *(interval or (None, None)))
+                low, high = interval or (None, None)
+                yield f"pass^{found.k}.{name}", (value, low, high)
 
 
 def _figure(rate: Rate, interval: tuple[float, float] | None) -> Figure:

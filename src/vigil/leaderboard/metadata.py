@@ -120,7 +120,7 @@ def contradictions(header: RunHeader, metadata: EntryMetadata) -> Iterator[str]:
     spec, stated = header.spec, metadata.methodology.verification
     has_own_prompt = spec.profile.has_custom_prompt
     if stated.modified_prompts != has_own_prompt:
-        yield f"`modified_prompts` is {stated.modified_prompts}, but the run's prompt is {spec.profile.prompt_variant!r}"
+        yield f"`modified_prompts` is {stated.modified_prompts}, but the prompt is {spec.profile.prompt_variant!r}"
     if stated.omitted_questions:
         yield "`omitted_questions` is true, but an entry plays every episode of its pack"
     if metadata.submission_type == "standard" and (has_own_prompt or spec.agent_kind != "model"):
@@ -135,7 +135,7 @@ def contradictions(header: RunHeader, metadata: EntryMetadata) -> Iterator[str]:
     if spec.epochs > MAX_PLAYS_OF_AN_EPISODE:
         yield f"it plays each episode {spec.epochs} times, and at most {MAX_PLAYS_OF_AN_EPISODE} are checked"
     if spec.simulator != "mujoco" and metadata.tier != "self_reported":
-        yield f"it was played on the simulator {spec.simulator!r}, which is not played again here: its tier is self_reported"
+        yield f"runs on the simulator {spec.simulator!r} are not played again here: its tier is self_reported"
     if spec.simulator not in ("mujoco", "thor"):
         yield f"the simulator {spec.simulator!r} is not one of the benchmark"
     yield from spec.versions.differences()

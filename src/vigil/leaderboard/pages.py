@@ -29,7 +29,9 @@ ENTRIES = "entries"
 _HERE = Path(__file__).parent / "templates"
 _TEMPLATES = site.template_environment()
 _TEMPLATES.loader = FileSystemLoader([_HERE, site.HERE / "templates"])
-PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN = 640.0, 420.0, 44.0
+PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN, LABEL_HEIGHT = 640.0, 420.0, 44.0, 13.0
+MOST_LABELS = 16
+"""Most entries in a plot that shows their names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +72,8 @@ class Point:
     y: float
     x_ends: tuple[float, float]
     y_ends: tuple[float, float]
+    label_y: float
+    """Height of the entry's name; names stay apart."""
 
 
 def write_play_pages(run: Path, pack: Path, entry: CheckedEntry, out: Path, drawing: RenderService, count: int) -> None:
@@ -79,8 +83,8 @@ def write_play_pages(run: Path, pack: Path, entry: CheckedEntry, out: Path, draw
         raise RecordError(f"its plays cannot be shown: {found.fault}")
     plays = entry.plays.assign(turn=entry.plays.groupby(["family", "closed"]).cumcount())
     chosen = plays.sort_values(["turn", "closed", "family", "episode_id", "epoch"]).head(count)
-    for row in chosen.sort_values(["episode_id", "epoch"]).itertuples():
-        key = (str(row.episode_id), int(row.epoch))  # pyright: ignore[reportArgumentType]
+    for name, epoch in sorted(zip(chosen["episode_id"], chosen["epoch"], strict=True)):
+        key = (str(name), int(epoch))
         text = episode_page(found, key, drawing, Links(f"../{entry.id}.html"))
         (out / page_name(*key)).write_text(text, encoding="utf-8")
 
@@ -97,7 +101,7 @@ def write_site(content: Content, out: Path) -> None:
     history = history_of(content.entries, content.earlier)
     page = {**embedded((_HERE / "leaderboard.js").read_text(encoding="utf-8")), "columns_of": COLUMNS}
     page["style"] += Markup((_HERE / "leaderboard.css").read_text(encoding="utf-8"))
-    page |= {"content": content, "parts": _parts, "cell": _cell}
+    page |= {"most_labels": MOST_LABELS, "content": content, "parts": _parts, "cell": _cell}
     index = _TEMPLATES.get_template("leaderboard.html")
     text = index.render(title="Leaderboard", packs=shown, history=history, filters=_filters(content.entries), **page)
     (out / "index.html").write_text(text, encoding="utf-8")
@@ -197,16 +201,14 @@ def _points(boards: Sequence[Board]) -> list[Point]:
     with_both = [
         entry for entry in entries if None not in (*entry.figures.get("W", [None]), *entry.figures.get("B", [None]))
     ]
-    return [
-        Point(
-            entry,
-            _x(entry.figures["W"][0] or 0.0),
-            _y(entry.figures["B"][0] or 0.0),
-            (_x(entry.figures["W"][1] or 0.0), _x(entry.figures["W"][2] or 0.0)),
-            (_y(entry.figures["B"][1] or 0.0), _y(entry.figures["B"][2] or 0.0)),
-        )
-        for entry in with_both
-    ]
+    points: list[Point] = []
+    label_y = PLOT_HEIGHT
+    for entry in sorted(with_both, key=lambda each: (each.figures["B"][0], each.id)):
+        (x, *x_ends), (y, *y_ends) = ([float(end or 0.0) for end in entry.figures[name]] for name in "WB")
+        label_y = min(_y(y) + 4, label_y - LABEL_HEIGHT)
+        ends = (_x(x_ends[0]), _x(x_ends[1])), (_y(y_ends[0]), _y(y_ends[1]))
+        points.append(Point(entry, _x(x), _y(y), *ends, label_y))
+    return points
 
 
 def _x(share: float) -> float:

@@ -74,7 +74,7 @@ def own_signs(
         yield f"The run began on {header.started.date()}, before the stated release on {metadata.model_release}."
     if metadata.submission_date < (header.ended or header.started).date():
         yield f"The stated day of submission, {metadata.submission_date}, is before the end of the run."
-    solved = int(plays["is_solution"].sum()) if total else 0
+    solved = sum(plays["is_solution"])
     if solved:
         yield f"{solved} of {total} plays are, action by action, the solution that is published with the pack."
     for fault, count in sorted(timing_faults.items()):
@@ -98,10 +98,12 @@ def signs_between(entries: Sequence["CheckedEntry"]) -> dict[str, list[str]]:
 def _equal_replies(entry: "CheckedEntry", other: "CheckedEntry") -> Iterator[str]:
     if entry.header.spec.agent_kind in ("scripted", "privileged"):
         return  # the same script gives the same replies
-    columns = ["episode_id", "replies_sha256"]
-    long = entry.plays[entry.plays["steps"] >= MIN_REPLIES]
-    theirs = set(other.plays[columns].itertuples(index=False, name=None))
-    equal = sum(row in theirs for row in long[columns].itertuples(index=False, name=None))
+    ours, theirs = (
+        list(zip(each.plays["episode_id"], each.plays["replies_sha256"], strict=True)) for each in (entry, other)
+    )
+    known = set(theirs)
+    long = [play for play, steps in zip(ours, entry.plays["steps"], strict=True) if steps >= MIN_REPLIES]
+    equal = sum(play in known for play in long)
     if equal:
         yield (
             f"{equal} of {len(long)} plays of {MIN_REPLIES} or more replies have, word by word, the replies of entry "
