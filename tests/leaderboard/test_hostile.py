@@ -17,6 +17,7 @@ from vigil.leaderboard import bundle as bundles_module
 from vigil.leaderboard.build import Builder, BuildSettings, build_site
 from vigil.leaderboard.bundle import unpack_bundle
 from vigil.packs.pack import Pack
+from vigil.records.record import RunHeader
 
 Members = dict[str, bytes]
 Edit = Callable[[Members], None]
@@ -62,8 +63,6 @@ def change_row(members: Members, number: int, edit: Callable[[dict[str, Any]], N
 
 def restamped(members: Members) -> None:
     """Give a run another name and hash, as somebody does who hides whose run it is."""
-    from vigil.records.record import RunHeader
-
     header = RunHeader.model_validate_json(members["run.json"]).model_copy(update={"run_id": "mine", "nonce": "0" * 32})
     members["run.json"] = header.model_dump_json().encode()
     for number in range(4):
@@ -179,7 +178,7 @@ def test_the_honest_come_out_and_nothing_else(built: tuple[Builder, dict[str, st
     assert len(refused) == len(HOSTILE) + 3
     text = (out / "index.html").read_text()
     for name in refused:
-        assert name in text
+        assert name.replace("'", "&#39;") in text
 
 
 @pytest.mark.parametrize("name", HOSTILE)
@@ -210,10 +209,8 @@ def link(folder: Path, source: Path) -> Path:
 
 
 def twice(folder: Path, source: Path) -> Path:
-    members, path = members_of(source), folder / "twice.zip"
-    with zipfile.ZipFile(path, "w") as file, pytest.warns(UserWarning, match="Duplicate name"):
-        for name in ("entry.json", "run.json", "run.json"):
-            file.writestr(name, members[name])
+    path = zipped(folder / "twice.zip", {**members_of(source), "xxx.json": b"{}"})
+    path.write_bytes(path.read_bytes().replace(b"xxx.json", b"run.json"))
     return path
 
 

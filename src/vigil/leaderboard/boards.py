@@ -29,13 +29,10 @@ class Comparison:
     @property
     def sentence(self) -> str:
         """The result of the test, with the lead of the first in percentage points."""
-        ends = (
-            ""
-            if self.test.interval is None
-            else f" [{-100 * self.test.interval[1]:.1f}, {-100 * self.test.interval[0]:.1f}]"
-        )
-        verdict = "apart" if self.is_apart else "not told apart"
-        return f"{verdict}: {-100 * self.test.difference:+.1f} pp{ends}, p = {self.p:.3f}"
+        low, high = self.test.interval or (None, None)
+        ends = "" if low is None or high is None else f" [{100 * low:.1f}, {100 * high:.1f}]"
+        verdict = "told apart" if self.is_apart else "not told apart"
+        return f"{verdict}: {100 * self.test.difference:+.1f} pp{ends}, p = {self.p:.3f}"
 
 
 @dataclass(frozen=True)
@@ -96,12 +93,13 @@ def _ranked(entries: Sequence[CheckedEntry]) -> Iterable[Ranked]:
 
 
 def _test(first: CheckedEntry, second: CheckedEntry) -> PairedTest | None:
+    """Return the test of first minus second; None if they share no play."""
     shared = first.plays.merge(second.plays, on=_KEY, suffixes=("", "_2"))
     if not len(shared):
         return None
     episodes, houses = (shared[name].to_numpy(dtype=str) for name in ("episode_id", "house"))
     ours, theirs = (shared[name].to_numpy(dtype=bool) for name in ("closed", "closed_2"))
-    return paired_test(ours, theirs, episodes=episodes, houses=houses)
+    return paired_test(theirs, ours, episodes=episodes, houses=houses)
 
 
 @dataclass(frozen=True)

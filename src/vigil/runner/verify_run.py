@@ -190,17 +190,20 @@ class _Verifier:
 
     async def all(self, keys: Sequence[Key], on_progress: Callable[[int, int], None]) -> list[FactDifference]:
         """Return the differences of all records, in the order of their keys. Few records are in memory at a time."""
-        found: dict[int, list[FactDifference]] = {}
-        by_house = sorted(enumerate(keys), key=lambda pair: self.pack.episode(pair[1][0]).house.name)
-        waiting = iter(by_house)
+        found: dict[Key, list[FactDifference]] = {}
+        houses: dict[str, list[Key]] = {}
+        for key in keys:
+            houses.setdefault(self.pack.episode(key[0]).house.name, []).append(key)
+        waiting = iter(houses.values())  # whole houses, because a worker that has just loaded a house has it ready
 
         async def work() -> None:
-            for number, key in waiting:
-                found[number] = await self.one(self.table.record(key))
-                on_progress(len(found), len(keys))
+            for of_house in waiting:
+                for key in of_house:
+                    found[key] = await self.one(self.table.record(key))
+                    on_progress(len(found), len(keys))
 
         await asyncio.gather(*(work() for _ in self.pool.workers))
-        return [difference for number in sorted(found) for difference in found[number]]
+        return [difference for key in keys for difference in found[key]]
 
     async def one(self, record: EpisodeRecord) -> list[FactDifference]:
         assignment = Assignment(self.pack.episode(record.episode_id), record.epoch, record.attempt)
