@@ -7,6 +7,7 @@ import argparse
 from datetime import UTC, datetime
 from pathlib import Path
 
+from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
 from vigil.cli.runs import with_agent
 from vigil.leaderboard.build import BuildSettings, build_site
 from vigil.leaderboard.checking import CheckSettings
@@ -19,9 +20,7 @@ from vigil.runner.settings import RunSettings
 AGENTS = {
     "always_success": "Reports success at once.",
     "coin": "Reports success or failure at once, by chance.",
-    "searching": "A limited solver; its limit is in its name.",
-    "short_sighted": "A limited solver; its limit is in its name.",
-    "memoryless": "A limited solver; its limit is in its name.",
+    **{name: f"Sees hidden state, with a limit: it {each.description}." for name, each in ABLATIONS.items()},
     "solver": "Sees hidden state: an upper bound, not a model.",
 }
 

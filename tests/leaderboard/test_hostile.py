@@ -82,6 +82,10 @@ def giant(members: Members) -> None:
     change_row(members, 0, lambda row: row["steps"][0]["reply"].update(text="x" * (17 * 2**20)))
 
 
+def huge(record: dict[str, Any]) -> None:
+    record["steps"][0]["reply"]["usage"] = {"input_tokens": 10**30, "output_tokens": 1}
+
+
 def entry_field(**fields: Any) -> Edit:
     return lambda members: change(members, "entry.json", lambda entry: entry.update(fields))
 
@@ -142,6 +146,7 @@ HOSTILE: dict[str, tuple[Edit, str]] = {
         lambda m: m.update({"entry.json": b"[" * 100_000}),
         "entry.json is not that of an entry",
     ),
+    "a number that no table holds": (row(huge), "its check failed: "),
     "a prompt that it denies": (said(submission_type="standard"), "it is custom"),
 }
 

@@ -146,7 +146,7 @@ def test_tiers_profiles_and_packs_are_ranked_apart(make: Make) -> None:
     entries = [
         make("a", [True], number=1),
         make("b", [True], number=2, tier="hosted"),
-        make("c", [True], number=3, spec={"pack_sha256": "1" * 64}),
+        make("c", [True], number=3, spec={"pack_sha256": "f" * 64}),
     ]
     assert [len(board.entries) for board in boards_of(entries)] == [1, 1, 1]
     assert next(iter(boards_of(entries))).tier == "hosted"

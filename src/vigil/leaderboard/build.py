@@ -22,6 +22,8 @@ from vigil.web.drawing import RenderService
 
 OnBundle = Callable[[Path, int, int], None]
 MAX_NAME_CHARS = 80
+_UNREADABLE = (ArithmeticError, LookupError, TypeError, ValueError, RuntimeError)
+"""Errors that odd values in records could cause in any measure. They refuse one bundle, and do not end the build."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,6 +124,10 @@ class Builder:
                 check_claims(claimed, measures)
             except PackMismatch:
                 raise  # it may be known to the next build
+            except _UNREADABLE as fault:
+                raise RecordError(
+                    f"its check failed: {type(fault).__name__}: {ascii(str(fault))[:MAX_NAME_CHARS]}"
+                ) from None
             except RecordError as fault:
                 return self.cache.store(
                     sha256, RecordError(str(fault).replace(f"{run}/", "").replace(str(run), "the run"))

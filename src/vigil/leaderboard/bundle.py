@@ -32,7 +32,7 @@ SCHEMA = 1
 MAX_ZIP_BYTES = 256 * MIB
 MEMBERS: Mapping[str, int] = {
     ENTRY_FILE: MIB,
-    HEADER_FILE: 4 * MIB,
+    HEADER_FILE: MIB,
     EPISODES_FILE: 512 * MIB,
     PROBES_FILE: 256 * MIB,
 }

@@ -9,13 +9,13 @@ import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field
 
 from vigil.base.settings import Setting, check_settings
-from vigil.errors import PackMismatch, RecordError, SimulatorError
+from vigil.errors import PackMismatch, RecordError, SimulatorError, shorten
 from vigil.leaderboard.bundle import Entry
 from vigil.leaderboard.measures import RANKED_BY, Figures, Measures, changed_figures, measures_of
 from vigil.leaderboard.metadata import Division, EntryMetadata, Tier, contradictions, division_of
 from vigil.leaderboard.signs import own_signs
 from vigil.packs.pack import PACKAGED, Pack, manifest_sha256, packaged_names
-from vigil.packs.private import is_private
+from vigil.packs.private import is_private, redact_ids
 from vigil.protocol.prompt import policy_sha256
 from vigil.records.costs import Tokens
 from vigil.records.record import RunHeader, read_header
@@ -25,6 +25,7 @@ from vigil.scoring.saved_run import SavedRun, read_run
 
 MAX_LISTED = 3
 """Maximum number of differences that a refusal lists."""
+MAX_FAULT_CHARS = 500
 ID_DIGITS = 12
 OnProgress = Callable[[int, int], None]
 
@@ -123,14 +124,27 @@ def check_run(
             "give its folder with --pack"
         )
     pack = Pack.load(place, header.spec.pack_sha256)
-    run = read_run(folder, place)
+    try:
+        return _check_plays(folder, metadata, pack, settings, on_progress)
+    except RecordError as fault:
+        if not is_private(pack.manifest.meta):
+            raise
+        said = redact_ids([str(fault)], [episode.id for episode in pack.episodes])
+        raise RecordError(said[0]) from None
+
+
+def _check_plays(
+    folder: Path, metadata: EntryMetadata, pack: Pack, settings: CheckSettings, on_progress: OnProgress
+) -> tuple[CheckedEntry, Measures]:
+    run = read_run(folder, pack.folder)
+    header = run.header
     _refuse_if(_missing_plays(run, pack), "it is not a whole run")
     is_replayed = metadata.tier != "self_reported"
     verify = VerifySettings(
         frames=settings.frames and is_replayed,
         records_only=not is_replayed,
         workers=settings.workers,
-        pack=place,
+        pack=pack.folder,
         asset_database=settings.asset_database,
     )
     found = verify_run(folder, verify, on_progress=on_progress)
@@ -173,6 +187,7 @@ def _missing_plays(run: SavedRun, pack: Pack) -> list[str]:
 
 
 def _refuse_if(faults: list[str], what: str) -> None:
+    faults = [shorten(fault, MAX_FAULT_CHARS) for fault in faults]
     if faults:
         more = f" And {len(faults) - MAX_LISTED} more." if len(faults) > MAX_LISTED else ""
         raise RecordError(f"{what}: {' '.join(faults[:MAX_LISTED])}{more}")

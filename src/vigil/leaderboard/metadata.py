@@ -18,6 +18,7 @@ Division = Literal["standard", "custom", "trained on streams", "baseline"]
 """Entries that are ranked together; a baseline is a scripted agent, one with hidden sight, or a person."""
 MAX_PLAYS_OF_AN_EPISODE = 32
 """Maximum number of plays of one episode in an entry, which bounds the time of its check."""
+MAX_NAME_CHARS = 300
 
 
 def _plain(text: str) -> str:
@@ -128,6 +129,8 @@ def contradictions(header: RunHeader, metadata: EntryMetadata) -> Iterator[str]:
             f"`submission_type` is standard, but the agent is of the kind {spec.agent_kind!r} with prompt "
             f"{spec.profile.prompt_variant!r}: it is custom"
         )
+    if max(len(spec.agent), len(header.run_id)) > MAX_NAME_CHARS:
+        yield f"the name of its agent or run has more than {MAX_NAME_CHARS} characters"
     if spec.shard is not None:
         yield f"it is shard {spec.shard} of a run; `vigil merge` joins the shards"
     if spec.fork is not None:

@@ -3,6 +3,7 @@
 import hashlib
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -46,13 +47,13 @@ class PlayReader:
 
     def _timing(self, record: EpisodeRecord) -> Iterator[str]:
         replies = [step.reply for step in record.steps]
-        lasted = (record.ended - record.started).total_seconds()
-        ended = max((each for each in (self._header.ended,) if each is not None), default=record.ended)
+        started, ended = _utc(record.started), _utc(record.ended)
+        lasted = (ended - started).total_seconds()
         if lasted < 0 or any(reply.seconds < 0 for reply in replies):
             yield "they end before they begin"
         elif sum(reply.seconds for reply in replies) > lasted + _SLACK_S:
             yield "their replies took longer than the play"
-        if record.started < self._header.started or record.ended > ended:
+        if started < _utc(self._header.started) or (self._header.ended and ended > _utc(self._header.ended)):
             yield "they were played before the run began or after it ended"
         if self._header.spec.agent_kind != "model":
             return
@@ -61,6 +62,11 @@ class PlayReader:
         rates = [reply.usage.output_tokens / reply.seconds for reply in replies if reply.usage and reply.seconds > 0]
         if max(rates, default=0.0) > MOST_TOKENS_PER_S:
             yield f"a reply has more than {MOST_TOKENS_PER_S:,} tokens a second"
+
+
+def _utc(when: datetime) -> datetime:
+    """Return a time with its zone; one without is taken as UTC."""
+    return when if when.tzinfo is not None else when.replace(tzinfo=UTC)
 
 
 def own_signs(
