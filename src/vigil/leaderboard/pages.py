@@ -205,7 +205,7 @@ def _points(boards: Sequence[Board]) -> list[Point]:
     label_y = PLOT_HEIGHT
     for entry in sorted(with_both, key=lambda each: (each.figures["B"][0], each.id)):
         (x, *x_ends), (y, *y_ends) = ([float(end or 0.0) for end in entry.figures[name]] for name in "WB")
-        label_y = min(_y(y) + 4, label_y - LABEL_HEIGHT)
+        label_y = min(_y(y) - 7, label_y - LABEL_HEIGHT)
         ends = (_x(x_ends[0]), _x(x_ends[1])), (_y(y_ends[0]), _y(y_ends[1]))
         points.append(Point(entry, _x(x), _y(y), *ends, label_y))
     return points
