@@ -115,6 +115,11 @@ def of_no_pack(members: Members) -> None:
     entry_field(pack_sha256="0" * 64)(members)
 
 
+def misnamed(members: Members) -> None:
+    spec(pack="vigil_mini_v3")(members)
+    entry_field(pack="vigil_mini_v3")(members)
+
+
 def with_path(members: Members) -> None:
     change(members, "run.json", lambda header: header["host"].update(asset_database="/etc/passwd"))
 
@@ -128,6 +133,7 @@ HOSTILE: dict[str, tuple[Edit, str]] = {
         "step 1: ignored_keys: recorded",
     ),
     "another pack": (of_no_pack, "its pack 'tiny' with SHA-256 000000000000... is not known here"),
+    "another pack's name": (misnamed, "the pack with that hash is 'tiny'"),
     "another version": (spec(versions={"rules": 2, "shapes": 5, "grammar": 2}), "rules 2 (here"),
     "another run's rows": (spec(seed=7), "is of another run"),
     "rows left out": (lambda m: m.update({"episodes.jsonl": m["episodes.jsonl"].split(b"\n")[0] + b"\n"}), "1 of 4"),

@@ -154,7 +154,12 @@ def build_site(
     """
     if out.exists() and (not out.is_dir() or (any(out.iterdir()) and not (out / DATA).exists())):
         raise SettingError(f"{str(out)!r} is not the site of a leaderboard, and not empty. Give another --out.")
-    cache = Cache(settings.cache or out.with_name(f"{out.name}-cache"), settings.frames, settings.shown_plays)
+    cache = Cache(
+        settings.cache or out.with_name(f"{out.name}-cache"),
+        settings.frames,
+        settings.shown_plays,
+        settings.asset_database,
+    )
     builder = Builder(settings, cache, known_packs(settings.packs), read_decisions(settings.decisions))
     earlier = _earlier_rows(settings.earlier)
     for path in bundles:

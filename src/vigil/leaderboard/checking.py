@@ -124,6 +124,8 @@ def check_run(
             "give its folder with --pack"
         )
     pack = Pack.load(place, header.spec.pack_sha256)
+    if pack.name != header.spec.pack:
+        raise RecordError(f"it names its pack {header.spec.pack!r}, and the pack with that hash is {pack.name!r}")
     try:
         return _check_plays(folder, metadata, pack, settings, on_progress)
     except RecordError as fault:
