@@ -7,6 +7,7 @@ the difference, and raise SCHEMA_VERSION if a reader of the old lines would misu
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -123,6 +124,18 @@ def test_a_golden_record_settles_as_it_did(records, family):
 def test_a_golden_record_plays_again_to_the_same_states(records, family):
     assert resimulate(episode_of(family), records[family], env(), ComparisonSettings()) == []
     assert FRIDGE in records["AI"].steps[-1].world.objects
+
+
+def test_equal_states_with_another_verdict_are_a_difference(records, monkeypatch):
+    recorded = records["AI"]
+
+    def near_a_limit(episode, record):
+        outcome = score(episode, record)
+        return replace(outcome, W=not outcome.W) if record is recorded else outcome
+
+    monkeypatch.setattr("vigil.runner.workers.resimulation.score", near_a_limit)
+    (found,) = resimulate(episode_of("AI"), recorded, env(), ComparisonSettings())
+    assert (found.fact, found.step) == ("verdict.W", len(recorded.steps))
 
 
 if __name__ == "__main__":

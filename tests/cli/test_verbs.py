@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from vigil.base.settings import DeclaredSetting, declared_setting, declared_settings
 from vigil.cli import app
-from vigil.cli.verbs import HOUSES, PACK, STUDY, VERBS, Verb, load
+from vigil.cli.verbs import HOUSES, LEADERBOARD, PACK, STUDY, VERBS, Verb, load
 
 HEAVY = ("numpy", "mujoco", "matplotlib", "pandas", "inspect_ai", "fastapi")
 ALL = {
@@ -21,6 +21,7 @@ ALL = {
     **{f"houses {name}": verb for name, verb in HOUSES.items()},
     **{f"pack {name}": verb for name, verb in PACK.items()},
     **{f"study {name}": verb for name, verb in STUDY.items()},
+    **{f"leaderboard {name}": verb for name, verb in LEADERBOARD.items()},
 }
 
 

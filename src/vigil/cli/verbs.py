@@ -121,6 +121,12 @@ THOR = {
     "run": Verb("thor:run", "Runs a program that uses AI2-THOR's client, on VIGIL's engine.", takes_more=True),
     "uninstall": Verb("thor:uninstall", "Removes what `vigil thor install` wrote; prints the folders."),
 }
+LEADERBOARD = {
+    "build": Verb(
+        "leaderboard:build",
+        "Plays every submitted run again, computes its figures again, and writes a static site of those that hold.",
+    ),
+}
 VERBS: dict[str, Verb | Group] = {
     "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the scores."),
     "probe": Verb(
@@ -168,6 +174,10 @@ VERBS: dict[str, Verb | Group] = {
         "Writes a run as a static site, an episode as a page or a film, or runs as Parquet, a dataset "
         "or results to share.",
     ),
+    "submit": Verb(
+        "leaderboard:submit",
+        "Plays a run again and writes it, with what readers must know about it, as a bundle for a leaderboard.",
+    ),
     "demos": Verb(
         "training.demos:demos",
         "Writes demonstrations for training, from a stream of episodes: requests to a model, with the "
@@ -191,6 +201,7 @@ VERBS: dict[str, Verb | Group] = {
         "doctor:doctor", "Draws one frame and prints what is installed; exits with 1 if something is missing."
     ),
     "study": Group("Play and report a whole study: many models, conditions and repeats, named in one file.", STUDY),
+    "leaderboard": Group("Build the site of a leaderboard from submitted runs.", LEADERBOARD),
     "houses": Group("Generate, check and show houses (ProcTHOR's JSON).", HOUSES),
     "pack": Group("Inspect, verify and make packs of episodes.", PACK),
 }

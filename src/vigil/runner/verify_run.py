@@ -16,13 +16,13 @@ from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.packs.pack import Pack
 from vigil.protocol.profile import Profile
 from vigil.protocol.replies import read_reply
-from vigil.records.record import EpisodeRecord, RunHeader
+from vigil.records.record import EpisodeRecord, Key, RunHeader
 from vigil.runner.run_folder import host_facts
 from vigil.runner.shared_settings import AssetFile, PackLocation, Workers
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.runner.workers.resimulation import FactDifference
-from vigil.scoring.saved_run import read_run
+from vigil.scoring.saved_run import RecordTable, read_run
 
 SAME_HOST = ("machine", "python", "numpy", "processor")
 """Host facts that must be equal for bit-identical numbers; the results of libraries depend on processor features."""
@@ -108,23 +108,23 @@ def verify_run(
     header, table = saved.header, saved.table
     pack = Pack.load(saved.pack_folder, header.spec.pack_sha256)
     scored = sorted(key for key, row in table.rows.items() if row.outcome is not None)
-    records = [table.record(key) for key in scored[: settings.limit]]
+    keys = scored[: settings.limit]
     here = host_facts()
     is_same_host = all(host.get(name) == here[name] for host in header.hosts for name in SAME_HOST)
     is_exact = is_same_host if settings.exact is None else settings.exact
     if settings.records_only:
         earlier = None if header.spec.fork is None else header.spec.fork.profile
-        found = [fault for record in records for fault in check_replies(record, header.spec.profile, earlier)]
+        found = [fault for key in keys for fault in check_replies(table.record(key), header.spec.profile, earlier)]
     else:
-        workers = max(1, min(worker_count(settings.workers), len(records)))
+        workers = max(1, min(worker_count(settings.workers), len(keys)))
         plan = recorded_worker_plan(pack, header, settings.asset_database, settings.backend)
         with SimulatorPool(plan, workers, timeout_s=settings.timeout_s) as pool:
-            verifier = _Verifier(pool, pack, settings.frames, is_exact)
-            found = asyncio.run(verifier.all(records, on_progress))
-    seen = sum(step.frame_sha256 is not None for record in records for step in record.steps) if settings.frames else 0
+            verifier = _Verifier(pool, pack, table, settings.frames, is_exact)
+            found = asyncio.run(verifier.all(keys, on_progress))
+    seen = sum(frames_in(table.record(key)) for key in keys) if settings.frames else 0
     return Verification(
         header,
-        len(records),
+        len(keys),
         len(table.rows) - len(scored),
         is_exact,
         settings.records_only,
@@ -133,6 +133,11 @@ def verify_run(
         table.notes,
         len(table.left_out),
     )
+
+
+def frames_in(record: EpisodeRecord) -> int:
+    """Return the number of frames that the agent of a record viewed."""
+    return sum(step.frame_sha256 is not None for step in record.steps)
 
 
 def check_replies(
@@ -179,24 +184,26 @@ def recorded_worker_plan(
 class _Verifier:
     pool: SimulatorPool
     pack: Pack
+    table: RecordTable
     frames: bool
     is_exact: bool
 
-    async def all(
-        self, records: Sequence[EpisodeRecord], on_progress: Callable[[int, int], None]
-    ) -> list[FactDifference]:
-        """Return the differences of all records, in the order of the records."""
-        found: dict[int, list[FactDifference]] = {}
-        by_house = sorted(enumerate(records), key=lambda pair: self.pack.episode(pair[1].episode_id).house.name)
-        waiting = iter(by_house)
+    async def all(self, keys: Sequence[Key], on_progress: Callable[[int, int], None]) -> list[FactDifference]:
+        """Return the differences of all records, in the order of their keys. Few records are in memory at a time."""
+        found: dict[Key, list[FactDifference]] = {}
+        houses: dict[str, list[Key]] = {}
+        for key in keys:
+            houses.setdefault(self.pack.episode(key[0]).house.name, []).append(key)
+        waiting = iter(houses.values())  # whole houses, because a worker that has just loaded a house has it ready
 
         async def work() -> None:
-            for number, record in waiting:
-                found[number] = await self.one(record)
-                on_progress(len(found), len(records))
+            for of_house in waiting:
+                for key in of_house:
+                    found[key] = await self.one(self.table.record(key))
+                    on_progress(len(found), len(keys))
 
         await asyncio.gather(*(work() for _ in self.pool.workers))
-        return [difference for number in sorted(found) for difference in found[number]]
+        return [difference for key in keys for difference in found[key]]
 
     async def one(self, record: EpisodeRecord) -> list[FactDifference]:
         assignment = Assignment(self.pack.episode(record.episode_id), record.epoch, record.attempt)

@@ -63,7 +63,7 @@ def episode_page(
         plan=try_plan(pack, episode),
         links=links,
         is_alone=not (links.before or links.after),
-        **_embedded("viewer.js"),
+        **embedded(_script("viewer.js")),
     )
 
 
@@ -107,17 +107,17 @@ def export_site(
         **values,
         outcomes=values["scores"].outcomes,
         link=lambda family="", label="": f"#family={family}&label={label}",
-        episode_link=lambda episode_id, epoch: f"{EPISODES_FOLDER}/{_file_name(episode_id, epoch)}",
-        **_embedded("filter.js"),
+        episode_link=lambda episode_id, epoch: f"{EPISODES_FOLDER}/{page_name(episode_id, epoch)}",
+        **embedded(_script("filter.js")),
     )
     keys = sorted(run.table.rows)
-    names = [_file_name(*key) for key in keys]
+    names = [page_name(*key) for key in keys]
     for key, before, name, after in zip(keys, [None, *names], names, [*names[1:], None], strict=False):
         text = episode_page(run, key, render_service, Links("../index.html", before, after), reveals=reveals)
         (out / EPISODES_FOLDER / name).write_text(text, encoding="utf-8")
         report(key[0])
     glossary = TEMPLATES.get_template("glossary_alone.html").render(
-        title="Glossary", run=run, glossary=RESULTS, **_embedded("filter.js")
+        title="Glossary", run=run, glossary=RESULTS, **embedded(_script("filter.js"))
     )
     (out / "glossary.html").write_text(glossary, encoding="utf-8")
     (out / "index.html").write_text(index, encoding="utf-8")
@@ -130,7 +130,8 @@ def _check_private(run: LibraryRun, *, reveals: bool) -> None:
         check_revealed(manifest.name, is_private(manifest.meta), "A page or film of its episodes", reveals=reveals)
 
 
-def _file_name(episode_id: str, epoch: int) -> str:
+def page_name(episode_id: str, epoch: int) -> str:
+    """Return the name of the file with the page of a play."""
     return f"{episode_id}.{epoch}.html"
 
 
@@ -140,9 +141,13 @@ def _jpeg_uri(png: bytes) -> str:
     return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
-def _embedded(script: str) -> dict[str, Any]:
-    """Return what a standalone page contains: the style, the script, and a content policy that allows nothing else."""
-    text = (STATIC / script).read_text(encoding="utf-8")
+def _script(name: str) -> str:
+    return (STATIC / name).read_text(encoding="utf-8")
+
+
+def embedded(text: str) -> dict[str, Any]:
+    """Return what a standalone page contains: the style, the script `text`, and a content policy that allows nothing
+    else."""
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
     return {
         "icon": "data:image/svg+xml;base64," + base64.b64encode((STATIC / "icon.svg").read_bytes()).decode("ascii"),

@@ -1,7 +1,7 @@
 """Verification: recorded replies are simulated again, and every recorded fact is compared with the result.
 
 Positions may differ by 1 mm and angles by 0.01 degrees, because another machine rounds differently. Booleans, ids,
-words and endings must be equal. Source: `protocol.md` section 7.
+words, endings and verdicts must be equal. Source: `protocol.md` section 7.
 """
 
 import math
@@ -14,6 +14,7 @@ from vigil.base.processes.child import report
 from vigil.env import Env
 from vigil.protocol.episode import Episode
 from vigil.records.record import EpisodeRecord, StepRecord
+from vigil.scoring.outcomes import score
 
 LENGTH_TOLERANCE_M = 1e-3
 ANGLE_TOLERANCE_DEG = 1e-2
@@ -66,7 +67,18 @@ def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: Comp
     if env.end is None:
         env.fail("runner", "the record ends here")
     again = env.record(run_id=record.run_id, epoch=record.epoch, attempt=record.attempt)
-    return list(differences(record, again, settings))
+    return list(differences(record, again, settings)) or list(_changed_verdict(episode, record, again))
+
+
+def _changed_verdict(episode: Episode, record: EpisodeRecord, again: EpisodeRecord) -> Iterator[FactDifference]:
+    """Yield the verdicts that differ although all facts are equal within the tolerances."""
+    if record.end == "error":
+        return
+    recorded, found = score(episode, record), score(episode, again)
+    for fact in ("W", "B", "label"):
+        old, new = getattr(recorded, fact), getattr(found, fact)
+        if old != new:
+            yield FactDifference(record.episode_id, record.epoch, len(record.steps), f"verdict.{fact}", old, new)
 
 
 def differences(

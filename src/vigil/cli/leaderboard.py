@@ -1,0 +1,77 @@
+"""`vigil submit` and `vigil leaderboard`: a run becomes an entry, and bundles of entries become a site."""
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from vigil.cli.arguments import Reveal, RunArgument
+from vigil.cli.progress import progress
+from vigil.cli.text import print_notes
+from vigil.errors import SettingError, first_error
+from vigil.leaderboard.build import BuildSettings, build_site
+from vigil.leaderboard.checking import CheckSettings
+from vigil.leaderboard.metadata import EntryMetadata, fields_of, read_metadata
+from vigil.leaderboard.submit import submit_run
+from vigil.runner.shared_settings import PackLocation
+
+
+def submit(
+    run: RunArgument,
+    out: Annotated[Path, typer.Option(help="Bundle to write, ending in .zip.")],
+    metadata: Annotated[
+        Path | None,
+        typer.Option(help="YAML file with what readers must know about the entry.", show_default="asked for here"),
+    ] = None,
+    pack: PackLocation = None,
+    reveal: Reveal = False,
+    *,
+    settings: CheckSettings,
+) -> None:
+    """Example: vigil submit runs/gpt-4o --metadata entry.yaml --out gpt-4o.zip"""
+    said = _ask() if metadata is None else read_metadata(metadata)
+    with progress("play again") as show:
+        entry = submit_run(run, said, out, settings, pack=pack, reveals=reveal, on_progress=show)
+    print(entry.checked)
+    print_notes(entry.signs)
+    value, low, high = entry.figures[entry.ranked_by]
+    ends = "" if low is None or high is None else f" [{100 * low:.1f}, {100 * high:.1f}]"
+    shown = "–" if value is None else f"{100 * value:.1f}{ends}"
+    print(f"Entry {entry.id}: {entry.ranked_by} {shown} %, division {entry.division}.")
+    print(f"Bundle: {out}. It holds every reply and hidden state of the run, and messages of its errors.")
+
+
+def _ask() -> EntryMetadata:
+    """Ask for the metadata on a terminal. Raises SettingError."""
+    if not sys.stdin.isatty():
+        raise SettingError("Say what the entry is: --metadata FILE. docs/leaderboard.md shows such a file.")
+    found: dict[str, Any] = {}
+    for place, description in fields_of(EntryMetadata):
+        answer = typer.prompt(f"{place} ({description})", default="", show_default=False).strip()
+        *above, name = place.split(".")
+        group = found
+        for part in above:
+            group = group.setdefault(part, {})
+        group[name] = answer.split() if name == "references" else answer or None
+    try:
+        return EntryMetadata.model_validate(found)
+    except ValueError as error:
+        raise SettingError(f"{first_error(error)}. Nothing was written.") from None  # pyright: ignore[reportArgumentType]
+
+
+def build(
+    bundles: Annotated[
+        list[Path],
+        typer.Argument(metavar="BUNDLE...", help="Bundles, in the order in which they arrived: a copy comes later."),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder of the site: a new one, or a site to build again.")],
+    settings: BuildSettings,
+) -> None:
+    """Example: vigil leaderboard build bundles/*.zip --decisions decisions.yaml --out site"""
+    with progress("play again") as show:
+        built = build_site(bundles, out, settings, lambda _path, done, total: show(done, total))
+    for line in built.log:
+        print(" · ".join(part for part in (line.bundle, line.entry, line.status, line.why) if part))
+    print(f"{len(bundles)} bundles, {built.checked} of them new: {len(built.entries)} entries.")
+    print(out / "index.html")

@@ -1,0 +1,193 @@
+"""Building: every bundle is checked, compared with the others, and shown in a static site that any server can host."""
+
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+from vigil.base.files import file_sha256, read_file
+from vigil.base.json_files import is_array, is_object, read_json
+from vigil.base.settings import Setting
+from vigil.errors import InputError, PackMismatch, RecordError, SettingError, SimulatorError, shorten
+from vigil.leaderboard.bundle import MAX_ZIP_BYTES, unpack_bundle
+from vigil.leaderboard.cache import Cache, Cached
+from vigil.leaderboard.checking import CheckedEntry, CheckSettings, check_claims, check_run, known_packs
+from vigil.leaderboard.decisions import Decision, read_decisions
+from vigil.leaderboard.pages import DATA, Content, LogLine, write_play_pages, write_site
+from vigil.leaderboard.signs import copied_plays, signs_between
+from vigil.web.drawing import RenderService
+
+OnBundle = Callable[[Path, int, int], None]
+MAX_NAME_CHARS = 80
+_UNREADABLE = (ArithmeticError, LookupError, TypeError, ValueError, RuntimeError)
+"""Errors that odd values in records could cause in any measure. They refuse one bundle, and do not end the build."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BuildSettings(CheckSettings):
+    """Settings of a leaderboard's site."""
+
+    cache: Annotated[
+        Path | None,
+        Setting("Folder for what was found about bundles, so that only new ones are checked.", unset="OUT-cache"),
+    ] = None
+    packs: Annotated[
+        tuple[Path, ...],
+        Setting(
+            "Folder of a pack that does not come with VIGIL; may be repeated.",
+            name="pack",
+            metavar="FOLDER",
+            read=lambda texts: tuple(map(Path, texts)),
+            repeats=True,
+        ),
+    ] = ()
+    decisions: Annotated[
+        Path | None, Setting("YAML file with the maintainers' decisions: accepted, refused or withdrawn, and why.")
+    ] = None
+    earlier: Annotated[
+        Path | None,
+        Setting("entries.json of an earlier site, whose results are shown in the history over versions of a pack."),
+    ] = None
+    shown_plays: Annotated[
+        int, Setting("Number of plays of each entry that get a page of the trajectory viewer.", minimum=0, maximum=1000)
+    ] = 4
+
+
+@dataclass
+class Builder:
+    """The state of one build."""
+
+    settings: BuildSettings
+    cache: Cache
+    packs: Mapping[str, Path]
+    decisions: Mapping[str, Decision]
+    entries: list[CheckedEntry] = field(default_factory=list[CheckedEntry])
+    pages: dict[str, Path] = field(default_factory=dict[str, Path])
+    """Id of an entry -> folder of its plays' pages."""
+    log: list[LogLine] = field(default_factory=list[LogLine])
+    checked: int = 0
+    """Number of bundles that were not in the cache."""
+
+    def add(self, path: Path, on_play: Callable[[int, int], None]) -> None:
+        """Check a bundle, and add its entry, or a line to the log that says why there is none."""
+        name = shorten(ascii(path.name)[1:-1], MAX_NAME_CHARS)
+        try:
+            sha256 = file_sha256(path, f"Bundle {str(path)!r}", RecordError)
+            found = self.cache.find(sha256) or self._checked(path, sha256, on_play)
+        except (InputError, SimulatorError) as fault:
+            self.log.append(LogLine(name, "", "refused by the check", str(fault)))
+            return
+        if found.entry is None:
+            self.log.append(LogLine(name, "", "refused by the check", found.refusal))
+            return
+        entry = found.entry.model_copy(update={"bundle_sha256": sha256})
+        decision = self.decisions.get(entry.id)
+        if (why := self._is_other_bundle(entry, decision)) is not None:
+            self.log.append(LogLine(name, entry.id, "refused by the check", why))
+            return
+        if decision is not None:
+            by = f"{decision.why} ({decision.by}, {decision.date})"
+            self.log.append(LogLine(name, entry.id, decision.status, by))
+            if decision.status != "accepted":
+                return
+        else:
+            self.log.append(LogLine(name, entry.id, "not decided yet", "It holds; the maintainers have not decided."))
+        tier = entry.tier if decision is None or decision.tier is None else decision.tier
+        self.entries.append(entry.model_copy(update={"tier": tier}))
+        if found.pages is not None:
+            self.pages[entry.id] = found.pages
+
+    def _is_other_bundle(self, entry: CheckedEntry, decision: Decision | None) -> str | None:
+        """Return why a bundle is not its run's own: the decision names another, or an earlier one has its plays."""
+        if decision is not None and decision.bundle is not None and decision.bundle != entry.bundle_sha256:
+            return f"the maintainers name another bundle of this run: {decision.bundle[:12]}..."
+        for other in self.entries:
+            copied = copied_plays(entry, other)
+            if other.id == entry.id or 2 * copied >= len(entry.plays):
+                return (
+                    f"{copied} of its {len(entry.plays)} plays are those of entry {other.id} "
+                    f"({other.metadata.model_name}), times included: it is a copy of that entry"
+                )
+        return None
+
+    def _checked(self, path: Path, sha256: str, on_play: Callable[[int, int], None]) -> Cached:
+        self.checked += 1
+        with self.cache.work_folder() as work:
+            run = Path(work) / "run"
+            run.mkdir()
+            try:
+                claimed = unpack_bundle(path, run)
+                entry, measures = check_run(run, claimed.metadata, self.packs, self.settings, on_play)
+                check_claims(claimed, measures)
+            except PackMismatch:
+                raise  # it may be known to the next build
+            except _UNREADABLE as fault:
+                raise RecordError(
+                    f"its check failed: {type(fault).__name__}: {ascii(str(fault))[:MAX_NAME_CHARS]}"
+                ) from None
+            except RecordError as fault:
+                return self.cache.store(
+                    sha256, RecordError(str(fault).replace(f"{run}/", "").replace(str(run), "the run"))
+                )
+            pages = Path(work) / "pages"
+            pages.mkdir()
+            if self.settings.shown_plays and not entry.is_private:
+                with closing(RenderService()) as drawing:
+                    place = self.packs[entry.header.spec.pack_sha256]
+                    write_play_pages(run, place, entry, pages, drawing, self.settings.shown_plays)
+            return self.cache.store(sha256, entry, pages)
+
+
+def build_site(
+    bundles: Sequence[Path],
+    out: Path,
+    settings: BuildSettings,
+    on_bundle: OnBundle = lambda _path, _done, _total: None,
+) -> Builder:
+    """Check bundles, in the order in which they arrived, and write their site to `out`; return what was found.
+
+    `on_bundle` is called with each bundle, and the numbers of its plays that were played again and of all.
+    Raises SettingError or PackMismatch.
+    """
+    if out.exists() and (not out.is_dir() or (any(out.iterdir()) and not (out / DATA).exists())):
+        raise SettingError(f"{str(out)!r} is not the site of a leaderboard, and not empty. Give another --out.")
+    cache = Cache(
+        settings.cache or out.with_name(f"{out.name}-cache"),
+        settings.frames,
+        settings.shown_plays,
+        settings.asset_database,
+    )
+    builder = Builder(settings, cache, known_packs(settings.packs), read_decisions(settings.decisions))
+    earlier = _earlier_rows(settings.earlier)
+    for path in bundles:
+        builder.add(path, lambda done, total, path=path: on_bundle(path, done, total))
+    unused = builder.decisions.keys() - {line.entry for line in builder.log}
+    builder.log += [
+        LogLine("", name, builder.decisions[name].status, f"{builder.decisions[name].why} (its bundle was not given)")
+        for name in sorted(unused)
+    ]
+    content = Content(builder.entries, builder.log, signs_between(builder.entries), builder.pages, earlier)
+    out.absolute().parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=out.absolute().parent, prefix=f"{out.name}-new-") as work:
+        new = Path(work) / "site"
+        write_site(content, new)
+        if out.exists():
+            out.rename(Path(work) / "old")
+        shutil.move(new, out)
+    return builder
+
+
+def _earlier_rows(path: Path | None) -> list[dict[str, str]]:
+    if path is None:
+        return []
+    try:
+        found = read_json(read_file(path, f"--earlier {str(path)!r}", SettingError, MAX_ZIP_BYTES))
+        rows = found["history"] if is_object(found) else None
+        if not is_array(rows) or not all(set(row) == {"model_name", "profile", "pack", "result"} for row in rows):
+            raise ValueError("it has no `history` of results")
+    except (ValueError, KeyError, TypeError) as error:
+        raise SettingError(f"--earlier {str(path)!r} is not the entries.json of a site: {error}.") from None
+    return [{name: str(value) for name, value in row.items()} for row in rows]

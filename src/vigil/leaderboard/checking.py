@@ -1,0 +1,203 @@
+"""Checking: whether a run holds as an entry. Its replies are played again, and its figures computed again."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import pandas as pd
+from pydantic import BaseModel, ConfigDict, Field
+
+from vigil.base.settings import Setting, check_settings
+from vigil.errors import PackMismatch, RecordError, SimulatorError, shorten
+from vigil.leaderboard.bundle import Entry
+from vigil.leaderboard.measures import RANKED_BY, Figures, Measures, changed_figures, measures_of
+from vigil.leaderboard.metadata import Division, EntryMetadata, Tier, contradictions, division_of
+from vigil.leaderboard.signs import own_signs
+from vigil.packs.pack import PACKAGED, Pack, manifest_sha256, packaged_names
+from vigil.packs.private import is_private, redact_ids
+from vigil.protocol.prompt import policy_sha256
+from vigil.records.costs import Tokens
+from vigil.records.record import RunHeader, read_header
+from vigil.runner.shared_settings import AssetFile, Workers
+from vigil.runner.verify_run import Verification, VerifySettings, verify_run
+from vigil.scoring.saved_run import SavedRun, read_run
+
+MAX_LISTED = 3
+"""Maximum number of differences that a refusal lists."""
+MAX_FAULT_CHARS = 500
+ID_DIGITS = 12
+OnProgress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckSettings:
+    """Settings of the check of entries."""
+
+    frames: Annotated[
+        bool, Setting("Also draw every frame again and compare it; frames are equal only if the renderer is the same.")
+    ] = False
+    workers: Workers = None
+    asset_database: AssetFile = None
+
+    def __post_init__(self) -> None:
+        """Check the values against their declarations."""
+        check_settings(self)
+
+
+class CheckedEntry(BaseModel):
+    """An entry that holds."""
+
+    model_config = ConfigDict(frozen=True, arbitrary_types_allowed=True)
+
+    metadata: EntryMetadata
+    header: RunHeader
+    suite: str | None
+    is_private: bool
+    """Whether its pack is private, so that its plays are not shown."""
+    checked: str
+    """Sentence that says what was checked."""
+    tokens: Tokens
+    figures: Figures
+    tables: tuple[str, ...]
+    regimes: tuple[str, ...]
+    signs: tuple[str, ...]
+    plays: pd.DataFrame = Field(exclude=True, repr=False)
+    """The plays; written to a file of its own (see `Measures`)."""
+    bundle_sha256: str = ""
+    tier: Tier = "re_simulated"
+    """Tier in which the entry is ranked: what was checked, or what the maintainers decided."""
+
+    @property
+    def id(self) -> str:
+        """The first digits of the run's hash, which name the entry everywhere."""
+        return self.header.sha256[:ID_DIGITS]
+
+    @property
+    def division(self) -> Division:
+        """Division in which the entry is ranked."""
+        return division_of(self.header, self.metadata)
+
+    @property
+    def ranked_by(self) -> str:
+        """Figure by which the entry is ranked."""
+        return RANKED_BY[self.suite]
+
+    @property
+    def cost(self) -> float | None:
+        """Cost of the run's replies at the prices of its header; None if it is unknown."""
+        return None if self.header.prices is None else self.header.prices.cost(self.tokens)
+
+    @property
+    def thinking(self) -> Literal["on", "off", "unknown"]:
+        """Whether the model thought, by its answers, or else by the settings."""
+        said = [each.thinking for each in (self.header.answered, *(s.answered for s in self.header.resumed)) if each]
+        return "on" if "on" in said or self.header.has_reasoning else "off" if "off" in said else "unknown"
+
+
+def known_packs(folders: tuple[Path, ...] = ()) -> dict[str, Path]:
+    """Return {SHA-256: folder} of the packs that come with VIGIL and of those in `folders`. Raises PackMismatch."""
+    return {manifest_sha256(folder): folder for folder in (*(PACKAGED / name for name in packaged_names()), *folders)}
+
+
+def check_run(
+    folder: Path,
+    metadata: EntryMetadata,
+    packs: Mapping[str, Path],
+    settings: CheckSettings,
+    on_progress: OnProgress = lambda _done, _total: None,
+) -> tuple[CheckedEntry, Measures]:
+    """Return the entry that a run is, after playing its replies again.
+
+    Raises RecordError that says why it does not hold, or SimulatorError if it could not be checked.
+    """
+    header = read_header(folder)
+    _refuse_if(
+        [f"{each}." for each in contradictions(header, metadata)], "the run cannot be an entry as it is described"
+    )
+    if policy_sha256(header.spec.profile) != header.spec.prompt_policy_sha256:
+        raise RecordError(f"its prompt {header.spec.prompt_policy!r} has another text here, so it cannot be checked")
+    place = packs.get(header.spec.pack_sha256)
+    if place is None:
+        raise PackMismatch(
+            f"its pack {header.spec.pack!r} with SHA-256 {header.spec.pack_sha256[:ID_DIGITS]}... is not known here: "
+            "give its folder with --pack"
+        )
+    pack = Pack.load(place, header.spec.pack_sha256)
+    if pack.name != header.spec.pack:
+        raise RecordError(f"it names its pack {header.spec.pack!r}, and the pack with that hash is {pack.name!r}")
+    try:
+        return _check_plays(folder, metadata, pack, settings, on_progress)
+    except RecordError as fault:
+        if not is_private(pack.manifest.meta):
+            raise
+        said = redact_ids([str(fault)], [episode.id for episode in pack.episodes])
+        raise RecordError(said[0]) from None
+
+
+def _check_plays(
+    folder: Path, metadata: EntryMetadata, pack: Pack, settings: CheckSettings, on_progress: OnProgress
+) -> tuple[CheckedEntry, Measures]:
+    run = read_run(folder, pack.folder)
+    header = run.header
+    _refuse_if(_missing_plays(run, pack), "it is not a whole run")
+    is_replayed = metadata.tier != "self_reported"
+    verify = VerifySettings(
+        frames=settings.frames and is_replayed,
+        records_only=not is_replayed,
+        workers=settings.workers,
+        pack=pack.folder,
+        asset_database=settings.asset_database,
+    )
+    found = verify_run(folder, verify, on_progress=on_progress)
+    if lost := [each for each in found.differences if each.fact == "simulator"]:
+        raise SimulatorError(f"It could not be played again: {lost[0]}.")
+    _refuse_if([f"{each}." for each in found.differences], "played again, it is another run")
+    measures = measures_of(run, pack)
+    entry = CheckedEntry(
+        metadata=metadata,
+        header=header,
+        suite=pack.manifest.suite,
+        is_private=is_private(pack.manifest.meta),
+        checked=_sentence(found, is_replayed),
+        tokens=run.table.tokens.total,
+        figures=measures.figures,
+        tables=measures.tables,
+        regimes=measures.regimes,
+        signs=tuple(own_signs(header, metadata, measures.plays, measures.timing_faults)),
+        plays=measures.plays,
+        tier="re_simulated" if is_replayed else "self_reported",
+    )
+    return entry, measures
+
+
+def check_claims(claimed: Entry, measures: Measures) -> None:
+    """Raise RecordError if the figures or frames that a bundle claims do not follow from its records."""
+    _refuse_if([f"{each}." for each in changed_figures(claimed.figures, measures.figures)], "its figures are others")
+    if claimed.frames != measures.frames:
+        raise RecordError("the hash of its frames is not that of the frames in its records")
+
+
+def _missing_plays(run: SavedRun, pack: Pack) -> list[str]:
+    table, spec = run.table, run.header.spec
+    scored = sum(row.outcome is not None for row in table.rows.values())
+    wanted = len(pack.episodes) * spec.epochs
+    found = [note for note in table.notes if table.left_out or table.partial_line_number is not None]
+    if scored != wanted or len(spec.episode_ids) != len(pack.episodes):
+        found.append(f"{scored} of {wanted} plays are scored; an entry has every episode of its pack.")
+    return found
+
+
+def _refuse_if(faults: list[str], what: str) -> None:
+    faults = [shorten(fault, MAX_FAULT_CHARS) for fault in faults]
+    if faults:
+        more = f" And {len(faults) - MAX_LISTED} more." if len(faults) > MAX_LISTED else ""
+        raise RecordError(f"{what}: {' '.join(faults[:MAX_LISTED])}{more}")
+
+
+def _sentence(found: Verification, is_replayed: bool) -> str:
+    if not is_replayed:
+        return f"{found.checked} records are consistent; they were not played again."
+    how = "to the last bit" if found.is_exact else "within 1 mm and 0.01 degrees, with the same verdicts"
+    frames = f" {found.frames} frames were drawn again and are equal." if found.frames else ""
+    return f"{found.checked} plays were played again and are equal {how}.{frames}"

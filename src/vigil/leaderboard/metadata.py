@@ -1,0 +1,145 @@
+"""Metadata of an entry: what its submitter says, and what the run's header must agree with."""
+
+from collections.abc import Iterator
+from datetime import date
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_args
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+
+from vigil.errors import SettingError, did_you_mean, first_error
+from vigil.records.record import RunHeader
+from vigil.studies.yaml_text import YamlText, read_yaml, spoken
+
+Tier = Literal["self_reported", "re_simulated", "fresh_pack", "hosted", "maintainer_run"]
+"""How far an entry can be trusted, from the least to the most; entries are ranked within their tier."""
+TIERS: tuple[Tier, ...] = get_args(Tier)
+Division = Literal["standard", "custom", "trained on streams", "baseline"]
+"""Entries that are ranked together; a baseline is a scripted agent, one with hidden sight, or a person."""
+MAX_PLAYS_OF_AN_EPISODE = 32
+"""Maximum number of plays of one episode in an entry, which bounds the time of its check."""
+MAX_NAME_CHARS = 300
+
+
+def _plain(text: str) -> str:
+    if not text.replace("\n", "").isprintable():
+        raise ValueError("it has a control character or an invisible one; remove it")
+    if set("<>") & set(text):
+        raise ValueError("it has < or >, which no entry needs; remove them")
+    return text
+
+
+Line = Annotated[str, StringConstraints(min_length=1, max_length=100, pattern=r"^[^\n]+$"), AfterValidator(_plain)]
+Link = Annotated[str, StringConstraints(max_length=300, pattern=r"^https://[A-Za-z0-9.-]+(/[^\s\"'<>\\]*)?$")]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Verification(_Part):
+    """What the submitter states about the run; it must agree with the run."""
+
+    modified_prompts: bool = Field(description="true if the prompt is not one of VIGIL's")
+    omitted_questions: bool = Field(description="true if episodes were left out")
+
+
+class Methodology(_Part):
+    """How the run was made."""
+
+    evaluation_date: date = Field(description="day of the run, as 2026-01-31")
+    notes: Annotated[str, StringConstraints(max_length=2000), AfterValidator(_plain)] = Field(
+        description="anything that a reader should know, such as hardware or a wrapper around the model"
+    )
+    verification: Verification
+
+
+class EntryMetadata(_Part):
+    """What a submitter says about an entry; the run's own facts are not repeated here."""
+
+    model_name: Line = Field(description="name of the model or agent")
+    model_organization: Line = Field(description="who made the model")
+    submitting_organization: Line = Field(description="who submits the entry")
+    submission_date: date = Field(description="today, as 2026-01-31")
+    submission_type: Literal["standard", "custom"] = Field(
+        description="standard: a model with VIGIL's prompt and client; custom: anything else"
+    )
+    contact_info: Line = Field(description="address for questions; it is published")
+    references: tuple[Link, ...] = Field(max_length=10, description="https links to a paper, a model card or code")
+    model_release: date | None = Field(description="day on which the model was released; null if it is not a model")
+    weights: Literal["open", "closed", "none"] = Field(description="open or closed weights; none for a program")
+    trained_on_streams: bool = Field(description="true if it was trained on VIGIL's episodes or streams")
+    tier: Tier = Field(description=f"one of {', '.join(TIERS)}")
+    methodology: Methodology
+
+
+def read_metadata(path: Path) -> EntryMetadata:
+    """Return the metadata in a YAML file. Raises SettingError that names the line, and lists all that is missing."""
+    if not path.is_file():
+        raise SettingError(
+            f"{str(path)!r} does not exist. Write the entry's metadata there; docs/leaderboard.md shows it."
+        )
+    text = read_yaml(path)
+    try:
+        return EntryMetadata.model_validate(text.value)
+    except ValidationError as error:
+        raise _readable(text, error) from None
+
+
+def _readable(text: YamlText, error: ValidationError) -> SettingError:
+    faults = error.errors()
+    known = dict(fields_of(EntryMetadata))
+    missing = [spoken(fault["loc"]) for fault in faults if fault["type"] == "missing"]
+    listed = [f"`{name}` ({known.get(name, 'a group of keys')})" for name in missing]
+    if unknown := [fault for fault in faults if fault["type"] == "extra_forbidden"]:
+        place = spoken(unknown[0]["loc"])
+        return text.error(unknown[0]["loc"], f"there is no such key.{did_you_mean(place, known)}")
+    if listed:
+        return text.error((), f"the metadata is incomplete. Missing: {'; '.join(listed)}.")
+    return text.error(faults[0]["loc"], f"{first_error(error)}.")
+
+
+def fields_of(kind: type[BaseModel], above: str = "") -> Iterator[tuple[str, str]]:
+    """Yield the place of each value of the metadata, such as `methodology.notes`, with its description."""
+    for name, field in kind.model_fields.items():
+        inner: Any = field.annotation
+        if isinstance(inner, type) and issubclass(inner, BaseModel):
+            yield from fields_of(inner, f"{above}{name}.")
+        else:
+            yield above + name, field.description or ""
+
+
+def division_of(header: RunHeader, metadata: EntryMetadata) -> Division:
+    """Return the division in which an entry is ranked."""
+    if header.spec.agent_kind in ("scripted", "privileged", "human"):
+        return "baseline"
+    return "trained on streams" if metadata.trained_on_streams else metadata.submission_type
+
+
+def contradictions(header: RunHeader, metadata: EntryMetadata) -> Iterator[str]:
+    """Yield why a run cannot be an entry, or contradicts its metadata."""
+    spec, stated = header.spec, metadata.methodology.verification
+    has_own_prompt = spec.profile.has_custom_prompt
+    if stated.modified_prompts != has_own_prompt:
+        yield f"`modified_prompts` is {stated.modified_prompts}, but the prompt is {spec.profile.prompt_variant!r}"
+    if stated.omitted_questions:
+        yield "`omitted_questions` is true, but an entry plays every episode of its pack"
+    if metadata.submission_type == "standard" and (has_own_prompt or spec.agent_kind != "model"):
+        yield (
+            f"`submission_type` is standard, but the agent is of the kind {spec.agent_kind!r} with prompt "
+            f"{spec.profile.prompt_variant!r}: it is custom"
+        )
+    if max(len(spec.agent), len(header.run_id)) > MAX_NAME_CHARS:
+        yield f"the name of its agent or run has more than {MAX_NAME_CHARS} characters"
+    if spec.shard is not None:
+        yield f"it is shard {spec.shard} of a run; `vigil merge` joins the shards"
+    if spec.fork is not None:
+        yield "it continues plays of another run"
+    if spec.epochs > MAX_PLAYS_OF_AN_EPISODE:
+        yield f"it plays each episode {spec.epochs} times, and at most {MAX_PLAYS_OF_AN_EPISODE} are checked"
+    if spec.simulator != "mujoco" and metadata.tier != "self_reported":
+        yield f"runs on the simulator {spec.simulator!r} are not played again here: its tier is self_reported"
+    if spec.simulator not in ("mujoco", "thor"):
+        yield f"the simulator {spec.simulator!r} is not one of the benchmark"
+    yield from spec.versions.differences()
+    yield from (f"its pack was made under {each}" for each in spec.pack_versions.differences())

@@ -1,0 +1,135 @@
+"""Signs of contamination or fraud: facts that a reader should see. They are shown and never change a rank."""
+
+import hashlib
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from vigil.analysis.measures.intervals import independent_difference
+from vigil.leaderboard.metadata import EntryMetadata
+from vigil.packs.pack import Pack
+from vigil.records.record import EpisodeRecord, RunHeader
+
+if TYPE_CHECKING:
+    from vigil.leaderboard.checking import CheckedEntry
+
+MIN_REPLIES = 4
+"""Fewest replies of a play that is compared with others, because short plays are often alike."""
+FASTEST_REPLY_S = 0.05
+MOST_TOKENS_PER_S = 5000
+_SLACK_S = 1.0
+
+
+class PlayReader:
+    """Reads from each play what signs are made of, and counts impossible timings."""
+
+    def __init__(self, header: RunHeader, pack: Pack) -> None:
+        self._header = header
+        self._solutions = {name: found.actions[:-1] for name, found in pack.solutions.items()}
+        self.timing_faults: Counter[str] = Counter()
+
+    def facts(self, record: EpisodeRecord) -> dict[str, Any]:
+        """Return the hash of a play's replies, that of the replies with their times, and whether it is a solution."""
+        replies = hashlib.sha256()
+        for step in record.steps:
+            replies.update(f"{len(step.reply.text)}\n{step.reply.text}\n".encode())
+        times = "\n".join([f"{record.started} {record.ended}", *(repr(step.reply.seconds) for step in record.steps)])
+        acted = tuple(step.action for step in record.steps[:-1])
+        self.timing_faults.update(self._timing(record))
+        return {
+            "replies_sha256": replies.hexdigest(),
+            "play_sha256": hashlib.sha256(f"{replies.hexdigest()}\n{times}".encode()).hexdigest(),
+            "is_solution": len(acted) >= MIN_REPLIES - 1 and acted == self._solutions.get(record.episode_id),
+        }
+
+    def _timing(self, record: EpisodeRecord) -> Iterator[str]:
+        replies = [step.reply for step in record.steps]
+        started, ended = _utc(record.started), _utc(record.ended)
+        lasted = (ended - started).total_seconds()
+        if lasted < 0 or any(reply.seconds < 0 for reply in replies):
+            yield "they end before they begin"
+        elif sum(reply.seconds for reply in replies) > lasted + _SLACK_S:
+            yield "their replies took longer than the play"
+        if started < _utc(self._header.started) or (self._header.ended and ended > _utc(self._header.ended)):
+            yield "they were played before the run began or after it ended"
+        if self._header.spec.agent_kind != "model":
+            return
+        if any(reply.reply_source == "server" and reply.seconds < FASTEST_REPLY_S for reply in replies):
+            yield f"a reply of a server took less than {FASTEST_REPLY_S:g} s"
+        rates = [reply.usage.output_tokens / reply.seconds for reply in replies if reply.usage and reply.seconds > 0]
+        if max(rates, default=0.0) > MOST_TOKENS_PER_S:
+            yield f"a reply has more than {MOST_TOKENS_PER_S:,} tokens a second"
+
+
+def _utc(when: datetime) -> datetime:
+    """Return a time with its zone; one without is taken as UTC."""
+    return when if when.tzinfo is not None else when.replace(tzinfo=UTC)
+
+
+def own_signs(
+    header: RunHeader, metadata: EntryMetadata, plays: pd.DataFrame, timing_faults: dict[str, int]
+) -> Iterator[str]:
+    """Yield the signs that one entry shows by itself."""
+    models, total = header.answering_models, len(plays)
+    if len(models) > 1:
+        yield f"The answers name {len(models)} models, not one: {', '.join(models)}."
+    if metadata.model_release is not None and header.started.date() < metadata.model_release:
+        yield f"The run began on {header.started.date()}, before the stated release on {metadata.model_release}."
+    if metadata.submission_date < (header.ended or header.started).date():
+        yield f"The stated day of submission, {metadata.submission_date}, is before the end of the run."
+    solved = sum(plays["is_solution"])
+    if solved:
+        yield f"{solved} of {total} plays are, action by action, the solution that is published with the pack."
+    for fault, count in sorted(timing_faults.items()):
+        yield f"Impossible timing in {count} of {total} plays: {fault}."
+
+
+def signs_between(entries: Sequence["CheckedEntry"]) -> dict[str, list[str]]:
+    """Return {id of an entry: signs} that follow from comparing entries: equal replies, and gaps to fresh packs."""
+    found: dict[str, list[str]] = {entry.id: [] for entry in entries}
+    for entry in entries:
+        for other in entries:
+            if other is not entry and other.header.spec.pack_sha256 == entry.header.spec.pack_sha256:
+                found[entry.id].extend(_equal_replies(entry, other))
+            if other.tier == "fresh_pack" != entry.tier:
+                sentence = _gap(entry, other)
+                found[entry.id].extend(sentence)
+                found[other.id].extend(sentence)
+    return found
+
+
+def _equal_replies(entry: "CheckedEntry", other: "CheckedEntry") -> Iterator[str]:
+    if entry.header.spec.agent_kind in ("scripted", "privileged"):
+        return  # the same script gives the same replies
+    ours, theirs = (
+        list(zip(each.plays["episode_id"], each.plays["replies_sha256"], strict=True)) for each in (entry, other)
+    )
+    known = set(theirs)
+    long = [play for play, steps in zip(ours, entry.plays["steps"], strict=True) if steps >= MIN_REPLIES]
+    equal = sum(play in known for play in long)
+    if equal:
+        yield (
+            f"{equal} of {len(long)} plays of {MIN_REPLIES} or more replies have, word by word, the replies of entry "
+            f"{other.id} ({other.metadata.model_name})."
+        )
+
+
+def _gap(public: "CheckedEntry", fresh: "CheckedEntry") -> list[str]:
+    """Return the gap between a model's results on a public and on a fresh pack, as a sentence in a list."""
+    same = [(each.metadata.model_name, each.header.spec.profile, each.suite) for each in (public, fresh)]
+    ours, theirs = (each.figures[each.ranked_by] for each in (public, fresh))
+    if same[0] != same[1] or None in (*ours, *theirs):
+        return []
+    gap, (low, high) = independent_difference(ours, theirs)  # pyright: ignore[reportArgumentType]
+    return [
+        f"{public.ranked_by} on the public pack {public.header.spec.pack} minus that on the fresh pack "
+        f"{fresh.header.spec.pack}: {100 * gap:+.1f} pp [{100 * low:.1f}, {100 * high:.1f}]."
+    ]
+
+
+def copied_plays(entry: "CheckedEntry", other: "CheckedEntry") -> int:
+    """Return the number of plays that are those of another entry, times included: no two runs have such plays."""
+    return len(set(entry.plays["play_sha256"]) & set(other.plays["play_sha256"]))

@@ -1,0 +1,52 @@
+"""Submitting: a run with its metadata becomes a bundle, after the check that a maintainer will make."""
+
+from pathlib import Path
+
+from vigil.base.files import read_file
+from vigil.errors import RecordError, SettingError
+from vigil.leaderboard.bundle import MEMBERS, Entry, sha256_of, without_paths, write_bundle
+from vigil.leaderboard.checking import CheckedEntry, CheckSettings, OnProgress, check_run, known_packs
+from vigil.leaderboard.metadata import EntryMetadata
+from vigil.packs.private import check_revealed
+from vigil.records.probe_file import PROBES_FILE
+from vigil.records.record import EPISODES_FILE, HEADER_FILE, read_header
+from vigil.scoring.saved_run import pack_folder
+
+
+def submit_run(
+    run: Path,
+    metadata: EntryMetadata,
+    out: Path,
+    settings: CheckSettings,
+    *,
+    pack: str | Path | None = None,
+    reveals: bool = False,
+    on_progress: OnProgress = lambda _done, _total: None,
+) -> CheckedEntry:
+    """Check a run and write it to `out` as a bundle; return the entry that it makes.
+
+    Raises RecordError that says why the run does not hold, or SettingError.
+    """
+    if out.suffix != ".zip" or not out.absolute().parent.is_dir():
+        raise SettingError(f"--out {str(out)!r}: give a file that ends in .zip, in a folder that exists.")
+    header = read_header(run)
+    packs = known_packs((pack_folder(header, pack),))
+    try:
+        entry, measures = check_run(run, metadata, packs, settings, on_progress)
+    except RecordError as fault:
+        raise RecordError(f"{str(run)!r} cannot be submitted: {str(fault).removesuffix('.')}.") from None
+    check_revealed(header.spec.pack, entry.is_private, "A bundle has every record of the run, which", reveals=reveals)
+    members = {HEADER_FILE: without_paths(header).model_dump_json(indent=1).encode() + b"\n"}
+    for name in (EPISODES_FILE, PROBES_FILE):
+        if (run / name).exists():
+            members[name] = read_file(run / name, repr(str(run / name)), RecordError, MEMBERS[name])
+    claimed = Entry(
+        metadata=metadata,
+        pack=header.spec.pack,
+        pack_sha256=header.spec.pack_sha256,
+        frames=measures.frames,
+        figures=measures.figures,
+        files={name: sha256_of(data) for name, data in members.items()},
+    )
+    write_bundle(out, claimed, members)
+    return entry
