@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from vigil.errors import PackMismatch, SettingError, VigilError
 from vigil.integrations.options import check_names, invalid_option
+from vigil.integrations.rewards import Verdict, verdict_of
 from vigil.integrations.verifiers.config import TASKSET_ID, VigilEnvConfig, VigilTaskConfig, VigilTasksetConfig
 from vigil.integrations.verifiers.harness import VigilHarness
 from vigil.integrations.verifiers.taskset import VigilData, VigilTaskset
@@ -16,7 +17,6 @@ from vigil.runner.models.ask import Ask
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.players import ModelPlayer
 from vigil.runner.workers.pool import SimulatorPool, worker_count
-from vigil.scoring.outcomes import Outcome, score
 
 RUN_ID = "verifiers"
 _REWARDS = VigilTaskConfig.model_fields.keys() - vf.TaskConfig.model_fields.keys()
@@ -67,7 +67,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
             asset_database=None if config.asset_database is None else Path(config.asset_database),
         )
 
-    async def _play(self, data: VigilData, ask: Ask) -> Outcome:
+    async def _play(self, data: VigilData, ask: Ask) -> Verdict:
         source, condition = self.taskset.source, self.taskset.config.condition
         if data.source != source.name:
             raise PackMismatch(
@@ -80,7 +80,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
         record = await ModelPlayer(self._pool, condition, ask, RUN_ID).play(assignment)
         if record.error is not None:
             raise VigilError(f"{record.error.boundary}: {record.error.message}")
-        return score(assignment.episode, record)
+        return verdict_of(record, assignment.episode, condition, None)
 
 
 def load_environment(**options: Any) -> VigilVerifiersEnv:

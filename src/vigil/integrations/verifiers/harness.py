@@ -9,12 +9,12 @@ from openai import AsyncOpenAI
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.errors import VigilError
 from vigil.integrations.chat_client import chat_sender
-from vigil.integrations.verifiers.taskset import VigilData, store_outcome
+from vigil.integrations.rewards import Verdict
+from vigil.integrations.verifiers.taskset import VigilData, store_verdict
 from vigil.runner.models.ask import Ask, with_retries
 from vigil.runner.retries import RetryPolicy
-from vigil.scoring.outcomes import Outcome
 
-PlayTask = Callable[[VigilData, Ask], Awaitable[Outcome]]
+PlayTask = Callable[[VigilData, Ask], Awaitable[Verdict]]
 """Function that plays an episode with a model. Raises VigilError if the episode could not be finished."""
 
 
@@ -50,7 +50,7 @@ class VigilHarness(vf.Harness[vf.HarnessConfig]):
         async with AsyncOpenAI(base_url=endpoint, api_key=secret, max_retries=0, timeout=REPLY_SECONDS) as client:
             ask = with_retries(chat_sender(client, ctx.model), RetryPolicy())
             try:
-                store_outcome(trace, await self.play(cast(VigilData, data), ask))
+                store_verdict(trace, await self.play(cast(VigilData, data), ask))
             except VigilError as error:
                 raise vf.HarnessError(str(error)) from error
         return vf.ProgramResult(exit_code=0, stdout="", stderr="")

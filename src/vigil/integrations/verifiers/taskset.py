@@ -6,7 +6,7 @@ from typing import Any
 
 import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
 
-from vigil.integrations.rewards import reward_parts
+from vigil.integrations.rewards import CONFIDENCE, Verdict, reward_parts
 from vigil.integrations.sources import source_of
 from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig
 from vigil.packs.private import check_revealed
@@ -45,15 +45,16 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
     @vf.reward
     async def reward(self, trace: vf.Trace) -> dict[str, float]:
         """Return the terms of the reward by name. If verifiers stopped the episode early, the only term is B = 0."""
-        outcome = stored_outcome(trace)
-        return {"B": 0.0} if outcome is None else reward_parts(outcome, self.config)
+        verdict = stored_verdict(trace)
+        return {"B": 0.0} if verdict is None else reward_parts(verdict, self.config)
 
     @vf.metric
     async def verdict(self, trace: vf.Trace) -> dict[str, float]:
         """Return W, the label, steps and invalid replies as metrics; empty if verifiers stopped the episode early."""
-        outcome = stored_outcome(trace)
-        if outcome is None:
+        verdict = stored_verdict(trace)
+        if verdict is None:
             return {}
+        outcome = verdict.outcome
         labels = {label: float(outcome.label == label) for label in LABELS}
         return {"W": float(outcome.W), **labels, "steps": float(outcome.steps), "invalid": float(outcome.invalid)}
 
@@ -81,12 +82,12 @@ class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
             yield VigilTask(data, self.config.task)
 
 
-def store_outcome(trace: vf.Trace, outcome: Outcome) -> None:
+def store_verdict(trace: vf.Trace, verdict: Verdict) -> None:
     """Write the verdict on an episode into its trace."""
-    trace.info[OUTCOME] = asdict(outcome)
+    trace.info |= {OUTCOME: asdict(verdict.outcome), CONFIDENCE: verdict.confidence}
 
 
-def stored_outcome(trace: vf.Trace) -> Outcome | None:
+def stored_verdict(trace: vf.Trace) -> Verdict | None:
     """Return the verdict in a trace; None if the episode was not finished."""
     kept: dict[str, Any] | None = trace.info.get(OUTCOME)
-    return None if kept is None else Outcome(**kept)
+    return None if kept is None else Verdict(Outcome(**kept), confidence=trace.info[CONFIDENCE])
