@@ -18,7 +18,7 @@ class Options(Shaping, EpisodeOptions):
     """Options that select the episodes, and set what observations, actions and rewards are like."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-    PROFILES: ClassVar[frozenset[str]] = frozenset(
+    PROFILES: ClassVar[Collection[str]] = frozenset(
         n for n, full in PROFILE_NAMES.items() if PROFILES[full].is_append_only
     )
 
