@@ -1,7 +1,6 @@
 """Options of the episodes that TRL trains on: the keywords of `Episodes`."""
 
 from collections.abc import Collection
-from collections.abc import Collection
 from typing import Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field, ValidationError
