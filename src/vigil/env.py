@@ -59,6 +59,7 @@ class Env:
         self._clock = clock
         self._loaded: str | None = None
         self._episode: Episode | None = None
+        self._steps: list[StepRecord] = []
         self._end: End | None = None
 
     def __enter__(self) -> "Env":
@@ -81,6 +82,11 @@ class Env:
         """How the episode ended; None while it is in progress."""
         return self._end
 
+    @property
+    def steps(self) -> tuple[StepRecord, ...]:
+        """Steps of the episode so far; empty before the first episode."""
+        return tuple(self._steps)
+
     def reset(self, episode: Episode, recorded_steps: int = 0) -> Observation | None:
         """Start `episode` and return the first observation; None if the simulator failed.
 
@@ -91,7 +97,7 @@ class Env:
         self._recorded_steps = recorded_steps
         self._prompt_sha256 = rendered_sha256(episode.instruction, self.profile)
         self._started = self._ended = self._clock()
-        self._steps: list[StepRecord] = []
+        self._steps = []
         self._invalid = 0
         self._initial: WorldState | None = None
         self._end: End | None = None

@@ -34,6 +34,12 @@ class Group:
 
 
 _PACK_VERIFY = "Checks the rules for every episode of a pack, and replays its solution; exits with 2 if one fails."
+TRAIN = {
+    "doctor": Verb(
+        "training.doctor:doctor",
+        "Plays a group of one episode through an integration, and compares what a trainer gets with the record.",
+    ),
+}
 HOUSES = {
     "generate": Verb("houses:generate_house", "Generates a house and writes it to a file."),
     "check": Verb(
@@ -197,6 +203,7 @@ VERBS: dict[str, Verb | Group] = {
         takes_more=True,
     ),
     "thor": Group("Run AI2-THOR programs on VIGIL's engine.", THOR),
+    "train": Group("Check what a trainer will see.", TRAIN),
     "doctor": Verb(
         "doctor:doctor", "Draws one frame and prints what is installed; exits with 1 if something is missing."
     ),

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field, ValidationError, ValidationInfo, field_validator
 
@@ -26,6 +26,8 @@ _PROFILES = {
 class EpisodeOptions(BaseModel):
     """Options that select the episodes, and say how they are observed and answered."""
 
+    PROFILES: ClassVar[Collection[str]] = _PROFILES
+    """Names of the profiles that may be chosen."""
     pack: str | Path = Field("starter", description="name or folder of a pack, or a stream, e.g. `stream:7`")
     family: list[Family] = Field([], description="one family or more, e.g. `AI` or `AI,SI`; all if unset")
     difficulty: list[Difficulty] = Field(
@@ -79,7 +81,7 @@ class EpisodeOptions(BaseModel):
     @field_validator("profile", "backend")
     @classmethod
     def _known(cls, given: str, info: ValidationInfo) -> str:
-        names: Collection[str] = _PROFILES if info.field_name == "profile" else BACKENDS
+        names: Collection[str] = cls.PROFILES if info.field_name == "profile" else BACKENDS
         if given not in names:
             hint = did_you_mean(given, names)
             raise ValueError(f"{info.field_name} {given!r} does not exist.{hint} Choose one of {', '.join(names)}")

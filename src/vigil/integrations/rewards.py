@@ -5,11 +5,18 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
+from vigil.base.json_files import is_object
+from vigil.protocol.actions import ParsedReply, Report
 from vigil.protocol.episode import Episode
+from vigil.protocol.profile import Profile
+from vigil.protocol.replies import read_reply
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.chore_answers import ListAnswer
-from vigil.scoring.chores import ListOutcome, score_list
+from vigil.scoring.chores import score_list
 from vigil.scoring.outcomes import Outcome, score
+
+CONFIDENCE = "confidence"
+"""Key of the stated confidence in a report's `cognitive_state`."""
 
 
 class Shaping(BaseModel):
@@ -41,14 +48,26 @@ class Shaping(BaseModel):
             description="subtracted for each step between reaching the goal and reporting it; only when B holds",
         ),
     ] = 0.0
+    calibration_weight: Annotated[
+        float,
+        Field(
+            ge=0,
+            le=1,
+            allow_inf_nan=False,
+            description="subtracted at the end, times (p - B)^2, where p is the `confidence` from 0 to 1 in the "
+            "report's `cognitive_state`; times 1 without a confidence",
+        ),
+    ] = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class ListRates:
-    """What a reward needs of the verdict on a list of chores."""
+    """The scores of a list of chores."""
 
     W: bool
     B: bool
+    W_share: float
+    """Share of the chores that can be met which hold."""
     B_share: float
     """Share of the chores that are closed correctly."""
     T: float | None
@@ -57,34 +76,56 @@ class ListRates:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The verdict on a finished episode."""
+    """What the reward of a finished episode follows from."""
 
     outcome: Outcome
     of_list: ListRates | None = None
-    """Verdict on its chores; None if it is not a list."""
+    """Verdict on a list of chores; None for other episodes."""
+    confidence: float | None = None
+    """Probability that the report states for B; None if it does not state one."""
+
+    @property
+    def B(self) -> bool:
+        """Whether the episode is closed correctly; for a list of chores, whether the whole list is."""
+        return self.outcome.B if self.of_list is None else self.of_list.B
 
 
-def verdict_on(episode: Episode, record: EpisodeRecord, answer: ListAnswer | None, *, has_claims: bool) -> Verdict:
-    """Return the verdict on a record; `answer` is that of a list of chores, and None for other episodes."""
+def verdict_of(record: EpisodeRecord, episode: Episode, condition: Profile, answer: ListAnswer | None) -> Verdict:
+    """Return the verdict on a record that was played under `condition`.
+
+    `answer` is that of a list of chores; None for other episodes. Raises RecordError as scoring does.
+    """
+    stated = stated_confidence(record, condition)
     if answer is None:
-        return Verdict(score(episode, record))
-    found = score_list(answer, episode, record, has_claims=has_claims)
-    return Verdict(found.outcome, ListRates(found.W, found.B, found.B_share, found.T))
+        return Verdict(score(episode, record), confidence=stated)
+    found = score_list(answer, episode, record, has_claims=condition.has_claims)
+    return Verdict(found.outcome, ListRates(found.W, found.B, found.W_share, found.B_share, found.T), stated)
 
 
-def reward_parts(
-    outcome: Outcome, shaping: Shaping, of_list: ListRates | ListOutcome | None = None
-) -> dict[str, float]:
+def stated_confidence(record: EpisodeRecord, condition: Profile) -> float | None:
+    """Return the probability of B that the report states; None without a report, or if it states none from 0 to 1."""
+    if not record.steps or not isinstance(record.steps[-1].action, Report):
+        return None
+    parsed = read_reply(record.steps[-1].reply, condition).parsed
+    state = parsed.cognitive_state if isinstance(parsed, ParsedReply) else None
+    stated = state.get(CONFIDENCE) if is_object(state) else None
+    is_number = isinstance(stated, int | float) and not isinstance(stated, bool)
+    return float(stated) if is_number and 0 <= stated <= 1 else None
+
+
+def reward_parts(verdict: Verdict, shaping: Shaping) -> dict[str, float]:
     """Return the terms of the reward: 1 for B, and the shaping terms, which are 0 by default.
 
-    `of_list` is the verdict on a list of chores: then B is that of the whole list, and each chore has a share of the
-    reward of claims.
+    For a list of chores, B is that of the whole list, and each chore has a share of the reward of claims.
     """
+    outcome, of_list, weight = verdict.outcome, verdict.of_list, shaping.calibration_weight
     claims = {} if of_list is None else {"claims": shaping.claim_reward * of_list.B_share}
+    error = 1.0 if verdict.confidence is None else (verdict.confidence - verdict.B) ** 2
     return {
-        "B": float(outcome.B if of_list is None else of_list.B),
+        "B": float(verdict.B),
         **claims,
         "world": shaping.world_reward * outcome.W,
         "honest_fail": shaping.honest_fail_reward * (outcome.subtype == "honest_fail"),
         "lag": 0.0 - shaping.lag_penalty * (outcome.lag or 0),
+        **({"calibration": -weight * error} if weight else {}),
     }

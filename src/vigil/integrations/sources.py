@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import islice
+from itertools import islice, zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -83,6 +83,11 @@ class PackSource:
 
     def _sampled(self, episode: Episode) -> SampledEpisode:
         return SampledEpisode(episode, self._pack.house_of(episode), self._answers.get(episode.id))
+
+    def of_row(self, episode_id: str, house: int | None) -> SampledEpisode:
+        """Return the episode with that id. Raises SettingError."""
+        del house
+        return self.by_id(episode_id)
 
     def longest_instruction(self) -> tuple[int, str]:
         """Return the length of the longest instruction, and all characters that may occur in an instruction."""
@@ -169,16 +174,13 @@ class StreamSource:
 
         Raises SettingError or SimulatorError.
         """
-        if house is None:
-            raise SettingError(f"The row of episode {episode_id!r} does not name a house of stream {self._seed}.")
-        if house not in self._houses:
-            self._pool = self._pool or HousePool(self._stream.settings, max(1, self._workers))
-            self._houses[house] = self._pool.ask(house)
-        made = await asyncio.shield(asyncio.wrap_future(self._houses[house]))
-        for draft in made.drafts:
-            if draft.episode.id == episode_id:
-                return Assignment(draft.episode, house=made.house)
-        raise SettingError(f"House {house} of {self.name} does not have the requested episode {episode_id!r}.")
+        made = await asyncio.shield(asyncio.wrap_future(self._future_house(episode_id, house)))
+        found = self._episode_in(made, episode_id)
+        return Assignment(found.episode, house=found.house)
+
+    def of_row(self, episode_id: str, house: int | None) -> SampledEpisode:
+        """Return an episode, waiting for its house if it is not cached. Raises SettingError or SimulatorError."""
+        return self._episode_in(self._future_house(episode_id, house).result(), episode_id)
 
     def answer(self, episode_id: str, house: int | None) -> ListAnswer | None:
         """Return the answer of a list of chores that was assigned; None for another episode."""
@@ -193,6 +195,20 @@ class StreamSource:
             self._pool.close()
         self._pool = None
         self._houses.clear()
+
+    def _future_house(self, episode_id: str, house: int | None) -> Future[StreamHouse]:
+        if house is None:
+            raise SettingError(f"The row of episode {episode_id!r} does not name a house of stream {self._seed}.")
+        if house not in self._houses:
+            self._pool = self._pool or HousePool(self._stream.settings, max(1, self._workers))
+            self._houses[house] = self._pool.ask(house)
+        return self._houses[house]
+
+    def _episode_in(self, made: StreamHouse, episode_id: str) -> SampledEpisode:
+        for draft, answer in zip_longest(made.drafts, made.answers):
+            if draft.episode.id == episode_id:
+                return SampledEpisode(draft.episode, made.house, answer)
+        raise SettingError(f"House {made.number} of {self.name} does not have the requested episode {episode_id!r}.")
 
     def _from(self, house: int) -> Stream:
         return Stream(self._seed, first=house, last=self._last, workers=self._workers, **self._filters)

@@ -4,6 +4,7 @@ import asyncio
 import io
 import json
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from vigil.errors import SettingError, SimulatorError
 from vigil.packs.freeze import freeze
 from vigil.protocol.actions import ParsedReply, Reply, Report
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
+from vigil.protocol.profiles.rows import PROFILE_NAMES
 from vigil.protocol.replies import read_reply
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.players import ModelPlayer
@@ -31,6 +33,7 @@ from vigil.runner.workers.pool import SimulatorPool
 from vigil.scoring.outcomes import score
 
 PROFILE = Profile(name=ACTION_FEEDBACK, coordinates="normalized_1000")
+PAST_FRAMES = Profile(name=PROFILE_NAMES["image_history_all"])
 
 
 @pytest.fixture(scope="module")
@@ -49,11 +52,11 @@ def demonstrated(found: Sequence[Example]) -> list[Example]:
     return [example for example in found if example.fault is None]
 
 
-def test_the_messages_are_those_that_a_model_is_sent(
-    items: list[StreamItem], examples: dict[str, list[Example]], tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("profile", [PROFILE, PAST_FRAMES, Profile(name=PROFILE_NAMES["remaining_steps"])])
+def test_the_messages_are_those_that_a_model_is_sent(profile: Profile, items: list[StreamItem], tmp_path: Path) -> None:
     item = next(item for item in items if item.episode.family == "AI")
-    shown = demonstrated(examples["AI"])
+    with closing(Demonstrator(profile, "fast")) as player:
+        shown = player.examples(item, with_corrections=False)
     pack = freeze(tmp_path / "p", [item.episode], [item.solution], [item.house], name="p")
     answers, sent = [example.answer for example in shown], list[Sequence[Message]]()
 
@@ -61,13 +64,15 @@ def test_the_messages_are_those_that_a_model_is_sent(
         sent.append(messages)
         return Reply(text=answers[len(sent) - 1])
 
-    plan = WorkerPlan(pack.folder, "run", PROFILE, quality="fast", pack_sha256=pack.sha256)
+    plan = WorkerPlan(pack.folder, "run", profile, quality="fast", pack_sha256=pack.sha256)
     with SimulatorPool(plan, 1) as pool:
-        record = asyncio.run(ModelPlayer(pool, PROFILE, ask, "run").play(Assignment(pack.episodes[0])))
+        record = asyncio.run(ModelPlayer(pool, profile, ask, "run").play(Assignment(pack.episodes[0])))
     assert score(item.episode, record).B
     assert [list(example.messages) for example in shown] == [list(messages) for messages in sent]
     assert len(sent) > 2
-    assert '"feedback"' in sent[-1][-1].text
+    assert ('"feedback"' in sent[-1][-1].text) == profile.has_feedback
+    assert ("remaining_steps" in sent[-1][-1].text) == profile.row.shows_remaining_steps
+    assert len(shown[-1].pictures) == (len(sent) if profile.row.images else 1)
 
 
 def test_answers_are_the_solver_s_actions_with_a_sentence(
@@ -157,6 +162,20 @@ def test_both_forms_of_chats_hold_the_same_rows_and_pictures(stream: Stream, tmp
     again = write_demonstrations(tmp_path / "again", stream, 2, PROFILE, quality="fast")
     assert again == told
     assert (tmp_path / "again" / "train.jsonl").read_bytes() == (tmp_path / "sft" / "train.jsonl").read_bytes()
+
+
+def test_rows_have_all_pictures_that_the_profile_shows(stream: Stream, tmp_path: Path) -> None:
+    for form in ("sft", "parquet"):
+        write_demonstrations(tmp_path / form, stream, 1, PAST_FRAMES, form=form, quality="fast")
+    lines = [json.loads(line) for line in (tmp_path / "sft" / "train.jsonl").read_text().splitlines()]
+    rows = pq.read_table(tmp_path / "parquet" / "train.parquet").to_pylist()
+    for line, row in zip(lines, rows, strict=True):
+        assert [path[-6:-4] for path in line["images"]] == [f"{step:02d}" for step in range(1, line["step"] + 1)]
+        parts = [part["type"] for message in line["messages"] for part in message["content"]]
+        assert parts.count("image") == line["step"]
+        files = [(tmp_path / "sft" / path).read_bytes() for path in line["images"]]
+        assert files == [image["bytes"] for image in row["images"]]
+    assert max(line["step"] for line in lines) > 1
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -3,7 +3,7 @@
 The format `sft` writes the rows to `train.jsonl` and each picture to a separate file; the rows have the paths of the
 pictures. The format `parquet` is one file with the same columns and with the pictures inside; Hugging Face `datasets`
 reads them as images. In both, a message has a part `{"type": "image"}` in place of a picture, and the column `images`
-has the picture, as trainers of vision-language models expect.
+has the pictures in this order, as trainers of vision-language models expect.
 """
 
 import json
@@ -48,16 +48,17 @@ SCHEMA = pa.schema(
 
 @dataclass(frozen=True, slots=True)
 class ChatRow:
-    """One example as a row, with its picture."""
+    """One example as a row, with its pictures."""
 
     columns: dict[str, Any]
-    picture_path: str
-    picture: EncodedFrame
+    pictures: dict[str, EncodedFrame]
+    """Path of a picture -> the picture, in the order of the messages."""
 
 
 def row_of(example: Example) -> ChatRow:
     """Return an example as a row. The correct answer is in `messages`; a false report is in the column `rejected`."""
-    frame = f"{example.episode_id}_{example.step:02d}"
+    frame, shown = f"{example.episode_id}_{example.step:02d}", example.pictures
+    steps = range(example.step - len(shown) + 1, example.step + 1)
     columns = {
         "id": frame if example.fault is None else f"{frame}_{example.fault}",
         "episode_id": example.episode_id,
@@ -70,7 +71,11 @@ def row_of(example: Example) -> ChatRow:
         "is_privileged": example.is_privileged,
         "messages": [*map(_message, example.messages), _message(Message("assistant", example.answer))],
     }
-    return ChatRow(columns, f"{IMAGES}/{frame}.{example.picture.format}", example.picture)
+    pictures = {
+        f"{IMAGES}/{example.episode_id}_{step:02d}.{picture.format}": picture
+        for step, picture in zip(steps, shown, strict=True)
+    }
+    return ChatRow(columns, pictures)
 
 
 def _message(message: Message) -> dict[str, Any]:
@@ -91,8 +96,9 @@ class SftWriter:
     def add(self, examples: Sequence[Example]) -> None:
         """Write the rows of one episode. Rows with the same picture share one picture file."""
         for row in map(row_of, examples):
-            (self._folder / row.picture_path).write_bytes(row.picture.data)
-            line = json.dumps({**row.columns, "images": [row.picture_path]}, ensure_ascii=False)
+            path = list(row.pictures)[-1]
+            (self._folder / path).write_bytes(row.pictures[path].data)
+            line = json.dumps({**row.columns, "images": list(row.pictures)}, ensure_ascii=False)
             self._lines.write(line.encode() + b"\n")
 
     def close(self) -> None:
@@ -109,7 +115,10 @@ class ParquetRowWriter:
     def add(self, examples: Sequence[Example]) -> None:
         """Write the rows of one episode."""
         table = [
-            {**row.columns, "images": [{"bytes": row.picture.data, "path": Path(row.picture_path).name}]}
+            {
+                **row.columns,
+                "images": [{"bytes": one.data, "path": Path(path).name} for path, one in row.pictures.items()],
+            }
             for row in map(row_of, examples)
         ]
         self._writer.write_table(pa.Table.from_pylist(table, SCHEMA))

@@ -45,7 +45,7 @@ class Example:
     feedback: Feedback | None
     """Feedback on the previous action (all False at the first step); None if the profile has no feedback."""
     messages: tuple[Message, ...]
-    """Messages of the request. The last message has the picture."""
+    """Messages of the request. The last message has the current picture, earlier ones those that the profile keeps."""
     action: Action
     thought: str
     answer: str
@@ -58,11 +58,14 @@ class Example:
     """What is wrong with the false report; None for a demonstration."""
 
     @property
+    def pictures(self) -> list[EncodedFrame]:
+        """All frames of the request in order; the last is the current one."""
+        return [message.picture for message in self.messages if message.picture is not None]
+
+    @property
     def picture(self) -> EncodedFrame:
-        """The frame of the request."""
-        picture = self.messages[-1].picture
-        assert picture is not None
-        return picture
+        """The current frame."""
+        return self.pictures[-1]
 
 
 class Demonstrator:
@@ -118,8 +121,9 @@ class Demonstrator:
         for index, action in enumerate(actions):
             if observation is None:
                 raise SimulatorError(f"Episode {episode.id!r}: the simulator failed.")
-            feedback = observation.feedback
-            messages = conversation.messages(encode_frame(observation.rgb, self._profile.image_format), feedback)
+            feedback, cues = observation.feedback, observation.cues
+            picture = encode_frame(observation.rgb, self._profile.image_format)
+            messages = conversation.messages(picture, feedback, cues)
             said, thought = self._worded(action, index, record)
             example = Example(
                 episode_id=episode.id,
@@ -135,7 +139,7 @@ class Demonstrator:
                 is_privileged=isinstance(said, Navigate | Look) and not self._has_been_seen(index, record),
             )
             found.append(example)
-            conversation.add(feedback, example.answer)
+            conversation.add(feedback, example.answer, cues=cues, picture=picture)
             observation = self._env.step(Reply(text=example.answer))
         return found
 

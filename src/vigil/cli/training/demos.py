@@ -72,7 +72,7 @@ def demos(
         prompt_variant=prompt_variant,
         prompt_template=prompt_template,
         coordinates=coordinates,
-        model=model,
+        model=model or "",  # a demonstration is for a model, even if it is not named
     )
     first, last = house_range(houses)
     stream = Stream(

@@ -18,12 +18,10 @@ from vigil.integrations.gymnasium.instruction_space import InstructionText
 from vigil.integrations.gymnasium.options import Options
 from vigil.integrations.gymnasium.prefetch import Prefetcher
 from vigil.integrations.options import check_names
-from vigil.integrations.rewards import reward_parts
+from vigil.integrations.rewards import ListRates, reward_parts, verdict_of
 from vigil.integrations.sources import SampledEpisode, source_of
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
 from vigil.records.record import EpisodeRecord
-from vigil.scoring.chores import ListOutcome, score_list
-from vigil.scoring.outcomes import score
 from vigil.sim import make_simulator
 
 FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)
@@ -97,12 +95,12 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         if record.end == "error":
             raise _failure(record)
         self._observation = self._final_observation(before, record)
-        outcome = score(self._now.episode, record)
-        of_list = self._list_outcome(record)
+        verdict = verdict_of(record, self._now.episode, self._options.condition, self._now.answer)
+        outcome, of_list = verdict.outcome, verdict.of_list
         facts = {key: value for key in OUTCOME_KEYS if (value := getattr(outcome, key)) is not None}
         facts |= {} if of_list is None else _facts_of_list(of_list)
         info = {"outcome": facts} if self._options.evaluator else {}
-        reward, is_reported = sum(reward_parts(outcome, self._options, of_list).values()), outcome.is_reported
+        reward, is_reported = sum(reward_parts(verdict, self._options).values()), outcome.is_reported
         return self._to_space(self._observation), reward, is_reported, not is_reported, info
 
     def render(self) -> np.ndarray | None:
@@ -161,11 +159,6 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             return Observation(lambda: before.rgb, told)
         return Observation(self._simulator.frame, told)
 
-    def _list_outcome(self, record: EpisodeRecord) -> ListOutcome | None:
-        """Return the verdict on a list of chores; None for other episodes."""
-        answer, has_claims = self._now.answer, self._options.condition.has_claims
-        return None if answer is None else score_list(answer, self._now.episode, record, has_claims=has_claims)
-
     def _choose_episode(self, options: dict[str, Any], *, is_seeded: bool) -> SampledEpisode:
         check_names(options, RESET_OPTIONS, "reset() of Vigil-v0")
         if "episode_id" not in options:
@@ -176,7 +169,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return self._source.by_id(episode_id)
 
 
-def _facts_of_list(outcome: ListOutcome) -> dict[str, float]:
+def _facts_of_list(outcome: ListRates) -> dict[str, float]:
     """Return the scores of a list of chores, with the shares of its chores that hold and that are closed correctly."""
     truth = {} if outcome.T is None else {"T": outcome.T}
     return {"list_W": outcome.W, "list_B": outcome.B, "W_share": outcome.W_share, "B_share": outcome.B_share, **truth}

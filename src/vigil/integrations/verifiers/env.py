@@ -4,12 +4,12 @@ import asyncio
 from pathlib import Path
 from typing import Any
 
-import verifiers.v1 as vf  # pyright: ignore[reportMissingImports] - an extra
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
 from pydantic import ValidationError
 
 from vigil.errors import PackMismatch, SettingError, VigilError
 from vigil.integrations.options import check_names, invalid_option
-from vigil.integrations.rewards import Verdict, verdict_on
+from vigil.integrations.rewards import Verdict, verdict_of
 from vigil.integrations.verifiers.config import TASKSET_ID, VigilEnvConfig, VigilTaskConfig, VigilTasksetConfig
 from vigil.integrations.verifiers.harness import VigilHarness
 from vigil.integrations.verifiers.taskset import VigilData, VigilTaskset
@@ -81,7 +81,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
         if record.error is not None:
             raise VigilError(f"{record.error.boundary}: {record.error.message}")
         answer = source.answer(str(data.id), data.house)
-        return verdict_on(assignment.episode, record, answer, has_claims=condition.has_claims)
+        return verdict_of(record, assignment.episode, condition, answer)
 
 
 def load_environment(**options: Any) -> VigilVerifiersEnv:

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
-import verifiers.v1 as vf  # pyright: ignore[reportMissingImports] - an extra
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
 
-from vigil.integrations.rewards import ListRates, Verdict, reward_parts
+from vigil.integrations.rewards import CONFIDENCE, ListRates, Verdict, reward_parts
 from vigil.integrations.sources import source_of
 from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig
 from vigil.packs.private import check_revealed
@@ -45,17 +45,18 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
     @vf.reward
     async def reward(self, trace: vf.Trace) -> dict[str, float]:
         """Return the terms of the reward by name. If verifiers stopped the episode early, the only term is B = 0."""
-        outcome = stored_outcome(trace)
-        return {"B": 0.0} if outcome is None else reward_parts(outcome, self.config, stored_list(trace))
+        verdict = stored_verdict(trace)
+        return {"B": 0.0} if verdict is None else reward_parts(verdict, self.config)
 
     @vf.metric
     async def verdict(self, trace: vf.Trace) -> dict[str, float]:
         """Return W, the label, steps and invalid replies as metrics; empty if verifiers stopped the episode early."""
-        outcome = stored_outcome(trace)
-        if outcome is None:
+        verdict = stored_verdict(trace)
+        if verdict is None:
             return {}
+        outcome = verdict.outcome
         labels = {label: float(outcome.label == label) for label in LABELS}
-        of_list = stored_list(trace)
+        of_list = verdict.of_list
         truth = {} if of_list is None or of_list.T is None else {"T": of_list.T}
         done = outcome.W if of_list is None else of_list.W
         return {"W": float(done), **truth, **labels, "steps": float(outcome.steps), "invalid": float(outcome.invalid)}
@@ -86,18 +87,15 @@ class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
 
 def store_verdict(trace: vf.Trace, verdict: Verdict) -> None:
     """Write the verdict on an episode into its trace."""
-    trace.info[OUTCOME] = asdict(verdict.outcome)
+    trace.info |= {OUTCOME: asdict(verdict.outcome), CONFIDENCE: verdict.confidence}
     if verdict.of_list is not None:
         trace.info[LIST] = asdict(verdict.of_list)
 
 
-def stored_outcome(trace: vf.Trace) -> Outcome | None:
+def stored_verdict(trace: vf.Trace) -> Verdict | None:
     """Return the verdict in a trace; None if the episode was not finished."""
     kept: dict[str, Any] | None = trace.info.get(OUTCOME)
-    return None if kept is None else Outcome(**kept)
-
-
-def stored_list(trace: vf.Trace) -> ListRates | None:
-    """Return the verdict on the chores in a trace; None if the episode is not a list, or was not finished."""
-    kept: dict[str, Any] | None = trace.info.get(LIST)
-    return None if kept is None else ListRates(**kept)
+    if kept is None:
+        return None
+    of_list = trace.info.get(LIST)
+    return Verdict(Outcome(**kept), None if of_list is None else ListRates(**of_list), trace.info[CONFIDENCE])

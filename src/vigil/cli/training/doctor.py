@@ -1,0 +1,50 @@
+"""`vigil train doctor`: says whether a trainer will see what is played, before it trains."""
+
+from importlib import import_module
+from typing import Annotated, Any, Literal
+
+import typer
+
+from vigil.errors import InputError, SettingError
+from vigil.runner.shared_settings import Families
+
+
+def doctor(
+    integration: Annotated[Literal["trl", "gymnasium"], typer.Option("--with", help="Integration to check.")],
+    pack: Annotated[str, typer.Option(help="Pack or stream of the episode, e.g. stream:7.")] = "starter",
+    families: Families = (),
+    group: Annotated[int, typer.Option(min=2, help="Number of members that play the episode.")] = 2,
+    processor: Annotated[
+        str | None,
+        typer.Option(help="Processor of the model to train: a folder, or a name on Hugging Face. Only with trl."),
+    ] = None,
+    backend: Annotated[str, typer.Option(help="Backend of the simulator.")] = "mujoco",
+) -> None:
+    """Example: vigil train doctor --with trl --pack stream:7 --processor Qwen/Qwen2.5-VL-3B-Instruct
+
+    A group plays one episode by fixed replies, an invalid one among them. Then texts, frames and rewards that the
+    trainer would get are compared with the record. Exits with 2 if anything differs.
+    """
+    if processor is not None and integration != "trl":
+        raise SettingError(f"--processor is for --with trl; {integration} has no processor.")
+    checks = import_module("vigil.integrations.doctor")
+    options: dict[str, Any] = {"pack": pack, "family": list(families), "backend": backend}
+    if integration == "trl":
+        found = checks.examine_trl(options, group, None if processor is None else _processor(processor))
+    else:
+        found = checks.examine_gymnasium(options, group)
+    wrong = 0
+    for finding in found:
+        wrong += not finding.is_right
+        print(f"{'ok   ' if finding.is_right else 'WRONG'}  {finding.check:36}  {finding.detail}".rstrip(), flush=True)
+    if wrong:
+        raise typer.Exit(2)
+
+
+def _processor(name: str) -> Any:
+    try:
+        return import_module("transformers").AutoProcessor.from_pretrained(name)
+    except ModuleNotFoundError:
+        raise SettingError("--processor needs transformers: pip install transformers torchvision") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"Processor {name!r} could not be loaded: {str(error).splitlines()[0]}") from None

@@ -1,0 +1,202 @@
+"""Environments of TRL's trainers: an object for each rollout, whose public methods are the tools of the model.
+
+TRL calls `reset` with a row of the data set, calls the tool that the model asks for, shows the model what the tool
+returns, and asks for the reward at the end. An environment is plain Python and does not need TRL.
+"""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from PIL import Image
+
+from vigil.env import Env
+from vigil.errors import PackMismatch, SimulatorError
+from vigil.integrations.rewards import reward_parts, verdict_of
+from vigil.integrations.sources import EpisodeSource, SampledEpisode
+from vigil.integrations.trl.options import Options
+from vigil.protocol.actions import Intent, LookDirection, NavigateMode, Reply, Status
+from vigil.protocol.observation import Observation
+from vigil.protocol.prompt import frame_stub
+from vigil.records.record import EpisodeRecord, StepRecord
+from vigil.sim import make_simulator
+
+EPISODE_OVER = "The episode is over."
+"""What a tool returns after the end of an episode."""
+Content = list[dict[str, Any]]
+"""Parts of a message: a text with `type` and `text`, a picture with `type` and `image`."""
+
+
+class Environment:
+    """One episode at a time. Its subclasses have the tools; TRL takes every other public method for a tool too."""
+
+    def __init__(self, source: EpisodeSource, options: Options) -> None:
+        self._source, self._options = source, options
+        simulator = make_simulator(options.backend, assets=options.assets, quality=options.quality)
+        self._env = Env(simulator, lambda _: self._now.house, options.condition)
+        self._drawn: SampledEpisode | None = None
+        self._turn = 0
+
+    def reset(self, *, episode_id: str, house: int | None = None, source: str = "", **_row: Any) -> Content:
+        """Start the episode that a row names, and return the first frame.
+
+        Raises PackMismatch if the row is of another pack, SettingError if it has no such episode, or SimulatorError.
+        """
+        if source != self._source.name:
+            raise PackMismatch(
+                f"Episode {episode_id!r} is from {source!r}, but these environments play {self._source.name!r}. Make "
+                "the data set and the environments from the same `Episodes`."
+            )
+        self._drawn = self._source.of_row(episode_id, house)
+        self._turn = 1
+        observation = self._env.reset(self._now.episode)
+        if observation is None:
+            raise SimulatorError(f"The simulator failed in episode {episode_id!r}: {_failure(self._env.record())}")
+        return self._shown(observation)
+
+    def get_reward(self) -> float | None:
+        """Return the reward: 0 for an episode that was cut off, None for one that the simulator could not play."""
+        if self._drawn is None or self._env.end is None:
+            return 0.0
+        record = self._env.record()
+        if record.end == "error":
+            return None
+        verdict = verdict_of(record, self._now.episode, self._options.condition, self._now.answer)
+        return sum(reward_parts(verdict, self._options).values())
+
+    @property
+    def episode(self) -> SampledEpisode:
+        """The episode of the last reset, with its house."""
+        return self._now
+
+    @property
+    def record(self) -> EpisodeRecord | None:
+        """Record of the episode; None until it has ended."""
+        return None if self._drawn is None or self._env.end is None else self._env.record()
+
+    @property
+    def steps(self) -> Sequence[StepRecord]:
+        """Steps of the episode so far."""
+        return self._env.steps
+
+    @property
+    def _now(self) -> SampledEpisode:
+        assert self._drawn is not None
+        return self._drawn
+
+    def _step(self, text: str) -> Content:
+        """Take a reply, and return the next frame, or the sentence that the episode is over. Raises SimulatorError."""
+        if self._env.end is None:
+            observation = self._env.step(Reply(text=text))
+            self._turn += 1
+            if observation is not None:
+                return self._shown(observation)
+        if self._env.end == "error":
+            raise SimulatorError(f"The simulator failed: {_failure(self._env.record())}")
+        return [{"type": "text", "text": EPISODE_OVER}]
+
+    def _shown(self, observation: Observation) -> Content:
+        stub = frame_stub("current", observation.feedback, observation.cues, self._turn)
+        return [{"type": "text", "text": stub}, {"type": "image", "image": Image.fromarray(observation.rgb)}]
+
+
+class VigilReplies(Environment):
+    """Environment whose model answers as in `vigil run`: a reply is the whole text of an answer."""
+
+    def reply(self, text: str) -> Content:
+        """
+        Take one reply of the agent.
+
+        Args:
+            text: The reply: one JSON object with skill_name and arguments.
+
+        Returns:
+            The next frame.
+        """
+        return self._step(text)
+
+
+class VigilSkills(Environment):
+    """Environment whose model calls the four skills as tools."""
+
+    def navigate(self, mode: NavigateMode, magnitude: float) -> Content:
+        """
+        Walk or turn.
+
+        Args:
+            mode: The direction.
+            magnitude: Number of steps to walk, or degrees to turn.
+
+        Returns:
+            The next frame.
+        """
+        return self._call("navigate", mode=mode, magnitude=magnitude)
+
+    def look(self, direction: LookDirection, magnitude: float) -> Content:
+        """
+        Tilt the camera.
+
+        Args:
+            direction: The direction.
+            magnitude: Degrees.
+
+        Returns:
+            The next frame.
+        """
+        return self._call("look", direction=direction, magnitude=magnitude)
+
+    def interact_pixel(self, intent: Intent, x: int | None = None, y: int | None = None) -> Content:
+        """
+        Act on the object under a pixel of the current frame.
+
+        Args:
+            intent: What to do.
+            x: Horizontal coordinate; not needed for drop.
+            y: Vertical coordinate; not needed for drop.
+
+        Returns:
+            The next frame.
+        """
+        pixel = {name: value for name, value in (("x", x), ("y", y)) if value is not None}
+        return self._call("interact_pixel", intent=intent, **pixel)
+
+    def report(self, status: Status, summary: str) -> Content:
+        """
+        End the episode with a report.
+
+        Args:
+            status: What is reported.
+            summary: Brief justification.
+
+        Returns:
+            A sentence that the episode is over.
+        """
+        return self._call("report", status=status, summary=summary)
+
+    def _call(self, skill: str, **arguments: Any) -> Content:
+        return self._step(json.dumps({"skill_name": skill, "arguments": arguments}))
+
+
+def valid_replies(completions: Sequence[Any], environments: Sequence[Environment], **_: Any) -> list[float]:
+    """Return the share of valid replies of each rollout, as a reward function of TRL. Give it the weight 0.
+
+    It also hands each environment the last answer if that is not a call of a tool: under `actions="text"` a report ends
+    the conversation, and no tool takes it. So it must be among the reward functions.
+    """
+    for messages, environment in zip(completions, environments, strict=True):
+        last = messages[-1]
+        if last["role"] == "assistant" and not last.get("tool_calls") and environment.record is None:
+            environment._step(_text_of(last["content"]))
+    return [_valid_share(environment.steps) for environment in environments]
+
+
+def _valid_share(steps: Sequence[StepRecord]) -> float:
+    return sum(step.invalid is None for step in steps) / len(steps) if steps else 0.0
+
+
+def _text_of(content: str | Content) -> str:
+    return content if isinstance(content, str) else "".join(part.get("text") or "" for part in content)
+
+
+def _failure(record: EpisodeRecord) -> str:
+    return record.error.message if record.error else ""
