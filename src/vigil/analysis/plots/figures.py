@@ -115,7 +115,7 @@ def plane(study: Study) -> Figure | None:
         others = [(w, b) for _, w, b in study.published.points()] if study.published else []
         _plane_legend(figure, study, entries)
         crosses = [place for entry in entries for place in _cross(entry)]
-        _name_points(axes, texts, [*others, *crosses])
+        name_points(axes, texts, [*others, *crosses])
         return figure
 
 
@@ -178,7 +178,7 @@ def feedback_shift(study: Study) -> Figure | None:
         axes.axline((0, 0), slope=1, color=FAINT, lw=0.8)
         set_figure_title(axes, "Action feedback: from the base contract (hollow) to +FB (filled)")
         axes.grid(visible=True)
-        _name_points(axes, texts)
+        name_points(axes, texts)
         return figure
 
 
@@ -330,7 +330,7 @@ def _own_point(axes: Axes, entry: RunEntry, colour: str) -> PointLabel:
     return (w, b), entry.name, colour, points(8.5)
 
 
-def _name_points(axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[float, float]] = ()) -> None:
+def name_points(axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[float, float]] = ()) -> None:
     """Write labels next to their points; under the axes, the names of those that have room for a number only."""
     figure = axes.get_figure(root=True)
     assert figure is not None
