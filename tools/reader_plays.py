@@ -1,25 +1,24 @@
-"""Publishes the results of readers who played a pack: `plays.json`, an updated card, and the records.
+"""Publishes the results of readers who played a pack: `plays.json`, an updated card, and the records as a run.
 
-python -m tools.reader_plays --pack PACK --causes causes.jsonl --drawn "SENTENCE" --records FILE.jsonl.gz RUN...
+python -m tools.reader_plays --pack PACK --causes causes.jsonl --drawn "SENTENCE" --out FOLDER RUN...
 
 `causes.jsonl` has a line for each failure: {"episode_id": ..., "cause": "agent", "reason": ...}. Runs may have been
 played on an earlier version of the pack, if their episodes are the same to the byte in this one; of those that the pack
-does not hold any more, the records alone are published.
+does not hold any more, nothing is published.
 """
 
 import argparse
-import gzip
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from tools.published_plays import publish_plays
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.packing.reader_plays import PLAYS, ReaderPlay, ReaderPlays, plays_table
-from vigil.base.json_lines import dump_line
 from vigil.packs.pack import Pack
 from vigil.packs.private import REVEAL, REVEAL_HELP, check_revealed, is_private
 from vigil.protocol.episode import Episode
-from vigil.records.record import EpisodeRecord
+from vigil.records.record import EpisodeRecord, read_header
 from vigil.scoring.closure import closure_answers, score_closure
 from vigil.scoring.levels import read_pack_levels
 from vigil.scoring.outcomes import score
@@ -50,7 +49,7 @@ def main() -> None:
     parser.add_argument("--pack", required=True)
     parser.add_argument("--causes", required=True, type=Path)
     parser.add_argument("--drawn", required=True, help="How the episodes were drawn, as a sentence.")
-    parser.add_argument("--records", required=True, type=Path, help="File to write all records to.")
+    parser.add_argument("--out", required=True, type=Path, help="New folder for all plays, as one run with its pack.")
     parser.add_argument(REVEAL, action="store_true", dest="reveals", help=REVEAL_HELP)
     options = parser.parse_args()
     pack = Pack.load(options.pack)
@@ -61,10 +60,10 @@ def main() -> None:
     plays: list[ReaderPlay] = []
     records: list[EpisodeRecord] = []
     for reader, episode, record in played(options.runs, pack):
-        records.append(record)
         if episode is None:
-            print(f"{record.episode_id} is not in the pack any more: its record alone is published.")
+            print(f"{record.episode_id} is not in the pack any more: its play is not published.")
             continue
+        records.append(record)
         outcome, why = score(episode, record), causes.get(episode.id, {})
         closing = score_closure(answers[episode.id], episode, record) if answers else None
         plays.append(
@@ -86,9 +85,7 @@ def main() -> None:
     found = ReaderPlays(pack=pack.name, pack_sha256=pack.sha256, drawn=options.drawn, plays=tuple(plays))
     (pack.folder / PLAYS).write_text(found.model_dump_json(indent=1) + "\n", encoding="utf-8")
     write_card(pack)
-    lines = b"".join(dump_line(record) for record in sorted(records, key=lambda record: record.episode_id))
-    options.records.parent.mkdir(parents=True, exist_ok=True)
-    options.records.write_bytes(gzip.compress(lines, mtime=0))
+    publish_plays(options.out, pack.folder, records, read_header(options.runs[0]))
     print(*plays_table(found), sep="\n")
 
 

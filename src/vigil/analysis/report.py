@@ -174,7 +174,7 @@ def write_report(
     if unknown:
         raise SettingError(f"There is no format {unknown[0]!r}. Choose from {', '.join(FORMATS)}.")
     kinds = dict.fromkeys(_FIGURES_IN[name] for name in formats if name in _FIGURES_IN)
-    with on_paper(style == "paper"):
+    with on_paper("page" if style == "paper" else None):
         report = replace(make_report(study, tuple(kinds), further, own, suites), reveals=reveals)
     written: list[Path] = []
 

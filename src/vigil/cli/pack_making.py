@@ -74,6 +74,7 @@ def propose(
     """Examples:
     vigil pack propose --seeds 100:160 --rooms kitchen,2,3 --out drafts.jsonl
     vigil pack propose --houses house.json --family SM --model openai/gpt-4o --out drafts.jsonl
+    vigil pack propose --seeds 100:160 --template put_into,rearrange --template obstacle --out drafts.jsonl
     vigil pack propose --suite closure --seeds 100:160 --out closure.jsonl
     vigil pack propose --seeds 0:60 --seed-file secret.txt --out private.jsonl
 
@@ -83,6 +84,8 @@ def propose(
     model, workers = proposing.model, worker_count(common.workers)
     if proposing.grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other. Leave one out.")
+    if common.templates and model is not None:
+        raise SettingError("--template is for the built-in grammar; a model chooses kinds itself. Leave one out.")
     common.check_suite(model=model, grammar=proposing.grammar, hardest_of=drafting.hardest_of > 1)
     seed = common.chosen_seed or 0
     settings = GenerationSettings(
@@ -96,6 +99,7 @@ def propose(
         starts=drafting.hardest_of,
         is_seed_secret=is_secret(seed),
         grammar=SUITES[common.suite].grammar if common.suite else FAMILY_GRAMMAR,
+        templates=common.templates,
     )
     sources = _requested_sources(proposing, drafting.specs(common.suite), settings.secret)
     file = DraftsFile(out)

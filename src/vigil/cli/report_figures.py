@@ -1,6 +1,6 @@
 """Figures of reports that show frames: trajectories, the pipeline of an episode, and the diagram of the protocol."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from vigil.analysis.measures.rows import Run
 from vigil.analysis.measures.study import Study
-from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
+from vigil.analysis.plots.diagrams import Example, pipeline_figure, protocol_figure
 from vigil.analysis.plots.trajectory import AgentTrajectory, find_record, make_trajectory, trajectory_figure
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.packs.pack import Pack
@@ -21,8 +21,10 @@ from vigil.scoring.saved_run import load_run_pack, pack_folder
 FrameSource = tuple[Path | None, bool]
 """Asset database for drawing frames, and whether frames of a private pack may be drawn."""
 CaptionedFigure = tuple[Figure, str]
-_MOST_EXAMPLES = 4
+_MOST_EXAMPLES = 8
 """Number of episodes of a family of which the diagram may show one."""
+_DETAIL = 1.5
+"""Detail of a frame that shows more than a wall, so that no further episode is tried."""
 _MOST_ROWS = 4
 """Number of runs in a trajectory figure of a study."""
 _SHOWN_FAMILIES: tuple[Family, ...] = ("SV", "AI")
@@ -86,20 +88,20 @@ def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
     assets, reveals = frames
     loaded = Pack.load(pack)
     check_revealed(loaded.name, is_private(loaded.manifest.meta), "A picture of its episodes", reveals=reveals)
-    shown: dict[Family, Episode] = {}
-    pictures: dict[Family, np.ndarray] = {}
-    for place in range(_MOST_EXAMPLES):
-        further = {family: found[place] for family in FAMILIES if len(found := _examples(loaded, family)) > place}
-        for family, frame in first_frames(loaded, further, assets).items():
-            if family not in pictures or _detail(frame) > _detail(pictures[family]):
-                pictures[family], shown[family] = frame, further[family]
-    return protocol_figure(pictures, shown)
+    examples: dict[Family, Example] = {}
 
+    def candidates() -> Iterator[Episode]:
+        """Yield episodes of a family until one of them shows more than a wall."""
+        for family in FAMILIES:
+            for episode in [each for each in loaded.episodes if each.family == family][:_MOST_EXAMPLES]:
+                if family not in examples or _detail(examples[family].frame) < _DETAIL:
+                    yield episode
 
-def _examples(pack: Pack, family: Family) -> list[Episode]:
-    """Return episodes of which one is shown: several where the target is out of view, since some show only a wall."""
-    count = 1 if FAMILIES[family].visible_at_start else _MOST_EXAMPLES
-    return [episode for episode in pack.episodes if episode.family == family][:count]
+    for episode, frame, target in first_frames(loaded, candidates(), assets):
+        best = examples.get(episode.family)
+        if best is None or _detail(frame) > _detail(best.frame):
+            examples[episode.family] = Example(episode, frame, target)
+    return protocol_figure(examples)
 
 
 def _detail(frame: np.ndarray) -> float:

@@ -12,7 +12,7 @@ from vigil.analysis.measures.suites import read_suites
 from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
 from vigil.analysis.plots.diagrams import pipeline_figure
 from vigil.analysis.plots.figures import FIGURES
-from vigil.analysis.plots.style import figure_bytes
+from vigil.analysis.plots.style import PaperWidth, figure_bytes, on_paper
 from vigil.analysis.plots.trajectory import (
     trajectory_animation,
     trajectory_figure,
@@ -149,6 +149,13 @@ def figure(
     columns: Annotated[
         int, typer.Option(min=2, max=40, help="Maximum number of frames that the figure trajectory shows for each run.")
     ] = 6,
+    width: Annotated[
+        PaperWidth | None,
+        typer.Option(
+            help="Draw for a paper: as wide as its page or one of its columns, on white, without a title.",
+            show_default="for a screen",
+        ),
+    ] = None,
     pack: PackLocation = None,
     with_paper: WithPaper = True,
     assets: AssetFile = None,
@@ -165,24 +172,30 @@ def figure(
     ] = False,
 ) -> None:
     """Examples:
-    vigil figure plane runs/* --out plane.pdf
+    vigil figure plane runs/* --width column --out plane.pdf
     vigil figure trajectory --episode ID --runs runs/a runs/b runs/c --out trajectory.png
     vigil figure protocol --pack starter --out protocol.png
     """
     del are_runs
     kind = _kind_of(out, name)
-    if name == "protocol":
-        content = figure_bytes(protocol_of(pack or "starter", (assets, reveal)), kind)
-    elif name in WITH_FRAMES:
-        content = _trajectory(name, _scored_runs(runs, name), pack, (episode, epoch, columns), (assets, reveal), kind)
-    elif name in FIGURES | BELIEF_FIGURES:
-        drawn = (FIGURES | BELIEF_FIGURES)[name](study(_scored_runs(runs, name, pack), with_paper=with_paper))
-        if drawn is None:
-            raise SettingError(f"These runs have nothing to show in the figure {name!r}.")
-        content = figure_bytes(drawn, kind)
-    else:
-        known = (*FIGURES, *BELIEF_FIGURES, *WITH_FRAMES)
-        raise SettingError(f"Figure {name!r} does not exist.{did_you_mean(name, known)} Known: {', '.join(known)}.")
+    if width is not None and f".{kind}" in MOVING:
+        raise SettingError(f"--width is for figures on paper, and {str(out)!r} is an animation: leave one of the two.")
+    if width == "column" and name in ("protocol", "pipeline"):
+        raise SettingError(f"The figure {name!r} is too wide for one column of a paper: give --width page.")
+    with on_paper(width):
+        if name == "protocol":
+            content = figure_bytes(protocol_of(pack or "starter", (assets, reveal)), kind)
+        elif name in WITH_FRAMES:
+            shown, what = _scored_runs(runs, name), (episode, epoch, columns)
+            content = _trajectory(name, shown, pack, what, (assets, reveal), kind)
+        elif name in FIGURES | BELIEF_FIGURES:
+            drawn = (FIGURES | BELIEF_FIGURES)[name](study(_scored_runs(runs, name, pack), with_paper=with_paper))
+            if drawn is None:
+                raise SettingError(f"These runs have nothing to show in the figure {name!r}.")
+            content = figure_bytes(drawn, kind)
+        else:
+            known = (*FIGURES, *BELIEF_FIGURES, *WITH_FRAMES)
+            raise SettingError(f"Figure {name!r} does not exist.{did_you_mean(name, known)} Known: {', '.join(known)}.")
     out.write_bytes(content)
     print(out)
 

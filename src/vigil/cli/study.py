@@ -152,7 +152,7 @@ def report(
         found = replace(found, warnings=(shown, *found.warnings))
     place = out or source.study.place / "report"
     latex = _latex_program() if pdf else None
-    with on_paper(style == "paper"):
+    with on_paper("page" if style == "paper" else None):
         further = study_figures(found, source.study.episodes, (assets, reveal)) if scored else {}
     is_wanted = latex is not None or style == "paper"
     formats: tuple[Format, ...] = ("html", "md", "latex") if is_wanted else ("html", "md")

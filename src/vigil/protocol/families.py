@@ -6,7 +6,7 @@ paper's table `family_specs`.
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Annotated, get_args
 
 from pydantic import AfterValidator
@@ -66,6 +66,26 @@ def register_family(spec: FamilySpec) -> None:
             f"{spec.grading.medium:g}."
         )
     FAMILIES[spec.code] = spec
+
+
+def parse_kinds(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the kinds of episodes that `names` lists, sorted. One name may list several, as in "put_into,rearrange".
+
+    Raises SettingError for a name that is not a kind of any family.
+    """
+    known = sorted({kind for spec in FAMILIES.values() for kind in spec.kinds})
+    wanted = sorted({word.strip() for name in names for word in name.split(",")})
+    for word in wanted:
+        if word not in known:
+            hint = did_you_mean(word, known)
+            raise SettingError(f"Template {word!r} does not exist.{hint} The templates: {', '.join(known)}.")
+    return tuple(wanted)
+
+
+def wanted_kinds(family: Family, templates: Collection[str]) -> tuple[str, ...]:
+    """Return the kinds of a family that are among `templates`; all of them if none is."""
+    kinds = tuple(FAMILIES[family].kinds)
+    return tuple(kind for kind in kinds if kind in templates) or kinds
 
 
 def parse_families(names: Iterable[str]) -> tuple[Family, ...]:

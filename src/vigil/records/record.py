@@ -368,7 +368,7 @@ class RunHeader(_Record):
 
     @property
     def pack_folder(self) -> str:
-        """Folder of the pack when the run started; empty if not recorded."""
+        """Folder of the pack when the run started, or of a pack that was published with it; empty if not recorded."""
         return self.host.get("pack_folder", "")
 
     @property
@@ -454,6 +454,9 @@ def read_header(path: Path) -> RunHeader:
     if other is not None:
         raise RecordError(f"{str(file)!r} {other}.")
     try:
-        return RunHeader.model_validate(found)
+        header = RunHeader.model_validate(found)
     except ValidationError as error:
         raise RecordError(f"{str(file)!r}: {first_error(error)}. {_advice(named)}") from None
+    if not header.pack_folder or Path(header.pack_folder).is_absolute():
+        return header
+    return header.model_copy(update={"host": {**header.host, "pack_folder": str(path / header.pack_folder)}})

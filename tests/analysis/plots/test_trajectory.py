@@ -10,7 +10,7 @@ from PIL import Image
 from tests.support.builders import episode
 from tests.support.published_runs import EpisodeScript, Write, make_episodes, record_of, small_records
 from vigil.analysis.measures.rows import read_runs
-from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
+from vigil.analysis.plots.diagrams import Example, pipeline_figure, protocol_figure
 from vigil.analysis.plots.style import figure_bytes
 from vigil.analysis.plots.trajectory import (
     AgentTrajectory,
@@ -86,7 +86,9 @@ def test_figures_draw_and_animations_have_all_steps():
 @pytest.mark.parametrize("shown", [SHORT, SILENT, LONG], ids=["two", "the whole budget", "fourteen"])
 def test_pictures_of_the_pipeline_stay_above_its_boxes(shown: AgentTrajectory):
     figure = pipeline_figure(AI, shown)
-    boxes, *pictures = figure.axes
+    figure.canvas.draw()
+    (boxes,) = figure.axes
+    pictures = boxes.child_axes
     top = max(patch.get_window_extent().y1 for patch in boxes.patches if isinstance(patch, FancyBboxPatch))
     assert len(pictures) == min(5, len(shown.record.steps))
     assert all(picture.get_window_extent().y0 > top + 20 for picture in pictures)
@@ -101,7 +103,7 @@ def test_long_instructions_stay_inside_the_pipeline():
 
 
 def test_the_protocol_draws_without_every_family():
-    assert figure_bytes(protocol_figure({"AI": LONG.frames[0]}, {"AI": AI}), "pdf").startswith(b"%PDF")
+    assert figure_bytes(protocol_figure({"AI": Example(AI, LONG.frames[0], (320.0, 240.0))}), "pdf").startswith(b"%PDF")
 
 
 def test_a_record_is_found_by_episode_and_epoch(write: Write):

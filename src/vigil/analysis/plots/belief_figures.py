@@ -10,11 +10,20 @@ from matplotlib.ticker import MaxNLocator
 
 from vigil.analysis.measures.beliefs.study import CURVE_STEPS, BeliefStudy, Estimate
 from vigil.analysis.measures.study import RunEntry, Study
-from vigil.analysis.plots.style import CYCLE, DASHES, FAINT, GREY, LABEL_COLOURS, canvas, styled
+from vigil.analysis.plots.style import (
+    CYCLE,
+    DASHES,
+    FAINT,
+    GREY,
+    LABEL_COLOURS,
+    PLOT_WIDTH_IN,
+    canvas,
+    set_figure_title,
+    styled,
+)
 from vigil.analysis.tables.belief_tables import belief_rows
 from vigil.scoring.beliefs import PARTS
 
-_WIDTH = 8.6
 _NAME_CHARS = 40
 PART_LOOKS = {
     "knew_and_did_not_say": ("knew and did not say", LABEL_COLOURS["NR"], ""),
@@ -32,7 +41,7 @@ def belief_curve(study: Study) -> Figure | None:
     if not any(beliefs.curve() for _, beliefs in rows):
         return None
     with styled():
-        figure = canvas(_WIDTH, 3.6)
+        figure = canvas(PLOT_WIDTH_IN, 3.6)
         axes = figure.add_subplot()
         axes.axvline(0, color=FAINT, lw=1.0, ls=":")
         for number, (entry, beliefs) in enumerate(rows):
@@ -48,7 +57,7 @@ def belief_curve(study: Study) -> Figure | None:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("steps since the frame that first shows the goal")
         axes.set_ylabel("stated likelihood that it is done")
-        axes.set_title("Belief over time, aligned on attainment")
+        set_figure_title(axes, "Belief over time, aligned on attainment")
         figure.legend(loc="outside lower center", ncols=2)
         return figure
 
@@ -59,7 +68,7 @@ def belief_reliability(study: Study) -> Figure | None:
     if not rows:
         return None
     with styled():
-        figure = canvas(_WIDTH, 4.6)
+        figure = canvas(PLOT_WIDTH_IN, 4.6)
         axes = figure.add_subplot()
         axes.plot([0, 1], [0, 1], color=FAINT, lw=1.0, ls=":")
         for number, (entry, beliefs) in enumerate(rows):
@@ -75,7 +84,7 @@ def belief_reliability(study: Study) -> Figure | None:
         axes.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03), aspect="equal")
         axes.set_xlabel("stated likelihood")
         axes.set_ylabel("share that was true")
-        axes.set_title("Reliability of stated beliefs")
+        set_figure_title(axes, "Reliability of stated beliefs")
         legend = figure.legend(loc="outside right upper")
         for handle in legend.legend_handles:
             handle.set(sizes=[30])  # pyright: ignore[reportOptionalMemberAccess] - scatter has handles
@@ -89,7 +98,7 @@ def belief_partition(study: Study) -> Figure | None:
         return None
     bars = [(entry, beliefs, label) for entry, beliefs in rows for label in ("FR", "NR")]
     with styled():
-        figure = canvas(_WIDTH, 1.4 + 0.36 * len(bars))
+        figure = canvas(PLOT_WIDTH_IN, 1.4 + 0.36 * len(bars))
         axes = figure.add_subplot()
         at, left = np.arange(len(bars)), np.zeros(len(bars))
         for part in PARTS:
@@ -102,7 +111,7 @@ def belief_partition(study: Study) -> Figure | None:
         axes.invert_yaxis()
         axes.set_xlim(0, max(10.0, 1.08 * float(left.max())))
         axes.set_xlabel("share of all scored plays (%)")
-        axes.set_title("Why reports were false (FR) or missing (NR)")
+        set_figure_title(axes, "Why reports were false (FR) or missing (NR)")
         figure.legend(loc="outside lower center", ncols=3)
         return figure
 

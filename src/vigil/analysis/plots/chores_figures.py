@@ -15,7 +15,7 @@ from vigil.analysis.measures.chores import (
     by_steps_since_done,
     power,
 )
-from vigil.analysis.plots.style import CYCLE, DASHES, canvas, styled
+from vigil.analysis.plots.style import CYCLE, DASHES, canvas, set_figure_title, styled
 
 _SIZE = (8.6, 4.2)
 _T_AXIS = "T: claims that are true (%)"
@@ -40,7 +40,7 @@ def _curves(
             _draw(axes, index, places, (values, ends), run.name)
         axes.set(xlabel=axis, ylabel=_T_AXIS, ylim=(-3, 103), xlim=(-0.6, len(names) - 0.4))
         axes.set_xticks(range(len(names)), names)
-        axes.set_title(title)
+        set_figure_title(axes, title)
         axes.grid(visible=True, axis="y")
         figure.legend(loc="outside lower center", ncols=min(3, len(found)), handlelength=3.0)
         return figure
@@ -105,7 +105,7 @@ def calls_and_width(runs: Sequence[ChoresRun]) -> Figure | None:
         axes.set_xticks(POWER_CALLS, [f"{calls:,}" for calls in POWER_CALLS])
         axes.minorticks_off()
         axes.set_ylim(bottom=0)
-        axes.set_title("Power: how narrow an interval on T model calls buy")
+        set_figure_title(axes, "Power: how narrow an interval on T model calls buy")
         axes.grid(visible=True)
         figure.legend(loc="outside lower center", ncols=2, handlelength=3.0)
         return figure

@@ -2,185 +2,216 @@
 
 import textwrap
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
-from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, styled
-from vigil.analysis.plots.trajectory import AgentTrajectory, key_steps, mark_click, step_caption
+from vigil.analysis.plots.style import FAINT, INK, MIN_POINTS, canvas, paper_width_in, points, styled
+from vigil.analysis.plots.trajectory import (
+    CLICK_COLOUR,
+    GOAL_COLOUR,
+    GOAL_WORDS,
+    AgentTrajectory,
+    key_steps,
+    mark_click,
+    step_caption,
+)
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES, PACKAGED_FAMILIES, Family
 from vigil.protocol.family import Tier
-from vigil.scoring.outcomes import Outcome
 
 _TIER_COLOURS: dict[Tier, str] = {"diagnostic": "#0072b2", "compositional": "#d55e00"}
 _TIER_TEXTS = {
     "diagnostic": "Diagnostic tier: one bottleneck each",
     "compositional": "Compositional tier: capacities chained",
 }
+_CONTRACT = (
+    "The agent sees one egocentric RGB frame per step and its own past replies; no success signal, state, map or "
+    "budget. Only its own report ends an episode. W: the hidden world reached the goal. B: W, and the report matches "
+    "the hidden world. Circle: target."
+)
 _CARD_WIDTH_IN = 2.75
-_HEIGHT = 49.0
-"""Height of the pipeline's diagram, in tenths of an inch."""
-_BOXES_TOP = 19.0
-_MAX_WIDTH = 21.2
-"""Greatest width of a picture with its gap, in tenths of an inch; a wider picture would overlap the boxes below."""
 
 
-def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Family, Episode]) -> Figure:
-    """Draw the families, each with the first frame of an example episode; a family without example stays blank."""
+@dataclass(frozen=True)
+class Example:
+    """Example of a family: an episode with its first frame."""
+
+    episode: Episode
+    frame: np.ndarray
+    """The first frame, (480, 640, 3) uint8."""
+    target: tuple[float, float] | None
+    """Pixel (x, y) in the middle of the target; None if the target is out of view."""
+
+
+def protocol_figure(examples: Mapping[Family, Example]) -> Figure:
+    """Draw the families, each with the first frame of an example, its target marked; without example it is blank."""
     with styled():
         tiers: dict[Tier, list[Family]] = {
             tier: [code for code, spec in FAMILIES.items() if spec.tier == tier and code in PACKAGED_FAMILIES]
             for tier in _TIER_COLOURS
         }
         most = max(map(len, tiers.values()))
-        figure = canvas(_CARD_WIDTH_IN * most, 6.9)
+        figure = canvas(paper_width_in() or _CARD_WIDTH_IN * most, 6.9 if paper_width_in() is None else 5.4)
         grid = figure.subplots(2, most)
         for row, (tier, families) in enumerate(tiers.items()):
             for empty in grid[row][len(families) :]:
                 empty.axis("off")
             for column, family in enumerate(families):
-                _card(grid[row][column], family, frames.get(family), episodes.get(family))
+                _card(grid[row][column], family, examples.get(family))
             heading = grid[row][0].annotate(
                 _TIER_TEXTS[tier],
                 (0, 1.17),
                 xycoords="axes fraction",
-                fontsize=10.5,
+                fontsize=points(10.5),
                 fontweight="bold",
                 color=_TIER_COLOURS[tier],
             )
             heading.set_in_layout(False)
-        figure.supxlabel(
-            "The agent sees one egocentric RGB frame per step and its own past replies; no success signal, state, "
-            "map or budget. "
-            "Only its own report ends an episode.\nW: the hidden world reached the "
-            "goal.   B: W, and the report matches the hidden world.",
-            fontsize=8.5,
-            color=INK,
-            x=0.01,
-            ha="left",
-        )
+        said = _wrapped(_CONTRACT, _letters(10 * figure.get_figwidth() - 2, 8.5))
+        figure.supxlabel(said, fontsize=points(8.5), color=INK, x=0.01, ha="left")
         return figure
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Places in the pipeline's diagram, in tenths of an inch."""
+
+    across: float = 110.0
+    height: float = 49.0
+    pictures_top: float = 39.8
+    boxes_top: float = 19.0
+    columns: int = 6
+    """Greatest number of steps."""
+
+    @property
+    def widest(self) -> float:
+        """Greatest width of a picture with its gap; a wider picture would overlap the boxes below."""
+        return (self.pictures_top - self.boxes_top - 4.9) / 0.75
+
+
+_PAPER_LAYOUT = _Layout(67.5, 42.0, 35.8, 17.0, 4)
 
 
 def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) -> Figure:
     """Draw one episode as a pipeline: its input, the output of each step, and how the end is scored."""
-    chosen = key_steps(track, columns)
+    layout = _Layout() if paper_width_in() is None else _PAPER_LAYOUT
+    chosen = key_steps(track, min(columns, layout.columns))
     with styled():
-        figure = canvas(11.0, _HEIGHT / 10, is_free=True)
+        figure = canvas(layout.across / 10, layout.height / 10, is_free=True)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        axes.set(xlim=(0, 110), ylim=(0, _HEIGHT))
+        axes.set(xlim=(0, layout.across), ylim=(0, layout.height))
         axes.axis("off")
-        top = _HEIGHT
-        axes.text(2, top - 2.6, "Evaluation pipeline", fontsize=11, fontweight="bold", va="center")
+        top, right = layout.height, layout.across - 2
+        if paper_width_in() is None:
+            axes.text(2, top - 2.6, "Evaluation pipeline", fontsize=11, fontweight="bold", va="center")
         name = f"{episode.id}, {FAMILIES[episode.family].name}"
-        axes.text(108, top - 2.6, name, fontsize=8.5, color=FAINT, va="center", ha="right")
-        axes.text(2, top - 5.2, _wrapped(f"“{episode.instruction}”", 145, 1), fontsize=8.5, color=FAINT, va="center")
-        pitch = 106 / len(chosen)
-        width = min(pitch, _MAX_WIDTH) - 2.5
+        axes.text(right, top - 1.6, name, fontsize=points(8.5), color=FAINT, va="center", ha="right")
+        said = _wrapped(f"“{episode.instruction}”", _letters(right - 2, 8.5), 1)
+        axes.text(2, top - 3.8, said, fontsize=points(8.5), color=FAINT, va="center")
+        pitch = (layout.across - 4) / len(chosen)
+        width = min(pitch, layout.widest) - 2.5
         for place, index in enumerate(chosen):
             left = 2 + place * pitch
-            _step(figure, axes, track, index, left=left, width=width)
+            _step(axes, track, index, layout, (left, width))
             if place:
-                middle = top - 9.2 - 0.375 * width
+                middle = layout.pictures_top - 0.375 * width
                 _arrow(axes, (left - pitch + width + 0.1, middle), (left - 0.2, middle))
                 if skipped := index - chosen[place - 1] - 1:
                     between = left - (pitch - width) / 2
-                    axes.text(between, middle + 0.6, f"+{skipped}", fontsize=7, ha="center", va="bottom", color=FAINT)
-        _interface(axes, episode, track)
+                    axes.text(between, middle + 0.6, f"+{skipped}", fontsize=points(7), ha="center", color=INK)
+        _interface(axes, layout)
+        _footnotes(axes, layout, episode, track)
         return figure
 
 
-def _card(axes: Axes, family: Family, frame: np.ndarray | None, episode: Episode | None) -> None:
+def _card(axes: Axes, family: Family, example: Example | None) -> None:
     spec = FAMILIES[family]
     axes.set_xticks([])
     axes.set_yticks([])
     for spine in axes.spines.values():
         spine.set(visible=True, color=_TIER_COLOURS[spec.tier], linewidth=1.6)
-    axes.imshow(np.full((480, 640, 3), 235, np.uint8) if frame is None else frame)
-    axes.set_title(f"\n{family}  {spec.name}", fontsize=9.5)
+    axes.imshow(np.full((480, 640, 3), 235, np.uint8) if example is None else example.frame)
+    axes.set_title(f"\n{family}  {spec.name}", fontsize=points(9.5))
+    letters = int(46 * axes.figure.get_figwidth() / (_CARD_WIDTH_IN * 4) * 7.3 / points(7.3))
+    if example is not None and example.target is not None:
+        axes.plot(*example.target, "o", ms=15, mfc="none", mec="white", mew=3.2)
+        axes.plot(*example.target, "o", ms=15, mfc="none", mec=CLICK_COLOUR, mew=1.6)
     seen = "target in view" if spec.visible_at_start else "target out of view"
-    instruction = "" if episode is None else f"\n“{_wrapped(episode.instruction, 46)}”"
-    text = f"{spec.summary}; {seen}\n{spec.max_steps} steps, {spec.max_invalid} invalid replies{instruction}"
-    axes.set_xlabel(text, fontsize=7.3, loc="left", linespacing=1.35)
+    parts = [f"{spec.summary}; {seen}", f"{spec.max_steps} steps, {spec.max_invalid} invalid replies"]
+    parts += [] if example is None else [f"“{example.episode.instruction}”"]
+    text = "\n".join(_wrapped(part, letters, 6) for part in parts)
+    axes.set_xlabel(text, fontsize=points(7.3), loc="left", linespacing=1.35)
 
 
-def _step(figure: Figure, axes: Axes, track: AgentTrajectory, index: int, *, left: float, width: float) -> None:
-    height = 0.75 * width
-    top = _HEIGHT - 9.2
-    picture = figure.add_axes((left / 110, (top - height) / _HEIGHT, width / 110, height / _HEIGHT))
+def _step(axes: Axes, track: AgentTrajectory, index: int, layout: _Layout, at: tuple[float, float]) -> None:
+    """Draw the frame before a step; under it, the action, whether the hidden goal holds after it, and the reply.
+
+    `at` has the left edge and the width of the frame.
+    """
+    (left, width), top = at, layout.pictures_top
+    height, step = 0.75 * width, track.record.steps[index]
+    picture = axes.inset_axes((left, top - height, width, height), transform=axes.transData)
     picture.imshow(track.frames[index], aspect="auto")
     picture.axis("off")
-    mark_click(picture, track.record.steps[index].action)
+    mark_click(picture, step.action)
+    axes.text(left, top + 0.5, f"frame of step {index + 1}", fontsize=points(8), color=FAINT)
+    look: dict[str, Any] = {"ha": "center", "va": "top"}
+    middle, under = left + width / 2, top - height
+    axes.text(middle, under - 0.9, step_caption(step), fontsize=points(8), fontweight="bold", **look)
     held = track.holds[index + 1]
-    axes.text(left, top + 0.5, f"step {index + 1}", fontsize=8, color=FAINT)
-    hidden = "after it: goal holds" if held else "after it: not yet"
-    axes.text(left + width, top + 0.5, hidden, fontsize=7, ha="right", color=LABEL_COLOURS["B"] if held else FAINT)
-    step = track.record.steps[index]
-    axes.text(
-        left + width / 2, top - height - 0.9, step_caption(step), fontsize=8, ha="center", va="top", fontweight="bold"
-    )
-    reply = _wrapped(
-        " ".join(step.reply.text.replace(",", ", ").replace(":", ": ").split()),
-        int(1.9 * width),
-        lines=max(1, int((top - height - 3.4 - _BOXES_TOP) / 1.1)),
-    )
-    axes.text(left, top - height - 3.4, reply, fontsize=6, va="top", family="DejaVu Sans Mono", color=FAINT)
+    hidden = f"(hidden: {GOAL_WORDS})" if held else "(hidden: the goal does not hold)"
+    axes.text(middle, under - 2.5, hidden, fontsize=points(7), color=GOAL_COLOUR if held else FAINT, **look)
+    lines = max(1, int((under - 4.4 - layout.boxes_top) / 1.1))
+    spaced = " ".join(step.reply.text.replace(",", ", ").replace(":", ": ").split())
+    reply = _wrapped(spaced, int(1.9 * width), lines)
+    axes.text(left, under - 4.4, reply, fontsize=MIN_POINTS, va="top", family="DejaVu Sans Mono", color=FAINT)
 
 
-def _interface(axes: Axes, episode: Episode, track: AgentTrajectory) -> None:
+def _interface(axes: Axes, layout: _Layout) -> None:
     boxes = (
-        (2.0, "Agent sees", "system prompt, the current frame,\n20 turns of its own text replies", "#0072b2"),
-        (29.5, "Agent answers", "one JSON object: navigate, look,\ninteract_pixel or report", "#e69f00"),
-        (57.0, "Simulator acts", "no success signal, no state\ngoes back; only the next frame", "#555b66"),
-        (84.5, "Settlement, offline", "hidden state gives W; the report\nagainst it gives B and the label", "#009e73"),
+        ("Agent sees", "system prompt, the current frame, 20 turns of its own text replies", "#0072b2"),
+        ("Agent answers", "one JSON object: navigate, look, interact_pixel or report", "#e69f00"),
+        ("Simulator acts", "no success signal, no state goes back; only the next frame", "#555b66"),
+        ("Settlement, offline", "hidden state gives W; the report against it gives B and the label", "#009e73"),
     )
-    for left, head, text, colour in boxes:
-        axes.add_patch(
-            FancyBboxPatch(
-                (left, 8.5), 23, 10, boxstyle="round,pad=0.3,rounding_size=0.8", fc="white", ec=colour, lw=1.6
-            )
+    gap = 4.0
+    width = (layout.across - 4 - 3 * gap) / 4
+    bottom, high = 8.5, layout.boxes_top - 9.0
+    shape = "round,pad=0.3,rounding_size=0.8"
+    for place, (head, text, colour) in enumerate(boxes):
+        left = 2 + place * (width + gap)
+        axes.add_patch(FancyBboxPatch((left, bottom), width, high, boxstyle=shape, fc="white", ec=colour, lw=1.6))
+        axes.text(
+            left + 0.6, bottom + high - 1.4, head, fontsize=points(9.5), fontweight="bold", color=colour, va="center"
         )
-        axes.text(left + 1, 16.3, head, fontsize=9.5, fontweight="bold", color=colour, va="center")
-        axes.text(left + 1, 11.8, text, fontsize=7.8, va="center", linespacing=1.4)
-    for left in (25.6, 53.1, 80.6):
-        _arrow(axes, (left, 13.5), (left + 3.2, 13.5))
-    axes.add_patch(
-        FancyArrowPatch(
-            (68, 8.0),
-            (14, 8.0),
-            connectionstyle="arc3,rad=-0.12",
-            arrowstyle="-|>",
-            mutation_scale=10,
-            color=FAINT,
-            lw=1.1,
-        )
-    )
-    _footnotes(axes, episode, track.outcome)
+        said = _wrapped(text, _letters(width - 0.8, 7.8), 5)
+        axes.text(left + 0.6, bottom + high - 2.9, said, fontsize=points(7.8), va="top", linespacing=1.4)
+        if place:
+            _arrow(axes, (left - gap + 0.5, bottom + high / 2), (left - 0.5, bottom + high / 2))
+    back = {"connectionstyle": "arc3,rad=-0.12", "arrowstyle": "-|>", "mutation_scale": 10, "color": FAINT, "lw": 1.1}
+    axes.add_patch(FancyArrowPatch((2 + 2.5 * width + 2 * gap, 8.0), (2 + width / 2, 8.0), **back))
 
 
-def _footnotes(axes: Axes, episode: Episode, outcome: Outcome) -> None:
-    """Write the budgets and the episode's outcome."""
-    axes.text(
-        41,
-        2.6,
-        f"at most {episode.max_steps} steps and {episode.max_invalid} invalid replies, hidden from it",
-        fontsize=7.8,
-        color=FAINT,
-        ha="center",
-    )
-    said_text = f"reported {outcome.reported}" if outcome.reported else "no report"
-    axes.text(
-        96,
-        4.6,
-        f"here: {said_text}, W={int(outcome.W)}, B={int(outcome.B)}",
-        fontsize=8.5,
-        ha="center",
-        fontweight="bold",
-        color=INK,
-    )
+def _footnotes(axes: Axes, layout: _Layout, episode: Episode, track: AgentTrajectory) -> None:
+    """Write the budgets, what the marks mean, and the episode's outcome."""
+    outcome = track.outcome
+    budget = f"at most {episode.max_steps} steps and {episode.max_invalid} invalid replies, hidden from it"
+    look: dict[str, Any] = {"fontsize": points(7.8), "color": FAINT}
+    axes.text(2 + 0.36 * layout.across, 2.9, budget, ha="center", **look)
+    axes.text(2, 0.9, "cross: where the action clicks    +n: n steps that are not shown", **look)
+    said = f"reported {outcome.reported}" if outcome.reported else "no report"
+    text = f"here: {said}, W={int(outcome.W)}, B={int(outcome.B)}"
+    axes.text(layout.across - 2, 5.4, text, fontsize=points(8.5), ha="right", fontweight="bold", color=INK)
+
+
+def _letters(width: float, size: float) -> int:
+    """Return how many letters of text of `size` on a screen fit into a width (tenths of an inch)."""
+    return int(7.2 * width / (0.58 * points(size)))
 
 
 def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:

@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from vigil.analysis.measures.metrics import CLOSURE_STEPS, LABELS, RunMetrics, after_goal_shares, closure_curve, measure
 from vigil.analysis.measures.rows import ACTION_KINDS
 from vigil.analysis.measures.study import RunEntry, Study
-from vigil.analysis.plots.label_placement import place_labels
+from vigil.analysis.plots.label_placement import PointLabel, place_labels
 from vigil.analysis.plots.style import (
     CYCLE,
     DASHES,
@@ -31,11 +31,15 @@ from vigil.analysis.plots.style import (
     PLOT_WIDTH_IN,
     canvas,
     ink_on,
+    is_column,
+    paper_width_in,
+    points,
+    set_figure_title,
     styled,
 )
 
 MIN_SHARE_WITH_NUMBER = 6.0
-_NAME_CHARS = 40
+_NAME_CHARS, _COLUMN_NAME_CHARS = 40, 20
 _W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed by a matching report (%)"
 
 
@@ -52,8 +56,10 @@ def outcome_partition(study: Study) -> Figure | None:
         _name_rows(axes, [f"{entry.name}  (n={entry.overall.n:,})" for entry in entries])
         mark = _mark_w(axes, entries)
         axes.set_xlabel("share of scored episodes (%)")
-        axes.set_title("Outcome partition, sorted by B")
-        figure.legend(handles=[*handles, mark], loc="outside lower center", ncols=3, handlelength=1.6)
+        set_figure_title(axes, "Outcome partition, sorted by B")
+        figure.legend(
+            handles=[*handles, mark], loc="outside lower center", ncols=2 if is_column() else 3, handlelength=1.6
+        )
         return figure
 
 
@@ -63,8 +69,11 @@ def belief_closure(study: Study) -> Figure | None:
     if not entries:
         return None
     with styled():
-        figure = canvas(PLOT_WIDTH_IN, 1.5 + 0.38 * len(entries))
-        left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.5), sharey=True)
+        panels = 2 if is_column() else 1
+        figure = canvas(PLOT_WIDTH_IN, 1.5 + 0.38 * len(entries) * panels)
+        left, right = (
+            figure.subplots(2, 1) if is_column() else figure.subplots(1, 2, width_ratios=(1.0, 1.5), sharey=True)
+        )
         _lags(left, entries)
         shares = [after_goal_shares(entry.run.rows) for entry in entries]
         values = np.array(
@@ -73,13 +82,20 @@ def belief_closure(study: Study) -> Figure | None:
         handles = _stack(right, values, KIND_LOOKS)
         for row, each in enumerate(values):
             if not each.any():
-                right.text(1, row, "no later action", va="center", fontsize=7.5, color=FAINT)
+                right.text(1, row, "no later action", va="center", fontsize=points(7.5), color=FAINT)
         for row, entry in enumerate(entries):
-            right.text(101, row, f"n={entry.overall.counts['W']:,}\u2002", va="center", fontsize=7.5)
-        right.tick_params(left=False)
+            right.text(101, row, f"n={entry.overall.counts['W']:,}\u2002", va="center", fontsize=points(7.5))
+        _name_rows(right, [entry.name for entry in entries])
+        right.tick_params(left=False, labelleft=is_column())
         right.set_xlabel("share of actions after the goal first held (%)")
         right.set_title("(b) What follows attainment (W=1, pooled)")
-        figure.legend(handles=handles, loc="outside lower center", ncols=5, handlelength=1.6, columnspacing=1.2)
+        figure.legend(
+            handles=handles,
+            loc="outside lower center",
+            ncols=3 if is_column() else 5,
+            handlelength=1.6,
+            columnspacing=1.2,
+        )
         return figure
 
 
@@ -89,7 +105,7 @@ def plane(study: Study) -> Figure | None:
     if not entries:
         return None
     with styled():
-        figure = canvas(PLOT_WIDTH_IN, 6.6)
+        figure = canvas(PLOT_WIDTH_IN, 4.7 if is_column() else 6.6)
         axes = figure.add_subplot()
         top = _plane_frame(axes, study, entries)
         texts = _published_points(axes, study)
@@ -97,8 +113,9 @@ def plane(study: Study) -> Figure | None:
             texts.append(_own_point(axes, entry, CYCLE[index % len(CYCLE)]))
         axes.set(xlim=(-0.02 * top, top), ylim=(-0.02 * top, top))
         others = [(w, b) for _, w, b in study.published.points()] if study.published else []
-        place_labels(figure, axes, texts, [*others, *(place for entry in entries for place in _cross(entry))])
         _plane_legend(figure, study, entries)
+        crosses = [place for entry in entries for place in _cross(entry)]
+        name_points(axes, texts, [*others, *crosses])
         return figure
 
 
@@ -128,10 +145,12 @@ def closure_curves(study: Study) -> Figure | None:
             xlabel="k: steps after the goal first held",
             ylabel="W=1 episodes closed within k steps (%)",
         )
-        axes.set_title("Closure curves: how fast achieved states become matching reports")
+        set_figure_title(axes, "Closure curves: how fast achieved states become matching reports")
         axes.set_xticks(range(0, CLOSURE_STEPS + 1, 2))
         axes.grid(visible=True)
-        figure.legend(loc="outside lower center", ncols=2 if len(curves) > 3 else 1, handlelength=3.2)
+        figure.legend(
+            loc="outside lower center", ncols=2 if len(curves) > 3 and not is_column() else 1, handlelength=3.2
+        )
         return figure
 
 
@@ -140,7 +159,7 @@ def feedback_shift(study: Study) -> Figure | None:
     if not study.pairing.feedback:
         return None
     with styled():
-        figure = canvas(PLOT_WIDTH_IN, 5.4)
+        figure = canvas(PLOT_WIDTH_IN, 4.3 if is_column() else 5.4)
         axes = figure.add_subplot()
         texts, values = [], [5.0]
         for index, pair in enumerate(study.pairing.feedback):
@@ -152,14 +171,14 @@ def feedback_shift(study: Study) -> Figure | None:
             axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.8})
             axes.plot(*start, "o", ms=9, color=GROUND, mec=colour, mew=1.5)
             axes.plot(*end, "o", ms=6, color=colour)
-            texts.append((end, f"{pair.base.name} (n={base.n:,})", colour, 8.5))
+            texts.append((end, f"{pair.base.name} (n={base.n:,})", colour, points(8.5)))
             values += [*start, *end]
         top = min(104.0, 1.15 * max(values))
         axes.set(xlim=(-0.03 * top, top), ylim=(-0.03 * top, top), xlabel=_W_AXIS, ylabel=_B_AXIS)
         axes.axline((0, 0), slope=1, color=FAINT, lw=0.8)
-        axes.set_title("Action feedback: from the base contract (hollow) to +FB (filled)")
+        set_figure_title(axes, "Action feedback: from the base contract (hollow) to +FB (filled)")
         axes.grid(visible=True)
-        place_labels(figure, axes, texts)
+        name_points(axes, texts)
         return figure
 
 
@@ -189,7 +208,7 @@ def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
     for row, entry in enumerate(entries):
         w, b = (100 * (entry.overall.share(name) or 0.0) for name in ("W", "B"))
         axes.plot([w], [row], **look)
-        axes.text(101.5, row, f"W−B {w - b:.1f}\u2002", va="center", fontsize=8)
+        axes.text(101.5, row, f"W−B {w - b:.1f}\u2002", va="center", fontsize=points(8))
     handle: dict[str, Any] = {**look, "ms": 11}
     return Line2D([], [], **handle, label="W: the world reached the goal")
 
@@ -200,12 +219,13 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Mapping[str, tuple[str, str]])
     `looks` maps the name of each part to its colour and hatch.
     """
     left = np.zeros(len(shares))
+    least = MIN_SHARE_WITH_NUMBER * points(7.5) / 7.5 * PLOT_WIDTH_IN / (paper_width_in() or PLOT_WIDTH_IN)
     rows = np.arange(len(shares))
     for column, (colour, hatch) in enumerate(looks.values()):
         widths = shares[:, column]
         axes.barh(rows, widths, left=left, height=0.72, color=colour, hatch=hatch, edgecolor="white", lw=0.5)
         for row, width in enumerate(widths):
-            if width >= MIN_SHARE_WITH_NUMBER:
+            if width >= least:
                 box = {"boxstyle": "round,pad=0.12", "fc": colour, "ec": "none"}
                 axes.text(
                     left[row] + width / 2,
@@ -213,7 +233,7 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Mapping[str, tuple[str, str]])
                     f"{width:.1f}",
                     ha="center",
                     va="center",
-                    fontsize=7.5,
+                    fontsize=points(7.5),
                     color=ink_on(colour),
                     bbox=box,
                 )
@@ -225,7 +245,8 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Mapping[str, tuple[str, str]])
 
 def _name_rows(axes: Axes, names: Sequence[str]) -> None:
     """Write the names next to the rows; long names are wrapped to leave room for the bars."""
-    folded = [name if len(name) <= _NAME_CHARS else "\n".join(textwrap.wrap(name, _NAME_CHARS)) for name in names]
+    width = _COLUMN_NAME_CHARS if is_column() else _NAME_CHARS
+    folded = [name if len(name) <= width else "\n".join(textwrap.wrap(name, width)) for name in names]
     axes.set_yticks(range(len(names)), folded)
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(len(names) - 0.5, -0.5)
@@ -235,11 +256,13 @@ def _lags(axes: Axes, entries: Sequence[RunEntry]) -> None:
     for row, entry in enumerate(entries):
         lag = entry.overall.means["lag"]
         if lag is None:
-            axes.text(0.02, row, "no B=1 episode", va="center", fontsize=7.5, color=FAINT)
+            axes.text(0.02, row, "no B=1 episode", va="center", fontsize=points(7.5), color=FAINT)
             continue
         axes.barh(row, lag, height=0.6, color="#0072b2")
         n = entry.overall.counts["B"]
-        axes.annotate(f"{lag:.1f}  (n={n})", (lag, row), (4, 0), textcoords="offset points", va="center", fontsize=7.5)
+        axes.annotate(
+            f"{lag:.1f}  (n={n})", (lag, row), (4, 0), textcoords="offset points", va="center", fontsize=points(7.5)
+        )
     longest = max((entry.overall.means["lag"] or 0.0 for entry in entries), default=0.0)
     axes.set_xlim(0, 1.55 * longest + 0.3)
     _name_rows(axes, [entry.name for entry in entries])
@@ -264,19 +287,21 @@ def _plane_frame(axes: Axes, study: Study, entries: Sequence[RunEntry]) -> float
             [gap, top], [0, top - gap], color=FAINT if gap == 0 else "#d6d6d1", lw=1.0 if gap == 0 else 0.7, zorder=1
         )
         if gap:
-            axes.text(top + 0.006 * top, top - gap, f"Δ={gap}", fontsize=6.5, color=FAINT, ha="left", va="center")
-    axes.text(0.03 * top, 0.95 * top, "B cannot exceed W", fontsize=8, color=FAINT)
+            axes.text(
+                top + 0.006 * top, top - gap, f"Δ={gap}", fontsize=points(6.5), color=FAINT, ha="left", va="center"
+            )
+    axes.text(0.03 * top, 0.95 * top, "B cannot exceed W", fontsize=points(8), color=FAINT)
     axes.set(xlabel=_W_AXIS, ylabel=_B_AXIS)
-    axes.set_title(f"World completion and terminal commitment ({_sizes(entries)})")
+    set_figure_title(axes, f"World completion and terminal commitment ({_sizes(entries)})")
     return top
 
 
-def _published_points(axes: Axes, study: Study) -> list[tuple[tuple[float, float], str, str, float]]:
+def _published_points(axes: Axes, study: Study) -> list[PointLabel]:
     if not study.published:
         return []
     for model, w, b in study.published.points():
         axes.plot(w, b, GROUP_MARKERS[model.group], ms=4.5, color=GREY, mec="white", mew=0.4, zorder=2)
-    return [((w, b), model.name, "#7d828a", 6.2) for model, w, b in study.published.points() if model.anchor]
+    return [((w, b), model.name, "#7d828a", points(6.2)) for model, w, b in study.published.points() if model.anchor]
 
 
 def _sizes(entries: Sequence[RunEntry]) -> str:
@@ -296,13 +321,29 @@ def _cross(entry: RunEntry) -> list[tuple[float, float]]:
     ]
 
 
-def _own_point(axes: Axes, entry: RunEntry, colour: str) -> tuple[tuple[float, float], str, str, float]:
+def _own_point(axes: Axes, entry: RunEntry, colour: str) -> PointLabel:
     w, b = _place(entry.overall)
     (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
     axes.plot([100 * w_low, 100 * w_high], [b, b], color=colour, lw=1.0, alpha=0.7, zorder=3)
     axes.plot([w, w], [100 * b_low, 100 * b_high], color=colour, lw=1.0, alpha=0.7, zorder=3)
     axes.plot(w, b, GROUP_MARKERS.get(entry.group, OTHER_MARKER), ms=8, color=colour, mec="white", mew=0.8, zorder=4)
-    return (w, b), entry.name, colour, 8.5
+    return (w, b), entry.name, colour, points(8.5)
+
+
+def name_points(axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[float, float]] = ()) -> None:
+    """Write labels next to their points; under the axes, the names of those that have room for a number only."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    before, axis = len(axes.texts), axes.get_xlabel()
+    numbered = place_labels(figure, axes, labels, avoid)
+    if numbered:  # the names below make the axes smaller, so all labels are placed again
+        width = int(72 * figure.get_figwidth() / (0.62 * points(8)))
+        for _ in range(2):
+            words = ", ".join(f"{number}: {text}" for number, text in enumerate(numbered, start=1))
+            axes.set_xlabel(f"{axis}\n{textwrap.fill(words, width)}")
+            for text in axes.texts[before:]:
+                text.remove()
+            numbered = place_labels(figure, axes, labels, avoid)
 
 
 def _plane_legend(figure: Figure, study: Study, entries: Sequence[RunEntry]) -> None:
@@ -315,4 +356,4 @@ def _plane_legend(figure: Figure, study: Study, entries: Sequence[RunEntry]) -> 
     ]
     if study.published:
         handles.append(Line2D([], [], marker="o", ls="", color=GREY, ms=5, label="published (paper)"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=2, columnspacing=1.5)
+    figure.legend(handles=handles, loc="outside lower center", ncols=1 if is_column() else 2, columnspacing=1.5)

@@ -7,9 +7,10 @@ import io
 from collections.abc import Generator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -85,31 +86,62 @@ PLOT_WIDTH_IN = 8.6
 """Width of figures that show numbers; those with frames have widths that depend on the number of frames."""
 MIN_HEIGHT_SCALE = 0.85
 """Least share of its height that a figure keeps for a paper, so that its rows stay apart."""
-PAPER_WIDTH_IN = 6.75
-"""Width of a page's text in a paper of two columns."""
-_is_on_paper: ContextVar[bool] = ContextVar("is_on_paper", default=False)
+PaperWidth = Literal["page", "column"]
+PAPER_WIDTHS_IN: dict[PaperWidth, float] = {"page": 6.75, "column": 3.25}
+"""Widths of a page's text and of a column in a paper of two columns."""
+MIN_POINTS = 6.0
+"""Smallest size of text in any figure, at the width at which it is printed."""
+_TEXT_SCALES: dict[PaperWidth | None, float] = {None: 1.0, "page": 0.85, "column": 0.75}
+_paper_width: ContextVar[PaperWidth | None] = ContextVar("paper_width", default=None)
 
 
 @contextmanager
-def on_paper(is_wanted: bool) -> Generator[None, None, None]:
-    """Draw figures inside the block for a paper, if wanted: on white, and those of numbers as wide as its page."""
-    token = _is_on_paper.set(is_wanted)
+def on_paper(width: PaperWidth | None) -> Generator[None, None, None]:
+    """Draw figures inside the block for a paper: on white, as wide as they are printed, titled by their captions only.
+
+    With None, they are drawn for a screen.
+    """
+    token = _paper_width.set(width)
     try:
         yield
     finally:
-        _is_on_paper.reset(token)
+        _paper_width.reset(token)
+
+
+def paper_width_in() -> float | None:
+    """Return the width (inches) at which a figure is printed; None if it is drawn for a screen."""
+    width = _paper_width.get()
+    return None if width is None else PAPER_WIDTHS_IN[width]
+
+
+def is_column() -> bool:
+    """Return whether figures are drawn for one column of a paper."""
+    return _paper_width.get() == "column"
+
+
+def points(size: float) -> float:
+    """Return the size of text (points) that has `size` on a screen."""
+    return max(MIN_POINTS, size * _TEXT_SCALES[_paper_width.get()])
+
+
+def set_figure_title(axes: Axes, text: str) -> None:
+    """Write a title over the only axes of a figure, unless it is for a paper, where the caption is the title."""
+    if _paper_width.get() is None:
+        axes.set_title(text)
 
 
 @contextmanager
 def styled() -> Generator[None, None, None]:
     """Apply the project's style inside the block, and restore matplotlib's settings afterwards."""
-    with mpl.rc_context(_SETTINGS | (_ON_PAPER if _is_on_paper.get() else {})):
+    sizes = {name: points(value) for name, value in _SETTINGS.items() if name.endswith("size")}
+    with mpl.rc_context(_SETTINGS | sizes | (_ON_PAPER if _paper_width.get() else {})):
         yield
 
 
 def canvas(width: float, height: float, *, is_free: bool = False) -> Figure:
     """Return an empty figure of that size (inches) without a window; `is_free` leaves the layout to the caller."""
-    scale = PAPER_WIDTH_IN / width if _is_on_paper.get() and width == PLOT_WIDTH_IN else 1.0
+    printed = paper_width_in()
+    scale = printed / width if printed is not None and width == PLOT_WIDTH_IN else 1.0
     figure = Figure(
         figsize=(scale * width, max(scale, MIN_HEIGHT_SCALE) * height), layout=None if is_free else "constrained"
     )

@@ -7,6 +7,7 @@ import io
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +16,17 @@ from matplotlib.patches import Rectangle
 from PIL import Image
 
 from vigil.analysis.measures.rows import Run
-from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, ink_of, ink_on, styled
+from vigil.analysis.plots.style import (
+    FAINT,
+    INK,
+    LABEL_COLOURS,
+    canvas,
+    ink_of,
+    ink_on,
+    paper_width_in,
+    points,
+    styled,
+)
 from vigil.errors import RecordError
 from vigil.protocol.actions import Action, InteractPixel, Navigate, Report
 from vigil.protocol.episode import Episode
@@ -26,12 +37,16 @@ from vigil.scoring.outcomes import Label, Outcome, score
 from vigil.scoring.saved_run import RecordTable
 
 GOAL_COLOUR = LABEL_COLOURS["B"]
+GOAL_WORDS = "then the goal holds"
+"""Words under the frame before a step after which the hidden goal holds."""
 CLICK_COLOUR = "#ff2d95"
 DEFAULT_COLUMNS = 6
 ANIMATION_MS = 900
 FINAL_MS = 3000
 TITLE_LETTERS_PER_IN = 11.5
 _PANEL_IN, _NAME_IN = 1.75, 1.15
+_PAPER_PANEL_IN = 1.4
+"""Least width of a frame in a paper."""
 _ENDS: dict[Label, str] = {
     "B": "verified success",
     "FR": "false report",
@@ -79,13 +94,21 @@ def make_trajectory(
 
 def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], columns: int = DEFAULT_COLUMNS) -> Figure:
     """Draw one row per agent: frames of the first, the last and other key steps, with actions and verdicts."""
+    printed = paper_width_in()
+    if printed is not None:
+        columns = min(columns, int((printed - _NAME_IN * points(8.5) / 8.5) / _PAPER_PANEL_IN))
     width = max(2, min(columns, max(len(one.record.steps) for one in tracks)))
     with styled():
-        width_in = figure_width_in(width)
+        width_in = printed or figure_width_in(width)
         title = _title(episode, tracks, width_in)
-        figure = canvas(width_in, 0.35 + 0.2 * len(title.splitlines()) + len(tracks) * (_PANEL_IN * 0.75 + 0.42))
-        figure.suptitle(title, x=0.008, ha="left", fontsize=9.5, fontweight="bold", linespacing=1.5)
-        grid = figure.subplots(len(tracks), width + 1, squeeze=False, width_ratios=[0.62, *[1.0] * width])
+        panel_in = (width_in - _NAME_IN) / width
+        line_in = points(9.5) / 72
+        figure = canvas(
+            width_in, 0.35 + 1.5 * line_in * len(title.splitlines()) + len(tracks) * (panel_in * 0.75 + 0.5)
+        )
+        figure.suptitle(title, x=0.008, ha="left", fontsize=points(9.5), fontweight="bold", linespacing=1.5)
+        ratios = [_NAME_IN / panel_in, *[1.0] * width]
+        grid = figure.subplots(len(tracks), width + 1, squeeze=False, width_ratios=ratios)
         for row, one in enumerate(tracks):
             _name(grid[row][0], one)
             chosen = key_steps(one, width)
@@ -93,7 +116,7 @@ def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], colum
                 axes = grid[row][column + 1]
                 axes.axis("off")
                 if column < len(chosen):
-                    _panel(axes, one, chosen[column])
+                    _panel(axes, one, chosen[column], chosen[column - 1] if column else -1)
         return figure
 
 
@@ -167,46 +190,49 @@ def _title(episode: Episode, tracks: Sequence[AgentTrajectory], width_in: float)
     expected = next((f"   expected label: {one.outcome.expected}" for one in tracks if one.outcome.expected), "")
     what = f"{episode.family}, {FAMILIES[episode.family].name}; at most {episode.max_steps} steps"
     lines = (f"{episode.id}   ({what})", f"“{episode.instruction}”{expected}")
-    return "\n".join(textwrap.fill(line, int(TITLE_LETTERS_PER_IN * width_in)) for line in lines)
+    return "\n".join(textwrap.fill(line, int(TITLE_LETTERS_PER_IN * width_in * 9.5 / points(9.5))) for line in lines)
 
 
 def _name(axes: Axes, one: AgentTrajectory) -> None:
     axes.axis("off")
     axes.set(xlim=(0, 1), ylim=(0, 1))
-    axes.text(0, 0.98, _wrapped_name(one.name), va="top", fontsize=8.5, fontweight="bold")
+    axes.text(
+        0,
+        0.98,
+        _wrapped_name(one.name, 14 if paper_width_in() else 16),
+        va="top",
+        fontsize=points(8.5),
+        fontweight="bold",
+    )
     colour = LABEL_COLOURS[one.outcome.label]
-    axes.text(0, 0.52, verdict_caption(one), va="top", fontsize=8, color=INK, linespacing=1.4)
+    axes.text(0, 0.52, verdict_caption(one), va="top", fontsize=points(8), color=INK, linespacing=1.4)
     axes.add_patch(Rectangle((0, 0.56), 0.6, 0.03, color=colour, transform=axes.transAxes))
 
 
-def _panel(axes: Axes, one: AgentTrajectory, index: int) -> None:
+def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
+    """Draw the frame before a step, marked where the step clicks; under it, the step and whether it met the goal.
+
+    `previous` is the step of the panel to the left; steps between the two are counted above the frame.
+    """
     step = one.record.steps[index]
     axes.imshow(one.frames[index], interpolation="antialiased")
     mark_click(axes, step.action)
-    held = one.holds[index + 1]
-    if held:
-        axes.add_patch(Rectangle((0, 0), 639, 479, fill=False, ec=GOAL_COLOUR, lw=4.0))
+    skipped = index - previous - 1
+    gap = f"  ({skipped} not shown)" if skipped else ""
+    axes.set_title(f"step {index + 1}{gap}", fontsize=points(7), color=FAINT, pad=2, fontweight="normal")
     is_last = index == len(one.record.steps) - 1
-    text = step_caption(step)
-    axes.set_title(
-        f"step {index + 1}{'  → goal holds' if held else ''}",
-        fontsize=7,
-        color=GOAL_COLOUR if held else FAINT,
-        pad=2,
-        fontweight="normal",
-    )
-    colour = ink_of(LABEL_COLOURS[one.outcome.label]) if is_last else INK
-    axes.text(
-        0.5,
-        -0.04,
-        text,
-        transform=axes.transAxes,
-        ha="center",
-        va="top",
-        fontsize=7.5,
-        color=colour,
+    look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "center", "va": "top"}
+    axes.annotate(
+        step_caption(step),
+        (0.5, 0.0),
+        (0, -2),
+        fontsize=points(7.5),
+        color=ink_of(LABEL_COLOURS[one.outcome.label]) if is_last else INK,
         fontweight="bold" if is_last else "normal",
+        **look,
     )
+    if one.holds[index + 1]:
+        axes.annotate(GOAL_WORDS, (0.5, 0.0), (0, -4 - points(7.5)), fontsize=points(7), color=GOAL_COLOUR, **look)
 
 
 def mark_click(axes: Axes, action: Action | None) -> None:
@@ -223,12 +249,12 @@ def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: 
     with styled():
         title = _title(episode, tracks, 4.2 * columns)
         figure = canvas(4.2 * columns, 0.41 + 0.17 * len(title.splitlines()) + 3.75 * rows)
-        figure.suptitle(title, x=0.01, ha="left", fontsize=9.5, fontweight="bold")
+        figure.suptitle(title, x=0.01, ha="left", fontsize=points(9.5), fontweight="bold")
         for place, one in zip(figure.subplots(rows, columns, squeeze=False).flat, tracks, strict=False):
             last = len(one.record.steps) - 1
             index = min(step, last)
-            _panel(place, one, index)
-            place.set_title(f"{one.name}   step {index + 1}", fontsize=9)
+            _panel(place, one, index, index - 1)
+            place.set_title(f"{one.name}   step {index + 1}", fontsize=points(9))
             if step >= last:
                 place.images[0].set_alpha(0.55)
                 place.text(
@@ -237,7 +263,7 @@ def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: 
                     verdict_caption(one),
                     ha="center",
                     va="center",
-                    fontsize=13,
+                    fontsize=points(13),
                     fontweight="bold",
                     color=ink_on(LABEL_COLOURS[one.outcome.label]),
                     bbox={"fc": LABEL_COLOURS[one.outcome.label], "ec": "none", "pad": 7},
@@ -249,7 +275,7 @@ def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: 
         return Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])  # type: ignore[attr-defined] - of Agg
 
 
-def _wrapped_name(name: str, width: int = 16) -> str:
+def _wrapped_name(name: str, width: int) -> str:
     """Return a name wrapped at spaces, hyphens and underscores, at most `width` characters a line."""
     lines, line = [], ""
     for word in name.replace("-", "- ").replace("_", "_ ").split(" "):

@@ -115,7 +115,7 @@ def _ends(row: TableRow, column: Column) -> str:
     value = row.cells.get(column.key)
     pairs = value[2:] if column.kind == "pair" and value else (value[1:],) if isinstance(value, tuple) else ()
     digits = 1 if column.key in IN_STEPS else 0
-    return " / ".join(_range(*pair, digits) for pair in pairs if pair and None not in pair) or DASH
+    return " / ".join(_range(pair[0], pair[1], digits) for pair in pairs if pair and None not in pair) or DASH
 
 
 def _range(low: float, high: float, digits: int) -> str:

@@ -55,7 +55,7 @@ def _gain_cells(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, Any]:
         "unclosed": int(np.sum(in_both & b & ~b2)),
         "lost": int(np.sum(b & ~w2)),
     }
-    return found | {name: points(*paired_difference(*sides, houses)) for name, sides in parts.items()}
+    return found | {name: points(*paired_difference(before, after, houses)) for name, (before, after) in parts.items()}
 
 
 def event_reductions(study: Study) -> Table:

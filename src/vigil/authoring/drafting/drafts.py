@@ -72,6 +72,8 @@ class Header(_Line):
     """Number of start poses drawn for each draft; the hardest is used. The field is written if the number exceeds 1."""
     forms: Forms = "public"
     """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
+    templates: tuple[str, ...] = Field(default=(), exclude_if=lambda names: not names)
+    """Kinds of episodes to which their families are limited. The field is written if there are any."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
     is_seed_secret: bool = False

@@ -41,7 +41,7 @@ from vigil.base.processes.group import map_in_workers
 from vigil.errors import EpisodeError, HouseError, SettingError
 from vigil.protocol.actions import Action, Report
 from vigil.protocol.episode import Episode
-from vigil.protocol.families import FAMILIES, Family
+from vigil.protocol.families import Family, wanted_kinds
 from vigil.protocol.goals import ReportStatus
 from vigil.protocol.house import House
 from vigil.protocol.world import Setup
@@ -149,6 +149,8 @@ class GenerationSettings:
     is_seed_secret: bool = False
     """Whether names of houses and episodes must not reveal the seed."""
     grammar: Grammar = FAMILY_GRAMMAR
+    templates: tuple[str, ...] = ()
+    """Kinds of episodes to which their families are limited; other families have all their kinds."""
 
     @property
     def secret(self) -> int | None:
@@ -169,6 +171,7 @@ class GenerationSettings:
             tried=self.tried,
             starts=self.starts,
             forms=self.forms,
+            templates=self.templates,
             drafts=DRAFTS_VERSION,
             is_seed_secret=self.is_seed_secret,
             asset_database_sha256=None if self.assets is None else self.assets.sha256,
@@ -176,7 +179,8 @@ class GenerationSettings:
 
     def limit(self, of_house: int, family: Family) -> int:
         """Return the limit for each kind of a family in a house; `of_house` is the limit for the whole family."""
-        return -(-of_house // len(FAMILIES[family].kinds)) if self.grammar.shares_limits else of_house
+        kinds = wanted_kinds(family, self.templates)
+        return -(-of_house // len(kinds)) if self.grammar.shares_limits else of_house
 
     def simulator(self) -> PrivilegedSimulator:
         """Return a new simulator."""
@@ -270,7 +274,10 @@ class DraftWorker:
     def _lines_of_family(self, context: HouseContext, family: Family) -> Iterator[DraftLine]:
         most, tried = (self._settings.limit(each, family) for each in (self._settings.per_house, self._settings.tried))
         seen: set[str] = set()
+        wanted = wanted_kinds(family, self._settings.templates)
         for kind, proposals in self._propose(context, family):
+            if self._settings.templates and kind not in wanted:
+                continue
             kept = 0
             context.begin(Setup())
             for proposal in islice(proposals, tried):

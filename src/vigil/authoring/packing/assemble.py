@@ -47,7 +47,8 @@ def assemble(
     check_can_freeze(out, request.name)
     for file in files:
         file.check_assets(request.asset_database_sha256)
-    pool = candidates(files, reviews, previous, levels)
+    found = candidates(files, reviews, previous, levels)
+    pool = [each for each in found if request.admits(each.task.drafts[0].episode.family, each.task.kind)]
     _check_levels(pool, request)
     chosen, bad, tried = select_valid(pool, request, check)
     read = [file.read() for file in files]

@@ -71,6 +71,8 @@ class Recipe(BaseModel):
     """Number of start poses drawn for each draft; the hardest is used."""
     forms: Forms = "public"
     """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
+    templates: tuple[str, ...] = Field(default=(), exclude_if=lambda names: not names)
+    """Kinds of episodes to which their families are limited; written if there are any."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
     suite: SuiteName | None = None

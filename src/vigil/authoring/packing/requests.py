@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.suites import SuiteName, suite_of_kind
-from vigil.protocol.families import FAMILIES, Family
+from vigil.protocol.families import FAMILIES, Family, wanted_kinds
 from vigil.scoring.levels import Level
 
 MAX_PER_HOUSE = 3
@@ -46,11 +46,17 @@ class PackRequest:
     """Whether each house gets only one family, in rotation."""
     starts: int = 1
     """Number of start poses drawn for each draft; the hardest is used."""
+    templates: tuple[str, ...] = ()
+    """Kinds of episodes to which their families are limited; other families have all their kinds."""
 
     @property
     def suite(self) -> SuiteName | None:
         """The suite of the pack; None for a pack of families."""
         return next(map(suite_of_kind, self.tasks), None)
+
+    def admits(self, family: Family, kind: str) -> bool:
+        """Return whether episodes of this kind may be in the pack."""
+        return not self.templates or kind in wanted_kinds(family, self.templates)
 
     @property
     def quotas(self) -> dict[str, int]:

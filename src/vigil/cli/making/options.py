@@ -16,7 +16,7 @@ from vigil.base.settings import Setting
 from vigil.cli.arguments import Robust, SeedFile
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.private import chosen_seed
-from vigil.protocol.families import FAMILIES
+from vigil.protocol.families import FAMILIES, parse_kinds
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.scoring.levels import LEVELS, Level, parse_levels
@@ -48,6 +48,17 @@ class Common:
             "the number of tasks of each kind; a pair of twins is one task."
         ),
     ] = None
+    templates: Annotated[
+        tuple[str, ...],
+        Setting(
+            "Template of a sequence, constraint or other kind to which its family is limited, e.g. put_into or "
+            "obstacle; may be repeated. A name of several families limits each; families without one have all theirs.",
+            name="template",
+            unset="all",
+            read=parse_kinds,
+            repeats=True,
+        ),
+    ] = ()
     seed: Annotated[
         int | None,
         Setting(
@@ -68,7 +79,7 @@ class Common:
 
     def check_suite(self, **given: object) -> None:
         """Raise SettingError if an option is given that a suite does not have; the message names the option."""
-        for name, value in {"family": self.families, **given}.items():
+        for name, value in {"family": self.families, "template": self.templates, **given}.items():
             if self.suite and value:
                 option = name.replace("_", "-")
                 raise SettingError(
@@ -142,6 +153,7 @@ class Content(Common):
             asset_database_sha256=AssetDatabase.from_file(self.assets).sha256,
             levels=self.levels,
             is_robust=self.robust,
+            templates=self.templates,
             **more,
         )
 

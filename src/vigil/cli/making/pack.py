@@ -60,7 +60,9 @@ class PackFreezer:
     def _measured_levels(self, files: Sequence[DraftsFile], previous: DraftsFile | None) -> Mapping[str, EpisodeLevel]:
         """Return the level of every candidate, by id."""
         pool = [each.task for each in candidates(files, self._reviews, previous)]
-        pool = [task for task in pool if task.group in self._request.quotas]
+        request = self._request
+        pool = [task for task in pool if task.group in request.quotas]
+        pool = [task for task in pool if request.admits(task.drafts[0].episode.family, task.kind)]
         fresh = [VerificationTask.of_draft(task) for task in pool if task.drafts[0].episode.id not in self._levels]
         with progress("levels") as show:
             work = house_batches(fresh, lambda episode: house_in(files, episode.house.name))
@@ -121,6 +123,7 @@ def drafting_settings(
         forms=request.forms,
         is_seed_secret=request.is_seed_secret and is_secret(request.seed),
         grammar=SUITES[request.suite].grammar if request.suite else FAMILY_GRAMMAR,
+        templates=request.templates,
     )
 
 

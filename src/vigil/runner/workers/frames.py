@@ -6,7 +6,7 @@ serve several people for hours, so they draw in a worker with a watchdog (`vigil
 
 import hashlib
 import os
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -19,10 +19,10 @@ from vigil.env import Env
 from vigil.errors import RecordError
 from vigil.packs.pack import Pack
 from vigil.protocol.episode import Episode
-from vigil.protocol.families import Family
 from vigil.protocol.profile import Profile
 from vigil.records.record import FRAMES_FOLDER, EpisodeRecord, RunSpec
 from vigil.sim import make_simulator
+from vigil.sim.privileged import PrivilegedSimulator
 
 MAX_FRAME_BYTES = 4 * MIB
 
@@ -110,15 +110,22 @@ def frames_of_record(
         return list(redraw(pack.episode(record.episode_id), record, env))
 
 
-def first_frames(pack: Pack, episodes: Mapping[Family, Episode], assets: Path | None) -> dict[Family, np.ndarray]:
-    """Return the first frame of each of `episodes` of a pack."""
+def first_frames(
+    pack: Pack, episodes: Iterable[Episode], assets: Path | None
+) -> Iterator[tuple[Episode, np.ndarray, tuple[float, float] | None]]:
+    """Yield each episode of a pack with its first frame and the pixel (x, y) in the middle of its target.
+
+    The pixel is None if the target is out of view. An episode is taken from `episodes` only when it is drawn.
+    """
     database = AssetDatabase.from_file(assets)
     pack.check_assets(database)
     with closing(make_simulator("mujoco", assets=database)) as simulator:
         env = Env(simulator, pack.house_of, Profile())
-        frames: dict[Family, np.ndarray] = {}
-        for family, episode in episodes.items():
+        for episode in episodes:
             observation = env.reset(episode)
-            if observation is not None:
-                frames[family] = observation.rgb
-        return frames
+            if observation is None:
+                raise RecordError(f"Episode {episode.id!r} ended at its reset: {env.record().error}.")
+            target = episode.bindings.get("target")
+            pixels = simulator.pixels_of(target) if target and isinstance(simulator, PrivilegedSimulator) else ()
+            middle = pixels[len(pixels) // 2] if len(pixels) else None
+            yield episode, observation.rgb, None if middle is None else (float(middle[0]), float(middle[1]))

@@ -1,0 +1,60 @@
+"""Plays that are published with the docs open as runs, with the verdicts that readers got."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tools.published_plays import publish_plays
+from vigil.packs.pack import Pack
+from vigil.records.record import read_header
+from vigil.runner.verify_run import VerifySettings, verify_run
+from vigil.scoring.saved_run import read_run
+
+PLAYS = Path(__file__).parents[2] / "docs" / "packs" / "plays"
+COUNTS = {
+    "vigil_balanced_1000_v2_1": (24, 20, 20),
+    "vigil_balanced_1000_v2_2": (24, 20, 15),
+    "vigil_closure_400_v1": (19, 13, 13),
+    "vigil_closure_400_v2": (24, 21, 21),
+    "vigil_closure_400_v3": (25, 19, 17),
+}
+"""Folder -> number of plays, of W and of B."""
+
+REWORDED = {"vigil_balanced_1000_v2_2": [("vigil_drawer_seed9201_cr_51b504", 6, "invalid")]}
+"""Folder -> the rejected replies (episode, step, fact) that are rejected today for the same reason in other words."""
+
+
+def test_every_folder_of_plays_is_counted() -> None:
+    assert {path.name for path in PLAYS.iterdir()} == set(COUNTS)
+
+
+@pytest.mark.parametrize("name", COUNTS)
+def test_published_plays_are_a_run_with_its_pack(name: str) -> None:
+    run = read_run(PLAYS / name)
+    outcomes = run.table.scores().outcomes
+    assert (len(outcomes), sum(one.W for one in outcomes), sum(one.B for one in outcomes)) == COUNTS[name]
+    assert any("shapes 4 (here" in note for note in run.notes)
+    found = verify_run(PLAYS / name, VerifySettings(records_only=True))
+    assert found.left_out == 0
+    assert [(fault.episode_id, fault.step, fault.fact) for fault in found.differences] == REWORDED.get(name, [])
+    pack = Pack.load(run.pack_folder, run.header.spec.pack_sha256)
+    played = set(run.header.spec.episode_ids)
+    twins = {pack.pairs.get(episode_id) for episode_id in played} - {None}
+    assert {one.id for one in pack.episodes} == played | {name for name, pair in pack.pairs.items() if pair in twins}
+
+
+def test_a_moved_run_finds_the_pack_that_lies_in_it(tmp_path: Path) -> None:
+    name = "vigil_closure_400_v1"
+    moved = shutil.copytree(PLAYS / name, tmp_path / "elsewhere")
+    assert read_run(moved).pack_folder == moved / "pack"
+
+
+def test_plays_are_published_from_a_run(tmp_path: Path) -> None:
+    run = read_run(PLAYS / "vigil_closure_400_v2")
+    records = [run.table.record(key) for key in sorted(run.table.rows)[:3]]
+    publish_plays(tmp_path / "plays", run.pack_folder, records, read_header(run.folder))
+    again = read_run(tmp_path / "plays")
+    assert [key[0] for key in sorted(again.table.rows)] == [record.episode_id for record in records]
+    assert again.table.left_out == ()
+    assert again.header.spec.pack_versions == run.header.spec.pack_versions
