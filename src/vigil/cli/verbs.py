@@ -159,6 +159,10 @@ VERBS: dict[str, Verb | Group] = {
         "web:play",
         "Lets a person play episodes in the browser as an agent does; this is recorded as a run like any other.",
     ),
+    "serve": Verb(
+        "serving:serve",
+        "Serves a pack over HTTP and WebSocket: house, goal and records stay here, clients get frames; records a run.",
+    ),
     "review": Verb(
         "web:review",
         "Lets a person review the episodes of a pack, or drafts, in the browser; each verdict is immediately saved.",

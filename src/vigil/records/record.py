@@ -36,7 +36,7 @@ FRAMES_FOLDER = "frames"
 
 End = Literal["report", "fail_no_report", "invalid_action_limit_exceeded", "error"]
 Boundary = Literal["simulator", "model", "agent", "worker", "runner"]
-AgentKind = Literal["scripted", "privileged", "model", "exec", "human"]
+AgentKind = Literal["scripted", "privileged", "model", "exec", "human", "remote"]
 Key = tuple[str, int]
 
 
@@ -188,7 +188,7 @@ class RunSpec(_Record):
     """The settings that identify a run. A run can only be resumed with the same settings."""
 
     agent: str
-    """The agent: the name of a scripted agent, `exec:COMMAND`, or `provider/model`."""
+    """The agent: the name of a scripted agent, `exec:COMMAND`, `provider/model`, or `remote:NAME` for a server."""
     agent_kind: AgentKind
     agent_files: dict[str, str] = Field(default_factory=dict)
     """File name -> SHA-256, for the files with the program and code that an `exec:COMMAND` names."""
