@@ -1,19 +1,26 @@
 """A server of a pack (`vigil serve`) on loopback, in a thread, and plain requests to it."""
 
 import asyncio
+import itertools
 import json
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import uvicorn
 
 from tests.support.waiting import HANGS_AFTER_S, wait_until
 from tests.support.web_server import Site, WebAnswer
 from vigil.packs.pack import Pack
+from vigil.runner.workers.messages import WorkerPlan
+from vigil.runner.workers.pool import SimulatorPool
+from vigil.runner.workers.worker import EpisodeWorker
+from vigil.serve import host as host_module
 from vigil.serve.app import make_app
 from vigil.serve.host import Host, open_host
 from vigil.serve.messages import SESSION_HEADER
@@ -24,6 +31,34 @@ from vigil.web.site import Address
 TURN = '{"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": 90}}'
 REPORT = '{"skill_name": "report", "arguments": {"status": "success", "summary": "I am there."}}'
 KEY = "a long secret"
+
+
+class ThreadWorker:
+    """Worker in a thread instead of a process, which takes seconds to start."""
+
+    is_waiting_for_capacity = False
+
+    def __init__(self, plan: WorkerPlan) -> None:
+        self._thread = ThreadPoolExecutor(1)
+        self._worker = self._thread.submit(EpisodeWorker, plan)
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        return self._thread.submit(lambda: function(self._worker.result(), *arguments))
+
+    def close(self) -> None:
+        self._thread.submit(lambda: self._worker.result().close())
+
+    def join(self) -> None:
+        self._thread.shutdown()
+
+
+class ThreadPool(SimulatorPool):
+    """Pool with one worker, in a thread."""
+
+    def __init__(self, plan: WorkerPlan, workers: int, **_: Any) -> None:
+        self.workers: list[Any] = [ThreadWorker(plan)]
+        self._load = dict.fromkeys(self.workers, 0)
+        self._sessions = itertools.count(workers)
 
 
 @dataclass
@@ -70,7 +105,8 @@ def open_served(pack: Pack, folder: Path, **changes: Any) -> Host:
     settings = ServeSettings(
         **{"name": "ada", "log_dir": folder, "backend": "fake", "workers": 1, "frame_interval_seconds": 0, **changes}
     )
-    return open_host(plan_serving(str(pack.folder), settings), settings)
+    with mock.patch.object(host_module, "SimulatorPool", ThreadPool):
+        return open_host(plan_serving(str(pack.folder), settings), settings)
 
 
 @contextmanager

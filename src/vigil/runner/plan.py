@@ -279,6 +279,8 @@ def _sampling_of(settings: RunSettings) -> dict[str, Any]:
 
 def _check_player(settings: RunSettings) -> AgentKind:
     """Return the kind of the run's player. Raises SettingError when the player or its simulator does not exist."""
+    if settings.env is not None:
+        raise SettingError("With --env the server plans and records the run: use `vigil run`, or leave out --env.")
     if (settings.agent is None) == (settings.model is None):
         raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
     if settings.backend not in BACKENDS and settings.simulator_factory is None:

@@ -21,8 +21,8 @@ from vigil.runner.workers.messages import EncodedObservation
 
 SESSION_HEADER = "Vigil-Session"
 """Name of the HTTP header with the token of a session."""
-MAX_MESSAGE_BYTES = 2 * 1024 * 1024
-"""Greatest size of a request's body, and of a WebSocket message from a client."""
+MAX_MESSAGE_BYTES = 8 * 1024 * 1024
+"""Greatest size of a client's message: a reply as long as a record can hold, with each character escaped."""
 
 
 class SessionError(Exception):
