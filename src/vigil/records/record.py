@@ -195,8 +195,10 @@ class RunSpec(_Record):
     keep_program: bool | None = None
     """Whether an `exec:COMMAND` uses one process and folder for all episodes of a worker; None if not recorded."""
     frame_interval_seconds: float | None = None
-    """Period (s) of the frames for `exec:COMMAND`: the time from a reply to the next frame is a whole number of
+    """Period (s) of the frames for a program: the time from a reply to the next frame is a whole number of
     periods. If 0 or None, a frame is sent as soon as it is ready."""
+    sandbox: bool = Field(default=False, exclude_if=lambda is_so: not is_so)
+    """Whether the program of `exec:COMMAND` ran in a sandbox. Omitted unless it did."""
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
     """Sampling settings that the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""

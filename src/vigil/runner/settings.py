@@ -241,6 +241,13 @@ class RunSettings:
             "gets a new process in an empty folder."
         ),
     ] = False
+    sandbox: Annotated[
+        bool,
+        Setting(
+            "Start the program of exec:COMMAND in a sandbox (bubblewrap), where it sees the system, the files that "
+            "its command names and its working folder, but no pack, run or home folder."
+        ),
+    ] = False
     seed: Annotated[
         int, Setting("Random seed of the order in which episodes are played, and of the scripted agents.")
     ] = 0

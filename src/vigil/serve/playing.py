@@ -15,6 +15,7 @@ from vigil.agents.conversation import Conversation
 from vigil.agents.exec_agent import ProgramSettings
 from vigil.agents.frame_encoding import decode_frame
 from vigil.agents.registry import is_exec, make_agent
+from vigil.agents.sandbox import check_sandbox
 from vigil.base.settings import declared_settings
 from vigil.errors import SettingError
 from vigil.protocol.observation import Observation
@@ -23,7 +24,7 @@ from vigil.runner.models.access import Endpoint, hiding_other_keys
 from vigil.runner.models.ask import Ask
 from vigil.runner.models.identity_log import ModelIdentityLog
 from vigil.runner.models.redaction import Secrets
-from vigil.runner.plan import endpoint_of
+from vigil.runner.plan import RUNS_FOLDER, endpoint_of
 from vigil.runner.settings import RunSettings
 from vigil.runner.workers.messages import EncodedObservation
 from vigil.runner.workers.players import ask_for_reply
@@ -97,6 +98,8 @@ def check_settings_of_player(settings: RunSettings) -> None:
     """Raise SettingError if there is no player, or for a setting that only the server can have."""
     if (settings.agent is None) == (settings.model is None):
         raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
+    if settings.sandbox:
+        check_sandbox()
     defaults = {one.name: one.default for one in declared_settings(RunSettings)}
     given = [
         one.spoken
@@ -109,7 +112,8 @@ def check_settings_of_player(settings: RunSettings) -> None:
 
 def _play_with_agent(settings: RunSettings, session: _Session) -> None:
     name, profile = settings.agent or "", session.profile
-    program = ProgramSettings(settings.reply_seconds, 0.0, Secrets.of_command(name).redact)
+    hidden = (RUNS_FOLDER,) if settings.sandbox else None
+    program = ProgramSettings(settings.reply_seconds, 0.0, hidden, Secrets.of_command(name).redact)
     agent = make_agent(name, profile, settings.seed, program)
     try:
         while (episode := session.next()) is not None:
