@@ -1,9 +1,9 @@
-"""Measures a server under load: 32 sessions at once, errors, and the time that the server adds to the simulator's.
+"""Measures a server under load: many sessions at once, errors, and the time that the server adds to the simulator's.
 
     python benchmarks/serve.py --sessions 32 --steps 12 --pack starter --backend mujoco
 
-For each reply, the added time is the time that a client waited, without the time in which its episode was queued or
-played in a simulator worker.
+The clients run in a process of their own. For each reply, the added time is the time from the arrival of the request
+to the end of its answer, without the time in which the episode was queued or played in a simulator worker.
 """
 
 import argparse
@@ -12,52 +12,70 @@ import json
 import tempfile
 import threading
 import time
-from collections import defaultdict
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from contextvars import ContextVar
+from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import uvicorn
 
+from vigil.errors import VigilError
 from vigil.runner.workers.pool import LiveEpisode
 from vigil.serve.app import make_app
-from vigil.serve.client import RemoteEnvironment
+from vigil.serve.client import RemoteEnvironment, SessionEnded
 from vigil.serve.host import open_host
 from vigil.serve.patience import server_config
 from vigil.serve.settings import ServeSettings, plan_serving
 from vigil.web.site import Address
 
 TURN = {"text": '{"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": 30}}'}
-_advance = LiveEpisode.advance
-simulated: dict[str, list[float]] = defaultdict(list)
-"""Episode -> seconds of each of its replies in the simulator's worker, with the time in the worker's queue."""
+advance = LiveEpisode.advance
+simulated: ContextVar[list[float]] = ContextVar("simulated")
+"""Seconds that the simulator's worker needed for the current request."""
 
 
-async def timed_advance(self: LiveEpisode, reply):
+async def timed_advance(self: LiveEpisode, reply: Any) -> Any:
     began = time.perf_counter()
     try:
-        return await _advance(self, reply)
+        return await advance(self, reply)
     finally:
-        simulated[self.assignment.episode.instruction].append(time.perf_counter() - began)
+        simulated.get([]).append(time.perf_counter() - began)
 
 
-def play(server: RemoteEnvironment, steps: int) -> tuple[str, list[float], int]:
-    """Play one episode; return its instruction, the seconds of each reply, and the number of errors."""
-    episode = server.reset()
-    assert episode is not None
-    waited: list[float] = []
-    errors = 0
-    for moment in range(steps):
+class Timed:
+    """Application that notes, for each reply, the time that it took beside the simulator's."""
+
+    def __init__(self, app: Any) -> None:
+        self._app, self.added_ms = app, []
+
+    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+        spent: list[float] = []
+        simulated.set(spent)
         began = time.perf_counter()
-        try:
-            answer = server.step(episode._session, moment, TURN)
-        except Exception:
-            errors += 1
-            break
-        waited.append(time.perf_counter() - began)
-        if answer["done"]:
-            break
-    return episode.instruction, waited, errors
+        await self._app(scope, receive, send)
+        if scope.get("path") == "/step":
+            self.added_ms.append(1000 * (time.perf_counter() - began - sum(spent)))
+
+
+def play(server: RemoteEnvironment, steps: int) -> int:
+    """Play one episode; return the number of errors."""
+    try:
+        episode = server.reset()
+        assert episode is not None
+        for moment in range(steps):
+            if server.step(episode._session, moment, TURN)["done"]:
+                break
+    except (VigilError, SessionEnded):
+        return 1
+    return 0
+
+
+def play_all(url: str, sessions: int, steps: int) -> int:
+    server = RemoteEnvironment(url)
+    with ThreadPoolExecutor(sessions) as pool:
+        return sum(pool.map(lambda _: play(server, steps), range(sessions)))
 
 
 def main() -> None:
@@ -69,7 +87,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     given = parser.parse_args()
     LiveEpisode.advance = timed_advance
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(1, get_context("spawn")) as clients:
         settings = ServeSettings(
             name="load",
             log_dir=Path(folder) / "run",
@@ -77,28 +95,25 @@ def main() -> None:
             workers=given.workers,
             max_sessions=given.sessions,
             frame_interval_seconds=0,
+            epochs=given.sessions,
         )
         host = open_host(plan_serving(given.pack, settings), settings)
-        config = server_config(make_app(host, Address()), given.sessions)
+        timed = Timed(make_app(host, Address()))
+        config = server_config(timed, given.sessions)
         config.port = 0
         server = uvicorn.Server(config)
         thread = threading.Thread(target=asyncio.run, args=[server.serve()])
         thread.start()
         while not server.started:
             time.sleep(0.05)
-        client = RemoteEnvironment(f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}")
+        url = f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
         began = time.perf_counter()
-        with ThreadPoolExecutor(given.sessions) as pool:
-            played = list(pool.map(lambda _: play(client, given.steps), range(given.sessions)))
+        errors = clients.submit(play_all, url, given.sessions, given.steps).result()
         took = time.perf_counter() - began
         server.should_exit = True
         thread.join()
-    added, errors = [], 0
-    for instruction, waited, failed in played:
-        errors += failed
-        added += [1000 * (wait - own) for wait, own in zip(waited, simulated[instruction], strict=False)]
-    p50, p99 = np.percentile(added, [50, 99])
-    facts = {"sessions": given.sessions, "replies": len(added), "errors": errors, "seconds": round(took, 1)}
+    p50, p99 = np.percentile(timed.added_ms, [50, 99])
+    facts = {"sessions": given.sessions, "replies": len(timed.added_ms), "errors": errors, "seconds": round(took, 1)}
     print(json.dumps({**facts, "added_ms_p50": round(p50, 1), "added_ms_p99": round(p99, 1)}))
 
 
