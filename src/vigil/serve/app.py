@@ -1,7 +1,7 @@
 """The server's HTTP and WebSocket pages, in the form of OpenEnv's protocol.
 
-`POST /reset` begins a session and `POST /step` carries out a reply; `/ws` has the same as messages. No answer has
-anything but what `vigil.serve.messages` makes, or a fixed sentence about what is wrong with the request.
+`POST /reset` begins a session and `POST /step` carries out a reply; `/ws` has the same as messages. An answer has only
+what `vigil.serve.messages` makes, or a fixed sentence about what is wrong with the request.
 """
 
 import asyncio

@@ -1,4 +1,4 @@
-"""A client of a server: plays episodes through it without a simulator. Needs nothing but the standard library."""
+"""A client of a server: plays episodes through it without a simulator."""
 
 import base64
 import http.client
@@ -50,7 +50,7 @@ class RemoteEnvironment:
     """A server, at its address."""
 
     def __init__(self, url: str, token: str = "", patience_s: float = PATIENCE_SECONDS) -> None:
-        """Raises SettingError if the address is none."""
+        """`patience_s` is the time for which failed requests are sent again. Raises SettingError."""
         if urlsplit(url).scheme not in ("http", "https") or not urlsplit(url).hostname:
             raise SettingError(f"--env {url!r} is not an address. Give one such as http://127.0.0.1:8380.")
         self.url = url.rstrip("/")
