@@ -4,7 +4,17 @@ from collections.abc import Generator
 
 import pytest
 
-MAY_BE_MISSING = ("Chromium", "Playwright", "'datasets'", "ai2thor", "verifiers", "trl", "lerobot", "LaTeX")
+MAY_BE_MISSING = (
+    "Chromium",
+    "Playwright",
+    "'datasets'",
+    "ai2thor",
+    "verifiers",
+    "trl",
+    "lerobot",
+    "LaTeX",
+    "bubblewrap",
+)
 """Optional dependencies, one of which the reason of an accepted skip must name."""
 
 

@@ -36,6 +36,7 @@ from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS
 from vigil.agents.frame_encoding import encode_frame
 from vigil.agents.frame_pacing import FramePacer
 from vigil.agents.program import Program, ProgramFault, Redact, WorkingFolder, program_files, resolve_paths
+from vigil.agents.sandbox import sandboxed
 from vigil.errors import ModelAPIError, SettingError
 from vigil.protocol.actions import Reply, ReplyCut
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
@@ -60,6 +61,8 @@ class ProgramSettings:
     """Time limit of one reply, in seconds."""
     frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
     """Period of frames, in seconds; with 0 a frame is sent as soon as it is ready."""
+    hidden: tuple[Path, ...] | None = None
+    """Folders that the program must not see, if it runs in a sandbox; None if it runs without one."""
     redact: Redact = lambda text: text
     """Function that removes secrets from the program's standard error and from messages."""
 
@@ -83,6 +86,7 @@ class ExecAgent:
         self._profile = profile
         self._reply_seconds = settings.reply_seconds
         self._redact = settings.redact
+        self._hidden = settings.hidden
         self._pacer = pacer or FramePacer(settings.frame_interval_seconds)
         self._working_folder = WorkingFolder()
         self._program: Program | None = None
@@ -165,9 +169,10 @@ class ExecAgent:
 
     def _launch(self) -> Program:
         try:
+            arguments, folder = resolve_paths(self._arguments, Path.cwd()), self._working_folder.folder
             return Program(
-                resolve_paths(self._arguments, Path.cwd()),
-                self._working_folder.folder,
+                arguments if self._hidden is None else sandboxed(arguments, folder, self._hidden),
+                folder,
                 self._reply_seconds,
                 self._redact,
             )

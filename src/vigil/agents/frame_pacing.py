@@ -24,11 +24,18 @@ class FramePacer:
         """Count periods from now. Call this when the program has replied or an episode has begun."""
         self._began = self._clock()
 
+    @property
+    def left(self) -> float:
+        """Time (s) until a whole number of periods, at least one, has passed since `begin`."""
+        return max(0.0, self._end() - self._clock())
+
     def wait(self) -> None:
         """Wait until a whole number of periods, at least one, has passed since `begin`."""
-        if not self._seconds:
-            return
-        beats = max(1, math.ceil((self._clock() - self._began) / self._seconds))
-        end = self._began + beats * self._seconds
+        end = self._end()
         while (left := end - self._clock()) > 0:
             self._sleep(left)
+
+    def _end(self) -> float:
+        if not self._seconds:
+            return self._began
+        return self._began + max(1, math.ceil((self._clock() - self._began) / self._seconds)) * self._seconds

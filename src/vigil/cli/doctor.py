@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 import typer
 from PIL import Image
 
+from vigil.agents.sandbox import missing_for_sandbox
 from vigil.assets.database import AssetDatabase
 from vigil.cli.arguments import AsJson
 from vigil.errors import SettingError, VigilError
@@ -68,7 +69,9 @@ def doctor(
     frame = found.pop("frame")
     if frame is not None and out is not None:
         Image.fromarray(frame).save(out)
-    facts = {"python": platform.python_version(), "system": platform.platform(), **_versions(), **found, **_pack()}
+    sandbox = {"sandbox": missing_for_sandbox() or "works (vigil run --sandbox)"}
+    system = {"python": platform.python_version(), "system": platform.platform()}
+    facts = {**system, **_versions(), **found, **_pack(), **sandbox}
     _print_facts(facts, as_json)
     if not found["ok"] or facts["starter_pack_fault"]:
         raise typer.Exit(1)

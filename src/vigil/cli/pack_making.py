@@ -38,6 +38,7 @@ from vigil.cli.progress import progress
 from vigil.cli.text import print_note, print_notes
 from vigil.errors import SettingError
 from vigil.packs.freeze import check_can_freeze
+from vigil.packs.pack import Pack
 from vigil.packs.private import NEW_SEED, is_secret
 from vigil.protocol.families import FAMILIES
 from vigil.runner.models.access import Endpoint, model_access
@@ -153,6 +154,11 @@ def make(out: OutFolder, content: Content, drawing: Drawing, drafting: Drafting)
     and the file OUT.recipe.json is written, too. It names all houses with their hashes, and `vigil pack remake` makes
     the same pack from it, byte for byte.
     """
+    make_from(out, content, drawing, drafting)
+
+
+def make_from(out: Path, content: Content, drawing: Drawing, drafting: Drafting) -> Pack:
+    """Make a pack, or continue to make it, and return it. Raises InputError."""
     _check_seed(content, drawing)
     content.check_suite(
         one_family_per_house=drawing.one_family_per_house,
@@ -182,6 +188,7 @@ def make(out: OutFolder, content: Content, drawing: Drawing, drafting: Drafting)
         written = out.with_name(f"{out.name}.recipe.json")
         recipe_of(request, origins, pack.sha256).save(written)
         print(f"{written}: with the same houses, vigil pack remake makes the same bytes from it")
+    return pack
 
 
 def _check_seed(content: Content, drawing: Drawing) -> None:

@@ -28,6 +28,7 @@ from vigil.runner.run_folder import LOGS_FOLDER
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import Verification, VerifySettings, verify_run
 from vigil.scoring.saved_run import read_run
+from vigil.serve.playing import play_remotely
 
 NewRun = Annotated[Path, typer.Argument(metavar="OUT", help="New folder to which the joined run is written.")]
 Shards = Annotated[
@@ -49,8 +50,12 @@ def run(
     """Examples:
     vigil run --pack starter --agent solver --log-dir runs/solver
     vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
+    vigil run --env http://127.0.0.1:8380 --agent "exec:python my_agent.py"
     """
     del imports  # done when it was read
+    if settings.env is not None:
+        _play_remotely(settings, dry_run)
+        return
     plan = plan_run(with_agent(settings))
     print_notes(plan.pack.manifest.version_notes)
     if plan.endpoint is not None:
@@ -62,6 +67,13 @@ def run(
         _print_estimate(plan)
     else:
         _play(plan)
+
+
+def _play_remotely(settings: RunSettings, dry_run: bool) -> None:
+    if dry_run:
+        raise SettingError("--dry-run needs the episodes, which the server of --env keeps. Leave one of them out.")
+    count = play_remotely(settings, lambda done: print(f"played: {done}", file=sys.stderr, flush=True))
+    print(f"{count} episodes were played at {settings.env}; the server keeps their records and scores.")
 
 
 def verify(run: RunArgument, settings: VerifySettings) -> None:

@@ -120,6 +120,14 @@ STUDY = {
         "study:report", "Writes one report of a study's runs, with a place for every table and figure of the paper."
     ),
 }
+CHALLENGE = {
+    "new": Verb("challenge:new", "Makes a pack from a secret seed, and a file of hashes and a deadline to publish."),
+    "reveal": Verb("challenge:reveal", "Adds the seed to the file of a challenge, after its deadline."),
+    "check": Verb(
+        "challenge:check",
+        "Makes the pack of a revealed challenge again and compares the bytes; exits with 2 if they differ.",
+    ),
+}
 THOR = {
     "install": Verb(
         "thor:install", "Installs VIGIL's engine where AI2-THOR's client looks for its own build; prints the folders."
@@ -171,6 +179,10 @@ VERBS: dict[str, Verb | Group] = {
         "web:play",
         "Lets a person play episodes in the browser as an agent does; this is recorded as a run like any other.",
     ),
+    "serve": Verb(
+        "serving:serve",
+        "Serves a pack over HTTP and WebSocket: house, goal and records stay here, clients get frames; records a run.",
+    ),
     "review": Verb(
         "web:review",
         "Lets a person review the episodes of a pack, or drafts, in the browser; each verdict is immediately saved.",
@@ -210,6 +222,7 @@ VERBS: dict[str, Verb | Group] = {
     "study": Group("Play and report a whole study: many models, conditions and repeats, named in one file.", STUDY),
     "leaderboard": Group("Build the site of a leaderboard from submitted runs.", LEADERBOARD),
     "houses": Group("Generate, check and show houses (ProcTHOR's JSON).", HOUSES),
+    "challenge": Group("Packs from a secret seed that is revealed after a deadline.", CHALLENGE),
     "pack": Group("Inspect, verify and make packs of episodes.", PACK),
 }
 

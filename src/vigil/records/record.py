@@ -36,7 +36,7 @@ FRAMES_FOLDER = "frames"
 
 End = Literal["report", "fail_no_report", "invalid_action_limit_exceeded", "error"]
 Boundary = Literal["simulator", "model", "agent", "worker", "runner"]
-AgentKind = Literal["scripted", "privileged", "model", "exec", "human"]
+AgentKind = Literal["scripted", "privileged", "model", "exec", "human", "remote"]
 Key = tuple[str, int]
 
 
@@ -188,15 +188,17 @@ class RunSpec(_Record):
     """The settings that identify a run. A run can only be resumed with the same settings."""
 
     agent: str
-    """The agent: the name of a scripted agent, `exec:COMMAND`, or `provider/model`."""
+    """The agent: the name of a scripted agent, `exec:COMMAND`, `provider/model`, or `remote:NAME` for a server."""
     agent_kind: AgentKind
     agent_files: dict[str, str] = Field(default_factory=dict)
     """File name -> SHA-256, for the files with the program and code that an `exec:COMMAND` names."""
     keep_program: bool | None = None
     """Whether an `exec:COMMAND` uses one process and folder for all episodes of a worker; None if not recorded."""
     frame_interval_seconds: float | None = None
-    """Period (s) of the frames for `exec:COMMAND`: the time from a reply to the next frame is a whole number of
+    """Period (s) of the frames for a program: the time from a reply to the next frame is a whole number of
     periods. If 0 or None, a frame is sent as soon as it is ready."""
+    sandbox: bool = Field(default=False, exclude_if=lambda is_so: not is_so)
+    """Whether the program of `exec:COMMAND` ran in a sandbox. Omitted unless it did."""
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
     """Sampling settings that the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""

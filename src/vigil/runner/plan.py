@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from vigil.agents.exec_agent import file_hashes
 from vigil.agents.registry import is_exec, make_agent
+from vigil.agents.sandbox import check_sandbox
 from vigil.assets.database import AssetDatabase
 from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
@@ -109,7 +110,9 @@ def plan_run(settings: RunSettings, loaded: Pack | None = None) -> RunPlan:
         )
         if forks is not None:
             forks.check(spec)
+        folder = settings.log_dir or RUNS_FOLDER / _folder_name(spec)
         worker = WorkerPlan(
+            hidden=(pack.folder, folder, RUNS_FOLDER) if settings.sandbox else None,
             pack=pack.folder,
             pack_sha256=pack.sha256,
             run_id="",
@@ -120,7 +123,7 @@ def plan_run(settings: RunSettings, loaded: Pack | None = None) -> RunPlan:
             **_same_fields(settings, WorkerPlan),
         )
         execution = Execution(
-            folder=settings.log_dir or RUNS_FOLDER / _folder_name(spec),
+            folder=folder,
             input_paths=input_paths(pack, settings.asset_database),
             timeout_s=settings.timeout_s + (settings.reply_seconds if kind == "exec" else 0.0),
             probes=None if settings.probe is None else ProbePlan(settings.probe, framings(settings.probe_framing)),
@@ -187,6 +190,7 @@ def _spec(settings: RunSettings, pack: Pack, **facts: Any) -> RunSpec:
     if facts["agent_kind"] == "exec" and settings.agent is not None:
         facts["agent_files"] = file_hashes(settings.agent, Path.cwd())
         facts["keep_program"] = settings.keep_program
+        facts["sandbox"] = settings.sandbox
         facts["frame_interval_seconds"] = settings.frame_interval_seconds
     return run_spec(
         pack,
@@ -282,10 +286,16 @@ def _sampling_of(settings: RunSettings) -> dict[str, Any]:
 
 def _check_player(settings: RunSettings) -> AgentKind:
     """Return the kind of the run's player. Raises SettingError when the player or its simulator does not exist."""
+    if settings.env is not None:
+        raise SettingError("With --env the server plans and records the run: use `vigil run`, or leave out --env.")
     if (settings.agent is None) == (settings.model is None):
         raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
     if settings.backend not in BACKENDS and settings.simulator_factory is None:
         raise SettingError(f"Simulator {settings.backend!r} does not exist. Choose one of: {', '.join(BACKENDS)}.")
+    if settings.sandbox and not is_exec(settings.agent or ""):
+        raise SettingError("--sandbox is for a program: give --agent exec:COMMAND, or leave it out.")
+    if settings.sandbox:
+        check_sandbox()
     if settings.agent is None:
         return "model"
     if settings.agent_factory is not None:

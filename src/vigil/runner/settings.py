@@ -75,6 +75,18 @@ class RunSettings:
             repeats=True,
         ),
     ] = None
+    env: Annotated[
+        str | None,
+        Setting(
+            "Address of a server (`vigil serve`) through which the episodes are played, e.g. "
+            "http://127.0.0.1:8380. The server chooses the episodes and keeps the records.",
+            metavar="URL",
+            unset="simulators of this machine",
+        ),
+    ] = None
+    env_token: Annotated[
+        str, Setting("Token that the server of --env asks for.", metavar="TOKEN", env="VIGIL_ENV_TOKEN")
+    ] = ""
     base_url: BaseUrl = None
     api_key_env: ApiKeyEnv = None
     """Environment variable with the key; None for the provider's usual variable, whose key is sent only to the
@@ -227,6 +239,13 @@ class RunSettings:
         Setting(
             "Keep the program running from episode to episode, in one folder. By default each episode "
             "gets a new process in an empty folder."
+        ),
+    ] = False
+    sandbox: Annotated[
+        bool,
+        Setting(
+            "Start the program of exec:COMMAND in a sandbox (bubblewrap), where it sees the system, the files that "
+            "its command names and its working folder, but no pack, run or home folder."
         ),
     ] = False
     seed: Annotated[

@@ -13,6 +13,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import HTMLResponse, JSONResponse, PlainTextResponse, RedirectResponse, Response
 from fastapi.staticfiles import StaticFiles
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from starlette.requests import HTTPConnection
 
 from vigil.analysis.tables.page import prose
 from vigil.base.glossary import TERMS
@@ -107,7 +108,7 @@ def make_site(address: Address) -> FastAPI:
 
     @site.middleware("http")
     async def guard(request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:
-        response = _refusal(request, address) or await call_next(request)
+        response = refusal(request, address) or await call_next(request)
         for name, value in HEADERS.items():
             response.headers.setdefault(name, value)
         if not request.scope["path"].startswith("/static/"):
@@ -146,7 +147,7 @@ def fault(request: Request, status: int, message: str) -> Response:
     return page("fault.html", status=status, title="Not shown", message=message)
 
 
-def _refusal(request: Request, address: Address) -> Response | None:
+def refusal(request: HTTPConnection, address: Address, max_bytes: int = MAX_BODY_BYTES) -> Response | None:
     """Return the response that refuses a request; None if the request is allowed."""
     if not address.token and not _LOOPBACK_HEADER.fullmatch(request.headers.get("host", "")):
         return PlainTextResponse("This server answers only to 127.0.0.1 and localhost.", 421)
@@ -154,23 +155,23 @@ def _refusal(request: Request, address: Address) -> Response | None:
     is_foreign = origin not in (None, "null") and origin.partition("://")[2] != request.headers.get("host", "")
     if is_foreign or _is_asked_by_another_site(request):
         return PlainTextResponse("Requests from other sites are refused.", 403)
-    if request.method not in ("GET", "HEAD"):
+    if request.scope.get("method", "GET") not in ("GET", "HEAD"):
         length = request.headers.get("content-length", "")
         is_json = request.headers.get("content-type", "").startswith("application/json")
-        is_reasonable = _LENGTH.fullmatch(length) is not None and int(length) <= MAX_BODY_BYTES
+        is_reasonable = _LENGTH.fullmatch(length) is not None and int(length) <= max_bytes
         if not is_json or not is_reasonable or origin == "null":
             return PlainTextResponse("Only JSON of a reasonable length is accepted.", 415)
     return _token_refusal(request, address) if address.token else None
 
 
-def _is_asked_by_another_site(request: Request) -> bool:
+def _is_asked_by_another_site(request: HTTPConnection) -> bool:
     """Return whether, according to the browser, a page of another site made the request. A link that a user followed
     does not count."""
-    is_link = request.method == "GET" and request.headers.get("sec-fetch-mode") == "navigate"
+    is_link = request.scope.get("method") == "GET" and request.headers.get("sec-fetch-mode") == "navigate"
     return request.headers.get("sec-fetch-site") in ("cross-site", "same-site") and not is_link
 
 
-def _token_refusal(request: Request, address: Address) -> Response | None:
+def _token_refusal(request: HTTPConnection, address: Address) -> Response | None:
     given = request.query_params.get("token")
     if given is not None and _is_token(given, address.token):
         rest = urlencode([(name, value) for name, value in request.query_params.multi_items() if name != "token"])

@@ -39,7 +39,7 @@ VARIED: dict[PairKind, tuple[str, ...]] = {
 _INTERVENED = {"profile.name", "profile.prompt_variant"}
 _IGNORED_SETTINGS = frozenset({"base_url", "epochs"})
 """Settings that may differ in any pair: the address does not change the model, and only shared epochs are compared."""
-_SEED_IGNORED_FOR = frozenset({"model", "exec", "human"})
+_SEED_IGNORED_FOR = frozenset({"model", "exec", "human", "remote"})
 """Kinds of agents on which the seed has no effect other than on scheduling."""
 KEY = ["episode_id", "epoch"]
 

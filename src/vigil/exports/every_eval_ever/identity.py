@@ -32,6 +32,7 @@ NO_MODELS: Mapping[AgentKind, str] = {
     "scripted": "a scripted agent",
     "human": "a person",
     "exec": "a program, which may be anything",
+    "remote": "a player at the other end of a connection, which may be anything",
 }
 _COMPONENT = re.compile(r'[^\s<>"\\|?*\x00-\x1f/]([^<>"\\|?*\x00-\x1f/]*[^\s<>"\\|?*\x00-\x1f/.])?(?<!\.)')
 """Pattern of a folder name that is valid on any operating system."""

@@ -53,6 +53,8 @@ class WorkerPlan:
     """Time limit of a program's reply, in seconds."""
     frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
     """Period (s) of a program's frames: a frame is sent a whole number of periods after the previous reply."""
+    hidden: tuple[Path, ...] | None = None
+    """Folders that a program in a sandbox must not see; None for a program without a sandbox."""
     keep_program: bool = False
     """Whether one program plays all episodes of the worker, instead of being started for each episode."""
     seed: int = 0

@@ -89,19 +89,21 @@ class ModelPlayer:
                 deque(turns.add_to(conversation), maxlen=0)
             on_first_frame()
             if self.profile.row.declares_criteria:
-                criteria = await _reply(self.ask, conversation.opening_request(), self.profile, has_replied=False)
+                criteria = await ask_for_reply(
+                    self.ask, conversation.opening_request(), self.profile, has_replied=False
+                )
                 conversation.declare(criteria.text)
         while isinstance(answer, EncodedObservation):
             messages = conversation.messages(answer.picture, answer.feedback, answer.cues)
             step += 1
             self.on_frame(key, step, answer.picture)
-            reply = await _reply(self.ask, messages, self.profile, has_replied=step > first + 1)
+            reply = await ask_for_reply(self.ask, messages, self.profile, has_replied=step > first + 1)
             conversation.add(answer.feedback, reply.text, cues=answer.cues, picture=answer.picture)
             answer = await live.advance(reply)
         return answer if criteria is None else answer.model_copy(update={"criteria": criteria})
 
 
-async def _reply(ask: Ask, messages: Sequence[Message], profile: Profile, *, has_replied: bool) -> Reply:
+async def ask_for_reply(ask: Ask, messages: Sequence[Message], profile: Profile, *, has_replied: bool) -> Reply:
     """Return the agent's reply. A rejected request counts as a reply if the agent has replied before in the episode."""
     try:
         reply = await ask(messages)

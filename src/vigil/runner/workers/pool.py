@@ -8,7 +8,7 @@ result is the same.
 import asyncio
 import itertools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -161,9 +161,12 @@ class SimulatorPool:
         """Return the frames that a record's replies of `steps` answered, drawn again. Raises RecordError."""
         return await self._request(EpisodeWorker.frames, assignment, record, steps)
 
-    def live(self, assignment: Assignment) -> "LiveEpisode":
-        """Return an episode for an agent in the main process; it has not begun yet."""
-        return LiveEpisode(self, assignment, next(self._sessions))
+    def live(self, assignment: Assignment, replies: Sequence[Reply] = ()) -> "LiveEpisode":
+        """Return an episode for an agent in the main process; it has not begun yet.
+
+        `replies` are those that the agent gave in a process that was lost; they are carried out when it begins.
+        """
+        return LiveEpisode(self, assignment, next(self._sessions), replies)
 
     async def _request(
         self, function: Callable[..., Any], *arguments: Any, wanted: Worker | None = None, **options: Any
@@ -198,12 +201,12 @@ class SimulatorPool:
 class LiveEpisode:
     """One episode in a worker, played by an agent in the main process."""
 
-    def __init__(self, pool: SimulatorPool, assignment: Assignment, session: int) -> None:
+    def __init__(self, pool: SimulatorPool, assignment: Assignment, session: int, replies: Sequence[Reply]) -> None:
         self.assignment = assignment
         self._pool = pool
         self._session = session
         self._worker: Worker | None = None
-        self._replies: list[Reply] = []
+        self._replies = list(replies)
         self._restores = 0
 
     async def begin(self) -> EncodedObservation | EpisodeRecord:

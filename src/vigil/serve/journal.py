@@ -1,0 +1,77 @@
+"""`sessions.jsonl` of a server's run: the beginning of each session and each reply, on disk before it is carried out.
+
+A server that was killed continues its sessions from this file. Tokens are stored as hashes alone.
+"""
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict
+
+from vigil.base.json_lines import AppendFile, dump_line, parse_line
+from vigil.protocol.actions import Reply
+from vigil.records.record import Key
+
+SESSIONS_FILE = "sessions.jsonl"
+
+
+def hashed(token: str) -> str:
+    """Return the hash under which a token is known."""
+    return hashlib.sha256(token.encode("utf-8", "replace")).hexdigest()
+
+
+class _Line(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    session: str
+    """Hash of the session's token."""
+    begins: tuple[str, int, int] | None = None
+    """Episode, epoch and attempt of a session that begins; None for a reply."""
+    reply: Reply | None = None
+
+
+@dataclass(slots=True)
+class Begun:
+    """A session that has begun, with its replies."""
+
+    session: str
+    key: Key
+    attempt: int
+    replies: list[Reply] = field(default_factory=list)
+
+
+class Journal:
+    """The file, open for writing."""
+
+    def __init__(self, path: Path) -> None:
+        """Open or create the file. Raises RecordError if it is damaged or another server writes to it."""
+        self._file = AppendFile(path)
+        self.begun: dict[str, Begun] = {}
+        """Sessions that the file had when it was opened, by hash of their token."""
+        try:
+            for line in self._file.lines.complete:
+                self._read(parse_line(line, _Line, f"Journal {str(path)!r}", "Choose another --log-dir."))
+        except BaseException:
+            self._file.close()
+            raise
+        self._file.repair_tail()
+
+    def _read(self, line: _Line) -> None:
+        if line.begins is not None:
+            episode_id, epoch, attempt = line.begins
+            self.begun[line.session] = Begun(line.session, (episode_id, epoch), attempt)
+        elif line.reply is not None and line.session in self.begun:
+            self.begun[line.session].replies.append(line.reply)
+
+    def begin(self, session: str, key: Key, attempt: int) -> None:
+        """Write that a session begins. Raises RecordError."""
+        self._file.append(dump_line(_Line(session=session, begins=(*key, attempt)), exclude_none=True))
+
+    def add(self, session: str, reply: Reply) -> None:
+        """Write a reply. Raises RecordError."""
+        self._file.append(dump_line(_Line(session=session, reply=reply), exclude_none=True))
+
+    def close(self) -> None:
+        """Release the file."""
+        self._file.close()
