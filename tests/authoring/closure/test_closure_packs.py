@@ -429,7 +429,7 @@ def test_no_agent_without_sight_closes_both_twins_of_a_kind(kind: Kind, answers:
 
 def test_too_few_tasks_are_an_error_that_counts_them(drafts: DraftsFile) -> None:
     pool = pool_of(drafts)
-    with pytest.raises(EpisodeError, match=r"all_of 2 of 9 \(of 2 drafts\).*impossible 3 of 9.*look_alike 3 of 9"):
+    with pytest.raises(EpisodeError, match=r"all_of 3 of 9 \(of 3 drafts\).*impossible 3 of 9.*look_alike 3 of 9"):
         select(pool, request("p", 9))
     two = request("p", PER_KIND)
     assert select(pool, two) == select(pool[::-1], two)
