@@ -91,7 +91,7 @@ class ListCertifier:
         episode = task.episode
         found, answer = self._answered(episode, house, task.chores)
         if found or answer is None:
-            task.faulty.update(part for place in blamed(found) for part in task.chores[place].chore.parts)
+            _blame(task, found)
             return [], found
         try:
             self._simulator.reset(episode.start, episode.setup)
@@ -105,13 +105,13 @@ class ListCertifier:
             return [], [Finding(episode.id, "solvable", str(error))]
         found = [Finding(episode.id, "closes_correctly", fault) for fault in faults_of_claims(answer, actions)]
         if found:
-            task.faulty.update(part for place in blamed(found) for part in task.chores[place].chore.parts)
+            _blame(task, found)
             return [], found
         budget = budget_for(len(actions), episode.instruction)
         final = episode.model_copy(update={"max_steps": budget, "max_invalid": invalid_limit(budget)})
         answer = answer.model_copy(update={"solver_steps": len(actions)})
         found = [Finding(episode.id, *broken) for broken in self._faults_of_solution(final, answer, house, actions)]
-        task.faulty.update(part for place in blamed(found) for part in task.chores[place].chore.parts)
+        _blame(task, found)
         return ([], found) if found else ([SolvedSide(final, actions, answer)], [])
 
     def verify(self, episode: Episode, answer: ListAnswer, house: House, actions: Sequence[Action]) -> list[Finding]:
@@ -227,6 +227,11 @@ def _faults_of_record(answer: ListAnswer, record: EpisodeRecord) -> BrokenRules:
     for number, chore in enumerate(answer.chores, start=1):
         if evidence_seen(chore.evidence, record) not in (None, 1.0):
             yield "evidence_seen", f"chore {number}: not all evidence is seen"
+
+
+def _blame(task: ListTask, findings: Sequence[Finding]) -> None:
+    """Leave the parts of the chores that findings name out of further lists of the home."""
+    task.faulty.update(part for place in blamed(findings) for part in task.chores[place].chore.parts)
 
 
 def blamed(findings: Sequence[Finding]) -> list[int]:

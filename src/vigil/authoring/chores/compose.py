@@ -44,7 +44,7 @@ SOURCES: tuple[tuple[Callable[[HouseContext], Proposals], int], ...] = (
 MAX_PAIRS_OF_HOME = 6
 """Greatest number of pairs of one home that are of kind `order`, and of those that are of kind `by_the_way`."""
 PAIRS = {6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
-"""Number of chores -> number of pairs with which a list begins; 0 for other numbers. The first pair undoes itself."""
+"""Number of chores -> number of pairs with which a list begins, of which a second one is of kind `by_the_way`."""
 MAX_IMPOSSIBLE_SHARE, MAX_KIND_SHARE = 0.34, 0.4
 """Greatest shares of the chores of a list that cannot be met, and that are of one kind."""
 MAX_USES = 3

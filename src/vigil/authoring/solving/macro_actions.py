@@ -149,10 +149,16 @@ class MacroActions:
         return [_targets_on(receptacle, [each], inside=each[0].is_inside) for each in surfaces]
 
     def _has_height(self, targets: "PlacementTargets") -> bool:
-        """Return whether the held object is low enough for any of the surfaces: the simulator refuses all others."""
-        held, receptacle = self.view.scene.things[self.view.held or ""], self.view.scene.things[targets.receptacle_id]
+        """Return whether the held object is low enough for any of the surfaces: the simulator refuses all others.
+
+        True if nothing is held.
+        """
+        things, held = self.view.scene.things, self.view.held
+        if held is None:
+            return True
+        receptacle, height = things[targets.receptacle_id], things[held].asset.size.y
         surfaces = [surface for surface, _ in level_surfaces(receptacle) if surface.name in targets.surfaces]
-        return any(held.asset.size.y <= surface.clearance + TOUCH_M for surface in surfaces)
+        return any(height <= surface.clearance + TOUCH_M for surface in surfaces)
 
     def _view_to_place(self, targets: "PlacementTargets") -> tuple[Viewpoint, tuple[int, int]] | None:
         for slack_m in self.reach_slacks_m:
