@@ -63,7 +63,7 @@ def boards_of(entries: Iterable[CheckedEntry]) -> list[Board]:
     groups: dict[tuple[str, str, str, Tier, Division], list[CheckedEntry]] = {}
     for entry in entries:
         spec = entry.header.spec
-        key = (spec.pack, spec.pack_sha256, spec.profile.name, entry.tier, entry.division)
+        key = (spec.pack, spec.pack_sha256, entry.profile, entry.tier, entry.division)
         groups.setdefault(key, []).append(entry)
     divisions: tuple[Division, ...] = ("standard", "custom", "trained on streams", "baseline")
     found = []
@@ -132,12 +132,12 @@ def history_of(entries: Iterable[CheckedEntry], earlier: Iterable[dict[str, str]
 
 def history_row(entry: CheckedEntry) -> dict[str, str]:
     """Return what the history of later builds needs of an entry."""
-    spec, (value, low, high) = entry.header.spec, entry.figures[entry.ranked_by]
+    value, low, high = entry.figures[entry.ranked_by]
     ends = "" if low is None or high is None else f" [{100 * low:.1f}, {100 * high:.1f}]"
     shown = "–" if value is None else f"{entry.ranked_by} {100 * value:.1f}{ends}"
     return {
         "model_name": entry.metadata.model_name,
-        "profile": spec.profile.name,
-        "pack": spec.pack,
+        "profile": entry.profile,
+        "pack": entry.header.spec.pack,
         "result": f"{shown}, {entry.tier}",
     }
