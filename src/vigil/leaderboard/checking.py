@@ -80,7 +80,7 @@ class CheckedEntry(BaseModel):
 
     @property
     def profile(self) -> str:
-        """Condition under which the entry was played: the profile, and what of prompt and grammar is not the default."""
+        """Condition of the entry: its profile, and what of prompt and grammar is not the default."""
         profile = self.header.spec.profile
         differs = {
             profile.prompt_variant: profile.prompt_variant != "default" and not profile.has_custom_prompt,
