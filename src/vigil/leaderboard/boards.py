@@ -31,8 +31,9 @@ class Comparison:
         """The result of the test, with the lead of the first in percentage points."""
         low, high = self.test.interval or (None, None)
         ends = "" if low is None or high is None else f" [{100 * low:.1f}, {100 * high:.1f}]"
+        shown = "< 0.001" if self.p < 0.001 else f"= {self.p:.3f}"
         verdict = "told apart" if self.is_apart else "not told apart"
-        return f"{verdict}: {100 * self.test.difference:+.1f} pp{ends}, p = {self.p:.3f}"
+        return f"{verdict}: {100 * self.test.difference:+.1f} pp{ends}, p {shown}"
 
 
 @dataclass(frozen=True)
