@@ -257,3 +257,13 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
     visitor.page.wait_for_url("**/entries/*.html")
     visitor.check("entry")
     context.close()
+
+
+def test_another_prompt_or_grammar_is_another_condition(make: Make) -> None:
+    plain = make("a", [True], number=1)
+    profile = plain.header.spec.profile
+    neutral = profile.model_copy(update={"prompt_variant": "neutral_report"})
+    loose = profile.model_copy(update={"reply_policy": "lenient"})
+    entries = [plain, *(make("b", [True], number=2, spec={"profile": each}) for each in (neutral, loose))]
+    assert [entry.profile.partition(", ")[2] for entry in entries] == ["", "neutral_report", "lenient"]
+    assert len(boards_of(entries)) == 3

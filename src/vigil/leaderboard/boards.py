@@ -31,8 +31,9 @@ class Comparison:
         """The result of the test, with the lead of the first in percentage points."""
         low, high = self.test.interval or (None, None)
         ends = "" if low is None or high is None else f" [{100 * low:.1f}, {100 * high:.1f}]"
+        shown = "< 0.001" if self.p < 0.001 else f"= {self.p:.3f}"
         verdict = "told apart" if self.is_apart else "not told apart"
-        return f"{verdict}: {100 * self.test.difference:+.1f} pp{ends}, p = {self.p:.3f}"
+        return f"{verdict}: {100 * self.test.difference:+.1f} pp{ends}, p {shown}"
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ def boards_of(entries: Iterable[CheckedEntry]) -> list[Board]:
     groups: dict[tuple[str, str, str, Tier, Division], list[CheckedEntry]] = {}
     for entry in entries:
         spec = entry.header.spec
-        key = (spec.pack, spec.pack_sha256, spec.profile.name, entry.tier, entry.division)
+        key = (spec.pack, spec.pack_sha256, entry.profile, entry.tier, entry.division)
         groups.setdefault(key, []).append(entry)
     divisions: tuple[Division, ...] = ("standard", "custom", "trained on streams", "baseline")
     found = []
@@ -132,12 +133,12 @@ def history_of(entries: Iterable[CheckedEntry], earlier: Iterable[dict[str, str]
 
 def history_row(entry: CheckedEntry) -> dict[str, str]:
     """Return what the history of later builds needs of an entry."""
-    spec, (value, low, high) = entry.header.spec, entry.figures[entry.ranked_by]
+    value, low, high = entry.figures[entry.ranked_by]
     ends = "" if low is None or high is None else f" [{100 * low:.1f}, {100 * high:.1f}]"
     shown = "–" if value is None else f"{entry.ranked_by} {100 * value:.1f}{ends}"
     return {
         "model_name": entry.metadata.model_name,
-        "profile": spec.profile.name,
-        "pack": spec.pack,
+        "profile": entry.profile,
+        "pack": entry.header.spec.pack,
         "result": f"{shown}, {entry.tier}",
     }

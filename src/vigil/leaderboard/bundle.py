@@ -17,7 +17,7 @@ import zipfile
 import zlib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -25,7 +25,7 @@ from vigil.base.files import MIB, open_file, read_file
 from vigil.errors import RecordError, first_error, shorten
 from vigil.leaderboard.metadata import EntryMetadata
 from vigil.records.probe_file import PROBES_FILE
-from vigil.records.record import EPISODES_FILE, HEADER_FILE, RunHeader, read_header
+from vigil.records.record import EPISODES_FILE, HEADER_FILE, Resumption, RunHeader, read_header
 
 ENTRY_FILE = "entry.json"
 SCHEMA = 1
@@ -44,6 +44,7 @@ MAX_SHOWN_CHARS = 60
 _END, _END_64, _END_SIZE = b"PK\x05\x06", b"PK\x06\x07", 22
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 _BLOCK = MIB
+_Session = TypeVar("_Session", RunHeader, Resumption)
 
 
 class _Part(BaseModel):
@@ -72,32 +73,21 @@ class Entry(_Part):
     """Name of a member -> SHA-256."""
 
 
+_PATHS = ("pack_folder", "asset_database")
+"""Names of the facts about a machine that are paths on it."""
+
+
 def without_paths(header: RunHeader) -> RunHeader:
     """Return a header without the paths and addresses of the machine; the run's hash stays the same."""
-
-    def cleaned(host: Mapping[str, str]) -> dict[str, str]:
-        return {name: value for name, value in host.items() if name not in _PATHS}
-
-    sessions = tuple(
-        each.model_copy(
-            update={
-                "host": cleaned(each.host),
-                "answered": each.answered and each.answered.model_copy(update={"addresses": ()}),
-            }
-        )
-        for each in header.resumed
-    )
-    return header.model_copy(
-        update={
-            "spec": header.spec.model_copy(update={"base_url": None}),
-            "host": cleaned(header.host),
-            "answered": header.answered and header.answered.model_copy(update={"addresses": ()}),
-            "resumed": sessions,
-        }
-    )
+    spec = header.spec.model_copy(update={"base_url": None})
+    sessions = tuple(map(_without_paths, header.resumed))
+    return _without_paths(header).model_copy(update={"spec": spec, "resumed": sessions})
 
 
-_PATHS = ("pack_folder", "asset_database")
+def _without_paths(session: _Session) -> _Session:
+    host = {name: value for name, value in session.host.items() if name not in _PATHS}
+    answered = session.answered and session.answered.model_copy(update={"addresses": ()})
+    return session.model_copy(update={"host": host, "answered": answered})
 
 
 def sha256_of(data: bytes) -> str:

@@ -79,6 +79,16 @@ class CheckedEntry(BaseModel):
         return division_of(self.header, self.metadata)
 
     @property
+    def profile(self) -> str:
+        """Condition of the entry: its profile, and what of prompt and grammar is not the default."""
+        profile = self.header.spec.profile
+        differs = {
+            profile.prompt_variant: profile.prompt_variant != "default" and not profile.has_custom_prompt,
+            profile.reply_policy: profile.reply_policy != "strict",
+        }
+        return ", ".join([profile.name, *(name for name, is_so in differs.items() if is_so)])
+
+    @property
     def ranked_by(self) -> str:
         """Figure by which the entry is ranked."""
         return RANKED_BY[self.suite]

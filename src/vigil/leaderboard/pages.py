@@ -224,7 +224,7 @@ def _filters(entries: Sequence[CheckedEntry]) -> dict[str, list[str]]:
     found = {
         "weights": sorted({entry.metadata.weights for entry in entries}),
         "thinking": sorted({entry.thinking for entry in entries}),
-        "profile": sorted({entry.header.spec.profile.name for entry in entries}),
+        "profile": sorted({entry.profile for entry in entries}),
         "tier": sorted({entry.tier for entry in entries}),
         "division": sorted({entry.division for entry in entries}),
     }
