@@ -145,7 +145,7 @@ def test_workers_are_told_the_settings_that_concern_them(pack: Path, tmp_path: P
     plan = plan_run(RunSettings(pack=pack, **told, render_quality="fast")).worker
     assert {name: getattr(plan, name) for name in told} == told
     assert plan.quality == "fast"
-    own = {"pack", "pack_sha256", "run_id", "profile", "frames", "quality", "recorded_profile"}
+    own = {"pack", "pack_sha256", "run_id", "profile", "frames", "quality", "recorded_profile", "hidden"}
     assert {field.name for field in fields(WorkerPlan)} == own | told.keys()
 
 
