@@ -66,6 +66,16 @@ def test_a_program_sees_what_its_command_names_and_nothing_else(tmp_path: Path) 
     assert seen["processes"] <= 3
 
 
+def test_the_header_says_that_a_program_ran_in_a_sandbox(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("vigil.runner.plan.check_sandbox", lambda: None)
+    plan = plan_run(RunSettings(agent="exec:/bin/cat", sandbox=True, log_dir=tmp_path / "run"))
+    assert json.loads(plan.spec.model_dump_json())["sandbox"] is True
+    assert plan.worker.hidden is not None
+    assert {plan.pack.folder, tmp_path / "run"} <= set(plan.worker.hidden)
+    bare = plan_run(RunSettings(agent="exec:/bin/cat"))
+    assert (bare.worker.hidden, "sandbox" in json.loads(bare.spec.model_dump_json())) == (None, False)
+
+
 def test_where_there_is_no_sandbox_it_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     missing_for_sandbox.cache_clear()

@@ -361,7 +361,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
     [
         (End, {"report", "fail_no_report", "invalid_action_limit_exceeded", "error"}),
         (Boundary, {"simulator", "model", "agent", "worker", "runner"}),
-        (AgentKind, {"scripted", "privileged", "model", "exec", "human"}),
+        (AgentKind, {"scripted", "privileged", "model", "exec", "human", "remote"}),
     ],
 )
 def test_the_words_of_a_record_stay(kind: object, allowed: set[str]):

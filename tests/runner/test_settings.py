@@ -56,9 +56,11 @@ UNSET = {
     "model": {"model": "openai/one"},
 }
 """What stands for a default where a run needs some value."""
-NEED_FILES = {"pack", "episode_ids", "asset_database", "fork_from", "fork_at"}
+NEED_FILES = {"pack", "episode_ids", "asset_database", "fork_from", "fork_at", "env", "sandbox"}
+"""Settings that need files, a server or bubblewrap."""
 SAME_RUN: dict[str, dict[str, Any]] = {
     "api_key_env": {"api_key_env": "HOME"},
+    "env_token": {"env_token": "a long secret"},
     "log_dir": {"log_dir": Path("elsewhere")},
     "workers": {"workers": 7},
     "executor": {"executor": "ray"},
@@ -143,7 +145,7 @@ def test_workers_are_told_the_settings_that_concern_them(pack: Path, tmp_path: P
     plan = plan_run(RunSettings(pack=pack, **told, render_quality="fast")).worker
     assert {name: getattr(plan, name) for name in told} == told
     assert plan.quality == "fast"
-    own = {"pack", "pack_sha256", "run_id", "profile", "frames", "quality", "recorded_profile"}
+    own = {"pack", "pack_sha256", "run_id", "profile", "frames", "quality", "recorded_profile", "hidden"}
     assert {field.name for field in fields(WorkerPlan)} == own | told.keys()
 
 

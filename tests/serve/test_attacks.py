@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
+from websockets.typing import Origin
 
 from tests.support.serving import KEY, REPORT, TURN, Client, open_served, serving
 from tests.support.waiting import HANGS_AFTER_S, wait_until
@@ -60,7 +61,7 @@ def test_pages_of_other_sites_are_refused(pack: Pack, tmp_path: Path) -> None:
         assert client.ask("POST", "/reset", {}, Origin="http://evil.example").status == 403
         assert client.ask("POST", "/reset", {}, Host="evil.example").status == 421
         for origin in ("http://evil.example", "null", client.site.url):
-            with pytest.raises(InvalidStatus, match="403"), connect(socket_url(client), origin=origin):
+            with pytest.raises(InvalidStatus, match="403"), connect(socket_url(client), origin=Origin(origin)):
                 pass
 
 
@@ -174,8 +175,8 @@ def test_a_killed_client_frees_its_session(pack: Pack, tmp_path: Path, monkeypat
             "ws = connect(sys.argv[1], additional_headers={'Authorization': 'Bearer ' + sys.argv[2]})\n"
             "ws.send('{\"type\": \"reset\"}')\nws.recv()\nprint('begun', flush=True)\nsys.stdin.read()\n"
         )
-        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-        with subprocess.Popen([sys.executable, "-c", code, socket_url(client), KEY], **pipes) as player:
+        command, pipe = [sys.executable, "-c", code, socket_url(client), KEY], subprocess.PIPE
+        with subprocess.Popen(command, stdin=pipe, stdout=pipe) as player:
             assert player.stdout is not None
             assert player.stdout.readline() == b"begun\n"
             assert client.open_sessions == 1
