@@ -128,7 +128,7 @@ def closure_curves(study: Study) -> Figure | None:
         figure = canvas(PLOT_WIDTH_IN, 3.6 + 0.11 * len(curves))
         axes = figure.add_subplot()
         for index, (entry, curve) in enumerate(curves):
-            label = f"{entry.name} (W=1: {entry.overall.counts['W']})"
+            label = textwrap.fill(f"{entry.name} (W=1: {entry.overall.counts['W']})", _NAME_CHARS)
             dash = DASHES[(index // len(CYCLE) + index) % len(DASHES)]
             axes.step(
                 range(len(curve)),
