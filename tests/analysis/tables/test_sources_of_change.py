@@ -9,9 +9,9 @@ from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.tables.sources_of_change import event_reductions, false_success_progress, gain_sources
 from vigil.protocol.families import Family
-from vigil.protocol.profile import Profile
+from vigil.protocol.profile import ACTION_FEEDBACK, Profile
 
-FEEDBACK = Profile(name="action_feedback")
+FEEDBACK = Profile(name=ACTION_FEEDBACK)
 BASE = {"PG": (True, "NR"), "DA": (False, "success"), "VS": (True, "success"), "AI": (True, "success")}
 OTHER = {"PG": (True, "success"), "DA": (True, "success"), "VS": (True, "NR"), "AI": (False, "success")}
 """Family -> W and end, before and after; the four families show the four ways in which B changes."""
@@ -42,7 +42,6 @@ def test_the_parts_add_up_to_the_change(write: Write) -> None:
     (row,) = gain_sources(study(read_runs([base, good]))).rows
     closure, goals, both = (row.cells[name][0] for name in ("closure", "goals", "both"))
     assert (closure, goals, both) == pytest.approx((12.5, 12.5, 25.0))
-    assert row.cells["both"][1] <= 25.0 <= row.cells["both"][2]
 
 
 def test_without_a_pair_no_change_has_a_source(write: Write) -> None:
@@ -64,9 +63,7 @@ def test_reductions_count_models_with_fewer_events(write: Write) -> None:
 
 def test_progress_is_counted_at_false_success_only(write: Write) -> None:
     def ends(family: Family) -> EpisodeScript:
-        return EpisodeScript(
-            family, False, "success" if family in ("SI", "SM", "PG") else "NR", advanced=family == "SM"
-        )
+        return EpisodeScript(family, False, "success" if family in ("SI", "SM") else "NR", advanced=family == "SM")
 
     (row,) = false_success_progress(study(read_runs([write("false", small_records(ends))]))).rows
     of_family = len(make_episodes(2)) // 8

@@ -88,7 +88,7 @@ def belief_closure(study: Study) -> Figure | None:
         _name_rows(right, [entry.name for entry in entries])
         right.tick_params(left=False, labelleft=is_column())
         right.set_xlabel("share of actions after the goal first held (%)")
-        right.set_title("(b) What follows attainment (W=1, pooled)")
+        right.set_title("(b) After attainment (W=1)" if is_column() else "(b) What follows attainment (W=1, pooled)")
         figure.legend(
             handles=handles,
             loc="outside lower center",
@@ -128,7 +128,7 @@ def closure_curves(study: Study) -> Figure | None:
         figure = canvas(PLOT_WIDTH_IN, 3.6 + 0.11 * len(curves))
         axes = figure.add_subplot()
         for index, (entry, curve) in enumerate(curves):
-            label = f"{entry.name} (W=1: {entry.overall.counts['W']})"
+            label = textwrap.fill(f"{entry.name} (W=1: {entry.overall.counts['W']})", _NAME_CHARS)
             dash = DASHES[(index // len(CYCLE) + index) % len(DASHES)]
             axes.step(
                 range(len(curve)),
@@ -336,14 +336,16 @@ def name_points(axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[
     assert figure is not None
     before, axis = len(axes.texts), axes.get_xlabel()
     numbered = place_labels(figure, axes, labels, avoid)
-    if numbered:  # the names below make the axes smaller, so all labels are placed again
-        width = int(72 * figure.get_figwidth() / (0.62 * points(8)))
-        for _ in range(2):
-            words = ", ".join(f"{number}: {text}" for number, text in enumerate(numbered, start=1))
-            axes.set_xlabel(f"{axis}\n{textwrap.fill(words, width)}")
-            for text in axes.texts[before:]:
-                text.remove()
-            numbered = place_labels(figure, axes, labels, avoid)
+    width = int(72 * figure.get_figwidth() / (0.62 * points(8)))
+    shown: list[str] = []
+    while numbered != shown and len(shown) < len(labels):  # the names below make the axes smaller: place all again
+        shown = [*shown, *(text for text in numbered if text not in shown)]
+        words = ", ".join(f"{number}: {text}" for number, text in enumerate(shown, start=1))
+        axes.set_xlabel(f"{axis}\n{textwrap.fill(words, width)}")
+        for text in axes.texts[before:]:
+            text.remove()
+        numbered = place_labels(figure, axes, labels, avoid, shown)
+    figure.set_layout_engine("none")  # the labels are placed for these very axes
 
 
 def _plane_legend(figure: Figure, study: Study, entries: Sequence[RunEntry]) -> None:

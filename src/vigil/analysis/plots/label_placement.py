@@ -22,12 +22,17 @@ _POINT_PX = 5
 
 
 def place_labels(
-    figure: Figure, axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[float, float]] = ()
+    figure: Figure,
+    axes: Axes,
+    labels: Sequence[PointLabel],
+    avoid: Sequence[tuple[float, float]] = (),
+    as_numbers: Sequence[str] = (),
 ) -> list[str]:
     """Write each label next to its point, larger labels first, with a line to the point if the label is not close.
 
     `avoid` are further points (data coordinates) that labels must not cover. A label without a free place is replaced
-    by its number in the list that is returned, or left out if not even the number has a place.
+    by its number in the list that is returned, or left out if not even the number has a place. The list begins with
+    `as_numbers`, texts that are replaced in any case.
     """
     figure.canvas.draw()
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined] - an Agg canvas has get_renderer
@@ -35,10 +40,11 @@ def place_labels(
     side = _POINT_PX * figure.dpi / 100
     taken = [Bbox.from_extents(x - side, y - side, x + side, y + side) for x, y in places]
     inside = axes.get_window_extent(renderer)
-    numbered: list[str] = []
+    numbered = list(as_numbers)
     for index in sorted(range(len(labels)), key=lambda i: (-labels[i][3], labels[i][1])):
         _, text, colour, _ = labels[index]
-        for said in (text, str(len(numbered) + 1)):
+        number = str(numbered.index(text) + 1 if text in numbered else len(numbered) + 1)
+        for said in (number,) if text in numbered else (text, number):
             drawn = _label(axes, labels[index], said)
             found = _free_position(places[index], drawn.get_window_extent(renderer), taken, inside, figure.dpi)
             if found is not None:
@@ -46,7 +52,7 @@ def place_labels(
             drawn.remove()
         else:
             continue
-        if said != text:
+        if said != text and text not in numbered:
             numbered.append(text)
         offset, box = found
         taken.append(box)

@@ -374,4 +374,6 @@ def _finished(lines: Sequence[JsonLine]) -> Sequence[JsonLine]:
 
 def _differences(old: Header, new: Header) -> str:
     before, now = old.model_dump(), new.model_dump()
-    return ", ".join(f"{key} {before[key]!r}, now {now[key]!r}" for key in before if before[key] != now[key])
+    return ", ".join(
+        f"{key} {before.get(key)!r}, now {now.get(key)!r}" for key in before | now if before.get(key) != now.get(key)
+    )
