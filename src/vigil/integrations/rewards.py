@@ -93,8 +93,9 @@ def stated_confidence(record: EpisodeRecord, condition: Profile) -> float | None
     parsed = read_reply(record.steps[-1].reply, condition).parsed
     state = parsed.cognitive_state if isinstance(parsed, ParsedReply) else None
     stated = state.get(CONFIDENCE) if is_object(state) else None
-    is_number = isinstance(stated, int | float) and not isinstance(stated, bool)
-    return float(stated) if is_number and 0 <= stated <= 1 else None
+    if isinstance(stated, bool) or not isinstance(stated, int | float):
+        return None
+    return float(stated) if 0 <= stated <= 1 else None
 
 
 def reward_parts(verdict: Verdict, shaping: Shaping) -> dict[str, float]:
