@@ -73,7 +73,7 @@ EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
         ),
     ),
     "integrations": (
-        "Gymnasium and verifiers",
+        "Gymnasium, verifiers and TRL",
         (
             "integrations.options",
             "integrations.gymnasium.env",
@@ -81,6 +81,10 @@ EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
             "integrations.rewards",
             "integrations.verifiers.env",
             "integrations.verifiers.config",
+            "integrations.trl.episodes",
+            "integrations.trl.options",
+            "integrations.trl.environments",
+            "integrations.trl.processors",
         ),
     ),
 }

@@ -18,6 +18,8 @@ from tests.support.published_runs import SMALL, make_episodes, small_records, wr
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
+TRAINING = {"learn_to_point.py": "--demos", "train_tiny_vlm.py": "--supervised"}
+"""Examples that train, on pages of their own -> one of their options."""
 EXTENDING = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 
 
@@ -78,7 +80,7 @@ def test_a_back_end_of_ones_own_passes_the_checks() -> None:
 
 
 def test_the_page_names_every_example() -> None:
-    scripts = {path.name for path in EXAMPLES.glob("*.py")} - {"learn_to_point.py"}
+    scripts = {path.name for path in EXAMPLES.glob("*.py")} - TRAINING.keys()
     assert set(re.findall(r"examples/(\w+\.py)", EXTENDING)) == scripts
 
 
@@ -111,13 +113,16 @@ def test_the_page_names_all_places_of_a_kind_of_goal() -> None:
     assert named - helpers == set(PLACES)
 
 
-def test_the_options_of_the_training_are_explained_without_what_it_needs(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("script", "option"), TRAINING.items())
+def test_the_options_of_a_training_are_explained_without_what_it_needs(
+    script: str, option: str, tmp_path: Path
+) -> None:
     (tmp_path / "torch.py").write_text("raise ModuleNotFoundError('it is not here', name='torch')")
-    words = [sys.executable, str(EXAMPLES / "learn_to_point.py")]
+    words = [sys.executable, str(EXAMPLES / script)]
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     helped = subprocess.run([*words, "--help"], env=environment, capture_output=True, text=True, check=False)
     assert (helped.returncode, helped.stderr) == (0, "")
-    assert "--demos" in helped.stdout
+    assert option in helped.stdout
     assert "https://download.pytorch.org/whl/cpu" in helped.stdout
     begun = subprocess.run([*words, "--out", "x"], env=environment, capture_output=True, text=True, check=False)
     assert begun.stderr == "torch is not installed. The docstring of this file says how to install it.\n"

@@ -39,7 +39,7 @@ def pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def earned(pack: Path) -> Iterator[Any]:
     opened: list[VigilEnv] = []
 
-    def play(*replies: str, **shaping: float) -> float:
+    def play(*replies: str, **shaping: Any) -> float:
         env = VigilEnv(pack=pack, backend="fake", frames=False, **shaping)
         opened.append(env)
         env.reset(options={"episode_id": REACHED})

@@ -7,7 +7,7 @@ are decoded back into frames.
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,11 +18,13 @@ from vigil.agents.conversation import Conversation, Message
 from vigil.agents.frame_encoding import decode_frame, encode_frame
 from vigil.env import Env
 from vigil.errors import RecordError, SettingError
+from vigil.integrations.options import EpisodeOptions
 from vigil.integrations.sources import SampledEpisode
 from vigil.integrations.trl import Episodes, VigilReplies, protocol_processor, valid_replies
 from vigil.protocol.profile import Profile
 from vigil.records.record import EpisodeRecord
 from vigil.sim import make_simulator
+from vigil.sim.protocol import Simulator
 
 REPLIES = (
     json.dumps({"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": 45}}),
@@ -97,8 +99,7 @@ def examine_gymnasium(options: dict[str, Any], group: int) -> Iterator[Finding]:
         env.close()
 
 
-def _simulator(owner: Any) -> Any:
-    options = owner.options if isinstance(owner, Episodes) else owner._options
+def _simulator(options: EpisodeOptions) -> Simulator:
     return make_simulator(options.backend, assets=options.assets, quality=options.quality)
 
 
@@ -114,7 +115,7 @@ def _played_by(member: Any, row: dict[str, Any]) -> Seen:
 
 
 def _examine_group(
-    played: Sequence[Seen], now: SampledEpisode, condition: Profile, simulator: Any
+    played: Sequence[Seen], now: SampledEpisode, condition: Profile, simulator: Callable[[], Simulator]
 ) -> Iterator[Finding]:
     first, ids = played[0], {seen.record.episode_id for seen in played}
     yield Finding("group plays one episode", ids == {now.episode.id}, f"{len(played)} members, {len(ids)} episodes")

@@ -1,4 +1,4 @@
-"""Options that the environments of Gymnasium and verifiers have in common."""
+"""Options that the environments of Gymnasium, verifiers and TRL have in common."""
 
 from collections.abc import Collection, Iterable
 from pathlib import Path

@@ -109,7 +109,7 @@ def stated_confidence(record: EpisodeRecord, condition: Profile) -> float | None
     parsed = read_reply(record.steps[-1].reply, condition).parsed
     state = parsed.cognitive_state if isinstance(parsed, ParsedReply) else None
     stated = state.get(CONFIDENCE) if is_object(state) else None
-    if not isinstance(stated, int | float) or isinstance(stated, bool):
+    if isinstance(stated, bool) or not isinstance(stated, int | float):
         return None
     return float(stated) if 0 <= stated <= 1 else None
 

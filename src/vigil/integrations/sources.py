@@ -1,7 +1,7 @@
 """Sources of episodes for training: a pack or a stream.
 
-The Gymnasium environment draws episodes. The verifiers environment reads rows; the episode that a row names may be
-played in another process. That process loads the same pack or, for a stream, makes the house of the row again.
+The Gymnasium environment draws episodes. The environments of verifiers and TRL read rows; the episode that a row names
+may be played in another process. That process loads the same pack or, for a stream, makes the house of the row again.
 """
 
 import asyncio
