@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from vigil.base.versions import Versions
 from vigil.errors import RecordError, SimulatorError, first_error
-from vigil.protocol.actions import Action, InteractPixel, Reply, Report
+from vigil.protocol.actions import AnyAction, ClosingAction, InteractPixel, Reply, Report, Stop
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
 from vigil.protocol.observation import Cues, Feedback, Observation
@@ -193,6 +193,7 @@ class Env:
             steps=tuple(self._steps),
             end=self._end,
             error=self._error,
+            has_report=self.profile.row.has_report,
         )
 
     @staticmethod
@@ -214,8 +215,8 @@ class Env:
         with self._reject_invalid_facts():
             self._initial = self._simulator.world(self._bound)
 
-    def _execute(self, action: Action | None) -> tuple[Effect | None, WorldState]:
-        if action is None or isinstance(action, Report):
+    def _execute(self, action: AnyAction | None) -> tuple[Effect | None, WorldState]:
+        if action is None or isinstance(action, ClosingAction):
             return None, self._world()
         with self._reject_invalid_facts():
             effect = self._simulator.step(action)
@@ -230,13 +231,15 @@ class Env:
         """Return the profile of the current step."""
         return self._recorded_profile if len(self._steps) < self._recorded_steps else self.profile
 
-    def _is_unconfirmed(self, action: Action | None, profile: Profile, episode: Episode) -> bool:
+    def _is_unconfirmed(self, action: AnyAction | None, profile: Profile, episode: Episode) -> bool:
         """Return whether an action is a report that is answered by a request to look again."""
         is_first = not any(step.is_unconfirmed for step in self._steps)
         has_steps = len(self._steps) + 1 < episode.max_steps
         return profile.row.looks_again and isinstance(action, Report) and is_first and has_steps
 
     def _end_after(self, step: StepRecord, episode: Episode) -> End | None:
+        if isinstance(step.action, Stop):
+            return "stop"
         if isinstance(step.action, Report) and not step.is_unconfirmed:
             return "report"
         if self._invalid > episode.max_invalid:

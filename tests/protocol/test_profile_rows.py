@@ -2,9 +2,10 @@
 
 import pytest
 
+from vigil.protocol.actions import STATUSES
 from vigil.protocol.claims import CLAIM_LINE, CLAIM_TABLE
 from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE, Profile
-from vigil.protocol.profiles.rows import PROFILES, ProfileRow
+from vigil.protocol.profiles.rows import PROFILE_NAMES, PROFILES, STOP_LINE, ProfileRow
 from vigil.protocol.prompt import policy_sha256, policy_text, policy_version
 
 ROWS = [pytest.param(row, id=row.short) for row in PROFILES.values()]
@@ -34,5 +35,14 @@ def test_the_prompt_differs_from_the_baselines_only_in_rules_and_claims(row: Pro
     dropped = [line for line in base if line not in ours]
     expected = [f"- {rule}" for rule in (*([row.first_rule] if row.first_rule else []), *row.rules)]
     claims = [CLAIM_LINE, *CLAIM_TABLE] if row.has_claims else []
-    assert added == [*claims, *expected]
-    assert len(dropped) == bool(row.first_rule)
+    stop = [] if row.has_report else ["- navigate | look | interact_pixel | stop", "stop:", STOP_LINE]
+    assert added == [*(new for _, new in row.replaced), *stop, *claims, *expected]
+    of_reports = 0 if row.has_report else 5 + len(STATUSES)  # the list of skills, a report's lines, its statuses
+    assert len(dropped) == len(row.replaced) + of_reports + bool(row.first_rule)
+
+
+def test_nothing_in_the_prompt_without_reports_speaks_of_a_report() -> None:
+    for variant in ("default", "neutral_report"):
+        text = policy_text(Profile(name=PROFILE_NAMES["stop_only"], prompt_variant=variant))
+        assert "report" not in text.casefold()
+        assert all(f"- {status}:" not in text for status in STATUSES)

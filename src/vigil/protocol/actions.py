@@ -1,4 +1,4 @@
-"""Actions of an agent: four skills with their arguments, the intents of clicks, and the statuses of reports.
+"""Actions of an agent: its skills with their arguments, the intents of clicks, and the statuses of reports.
 
 The literal tables `SKILLS`, `INTENTS` and `STATUSES` feed both the prompt (`vigil.protocol.prompt`) and the parser
 (`vigil.protocol.replies`), so that the two always agree. Their descriptions are copied verbatim from the paper's tables
@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.base.json_files import is_object
 
-SkillName = Literal["navigate", "look", "interact_pixel", "report"]
+SkillName = Literal["navigate", "look", "interact_pixel", "report", "stop"]
 NavigateMode = Literal["forward", "backward", "turn_left", "turn_right"]
 LookDirection = Literal["up", "down"]
 Intent = Literal["ground", "open_access", "close_access", "activate", "deactivate", "pick", "place", "drop"]
@@ -128,6 +128,11 @@ SKILLS: dict[SkillName, tuple[Argument, ...]] = {
         Argument("summary", "string", "Brief justification for the chosen status"),
     ),
 }
+STOP_SKILLS: dict[SkillName, tuple[Argument, ...]] = {
+    **{name: arguments for name, arguments in SKILLS.items() if name != "report"},
+    "stop": (),
+}
+"""Skills of a profile without reports. Source: `protocol.md` section 11."""
 
 
 class _Action(BaseModel):
@@ -178,8 +183,17 @@ class Report(_Action):
         return hash((self.status, self.summary, self.raw_status))
 
 
+class Stop(_Action):
+    """End the episode, under a profile without reports."""
+
+    skill_name: Literal["stop"] = "stop"
+
+
 PhysicalAction = Navigate | Look | InteractPixel
+ClosingAction = Report | Stop
 Action = Annotated[Navigate | Look | InteractPixel | Report, Field(discriminator="skill_name")]
+AnyAction = Annotated[Navigate | Look | InteractPixel | Report | Stop, Field(discriminator="skill_name")]
+"""Action under any profile."""
 
 
 class InvalidAction(_Action):
@@ -195,7 +209,7 @@ class InvalidAction(_Action):
 class ParsedReply(_Action):
     """A parsed reply: its action, and its other content, which is recorded verbatim but never scored."""
 
-    action: Action
+    action: AnyAction
     thought: Any = None
     cognitive_state: Any = None
     ignored_keys: tuple[str, ...] = ()

@@ -20,7 +20,8 @@ from vigil.protocol.actions import (
     INTENTS,
     SKILLS,
     STATUSES,
-    Action,
+    STOP_SKILLS,
+    AnyAction,
     Argument,
     Coordinates,
     Intent,
@@ -32,6 +33,7 @@ from vigil.protocol.actions import (
     Reply,
     ReplyPolicy,
     Report,
+    Stop,
 )
 from vigil.protocol.claims import ARGUMENT as CLAIMS_ARGUMENT
 from vigil.protocol.claims import ClaimFault, with_claims
@@ -72,6 +74,15 @@ class _Form(Generic[_Read]):
 
 
 @dataclass(frozen=True, slots=True)
+class _Grammar:
+    """What distinguishes the actions of a profile."""
+
+    coordinates: Coordinates
+    has_claims: bool = False
+    has_report: bool = True
+
+
+@dataclass(frozen=True, slots=True)
 class ReadReply:
     """A reply, separated into its parts."""
 
@@ -81,7 +92,7 @@ class ReadReply:
     """The action in the answer, or the reason why the answer is not an action."""
 
     @property
-    def action(self) -> Action | None:
+    def action(self) -> AnyAction | None:
         """The action; None if the reply is invalid."""
         return self.parsed.action if isinstance(self.parsed, ParsedReply) else None
 
@@ -100,7 +111,7 @@ def read_reply(reply: Reply, profile: Profile = _STANDARD) -> ReadReply:
     """Return the answer in a reply, with the action that it means. Facts from the provider (a rejection, the finish
     reason) can make the reply invalid."""
     answer = split_reasoning(reply.text)[0]
-    form = _action_form(profile.coordinates, has_claims=profile.has_claims)
+    form = _action_form(_Grammar(profile.coordinates, profile.has_claims, profile.row.has_report))
     return ReadReply(answer, _meaning(reply, answer, form, profile.reply_policy))
 
 
@@ -149,11 +160,11 @@ def parse_text(
         whole.encode("utf-8")  # the reasoning too: a string may hold lone surrogates, which UTF-8 cannot encode
     except UnicodeError:
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
-    return _parse_answer(split_reasoning(whole)[0], _action_form(coordinates, has_claims=has_claims), policy)
+    return _parse_answer(split_reasoning(whole)[0], _action_form(_Grammar(coordinates, has_claims)), policy)
 
 
-def _action_form(coordinates: Coordinates, *, has_claims: bool) -> _Form[ParsedReply]:
-    return _Form(("skill_name", "arguments"), partial(_action_of, coordinates=coordinates, has_claims=has_claims))
+def _action_form(grammar: _Grammar) -> _Form[ParsedReply]:
+    return _Form(("skill_name", "arguments"), partial(_action_of, grammar=grammar))
 
 
 def _parse_answer(answer: str, form: _Form[_Read], policy: ReplyPolicy) -> _Read | InvalidAction:
@@ -277,16 +288,16 @@ def _past_brace(text: str, start: int) -> int:
 # --- from the object to the action ------------------------------------------------------------------------------------
 
 
-def _action_of(fields: dict[str, Any], coordinates: Coordinates, *, has_claims: bool) -> ParsedReply:
+def _action_of(fields: dict[str, Any], grammar: _Grammar) -> ParsedReply:
     name, given = fields["skill_name"], fields["arguments"]
-    skill = _fold(name) if isinstance(name, str) else None
-    if skill not in SKILLS:
+    skill, skills = _fold(name) if isinstance(name, str) else None, SKILLS if grammar.has_report else STOP_SKILLS
+    if skill not in skills:
         raise ReplyFault("malformed_action", "unknown_skill", _quoted(name))
     if not is_object(given):
         raise ReplyFault("malformed_action", "arguments_not_an_object", type(given).__name__)
-    action = _BUILDERS[skill](given, coordinates)
-    wanted = {argument.name for argument in SKILLS[skill]}
-    if has_claims and isinstance(action, Report):
+    action = _BUILDERS[skill](given, grammar.coordinates)
+    wanted = {argument.name for argument in skills[skill]}
+    if grammar.has_claims and isinstance(action, Report):
         action, wanted = _with_claims(action, given), {*wanted, CLAIMS_ARGUMENT}
     if isinstance(action, InteractPixel) and action.intent == "drop":
         wanted = {"intent"}
@@ -335,6 +346,10 @@ def _report(given: dict[str, Any], _: Coordinates) -> Report:
     return Report(status="invalid", summary=summary, raw_status=raw)
 
 
+def _stop(_: dict[str, Any], __: Coordinates) -> Stop:
+    return Stop()
+
+
 def _with_claims(report: Report, given: dict[str, Any]) -> Report:
     try:
         return with_claims(report, given)
@@ -342,7 +357,7 @@ def _with_claims(report: Report, given: dict[str, Any]) -> Report:
         raise ReplyFault("malformed_action", fault.reason, fault.detail) from None
 
 
-_BUILDERS = {"navigate": _navigate, "look": _look, "interact_pixel": _interact, "report": _report}
+_BUILDERS = {"navigate": _navigate, "look": _look, "interact_pixel": _interact, "report": _report, "stop": _stop}
 
 
 def _value(argument: Argument, given: dict[str, Any]) -> Any:

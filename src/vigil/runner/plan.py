@@ -94,7 +94,7 @@ def plan_run(settings: RunSettings, loaded: Pack | None = None) -> RunPlan:
         pack = loaded or Pack.load(settings.pack if forks is None else forks.run.pack_folder)
         assets = AssetDatabase.from_file(settings.asset_database)
         pack.check_assets(assets)
-        _check_claims(profile_of(settings), pack)
+        _check_suite(profile_of(settings), pack)
         selected = _selected(settings, pack, forks)
         part = shard_episodes(selected, settings.shard)
         url = None if endpoint is None else endpoint.access.base_url
@@ -157,8 +157,13 @@ def _selected(settings: RunSettings, pack: Pack, forks: ForkPlan | None) -> list
     return pack.select(Selection((), able, settings.limit))
 
 
-def _check_claims(profile: Profile, pack: Pack) -> None:
-    """Raise SettingError for a profile that asks for claims about chores on a pack without lists of chores."""
+def _check_suite(profile: Profile, pack: Pack) -> None:
+    """Raise SettingError for a profile whose report does not fit what the pack's episodes are scored by."""
+    if not profile.row.has_report and pack.manifest.suite is not None:
+        raise SettingError(
+            f"Profile {profile.name!r} has no reports, and pack {pack.name!r} of the suite {pack.manifest.suite!r} is "
+            "scored by reports. Give a pack of the eight families, or another profile."
+        )
     if profile.has_claims and pack.manifest.suite != CHORES_SUITE:
         raise SettingError(
             f"Profile {profile.name!r} asks for a claim about each chore of a list, and pack {pack.name!r} has no "

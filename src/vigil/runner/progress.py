@@ -79,6 +79,7 @@ class ProgressCounter:
         self._on_progress = on_progress
         self._cost = cost
         self._done = self._with_goal = self._closed = 0
+        self._has_reports = True
         self._errors = self._played_now = self._steps = 0
         self.errors_in_a_row = 0
         self._retry_reason: str | None = None
@@ -184,6 +185,7 @@ class ProgressCounter:
         self._done += 1
         self._with_goal += outcome.W
         self._closed += outcome.B
+        self._has_reports = outcome.has_report
 
     def _report(self, latest: Outcome | None, warning: str | None = None) -> None:
         elapsed = time.monotonic() - self._started
@@ -194,7 +196,7 @@ class ProgressCounter:
                 done=self._done,
                 errors=self._errors,
                 W=self._with_goal / self._done if self._done else None,
-                B=self._closed / self._done if self._done else None,
+                B=self._closed / self._done if self._done and self._has_reports else None,
                 steps=self._steps,
                 elapsed_s=elapsed,
                 eta_s=elapsed / self._played_now * left if self._played_now else None,

@@ -5,6 +5,7 @@ from typing import Any, Literal
 
 from vigil.agents.frame_encoding import decode_frame
 from vigil.errors import RecordError, SettingError, VigilError
+from vigil.protocol.actions import PhysicalAction
 from vigil.protocol.episode import Episode
 from vigil.records.reasoning_file import reasoning_by_step
 from vigil.records.record import EpisodeRecord, Key
@@ -123,5 +124,5 @@ def _moment_of(run: LibraryRun, episode: Episode, record: EpisodeRecord, pack: L
         house_sha256=episode.house.sha256,
         start=episode.start,
         setup=episode.setup,
-        actions=tuple(action for action in done if action is not None and action.skill_name != "report"),
+        actions=tuple(action for action in done if isinstance(action, PhysicalAction)),
     )

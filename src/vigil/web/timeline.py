@@ -116,10 +116,10 @@ def _verdict(outcome: Outcome) -> dict[str, Any]:
     return {
         "label": outcome.label,
         "subtype": outcome.subtype,
-        "category": CATEGORIES[outcome.category],
+        "category": None if outcome.category is None else CATEGORIES[outcome.category],
         "W": outcome.W,
         "W_strict": outcome.W_strict,
-        "B": outcome.B,
+        "B": outcome.B if outcome.has_report else None,
         "expected": outcome.expected,
         "reported": outcome.raw_status or outcome.reported,
         "lag": outcome.lag,

@@ -175,7 +175,7 @@ def _footnotes(axes: Axes, episode: Episode, outcome: Outcome) -> None:
     axes.text(
         96,
         4.6,
-        f"here: {said_text}, W={int(outcome.W)}, B={int(outcome.B)}",
+        f"here: {said_text}, W={int(outcome.W)}, B={int(outcome.B) if outcome.has_report else '–'}",
         fontsize=8.5,
         ha="center",
         fontweight="bold",

@@ -116,9 +116,9 @@
     const head = document.createElement("p");
     head.className = "head";
     const rule = verdict && verdict.subtype ? ` (${verdict.subtype.replaceAll("_", " ")})` : "";
-    head.textContent = verdict ? `${verdict.label}${rule} · ${verdict.category} · W\u00a0${verdict.W ? 1 : 0} · W\u00a0strict\u00a0${verdict.W_strict ? 1 : 0} · B\u00a0${verdict.B ? 1 : 0}` : "No verdict: an error is never scored.";
+    head.textContent = verdict ? `${verdict.label ? `${verdict.label}${rule} · ${verdict.category} · ` : ""}W\u00a0${verdict.W ? 1 : 0} · W\u00a0strict\u00a0${verdict.W_strict ? 1 : 0} · B\u00a0${verdict.B === null ? "–" : verdict.B ? 1 : 0}` : "No verdict: an error is never scored.";
     box.append(head);
-    if (verdict) box.classList.add(verdict.label);
+    if (verdict && verdict.label) box.classList.add(verdict.label);
     for (const text of verdict ? verdict.why : []) {
       const why = document.createElement("p");
       why.textContent = text;
