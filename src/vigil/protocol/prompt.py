@@ -10,7 +10,7 @@ import json
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
-from vigil.protocol.actions import INTENTS, SKILLS, STATUSES, STOP_SKILLS, Argument
+from vigil.protocol.actions import INTENTS, STATUSES, Argument, skills_of
 from vigil.protocol.claims import CLAIM_LINE, CLAIM_TABLE
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Cues, Feedback
 from vigil.protocol.profile import Profile
@@ -151,7 +151,8 @@ def _task(profile: Profile) -> str:
 
 
 def _action_schema(row: ProfileRow) -> str:
-    skills = SKILLS if row.has_report else STOP_SKILLS
+    skills = skills_of(has_report=row.has_report, has_pixels=row.has_pixels)
+    wanted = "x, y" if row.has_pixels else "object"
     lines = [ACTIONS_HEADING, f"- {' | '.join(skills)}"]
     for skill, arguments in skills.items():
         lines.append(f"{skill}:")
@@ -159,7 +160,7 @@ def _action_schema(row: ProfileRow) -> str:
     lines += [CLAIM_LINE] if row.has_claims else []
     lines.append("Table intents:")
     for intent, spec in INTENTS.items():
-        lines.append(f"- {intent}: {spec.semantics} ({'requires x, y' if spec.needs_pixel else 'no x, y'})")
+        lines.append(f"- {intent}: {spec.semantics} ({'requires' if spec.needs_pixel else 'no'} {wanted})")
     if row.has_report:
         lines.append("Table report_statuses:")
         lines += [f"- {status}: {semantics}" for status, semantics in STATUSES.items()]
@@ -174,8 +175,9 @@ def _argument_line(argument: Argument) -> str:
 
 def _grounding_rules(profile: Profile) -> str:
     row, (first, *others) = profile.row, GROUNDING_RULES
-    rules = (row.first_rule or first, *others, *row.rules)
-    if profile.coordinates == "normalized_1000":
+    replaced = dict(row.replaced)
+    rules = (row.first_rule or replaced.get(first, first), *(replaced.get(rule, rule) for rule in others), *row.rules)
+    if profile.coordinates == "normalized_1000" and row.has_pixels:
         rules = (NORMALIZED_RULE, *rules)
     return "\n".join([GROUNDING_HEADING, *(f"- {rule}" for rule in rules)])
 

@@ -20,7 +20,6 @@ from vigil.protocol.actions import (
     INTENTS,
     SKILLS,
     STATUSES,
-    STOP_SKILLS,
     AnyAction,
     Argument,
     Coordinates,
@@ -34,6 +33,7 @@ from vigil.protocol.actions import (
     ReplyPolicy,
     Report,
     Stop,
+    skills_of,
 )
 from vigil.protocol.claims import ARGUMENT as CLAIMS_ARGUMENT
 from vigil.protocol.claims import ClaimFault, with_claims
@@ -80,6 +80,7 @@ class _Grammar:
     coordinates: Coordinates
     has_claims: bool = False
     has_report: bool = True
+    has_pixels: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +112,9 @@ def read_reply(reply: Reply, profile: Profile = _STANDARD) -> ReadReply:
     """Return the answer in a reply, with the action that it means. Facts from the provider (a rejection, the finish
     reason) can make the reply invalid."""
     answer = split_reasoning(reply.text)[0]
-    form = _action_form(_Grammar(profile.coordinates, profile.has_claims, profile.row.has_report))
+    form = _action_form(
+        _Grammar(profile.coordinates, profile.has_claims, profile.row.has_report, profile.row.has_pixels)
+    )
     return ReadReply(answer, _meaning(reply, answer, form, profile.reply_policy))
 
 
@@ -290,7 +293,8 @@ def _past_brace(text: str, start: int) -> int:
 
 def _action_of(fields: dict[str, Any], grammar: _Grammar) -> ParsedReply:
     name, given = fields["skill_name"], fields["arguments"]
-    skill, skills = _fold(name) if isinstance(name, str) else None, SKILLS if grammar.has_report else STOP_SKILLS
+    skill = _fold(name) if isinstance(name, str) else None
+    skills = skills_of(has_report=grammar.has_report, has_pixels=grammar.has_pixels)
     if skill not in skills:
         raise ReplyFault("malformed_action", "unknown_skill", _quoted(name))
     if not is_object(given):
@@ -322,11 +326,7 @@ def _look(given: dict[str, Any], _: Coordinates) -> Look:
 
 
 def _interact(given: dict[str, Any], coordinates: Coordinates) -> InteractPixel:
-    intent_argument, x, y = SKILLS["interact_pixel"]
-    word = _fold(_string(intent_argument, given))
-    intent = cast(Intent, INTENT_ALIASES.get(word, word))
-    if intent not in INTENTS:
-        raise ReplyFault("malformed_action", "not_in_vocabulary", f"intent: {_quoted(word)}")
+    intent, (_, x, y) = _intent(given), SKILLS["interact_pixel"]
     if not INTENTS[intent].needs_pixel:
         return InteractPixel(intent=intent)
     return InteractPixel(
@@ -334,6 +334,20 @@ def _interact(given: dict[str, Any], coordinates: Coordinates) -> InteractPixel:
         x=_pixel(x, given, FRAME_WIDTH, coordinates),
         y=_pixel(y, given, FRAME_HEIGHT, coordinates),
     )
+
+
+def _interact_named(given: dict[str, Any], _: Coordinates) -> InteractPixel:
+    intent, (_, name) = _intent(given), skills_of(has_pixels=False)["interact_object"]
+    return InteractPixel(intent=intent, object=_string(name, given) if INTENTS[intent].needs_pixel else None)
+
+
+def _intent(given: dict[str, Any]) -> Intent:
+    intent_argument = SKILLS["interact_pixel"][0]
+    word = _fold(_string(intent_argument, given))
+    intent = cast(Intent, INTENT_ALIASES.get(word, word))
+    if intent not in INTENTS:
+        raise ReplyFault("malformed_action", "not_in_vocabulary", f"intent: {_quoted(word)}")
+    return intent
 
 
 def _report(given: dict[str, Any], _: Coordinates) -> Report:
@@ -357,7 +371,14 @@ def _with_claims(report: Report, given: dict[str, Any]) -> Report:
         raise ReplyFault("malformed_action", fault.reason, fault.detail) from None
 
 
-_BUILDERS = {"navigate": _navigate, "look": _look, "interact_pixel": _interact, "report": _report, "stop": _stop}
+_BUILDERS: dict[str, Callable[[dict[str, Any], Coordinates], AnyAction]] = {
+    "navigate": _navigate,
+    "look": _look,
+    "interact_pixel": _interact,
+    "interact_object": _interact_named,
+    "report": _report,
+    "stop": _stop,
+}
 
 
 def _value(argument: Argument, given: dict[str, Any]) -> Any:

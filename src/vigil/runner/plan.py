@@ -31,7 +31,7 @@ from vigil.runner.models.thinking import with_thinking
 from vigil.runner.option_parsing import public_name
 from vigil.runner.probes.prober import ProbePlan, framings
 from vigil.runner.retries import RetryPolicy
-from vigil.runner.settings import DEFAULT_PACK, RunSettings
+from vigil.runner.settings import DefaultName, RunSettings
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.sim import BACKENDS
 
@@ -142,7 +142,7 @@ def _fork_plan(settings: RunSettings) -> ForkPlan | None:
     """Return the plan of the plays that the run continues, or None. A pack that is set must be that of those plays."""
     if settings.fork_from is None or settings.fork_at is None:
         return None
-    pack = None if settings.pack == DEFAULT_PACK else settings.pack
+    pack = None if isinstance(settings.pack, DefaultName) else settings.pack
     return ForkPlan.read(settings.fork_from, parse_at(str(settings.fork_at)), pack)
 
 
@@ -241,6 +241,8 @@ def profile_of(settings: RunSettings) -> Profile:
     row = PROFILES[PROFILE_NAMES[asked]]
     if row.is_of_conversations and settings.model is None:
         raise SettingError(f"Profile {row.short!r} changes a model's conversation, and this run has no model.")
+    if not row.has_pixels and settings.model is None and not is_exec(settings.agent or ""):
+        raise SettingError(f"Profile {row.short!r} has no pixels, and agent {settings.agent!r} clicks on pixels.")
     own = settings.prompt_template
     return Profile(
         name=PROFILE_NAMES[asked],

@@ -287,7 +287,7 @@ def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict[str, Any]:
         "library_replies": sum(step.reply.reply_source == "library" for step in steps),
         "too_far": sum(effect.too_far for effect in effects),
         "path_blocked": sum(effect.path_blocked for effect in effects),
-        "retry": len(clicks) - len({(click.intent, click.x, click.y) for click in clicks}),
+        "retry": len(clicks) - len({(click.intent, click.x, click.y, click.object) for click in clicks}),
         "actions": _kinds(steps),
         "actions_after_goal": _kinds(steps[first:] if first is not None else ()),
         "input_tokens": record.tokens.input,

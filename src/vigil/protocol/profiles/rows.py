@@ -24,6 +24,18 @@ STOP_LINES = (
     ),
 )
 """Lines of the paper's prompt that speak of reports, and what stands there if there are none."""
+NAMING_LINES = (
+    (
+        "Use only the frame whose `role` is `current` for visibility judgments and interact_pixel targeting.",
+        "Use only the frame whose `role` is `current` for visibility judgments and interact_object targeting.",
+    ),
+    (
+        "interact_pixel acts on the object currently under the specified location in the current RGB frame.",
+        "interact_object acts on the only object of that name in the current RGB frame. It has no effect if no such "
+        "object is seen, or several are.",
+    ),
+)
+"""Lines of the paper's prompt that speak of pixels, and what stands there if objects are named."""
 STOP_LINE = "- no arguments: ends the episode. Nothing else is said about the task, and no step follows."
 MAX_IMAGE_HISTORY = 20
 EVERYTHING = 1_000_000
@@ -49,6 +61,8 @@ class ProfileRow:
     """Whether a frame marks the pixel of the click before it."""
     has_report: bool = True
     """Whether the agent ends an episode by a report; otherwise by `stop`, which says nothing."""
+    has_pixels: bool = True
+    """Whether the agent interacts with the object at a pixel; otherwise with one that it names."""
     has_claims: bool = False
     """Whether a report has a claim about each chore of a list."""
     images: int = 0
@@ -58,7 +72,7 @@ class ProfileRow:
     rules: tuple[str, ...] = ()
     """Rules that the prompt has in addition, at the end of its grounding rules."""
     replaced: tuple[tuple[str, str], ...] = ()
-    """Lines of the prompt's task block, and the line instead of each."""
+    """Lines of the prompt's task block and grounding rules, and the line instead of each."""
     first_rule: str = ""
     """Rule instead of the first grounding rule; empty for that of the paper."""
 
@@ -109,6 +123,12 @@ _ROWS = (
         "it ends an episode by `stop`, without a report",
         has_report=False,
         replaced=STOP_LINES,
+    ),
+    ProfileRow(
+        "named_objects",
+        "it names an object to interact with it, and gives no pixel",
+        has_pixels=False,
+        replaced=NAMING_LINES,
     ),
     ProfileRow(
         "image_history_all",
