@@ -83,6 +83,7 @@ def _hidden(
         "first_row": first,
         "worlds": [_world(world, episode) for world in worlds],
         "rows": [{"W": row.semantic, "strict": row.strict, "progress": row.progress} for row in rows],
+        "beliefs": [],
         "verdict": None if outcome is None else _verdict(outcome),
         "chores": _chores(episode, record) if rows and isinstance(episode.goal, Chores) else [],
     }
