@@ -203,14 +203,17 @@ def test_the_timeline_has_the_answers_of_probes(runs: Path, pack: Pack, tmp_path
     header = read_header(folder)
     record = next(one for one in read_records(folder / "episodes.jsonl") if len(one.steps) > 1)
     answer = ProbeAnswer(done=True, report="success", sure=17, evidence="I see it.")
-    facts = {"episode_id": record.episode_id, "epoch": 1, "attempt": record.attempt, "framing": "state"}
     row = ProbeRecord(
         run_sha256=header.sha256,
+        episode_id=record.episode_id,
+        epoch=1,
+        attempt=record.attempt,
+        framing="state",
         question_sha256=question_sha256("state"),
         step=2,
         reply=Reply(text=""),
         answer=answer,
-        **facts,
+        asked=record.started,
     )
     (folder / "probes.jsonl").write_text(row.model_dump_json() + "\n")
     run = Library([tmp_path], [pack.folder]).run("sweep")
