@@ -44,7 +44,7 @@ def branches_of(library: Library, shown: LibraryRun, record: EpisodeRecord) -> l
 
 
 def _link(run: LibraryRun, episode_id: str, epoch: int, point: ForkPoint) -> ForkLink:
-    return ForkLink(run.name, f"/runs/{quote(run.slug)}/episodes/{quote(episode_id)}/{epoch}", point.step)
+    return ForkLink(run.slug, f"/runs/{quote(run.slug)}/episodes/{quote(episode_id)}/{epoch}", point.step)
 
 
 def _sha256(run: LibraryRun) -> str | None:
