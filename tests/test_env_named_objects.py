@@ -11,6 +11,7 @@ from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.env import Env
 from vigil.protocol.actions import InteractPixel, Reply
+from vigil.protocol.episode import Episode
 from vigil.protocol.goals import OBSERVABLE_M, OBSERVABLE_PX, ObjectHeld, is_observable
 from vigil.protocol.observation import Observation
 from vigil.protocol.profile import Profile
@@ -30,7 +31,7 @@ TWO_LAMPS = Pose(position=Vec3(8.0, 0.0, 2.2), rotation=180, horizon=20)
 """Pose that sees the floor lamp and the desk lamp of the bedroom."""
 
 
-def task(start: Pose = TABLE) -> object:
+def task(start: Pose = TABLE) -> Episode:
     goal = ObjectHeld(kind="object_held", object_id="Mug|1")
     return episode("AI", start=start, goal=goal, bindings={"target": "Mug|1"})
 

@@ -337,7 +337,7 @@ def _interact(given: dict[str, Any], coordinates: Coordinates) -> InteractPixel:
 
 
 def _interact_named(given: dict[str, Any], _: Coordinates) -> InteractPixel:
-    intent, (_, name) = _intent(given), skills_of(has_pixels=False)["interact_object"]
+    intent, name = _intent(given), skills_of(has_pixels=False)["interact_object"][1]
     return InteractPixel(intent=intent, object=_string(name, given) if INTENTS[intent].needs_pixel else None)
 
 
