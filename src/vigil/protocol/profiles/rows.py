@@ -126,7 +126,7 @@ _ROWS = (
     ),
     ProfileRow(
         "named_objects",
-        "it names an object to interact with it, and gives no pixel",
+        "it names an object to interact with it, instead of a pixel",
         has_pixels=False,
         replaced=NAMING_LINES,
     ),
