@@ -88,7 +88,7 @@ class Counts:
     @property
     def has_reports(self) -> bool:
         """Whether the agent could report."""
-        return self.n == 0 or self.counts["judged"] > 0
+        return self.n == 0 or self.counts.get("judged", self.n) > 0
 
     def rate(self, name: str) -> Rate:
         """Return the rate called `name`: a rate of `CONDITIONAL`, or the count `name` as a share of all episodes.
