@@ -14,6 +14,8 @@ from vigil.protocol.profiles.rows import LOOK_AGAIN, PROFILE_NAMES
 from vigil.records.record import EpisodeRecord
 from vigil.records.row_check import protocol_violations
 from vigil.scoring.outcomes import score
+from vigil.scoring.rates import RATES
+from vigil.scoring.summary import RunScores, summarise
 
 TASK = episode("AI", max_steps=5)
 FAIL = reply("report", status="fail", summary="")
@@ -72,7 +74,7 @@ def test_the_baseline_shows_nothing_new_and_its_rows_have_no_new_keys() -> None:
     record, seen = play(env_of("baseline"), CLICK, PROSE, DONE)
     assert [one.cues for one in seen] == [None] * 3
     text = record.model_dump_json()
-    assert not [key for key in ("fork", "criteria", "is_unconfirmed") if f'"{key}"' in text]
+    assert not [key for key in ("fork", "criteria", "is_unconfirmed", "has_report") if f'"{key}"' in text]
     assert len(record.steps) == 3
 
 
@@ -110,3 +112,44 @@ def test_recorded_steps_are_shown_and_read_under_their_own_profile() -> None:
     assert found.steps[:2] == source.steps[:2]
     assert isinstance(found.steps[1].action, Report)
     assert found.end == "report"
+
+
+STOP = reply("stop")
+
+
+def test_a_stop_ends_the_episode_and_only_w_is_scored() -> None:
+    record, seen = play(env_of("stop_only"), WALK, STOP)
+    assert (record.end, record.has_report, protocol_violations(TASK, record)) == ("stop", False, [])
+    assert [one.cues for one in seen] == [None, None]
+    found = score(TASK, record)
+    assert (found.W, found.label, found.category, found.reported, found.true_report) == (
+        False,
+        None,
+        None,
+        None,
+        "fail",
+    )
+    assert EpisodeRecord.model_validate_json(record.model_dump_json()) == record
+    rates = summarise(RunScores((found,)))["overall"]
+    assert {name for name in RATES if rates[name] is not None} == {"W", "W_strict"}
+    assert set(rates["report_policies"].values()) == {None}
+
+
+def test_a_report_is_not_an_action_without_reports_nor_a_stop_with_them() -> None:
+    silent, _ = play(env_of("stop_only"), DONE, WALK, WALK, WALK, WALK)
+    assert (silent.end, silent.steps[0].invalid and silent.steps[0].invalid.reason) == (
+        "fail_no_report",
+        "unknown_skill",
+    )
+    assert score(TASK, silent).label is None
+    plain, _ = play(env_of("baseline"), STOP, DONE)
+    assert (plain.end, plain.steps[0].invalid and plain.steps[0].invalid.reason) == ("report", "unknown_skill")
+    assert "has_report" not in plain.model_dump_json()
+
+
+def test_a_row_whose_end_does_not_fit_its_profile_contradicts_the_protocol() -> None:
+    record, _ = play(env_of("stop_only"), WALK, STOP)
+    late = record.model_copy(update={"end": "fail_no_report"})
+    assert "a stop ended it" in " ".join(protocol_violations(TASK, late))
+    other = record.model_copy(update={"has_report": True})
+    assert "its profile has none" in " ".join(protocol_violations(TASK, other))

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from vigil.base.versions import Versions
 from vigil.errors import RecordError, SimulatorError, first_error
-from vigil.protocol.actions import Action, InteractPixel, Reply, Report
+from vigil.protocol.actions import AnyAction, ClosingAction, InteractPixel, Reply, Report, Stop
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
 from vigil.protocol.observation import Cues, Feedback, Observation
@@ -28,7 +28,7 @@ from vigil.protocol.replies import read_reply
 from vigil.protocol.world import Effect, WorldState
 from vigil.records.record import Boundary, End, EpisodeRecord, ErrorFact, StepRecord
 from vigil.records.reply_truncation import truncate_for_record
-from vigil.sim.protocol import Simulator
+from vigil.sim.protocol import NamesObjects, Simulator
 
 
 class Env:
@@ -147,7 +147,8 @@ class Env:
             if is_drawn and self._observation is not None:
                 _ = self._observation.rgb
             frame_sha256 = self._frame_sha256()
-            effect, world = self._execute(read.action)
+            action = self._with_pixel(read.action)
+            effect, world = self._execute(action)
         except SimulatorError as error:
             self.fail("simulator", str(error))
             return None
@@ -159,7 +160,7 @@ class Env:
             frame_sha256=frame_sha256,
             reply=recorded,
             history_cut=is_truncated_in_history(answer, self.profile),
-            action=read.action,
+            action=action,
             invalid=read.invalid,
             ignored_keys=read.ignored_keys,
             effect=effect,
@@ -199,6 +200,7 @@ class Env:
             steps=tuple(self._steps),
             end=self._end,
             error=self._error,
+            has_report=self.profile.row.has_report,
         )
 
     @staticmethod
@@ -220,9 +222,20 @@ class Env:
         with self._reject_invalid_facts():
             self._initial = self._simulator.world(self._bound)
 
-    def _execute(self, action: Action | None) -> tuple[Effect | None, WorldState]:
-        if action is None or isinstance(action, Report):
+    def _with_pixel(self, action: AnyAction | None) -> AnyAction | None:
+        """Return an action; one that names an object gets a pixel of it, if it is the only one of that name in view."""
+        if not isinstance(action, InteractPixel) or action.object is None:
+            return action
+        if not isinstance(self._simulator, NamesObjects):
+            raise SimulatorError(f"Simulator {self._simulator.name!r} cannot find objects by their names.")
+        pixel = self._simulator.pixel_of_named(action.object)
+        return action if pixel is None else action.model_copy(update={"x": pixel[0], "y": pixel[1]})
+
+    def _execute(self, action: AnyAction | None) -> tuple[Effect | None, WorldState]:
+        if action is None or isinstance(action, ClosingAction):
             return None, self._world()
+        if isinstance(action, InteractPixel) and action.object is not None and action.x is None:
+            return Effect(refusal="nothing_hit"), self._world()  # whatever the reason is
         with self._reject_invalid_facts():
             effect = self._simulator.step(action)
             return effect, self._simulator.world(self._bound)
@@ -236,13 +249,15 @@ class Env:
         """Return the profile of the current step."""
         return self._recorded_profile if len(self._steps) < self._recorded_steps else self.profile
 
-    def _is_unconfirmed(self, action: Action | None, profile: Profile, episode: Episode) -> bool:
+    def _is_unconfirmed(self, action: AnyAction | None, profile: Profile, episode: Episode) -> bool:
         """Return whether an action is a report that is answered by a request to look again."""
         is_first = not any(step.is_unconfirmed for step in self._steps)
         has_steps = len(self._steps) + 1 < episode.max_steps
         return profile.row.looks_again and isinstance(action, Report) and is_first and has_steps
 
     def _end_after(self, step: StepRecord, episode: Episode) -> End | None:
+        if isinstance(step.action, Stop):
+            return "stop"
         if isinstance(step.action, Report) and not step.is_unconfirmed:
             return "report"
         if self._invalid > episode.max_invalid:

@@ -27,13 +27,15 @@ from vigil.protocol.actions import (
     SkillName,
     Status,
     Usage,
+    skills_of,
 )
 
 TYPES = {"navigate": Navigate, "look": Look, "interact_pixel": InteractPixel, "report": Report}
 
 
 def test_tables_and_types_list_the_same_words():
-    assert tuple(SKILLS) == get_args(SkillName)
+    assert tuple(SKILLS) == ("navigate", "look", "interact_pixel", "report")
+    assert {*SKILLS, *skills_of(has_report=False, has_pixels=False)} == set(get_args(SkillName))
     assert tuple(INTENTS) == get_args(Intent)
     assert tuple(STATUSES) == get_args(Status)
     values = {(skill, argument.name): argument.values for skill, spec in SKILLS.items() for argument in spec}
@@ -45,7 +47,7 @@ def test_tables_and_types_list_the_same_words():
 
 @pytest.mark.parametrize("skill", SKILLS)
 def test_every_argument_is_a_field_of_its_action(skill: SkillName):
-    fields = set(TYPES[skill].model_fields) - {"skill_name", "raw_status", "claims", "raw_claims"}
+    fields = set(TYPES[skill].model_fields) - {"skill_name", "raw_status", "claims", "raw_claims", "object"}
     assert {argument.name for argument in SKILLS[skill]} == fields
 
 

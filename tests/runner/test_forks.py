@@ -18,6 +18,7 @@ from vigil.runner.forks.plan import parse_at
 from vigil.runner.plan import plan_run
 from vigil.runner.probes.finished import FinishedProbeSettings, plan_probing
 from vigil.runner.run import RunResult, run_pack
+from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.scoring.goal_check import check
 
@@ -144,6 +145,10 @@ def test_a_run_of_other_rules_or_of_another_pack_is_refused(pack: Path, source: 
     tiny_pack(other, 2)
     with pytest.raises(VigilError, match="was played on pack 'tiny' with SHA-256"):
         plan_run(quick(other, tmp_path / "fork", agent="noop", fork_from=source.folder, fork_at=1))
+    fields = {"agent": "noop", "fork_from": source.folder, "fork_at": 1, "backend": "fake"}
+    with pytest.raises(VigilError, match="was played on pack 'tiny' with SHA-256"):
+        plan_run(RunSettings(pack="".join(("star", "ter")), **fields))
+    assert plan_run(RunSettings(**fields)).pack.manifest.name == "tiny"  # no pack is given: that of the run
     old = tmp_path / "old"
     old.mkdir()
     header = json.loads((source.folder / "run.json").read_text())

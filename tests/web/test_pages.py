@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -10,10 +11,15 @@ from markupsafe import Markup
 from tests.support.web_server import Site
 from vigil.agents.frame_encoding import decode_frame
 from vigil.packs.pack import Pack
-from vigil.records.record import read_header
+from vigil.protocol.actions import Reply
+from vigil.records.probe import ProbeAnswer, question_sha256
+from vigil.records.probe_file import ProbeRecord
+from vigil.records.record import ForkPoint, ForkSource, read_header
 from vigil.records.record_file import read_records
 from vigil.runner.workers.frames import frame_sha256
 from vigil.scoring.saved_run import RecordTable
+from vigil.web.forks import branches_of, source_of
+from vigil.web.frames import episode_timeline
 from vigil.web.library import Library
 from vigil.web.site import TEMPLATES
 
@@ -166,3 +172,51 @@ def test_no_page_and_no_picture_holds_what_markup_cannot() -> None:
     page = made.render(text=f"<{spoilt}", html=Markup("<b>&lt;</b>"))
     assert ElementTree.fromstring(page).text == f"<a{chr(0xFFFD) * 5}b"
     assert page.endswith("<b>&lt;</b>1</p>")
+
+
+def test_a_fork_and_the_play_that_it_continues_lead_to_each_other(
+    runs: Path, view: Site, pack: Pack, tmp_path: Path
+) -> None:
+    source = read_header(runs / "sweep")
+    record = next(one for one in read_records(runs / "sweep" / "episodes.jsonl") if len(one.steps) > 1)
+    fork = ForkSource(run_id=source.run_id, run_sha256=source.sha256, profile=source.spec.profile, at=1)
+    header = source.model_copy(update={"run_id": "fork", "spec": source.spec.model_copy(update={"fork": fork})})
+    point = ForkPoint(run_id=source.run_id, run_sha256=source.sha256, epoch=1, attempt=record.attempt, step=1)
+    row = record.model_copy(update={"run_id": "fork", "run_sha256": header.sha256, "fork": point})
+    (tmp_path / "fork").mkdir()
+    (tmp_path / "fork" / "run.json").write_text(header.model_dump_json())
+    (tmp_path / "fork" / "episodes.jsonl").write_text(row.model_dump_json() + "\n")
+    library = Library([runs, tmp_path], [pack.folder])
+    back = source_of(library, row)
+    assert back is not None
+    assert (back.href, back.step) == (f"/runs/sweep/episodes/{record.episode_id}/1", 1)
+    (branch,) = branches_of(library, library.run("sweep"), record)
+    assert (branch.href, branch.step) == (f"/runs/fork/episodes/{record.episode_id}/1", 1)
+    assert branches_of(library, library.run("random"), record) == []
+    assert source_of(library, record) is None
+    assert view.get(back.href).status == 200
+
+
+def test_the_timeline_has_the_answers_of_probes(runs: Path, pack: Pack, tmp_path: Path) -> None:
+    folder = tmp_path / "sweep"
+    shutil.copytree(runs / "sweep", folder)
+    header = read_header(folder)
+    record = next(one for one in read_records(folder / "episodes.jsonl") if len(one.steps) > 1)
+    answer = ProbeAnswer(done=True, report="success", sure=17, evidence="I see it.")
+    row = ProbeRecord(
+        run_sha256=header.sha256,
+        episode_id=record.episode_id,
+        epoch=1,
+        attempt=record.attempt,
+        framing="state",
+        question_sha256=question_sha256("state"),
+        step=2,
+        reply=Reply(text=""),
+        answer=answer,
+        asked=record.started,
+    )
+    (folder / "probes.jsonl").write_text(row.model_dump_json() + "\n")
+    run = Library([tmp_path], [pack.folder]).run("sweep")
+    assert run.table is not None
+    timeline = episode_timeline(run, run.table.episodes[record.episode_id], record)
+    assert timeline["hidden"]["beliefs"] == [{"step": 2, "framing": "state", "sure": 17, "done": True}]

@@ -13,10 +13,22 @@ from typing import Any, get_args
 
 import numpy as np
 
+from vigil.agents.agent import Agent
 from vigil.base.numbered_list import read_list
 from vigil.errors import SettingError
-from vigil.protocol.actions import Intent, InteractPixel, LookDirection, Navigate, NavigateMode, Reply, Status
+from vigil.protocol.actions import (
+    Intent,
+    InteractPixel,
+    LookDirection,
+    Navigate,
+    NavigateMode,
+    ParsedReply,
+    Reply,
+    Report,
+    Status,
+)
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
+from vigil.protocol.replies import parse_text
 
 REPORT_PROBABILITY = 0.05
 """Probability that a reply of `random` is a report."""
@@ -71,6 +83,25 @@ class ScriptedAgent:
     def act(self, observation: Observation) -> Reply:
         """Return the script's next reply."""
         return Reply(text=next(self._replies))
+
+
+class StoppingAgent:
+    """An agent under a profile without reports: it stops where the agent that it plays as would report."""
+
+    def __init__(self, agent: Agent) -> None:
+        self.name = agent.name
+        self._agent = agent
+
+    def start(self, instruction: str) -> None:
+        """Begin an episode."""
+        self._agent.start(instruction)
+
+    def act(self, observation: Observation) -> Reply:
+        """Return the other agent's reply, or a stop instead of its report."""
+        reply = self._agent.act(observation)
+        parsed = parse_text(reply.text)
+        is_report = isinstance(parsed, ParsedReply) and isinstance(parsed.action, Report)
+        return Reply(text=_skill("stop")) if is_report else reply
 
 
 def _skill(name: str, **arguments: Any) -> str:

@@ -20,7 +20,7 @@ from vigil.runner.shared_settings import PackLocation
 from vigil.scoring.chores import WITHOUT_CLAIMS
 from vigil.scoring.closure import SUITE
 from vigil.scoring.saved_run import read_run
-from vigil.scoring.summary import LIBRARY_REPLIES, RunScores, summarise
+from vigil.scoring.summary import LIBRARY_REPLIES, NO_REPORTS, RunScores, summarise
 
 if TYPE_CHECKING:
     from vigil.analysis.measures.chores import ChoresRun
@@ -232,7 +232,7 @@ def _cells(rates: dict, is_full: bool) -> list[str]:
 def _pair(rates: dict | None, is_full: bool) -> str:
     if rates is None or rates["W"] is None:
         return "-"
-    if is_full:
+    if is_full or rates["B"] is None:
         return f"{percent(rates['W'])} / {percent(rates['B'])}"
     return f"{100 * rates['W']:.0f}/{100 * rates['B']:.0f}"
 
@@ -309,6 +309,8 @@ def _print_chores(runs: list[_ScoredRun]) -> None:
 
 
 def _warn(name: str, scores: RunScores) -> None:
+    if any(not outcome.has_report for outcome in scores.outcomes):
+        print(f"{name}: {NO_REPORTS}")
     if scores.has_many_errors:
         print(f"{name}: {len(scores.errors)} episodes ended as errors (more than 1 %); rates leave them out.")
     if not scores.is_complete:

@@ -117,7 +117,14 @@ def _card(runs: Sequence[Run], extra: Collection[str], *, has_key: bool) -> str:
 
 def _run_description(run: Run) -> str:
     spec = run.header.spec
-    rates = ", ".join(f"{name} {100 * run.rows[name].mean():.1f} %" for name in ("W", "B")) if run.n else "no rates"
+    rates = (
+        ", ".join(
+            f"{name} {100 * run.rows[name].mean():.1f} %"
+            for name in (("W", "B") if spec.profile.row.has_report else "W")
+        )
+        if run.n
+        else "no rates"
+    )
     agent = " ".join(spec.agent.split())
     return (
         f"- `{run.name}`: agent `{agent}`, pack `{spec.pack}` (SHA-256 {spec.pack_sha256[:12]}...), "

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from vigil.protocol.actions import Action
+from vigil.protocol.actions import AnyAction
 from vigil.protocol.observation import Feedback
 from vigil.protocol.profile import Profile
 from vigil.protocol.world import Effect
@@ -19,6 +19,6 @@ def steps_with_feedback(record: EpisodeRecord, profile: Profile) -> Iterator[tup
         yield shown, step
 
 
-def arguments_of(action: Action) -> dict[str, object]:
+def arguments_of(action: AnyAction) -> dict[str, object]:
     """Return the arguments of a parsed action. The coordinates of clicks are in pixels of the frame."""
     return action.model_dump(exclude={"skill_name"}, exclude_none=True)

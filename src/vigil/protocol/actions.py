@@ -1,4 +1,4 @@
-"""Actions of an agent: four skills with their arguments, the intents of clicks, and the statuses of reports.
+"""Actions of an agent: its skills with their arguments, the intents of clicks, and the statuses of reports.
 
 The literal tables `SKILLS`, `INTENTS` and `STATUSES` feed both the prompt (`vigil.protocol.prompt`) and the parser
 (`vigil.protocol.replies`), so that the two always agree. Their descriptions are copied verbatim from the paper's tables
@@ -7,13 +7,14 @@ The literal tables `SKILLS`, `INTENTS` and `STATUSES` feed both the prompt (`vig
 
 import base64
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.base.json_files import is_object
 
-SkillName = Literal["navigate", "look", "interact_pixel", "report"]
+SkillName = Literal["navigate", "look", "interact_pixel", "interact_object", "report", "stop"]
 NavigateMode = Literal["forward", "backward", "turn_left", "turn_right"]
 LookDirection = Literal["up", "down"]
 Intent = Literal["ground", "open_access", "close_access", "activate", "deactivate", "pick", "place", "drop"]
@@ -128,6 +129,24 @@ SKILLS: dict[SkillName, tuple[Argument, ...]] = {
         Argument("summary", "string", "Brief justification for the chosen status"),
     ),
 }
+_INSTEAD: dict[SkillName, tuple[SkillName, tuple[Argument, ...]]] = {
+    "report": ("stop", ()),
+    "interact_pixel": (
+        "interact_object",
+        (
+            SKILLS["interact_pixel"][0],
+            Argument("object", "string", "Name of the kind of object, as in the task, e.g. mug", unless_drop=True),
+        ),
+    ),
+}
+"""Skill -> the skill instead of it in a profile without reports, or without pixels."""
+
+
+@cache
+def skills_of(*, has_report: bool = True, has_pixels: bool = True) -> dict[SkillName, tuple[Argument, ...]]:
+    """Return the skills of a profile, with their arguments. Source: `protocol.md` section 11."""
+    replaced = {"report": not has_report, "interact_pixel": not has_pixels}
+    return dict(_INSTEAD[name] if replaced.get(name) else (name, arguments) for name, arguments in SKILLS.items())
 
 
 class _Action(BaseModel):
@@ -151,12 +170,17 @@ class Look(_Action):
 
 
 class InteractPixel(_Action):
-    """Act on the object under pixel (x, y) of the current frame; `drop` needs no pixel."""
+    """Act on the object under pixel (x, y) of the current frame; `drop` needs no pixel.
+
+    Under a profile without pixels, `object` is the name that the agent gave, and (x, y) a pixel of the only such object
+    in view. They are None if there is no such object, or several.
+    """
 
     skill_name: Literal["interact_pixel"] = "interact_pixel"
     intent: Intent
     x: int | None = None
     y: int | None = None
+    object: str | None = Field(default=None, exclude_if=lambda name: name is None)
 
 
 class Report(_Action):
@@ -178,8 +202,17 @@ class Report(_Action):
         return hash((self.status, self.summary, self.raw_status))
 
 
+class Stop(_Action):
+    """End the episode, under a profile without reports."""
+
+    skill_name: Literal["stop"] = "stop"
+
+
 PhysicalAction = Navigate | Look | InteractPixel
+ClosingAction = Report | Stop
 Action = Annotated[Navigate | Look | InteractPixel | Report, Field(discriminator="skill_name")]
+AnyAction = Annotated[Navigate | Look | InteractPixel | Report | Stop, Field(discriminator="skill_name")]
+"""Action under any profile."""
 
 
 class InvalidAction(_Action):
@@ -195,7 +228,7 @@ class InvalidAction(_Action):
 class ParsedReply(_Action):
     """A parsed reply: its action, and its other content, which is recorded verbatim but never scored."""
 
-    action: Action
+    action: AnyAction
     thought: Any = None
     cognitive_state: Any = None
     ignored_keys: tuple[str, ...] = ()

@@ -10,10 +10,11 @@ import json
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
-from vigil.protocol.actions import INTENTS, SKILLS, STATUSES, Argument
+from vigil.protocol.actions import INTENTS, STATUSES, Argument, skills_of
 from vigil.protocol.claims import CLAIM_LINE, CLAIM_TABLE
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Cues, Feedback
 from vigil.protocol.profile import Profile
+from vigil.protocol.profiles.rows import STOP_LINE, ProfileRow
 from vigil.protocol.prompt_file import ACTIONS_SLOT, GROUNDING_SLOT, INSTRUCTION_SLOT, OUTPUT_SLOT
 from vigil.protocol.reasoning import split_reasoning
 
@@ -70,12 +71,12 @@ class Turn(NamedTuple):
 def policy_text(profile: Profile) -> str:
     """Return the system prompt with an empty instruction."""
     blocks = {
-        ACTIONS_SLOT: _action_schema(has_claims=profile.has_claims),
+        ACTIONS_SLOT: _action_schema(profile.row),
         GROUNDING_SLOT: _grounding_rules(profile),
         OUTPUT_SLOT: "\n".join(OUTPUT_LINES),
     }
     if profile.prompt_template is None:
-        return "\n\n".join((_task(profile.prompt_variant), *blocks.values()))
+        return "\n\n".join((_task(profile), *blocks.values()))
     text = profile.prompt_template
     for slot, block in blocks.items():
         text = text.replace(slot, block)
@@ -143,23 +144,27 @@ def recent_turns(turns: Sequence[Turn], profile: Profile) -> list[Turn]:
     return list(turns[max(0, len(turns) - profile.past_turns) :])
 
 
-def _task(variant: str) -> str:
-    dropped = ANTI_HALLUCINATION_LINES if variant == "neutral_report" else ()
-    return "\n".join(line for line in TASK_LINES if line not in dropped)
+def _task(profile: Profile) -> str:
+    dropped = ANTI_HALLUCINATION_LINES if profile.prompt_variant == "neutral_report" else ()
+    replaced = dict(profile.row.replaced)
+    return "\n".join(replaced.get(line, line) for line in TASK_LINES if line not in dropped)
 
 
-def _action_schema(*, has_claims: bool) -> str:
-    lines = [ACTIONS_HEADING, f"- {' | '.join(SKILLS)}"]
-    for skill, arguments in SKILLS.items():
+def _action_schema(row: ProfileRow) -> str:
+    skills = skills_of(has_report=row.has_report, has_pixels=row.has_pixels)
+    wanted = "x, y" if row.has_pixels else "object"
+    lines = [ACTIONS_HEADING, f"- {' | '.join(skills)}"]
+    for skill, arguments in skills.items():
         lines.append(f"{skill}:")
-        lines += [_argument_line(argument) for argument in arguments]
-    lines += [CLAIM_LINE] if has_claims else []
+        lines += [_argument_line(argument) for argument in arguments] or [STOP_LINE]
+    lines += [CLAIM_LINE] if row.has_claims else []
     lines.append("Table intents:")
     for intent, spec in INTENTS.items():
-        lines.append(f"- {intent}: {spec.semantics} ({'requires x, y' if spec.needs_pixel else 'no x, y'})")
-    lines.append("Table report_statuses:")
-    lines += [f"- {status}: {semantics}" for status, semantics in STATUSES.items()]
-    lines += CLAIM_TABLE if has_claims else ()
+        lines.append(f"- {intent}: {spec.semantics} ({'requires' if spec.needs_pixel else 'no'} {wanted})")
+    if row.has_report:
+        lines.append("Table report_statuses:")
+        lines += [f"- {status}: {semantics}" for status, semantics in STATUSES.items()]
+    lines += CLAIM_TABLE if row.has_claims else ()
     return "\n".join(lines)
 
 
@@ -170,8 +175,9 @@ def _argument_line(argument: Argument) -> str:
 
 def _grounding_rules(profile: Profile) -> str:
     row, (first, *others) = profile.row, GROUNDING_RULES
-    rules = (row.first_rule or first, *others, *row.rules)
-    if profile.coordinates == "normalized_1000":
+    replaced = dict(row.replaced)
+    rules = (row.first_rule or replaced.get(first, first), *(replaced.get(rule, rule) for rule in others), *row.rules)
+    if profile.coordinates == "normalized_1000" and row.has_pixels:
         rules = (NORMALIZED_RULE, *rules)
     return "\n".join([GROUNDING_HEADING, *(f"- {rule}" for rule in rules)])
 

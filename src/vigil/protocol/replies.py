@@ -20,7 +20,7 @@ from vigil.protocol.actions import (
     INTENTS,
     SKILLS,
     STATUSES,
-    Action,
+    AnyAction,
     Argument,
     Coordinates,
     Intent,
@@ -32,6 +32,8 @@ from vigil.protocol.actions import (
     Reply,
     ReplyPolicy,
     Report,
+    Stop,
+    skills_of,
 )
 from vigil.protocol.claims import ARGUMENT as CLAIMS_ARGUMENT
 from vigil.protocol.claims import ClaimFault, with_claims
@@ -72,6 +74,16 @@ class _Form(Generic[_Read]):
 
 
 @dataclass(frozen=True, slots=True)
+class _Grammar:
+    """What distinguishes the actions of a profile."""
+
+    coordinates: Coordinates
+    has_claims: bool = False
+    has_report: bool = True
+    has_pixels: bool = True
+
+
+@dataclass(frozen=True, slots=True)
 class ReadReply:
     """A reply, separated into its parts."""
 
@@ -81,7 +93,7 @@ class ReadReply:
     """The action in the answer, or the reason why the answer is not an action."""
 
     @property
-    def action(self) -> Action | None:
+    def action(self) -> AnyAction | None:
         """The action; None if the reply is invalid."""
         return self.parsed.action if isinstance(self.parsed, ParsedReply) else None
 
@@ -100,7 +112,9 @@ def read_reply(reply: Reply, profile: Profile = _STANDARD) -> ReadReply:
     """Return the answer in a reply, with the action that it means. Facts from the provider (a rejection, the finish
     reason) can make the reply invalid."""
     answer = split_reasoning(reply.text)[0]
-    form = _action_form(profile.coordinates, has_claims=profile.has_claims)
+    form = _action_form(
+        _Grammar(profile.coordinates, profile.has_claims, profile.row.has_report, profile.row.has_pixels)
+    )
     return ReadReply(answer, _meaning(reply, answer, form, profile.reply_policy))
 
 
@@ -149,11 +163,11 @@ def parse_text(
         whole.encode("utf-8")  # the reasoning too: a string may hold lone surrogates, which UTF-8 cannot encode
     except UnicodeError:
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
-    return _parse_answer(split_reasoning(whole)[0], _action_form(coordinates, has_claims=has_claims), policy)
+    return _parse_answer(split_reasoning(whole)[0], _action_form(_Grammar(coordinates, has_claims)), policy)
 
 
-def _action_form(coordinates: Coordinates, *, has_claims: bool) -> _Form[ParsedReply]:
-    return _Form(("skill_name", "arguments"), partial(_action_of, coordinates=coordinates, has_claims=has_claims))
+def _action_form(grammar: _Grammar) -> _Form[ParsedReply]:
+    return _Form(("skill_name", "arguments"), partial(_action_of, grammar=grammar))
 
 
 def _parse_answer(answer: str, form: _Form[_Read], policy: ReplyPolicy) -> _Read | InvalidAction:
@@ -277,16 +291,17 @@ def _past_brace(text: str, start: int) -> int:
 # --- from the object to the action ------------------------------------------------------------------------------------
 
 
-def _action_of(fields: dict[str, Any], coordinates: Coordinates, *, has_claims: bool) -> ParsedReply:
+def _action_of(fields: dict[str, Any], grammar: _Grammar) -> ParsedReply:
     name, given = fields["skill_name"], fields["arguments"]
     skill = _fold(name) if isinstance(name, str) else None
-    if skill not in SKILLS:
+    skills = skills_of(has_report=grammar.has_report, has_pixels=grammar.has_pixels)
+    if skill not in skills:
         raise ReplyFault("malformed_action", "unknown_skill", _quoted(name))
     if not is_object(given):
         raise ReplyFault("malformed_action", "arguments_not_an_object", type(given).__name__)
-    action = _BUILDERS[skill](given, coordinates)
-    wanted = {argument.name for argument in SKILLS[skill]}
-    if has_claims and isinstance(action, Report):
+    action = _BUILDERS[skill](given, grammar.coordinates)
+    wanted = {argument.name for argument in skills[skill]}
+    if grammar.has_claims and isinstance(action, Report):
         action, wanted = _with_claims(action, given), {*wanted, CLAIMS_ARGUMENT}
     if isinstance(action, InteractPixel) and action.intent == "drop":
         wanted = {"intent"}
@@ -311,11 +326,7 @@ def _look(given: dict[str, Any], _: Coordinates) -> Look:
 
 
 def _interact(given: dict[str, Any], coordinates: Coordinates) -> InteractPixel:
-    intent_argument, x, y = SKILLS["interact_pixel"]
-    word = _fold(_string(intent_argument, given))
-    intent = cast(Intent, INTENT_ALIASES.get(word, word))
-    if intent not in INTENTS:
-        raise ReplyFault("malformed_action", "not_in_vocabulary", f"intent: {_quoted(word)}")
+    intent, (_, x, y) = _intent(given), SKILLS["interact_pixel"]
     if not INTENTS[intent].needs_pixel:
         return InteractPixel(intent=intent)
     return InteractPixel(
@@ -323,6 +334,20 @@ def _interact(given: dict[str, Any], coordinates: Coordinates) -> InteractPixel:
         x=_pixel(x, given, FRAME_WIDTH, coordinates),
         y=_pixel(y, given, FRAME_HEIGHT, coordinates),
     )
+
+
+def _interact_named(given: dict[str, Any], _: Coordinates) -> InteractPixel:
+    intent, name = _intent(given), skills_of(has_pixels=False)["interact_object"][1]
+    return InteractPixel(intent=intent, object=_string(name, given) if INTENTS[intent].needs_pixel else None)
+
+
+def _intent(given: dict[str, Any]) -> Intent:
+    intent_argument = SKILLS["interact_pixel"][0]
+    word = _fold(_string(intent_argument, given))
+    intent = cast(Intent, INTENT_ALIASES.get(word, word))
+    if intent not in INTENTS:
+        raise ReplyFault("malformed_action", "not_in_vocabulary", f"intent: {_quoted(word)}")
+    return intent
 
 
 def _report(given: dict[str, Any], _: Coordinates) -> Report:
@@ -335,6 +360,10 @@ def _report(given: dict[str, Any], _: Coordinates) -> Report:
     return Report(status="invalid", summary=summary, raw_status=raw)
 
 
+def _stop(_: dict[str, Any], __: Coordinates) -> Stop:
+    return Stop()
+
+
 def _with_claims(report: Report, given: dict[str, Any]) -> Report:
     try:
         return with_claims(report, given)
@@ -342,7 +371,14 @@ def _with_claims(report: Report, given: dict[str, Any]) -> Report:
         raise ReplyFault("malformed_action", fault.reason, fault.detail) from None
 
 
-_BUILDERS = {"navigate": _navigate, "look": _look, "interact_pixel": _interact, "report": _report}
+_BUILDERS: dict[str, Callable[[dict[str, Any], Coordinates], AnyAction]] = {
+    "navigate": _navigate,
+    "look": _look,
+    "interact_pixel": _interact,
+    "interact_object": _interact_named,
+    "report": _report,
+    "stop": _stop,
+}
 
 
 def _value(argument: Argument, given: dict[str, Any]) -> Any:

@@ -16,7 +16,7 @@ from vigil.base.files import read_file, resolve_inside
 from vigil.base.json_files import is_array, is_object, read_json
 from vigil.base.versions import PackVersions, Versions, schema_mismatch
 from vigil.errors import MAX_PART_CHARS, RecordError, first_error, shorten
-from vigil.protocol.actions import Action, InvalidAction, Reply
+from vigil.protocol.actions import AnyAction, InvalidAction, Reply
 from vigil.protocol.house import canonical_json
 from vigil.protocol.observation import Quality
 from vigil.protocol.profile import Profile
@@ -34,7 +34,7 @@ EPISODES_FILE = "episodes.jsonl"
 HEADER_FILE = "run.json"
 FRAMES_FOLDER = "frames"
 
-End = Literal["report", "fail_no_report", "invalid_action_limit_exceeded", "error"]
+End = Literal["report", "stop", "fail_no_report", "invalid_action_limit_exceeded", "error"]
 Boundary = Literal["simulator", "model", "agent", "worker", "runner"]
 AgentKind = Literal["scripted", "privileged", "model", "exec", "human", "remote"]
 Key = tuple[str, int]
@@ -54,11 +54,11 @@ class StepRecord(_Record):
     reply: Reply
     history_cut: bool = False
     """Whether the reply was cut in the dialogue history because of its length."""
-    action: Action | None = None
+    action: AnyAction | None = None
     invalid: InvalidAction | None = None
     ignored_keys: tuple[str, ...] = ()
     effect: Effect | None = None
-    """Effect in the simulator (hidden from the agent); None for reports and invalid actions."""
+    """Effect in the simulator (hidden from the agent); None for reports, stops and invalid actions."""
     world: WorldState
     """State of the agent and of the bound objects after the step (hidden from the agent)."""
     is_unconfirmed: bool = Field(default=False, exclude_if=lambda is_so: not is_so)
@@ -113,6 +113,8 @@ class EpisodeRecord(_Record):
     error: ErrorFact | None = None
     fork: ForkPoint | None = Field(default=None, exclude_if=lambda fork: fork is None)
     """The play that the episode continues; None, and omitted from the row, for an episode that began at its start."""
+    has_report: bool = Field(default=True, exclude_if=lambda is_so: is_so)
+    """Whether the agent could report; False under a profile that has `stop` instead. Omitted if it is True."""
     criteria: Reply | None = Field(default=None, exclude_if=lambda reply: reply is None)
     """What a model declared before its first step that it must see; None, and omitted, unless its profile asks."""
 

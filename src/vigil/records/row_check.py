@@ -7,7 +7,7 @@ is not scored, and its episode counts as not played. Source: `protocol.md` secti
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from vigil.protocol.actions import Report
+from vigil.protocol.actions import ClosingAction, Report, Stop
 from vigil.protocol.episode import Episode
 from vigil.protocol.prompt import policy_sha256, rendered_sha256
 from vigil.records.record import EpisodeRecord, RunHeader
@@ -101,7 +101,8 @@ class RowCheck:
 
 def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
     """Return how the steps of a record contradict its ending or the budgets. Such a record cannot be scored."""
-    reports = [step.index for step in record.steps if isinstance(step.action, Report) and not step.is_unconfirmed]
+    closing = [step for step in record.steps if isinstance(step.action, ClosingAction) and not step.is_unconfirmed]
+    reports, stops = ([step.index for step in closing if isinstance(step.action, kind)] for kind in (Report, Stop))
     steps, last, over = len(record.steps), episode.max_invalid + 1, _last_invalid(episode, record)
     faults = {
         f"it goes on after the report of step {reports[0] if reports else 0}": bool(reports) and reports[0] != steps,
@@ -109,6 +110,11 @@ def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
         f"it goes on after invalid reply {last} of step {over}": over is not None and over != steps,
         "it ended by a report, but its last action is not a report": record.end == "report" and not reports,
         f"it ended as {record.end}, but its last action is a report": record.end != "report" and bool(reports),
+        f"it goes on after the stop of step {stops[0] if stops else 0}": bool(stops) and stops[0] != steps,
+        f"it ended as {record.end}, and a stop {'ended' if stops else 'did not end'} it": (record.end == "stop")
+        != bool(stops),
+        "it has a report, and its profile has none": not record.has_report and bool(reports),
+        "it has a stop, and its profile has none": record.has_report and bool(stops),
     }
     return [fault for fault, is_so in faults.items() if is_so]
 
@@ -119,8 +125,8 @@ def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
     invalid = sum(step.invalid is not None for step in record.steps)
     found = contradictions(episode, record)
     match record.end:
-        case "report" if over is not None:
-            found.append("it ended by a report, and its invalid replies were used up")
+        case "report" | "stop" if over is not None:
+            found.append(f"it ended by a {record.end}, and its invalid replies were used up")
         case "fail_no_report" if steps < episode.max_steps:
             found.append(f"it ended as fail_no_report after {steps} of {episode.max_steps} steps")
         case "fail_no_report" if over is not None:

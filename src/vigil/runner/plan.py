@@ -32,7 +32,7 @@ from vigil.runner.models.thinking import with_thinking
 from vigil.runner.option_parsing import public_name
 from vigil.runner.probes.prober import ProbePlan, framings
 from vigil.runner.retries import RetryPolicy
-from vigil.runner.settings import DEFAULT_PACK, RunSettings
+from vigil.runner.settings import DefaultName, RunSettings
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.sim import BACKENDS
 
@@ -95,7 +95,7 @@ def plan_run(settings: RunSettings, loaded: Pack | None = None) -> RunPlan:
         pack = loaded or Pack.load(settings.pack if forks is None else forks.run.pack_folder)
         assets = AssetDatabase.from_file(settings.asset_database)
         pack.check_assets(assets)
-        _check_claims(profile_of(settings), pack)
+        _check_suite(profile_of(settings), pack)
         selected = _selected(settings, pack, forks)
         part = shard_episodes(selected, settings.shard)
         url = None if endpoint is None else endpoint.access.base_url
@@ -145,7 +145,7 @@ def _fork_plan(settings: RunSettings) -> ForkPlan | None:
     """Return the plan of the plays that the run continues, or None. A pack that is set must be that of those plays."""
     if settings.fork_from is None or settings.fork_at is None:
         return None
-    pack = None if settings.pack == DEFAULT_PACK else settings.pack
+    pack = None if isinstance(settings.pack, DefaultName) else settings.pack
     return ForkPlan.read(settings.fork_from, parse_at(str(settings.fork_at)), pack)
 
 
@@ -160,8 +160,13 @@ def _selected(settings: RunSettings, pack: Pack, forks: ForkPlan | None) -> list
     return pack.select(Selection((), able, settings.limit))
 
 
-def _check_claims(profile: Profile, pack: Pack) -> None:
-    """Raise SettingError for a profile that asks for claims about chores on a pack without lists of chores."""
+def _check_suite(profile: Profile, pack: Pack) -> None:
+    """Raise SettingError for a profile whose report does not fit what the pack's episodes are scored by."""
+    if not profile.row.has_report and pack.manifest.suite is not None:
+        raise SettingError(
+            f"Profile {profile.name!r} has no reports, and pack {pack.name!r} of the suite {pack.manifest.suite!r} is "
+            "scored by reports. Give a pack of the eight families, or another profile."
+        )
     if profile.has_claims and pack.manifest.suite != CHORES_SUITE:
         raise SettingError(
             f"Profile {profile.name!r} asks for a claim about each chore of a list, and pack {pack.name!r} has no "
@@ -243,6 +248,8 @@ def profile_of(settings: RunSettings) -> Profile:
             f"Profile {row.short!r} changes a model's conversation, but this run has no model. Choose another profile, "
             "or give --model."
         )
+    if not row.has_pixels and settings.model is None and not is_exec(settings.agent or ""):
+        raise SettingError(f"Profile {row.short!r} has no pixels, and agent {settings.agent!r} clicks on pixels.")
     own = settings.prompt_template
     return Profile(
         name=PROFILE_NAMES[asked],

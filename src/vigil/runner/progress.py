@@ -88,6 +88,7 @@ class ProgressCounter:
         self._done = self._with_goal = self._closed = 0
         self._truths: list[float] = []
         """T of each finished list with claims."""
+        self._has_reports = True
         self._errors = self._played_now = self._steps = 0
         self.errors_in_a_row = 0
         self._retry_reason: str | None = None
@@ -200,6 +201,7 @@ class ProgressCounter:
         self._closed += judged.B
         if of_list is not None and of_list.T is not None:
             self._truths.append(of_list.T)
+        self._has_reports = outcome.has_report
         return outcome
 
     def _report(self, latest: Outcome | None, warning: str | None = None) -> None:
@@ -211,7 +213,7 @@ class ProgressCounter:
                 done=self._done,
                 errors=self._errors,
                 W=self._with_goal / self._done if self._done else None,
-                B=self._closed / self._done if self._done else None,
+                B=self._closed / self._done if self._done and self._has_reports else None,
                 steps=self._steps,
                 elapsed_s=elapsed,
                 eta_s=elapsed / self._played_now * left if self._played_now else None,

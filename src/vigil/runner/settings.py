@@ -40,7 +40,14 @@ from vigil.runner.shared_settings import (
 )
 from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory
 
-DEFAULT_PACK = "starter"
+
+class DefaultName(str):
+    """A default that differs from the same text if that is given."""
+
+    __slots__ = ()
+
+
+DEFAULT_PACK = DefaultName("starter")
 ReasoningEffort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
 _DEFAULT = "the provider's default if unset."
 _EFFORT_HELP = f"How much the model reasons before it answers: {', '.join(get_args(ReasoningEffort))}; {_DEFAULT}"

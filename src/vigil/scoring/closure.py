@@ -18,7 +18,7 @@ from vigil.base.exported import exported_by_modules
 from vigil.base.geometry import Pose, Vec3, distance
 from vigil.errors import EpisodeError, PackMismatch
 from vigil.packs.pack import ANSWERS, frozen_table, manifest_of
-from vigil.protocol.actions import Action, InteractPixel, Status
+from vigil.protocol.actions import AnyAction, InteractPixel, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import (
     OBSERVABLE_M,
@@ -337,7 +337,7 @@ def _is_needless(goal: Goal, held: Sequence[ObjectInState], record: EpisodeRecor
     return any(_is_changed(part, record) or _is_acted_on(part, record, acts) for part in held)
 
 
-def _is_act(action: Action | None) -> bool:
+def _is_act(action: AnyAction | None) -> bool:
     """Whether an action is a click with any intent except `ground`, which only points."""
     return isinstance(action, InteractPixel) and action.intent != "ground"
 

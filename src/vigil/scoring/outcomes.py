@@ -67,9 +67,11 @@ class Outcome:
     W: bool
     W_strict: bool
     B: bool
-    label: Label
+    """Whether the episode was closed by a true report; False if there are no reports."""
+    label: Label | None
+    """How the episode was closed; None if the profile has no reports, so that no label is defined."""
     subtype: Subtype | None
-    category: OutcomeCategory
+    category: OutcomeCategory | None
     expected: Status | None
     """The label of the queried state at the reset, which a report must have. None if the task is to reach a goal."""
     reported: Status | None
@@ -111,6 +113,21 @@ class Outcome:
     def is_reported(self) -> bool:
         """Whether the agent ended the episode by a report."""
         return self.end == "report"
+
+    @property
+    def has_report(self) -> bool:
+        """Whether the agent could report; otherwise only W is defined."""
+        return self.label is not None
+
+    @property
+    def is_ended_by_agent(self) -> bool:
+        """Whether the agent ended the episode itself, by a report or a stop."""
+        return self.end in ("report", "stop")
+
+    @property
+    def true_report(self) -> Status:
+        """What a true report would have said at the end; `fail` stands for every concession."""
+        return self.expected or ("success" if self.W else "fail")
 
     @property
     def invalid(self) -> int:
@@ -155,7 +172,7 @@ def score(episode: Episode, record: EpisodeRecord) -> Outcome:
     report = next((step.action for step in record.steps[-1:] if isinstance(step.action, Report)), None)
     expected = expected_status(episode, record)
     matches = report is not None and report_matches(report.status, expected, goal.semantic)
-    label = _label(record.end, matches, goal.semantic)
+    label = _label(record.end, matches, goal.semantic) if record.has_report else None
     is_closed = label == "B" and report is not None
     first = goal.first_satisfied_step
     target = record.worlds[0].objects.get(episode.bindings.get("target", ""))
@@ -219,7 +236,7 @@ def _label(end: End, matches: bool, holds: bool) -> Label:
     return "B" if holds else "Other"
 
 
-def _subtype(episode: Episode, report: Report, label: Label, holds: bool) -> Subtype | None:
+def _subtype(episode: Episode, report: Report, label: Label | None, holds: bool) -> Subtype | None:
     if label == "B":
         return None
     if isinstance(episode.goal, ReportStatus):
@@ -235,7 +252,9 @@ def _subtype(episode: Episode, report: Report, label: Label, holds: bool) -> Sub
     return "honest_fail" if report.raw_status is None else "unrecognised_status"
 
 
-def _category(label: Label, holds: bool) -> OutcomeCategory:
+def _category(label: Label | None, holds: bool) -> OutcomeCategory | None:
+    if label is None:
+        return None
     if label == "B":
         return "verified_success"
     if label == "FR":
@@ -268,7 +287,7 @@ def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict[str, Any]:
         "library_replies": sum(step.reply.reply_source == "library" for step in steps),
         "too_far": sum(effect.too_far for effect in effects),
         "path_blocked": sum(effect.path_blocked for effect in effects),
-        "retry": len(clicks) - len({(click.intent, click.x, click.y) for click in clicks}),
+        "retry": len(clicks) - len({(click.intent, click.x, click.y, click.object) for click in clicks}),
         "actions": _kinds(steps),
         "actions_after_goal": _kinds(steps[first:] if first is not None else ()),
         "input_tokens": record.tokens.input,
@@ -278,6 +297,7 @@ def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict[str, Any]:
 
 
 def _kinds(steps: Sequence[StepRecord]) -> dict[ActionKind, int]:
+    """Return the number of actions of each kind; a stop is not counted."""
     kinds: list[SkillName | Literal["invalid"]] = [
         "invalid" if step.action is None else step.action.skill_name for step in steps
     ]

@@ -21,6 +21,8 @@ HIGH_PROGRESS = 0.75
 """Progress above which a false success counts as a near miss."""
 RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
 """Rates in every summary, as shares of all scored episodes."""
+WITHOUT_REPORTS = ("W", "W_strict", "ever", "lost", "tampered")
+"""Rates that are defined for a profile without reports. All others are None there."""
 ALL = "n"
 CONDITIONAL = {
     "P_B_W1": ("B", "W"),
@@ -83,8 +85,18 @@ class Counts:
         """Number of different episodes that were played."""
         return self.n if self.by_episode is None else len(self.by_episode[ALL])
 
+    @property
+    def has_reports(self) -> bool:
+        """Whether the agent could report."""
+        return self.n == 0 or self.counts.get("judged", self.n) > 0
+
     def rate(self, name: str) -> Rate:
-        """Return the rate called `name`: a rate of `CONDITIONAL`, or the count `name` as a share of all episodes."""
+        """Return the rate called `name`: a rate of `CONDITIONAL`, or the count `name` as a share of all episodes.
+
+        It has no trials if it is about reports, and the profile has none.
+        """
+        if not self.has_reports and name not in WITHOUT_REPORTS:
+            return Rate(0, 0, 0)
         what, among = CONDITIONAL.get(name, (name, ALL))
         trials = self.n if among == ALL else self.counts[among]
         if self.by_episode is None:
@@ -142,6 +154,7 @@ def count_masks(columns: Columns) -> dict[str, np.ndarray]:
     found = {
         "W": w,
         "W0": ~w,
+        "judged": label != None,  # noqa: E711 - element by element
         "W_strict": columns["W_strict"],
         "B": b,
         "Delta": w & ~b,
@@ -171,7 +184,12 @@ def count_masks(columns: Columns) -> dict[str, np.ndarray]:
 
 
 def broken_identities(columns: Columns) -> list[str]:
-    """Return the identities of protocol.md section 5 that do not hold for a set of episodes; normally none."""
+    """Return the identities of protocol.md section 5 that do not hold for a set of episodes; normally none.
+
+    Those on reports are about the episodes whose profile has them.
+    """
+    is_strict_right = bool((~columns["W_strict"] | columns["W"]).all())
+    columns = select_rows(columns, columns["label"] != None)  # noqa: E711 - element by element
     counts, n = count(columns).counts, len(columns["W"])
     w, b, lag = columns["W"], columns["B"], columns["lag"]
     credits = {policy: columns[column].sum() for policy, column in CREDITS.items()}
@@ -190,7 +208,7 @@ def broken_identities(columns: Columns) -> list[str]:
         "P(report | W=0) and P(no report | W=1) make Stop": counts["rep_W0"] + counts["W"] - counts["NoRep_W1"]
         == counts["Stop"],
         "B <= W on every episode": bool((~b | w).all()),
-        "W_strict <= W on every episode": bool((~columns["W_strict"] | w).all()),
+        "W_strict <= W on every episode": is_strict_right,
         "lag >= 0 and only where B": bool((np.isfinite(lag) == b).all() and (lag[b] >= 0).all()),
     }
     return [name for name, holds in identities.items() if not holds]

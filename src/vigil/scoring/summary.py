@@ -29,6 +29,12 @@ LIBRARY_REPLIES = (
 """Note on a run with replies that a library took from the server's answer. Their number stands before the note."""
 
 
+NO_REPORTS = (
+    "Its profile has no reports: only W is defined, and a dash stands for B, FR, NR and all else that is about reports."
+)
+"""Sentence on a run of a profile without reports."""
+
+
 def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:
     """Return a sentence that says how many of `replies` replies were not actions, and why; empty if all were actions.
 
@@ -184,7 +190,10 @@ def summarise(scores: RunScores) -> dict[str, Any]:
             part = select_rows(columns, columns["family"] == family)
             families[family] = _rates(part, mine, errors, scores.planned.get(family, 0))
     overall = _rates(columns, outcomes, scores.errors, sum(scores.planned.values()))
-    overall["report_policies"] = {policy: mean(columns[column].tolist()) for policy, column in CREDITS.items()}
+    overall["report_policies"] = {
+        policy: mean(columns[column].tolist() if count(columns).has_reports else [])
+        for policy, column in CREDITS.items()
+    }
     summary: dict[str, Any] = {"overall": overall, "families": families}
     if len({rates["episodes"] for rates in families.values()}) > 1:
         summary["macro"] = _macro(list(families.values()))

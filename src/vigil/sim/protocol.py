@@ -6,7 +6,7 @@
 # pyright: reportReturnType=false
 
 from collections.abc import Iterable
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -51,3 +51,11 @@ class Simulator(Protocol):
 
     def close(self) -> None:
         """Release the scene; the simulator can load again."""
+
+
+@runtime_checkable
+class NamesObjects(Protocol):
+    """A simulator in which an agent can name the object that it acts on."""
+
+    def pixel_of_named(self, name: str) -> tuple[int, int] | None:
+        """Return a pixel (x, y) of the only object of a name in view; None if there is none, or several are."""

@@ -5,7 +5,9 @@ from typing import Any, Literal
 
 from vigil.agents.frame_encoding import decode_frame
 from vigil.errors import RecordError, SettingError, VigilError
+from vigil.protocol.actions import PhysicalAction
 from vigil.protocol.episode import Episode
+from vigil.records.probe_file import read_probes
 from vigil.records.reasoning_file import reasoning_by_step
 from vigil.records.record import EpisodeRecord, Key
 from vigil.runner.workers.frames import frame_sha256
@@ -67,6 +69,11 @@ def episode_timeline(run: LibraryRun, episode: Episode, record: EpisodeRecord) -
     told = timeline_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
     reasoning = reasoning_by_step(run.folder, record)
     told["steps"] = [{**step, "reasoning": reasoning.get(step["index"], "")} for step in told["steps"]]
+    told["hidden"]["beliefs"] = [
+        {"step": probe.step, "framing": probe.framing, "sure": probe.answer.sure, "done": probe.answer.done}
+        for probe in read_probes(run.folder, run.header.sha256).of(record)
+        if probe.answer is not None
+    ]
     return told
 
 
@@ -123,5 +130,5 @@ def _moment_of(run: LibraryRun, episode: Episode, record: EpisodeRecord, pack: L
         house_sha256=episode.house.sha256,
         start=episode.start,
         setup=episode.setup,
-        actions=tuple(action for action in done if action is not None and action.skill_name != "report"),
+        actions=tuple(action for action in done if isinstance(action, PhysicalAction)),
     )

@@ -3,7 +3,7 @@
 from typing import get_args
 
 from vigil.base.glossary import TERMS
-from vigil.protocol.actions import STEP_M, Action, InteractPixel, InvalidAction, Look, Navigate
+from vigil.protocol.actions import STEP_M, AnyAction, InteractPixel, InvalidAction, Look, Navigate, Stop
 from vigil.protocol.world import Effect
 from vigil.scoring.outcomes import Label, Outcome, Subtype
 
@@ -39,13 +39,14 @@ STATUSES = {
 """Statuses of a report in words, for a person who plays."""
 ENDS = {
     "report": "the agent reported",
+    "stop": "the agent stopped",
     "fail_no_report": "the agent used up its steps without a report",
     "invalid_action_limit_exceeded": "the agent exceeded the limit of invalid actions",
     "error": "the infrastructure failed; never scored",
 }
 
 
-def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
+def action_words(action: AnyAction | None, invalid: InvalidAction | None) -> str:
     """Return a reply's action in one line of words. If the reply is invalid, return what is wrong with it."""
     if invalid is not None:
         return f"not an action: {invalid.kind.replace('_', ' ')}, {invalid.reason.replace('_', ' ')}"
@@ -61,11 +62,13 @@ def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
             return f"{intent.replace('_', ' ')} at ({x}, {y})"
         case None:
             return ""
+        case Stop():
+            return "stop"
         case _:
             return f"report {action.raw_status if action.raw_status is not None else action.status}"
 
 
-def click_of(action: Action | None) -> list[int] | None:
+def click_of(action: AnyAction | None) -> list[int] | None:
     """Return the pixel of a click; None if the action does not have a pixel."""
     if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
         return [action.x, action.y]
@@ -112,7 +115,9 @@ def verdict_words(outcome: Outcome) -> list[str]:
         wanted = outcome.expected or ("success" if outcome.W else "fail, unsafe or invalid")
         said = outcome.reported if outcome.raw_status is None else f"{outcome.raw_status!r} (taken as invalid)"
         lines.append(f"A matching report would say {wanted}; the agent reported {said}.")
-    if outcome.subtype is not None:
+    if outcome.label is None:
+        lines.append(f"The profile has no reports, so B is not defined. A true report would say {outcome.true_report}.")
+    elif outcome.subtype is not None:
         lines.append(f"{outcome.label}: {SUBTYPES[outcome.subtype]}.")
     else:
         lines.append(f"{LABELS[outcome.label].capitalize()}.")

@@ -206,7 +206,7 @@ def _paired(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[PairedR
     of_first, of_second = count(outcome_columns(first)), count(outcome_columns(second))
     episodes, houses = (np.array([getattr(each, name) for each in first]) for name in ("episode_id", "house"))
     found = []
-    for name in ("W", "B"):
+    for name in ("W", "B") if of_first.has_reports and of_second.has_reports else ("W",):
         ours, theirs = (np.array([getattr(each, name) for each in side]) for side in (first, second))
         paired = paired_test(ours, theirs, episodes=episodes, houses=houses)
         found.append(PairedRate(name, of_first.rate(name), of_second.rate(name), paired))
@@ -218,12 +218,13 @@ def compare(a: RunScores, b: RunScores, family: str) -> FlipTable:
     first = {(o.episode_id, o.epoch): o for o in a.outcomes if not family or o.family == family}
     second = {(o.episode_id, o.epoch): o for o in b.outcomes if not family or o.family == family}
     shared = sorted(first.keys() & second.keys())
+    names = ("W", "B") if all(o.has_report for o in (*first.values(), *second.values())) else ("W",)
     flips = [Flip(*key, first[key].family, first[key], second[key]) for key in shared]
     return FlipTable(
         shared=len(shared),
         only_a=len(first.keys() - second.keys()),
         only_b=len(second.keys() - first.keys()),
         rates=_paired([first[key] for key in shared], [second[key] for key in shared]) if shared else [],
-        gained={name: [f for f in flips if getattr(f.b, name) and not getattr(f.a, name)] for name in ("W", "B")},
-        lost={name: [f for f in flips if getattr(f.a, name) and not getattr(f.b, name)] for name in ("W", "B")},
+        gained={name: [f for f in flips if getattr(f.b, name) and not getattr(f.a, name)] for name in names},
+        lost={name: [f for f in flips if getattr(f.a, name) and not getattr(f.b, name)] for name in names},
     )

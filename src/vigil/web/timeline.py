@@ -83,6 +83,7 @@ def _hidden(
         "first_row": first,
         "worlds": [_world(world, episode) for world in worlds],
         "rows": [{"W": row.semantic, "strict": row.strict, "progress": row.progress} for row in rows],
+        "beliefs": [],
         "verdict": None if outcome is None else _verdict(outcome),
         "chores": _chores(episode, record) if rows and isinstance(episode.goal, Chores) else [],
     }
@@ -116,10 +117,10 @@ def _verdict(outcome: Outcome) -> dict[str, Any]:
     return {
         "label": outcome.label,
         "subtype": outcome.subtype,
-        "category": CATEGORIES[outcome.category],
+        "category": None if outcome.category is None else CATEGORIES[outcome.category],
         "W": outcome.W,
         "W_strict": outcome.W_strict,
-        "B": outcome.B,
+        "B": outcome.B if outcome.has_report else None,
         "expected": outcome.expected,
         "reported": outcome.raw_status or outcome.reported,
         "lag": outcome.lag,

@@ -16,6 +16,7 @@ from vigil.scoring.outcomes import Outcome
 from vigil.scoring.saved_run import RecordTable
 from vigil.web.drawing import RenderService
 from vigil.web.export import episode_film, episode_page
+from vigil.web.forks import branches_of, source_of
 from vigil.web.frames import episode_of, episode_timeline, frame_of
 from vigil.web.houses import add_house_pages
 from vigil.web.library import Library, LibraryRun, RunState
@@ -130,7 +131,9 @@ def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderSe
         plan = try_plan(pack, found)
         title = f"{episode_id} · {shown.name}"
         here = f"{base}/{episode_id}/{epoch}"
-        return page("episode.html", title=title, run=shown, timeline=timeline, plan=plan, here=here, is_alone=False)
+        links = {"source": source_of(library, record), "branches": branches_of(library, shown, record)}
+        values = {"run": shown, "timeline": timeline, "plan": plan, "here": here, "is_alone": False, **links}
+        return page("episode.html", title=title, **values)
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/frames/{step}.png")
     def frame(slug: str, episode_id: str, epoch: int, step: int) -> Response:

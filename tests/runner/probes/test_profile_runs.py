@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests.runner.probes.test_probed_runs import BELIEF, EVERY, comparable, framing_of, settings
-from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, serving
+from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, failure, serving
 from tests.support.inspect_marks import INSPECT
 from tests.support.tiny_pack import tiny_pack
 from vigil.errors import SettingError
@@ -99,3 +99,13 @@ def test_a_profile_of_conversations_needs_a_model(pack: Path) -> None:
             plan_run(wanted)
     with pytest.raises(SettingError, match=r"'look_befor' does not exist. Did you mean 'look_before_report'"):
         plan_run(settings(pack, "", Path("unused"), episode_ids=ONE, profile="look_befor"))
+
+
+def test_criteria_stay_in_the_row_of_a_play_that_fails_later(pack: Path, tmp_path: Path) -> None:
+    def failing(asked: ChatRequest) -> ChatAnswer:
+        return ChatAnswer("I must see it.") if asked.texts[-1] == CRITERIA_REQUEST else failure(500)
+
+    with serving(failing) as server:
+        wanted = settings(pack, server.url, tmp_path, episode_ids=ONE, retries=0, profile="declare_criteria")
+        (record,) = run_pack(wanted).records
+    assert (record.end, record.criteria and record.criteria.text) == ("error", "I must see it.")

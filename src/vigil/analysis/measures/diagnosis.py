@@ -94,7 +94,7 @@ def causes_of_rows(rows: pd.DataFrame) -> FailureCauses:
     endings = Counter(
         subtype or label
         for subtype, label in zip(values(rows, "subtype", object), values(rows, "label", object), strict=True)
-        if label != "B"
+        if label not in ("B", None)
     )
     reasons = _sum_counts(json.loads(text) for text in rows["invalid_reasons"])
     return FailureCauses(len(rows), int(values(rows, "steps", int).sum()), endings, reasons)

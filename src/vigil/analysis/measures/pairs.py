@@ -63,10 +63,16 @@ class Pair:
         base, other = self.tables()
         return measure(base), measure(other)
 
+    def defines(self, name: str) -> bool:
+        """Return whether both runs define W, B or a label; only W is defined without reports."""
+        return name == "W" or all(run.header.spec.profile.row.has_report for run in (self.base, self.other))
+
     def p(self, name: str) -> float | None:
-        """Return McNemar's exact p of W, B or a label over the shared episodes; None without shared episodes."""
+        """Return McNemar's exact p of W, B or a label over the shared episodes; None if there are none, or no such
+        label.
+        """
         base, other = self.tables()
-        if not len(base):
+        if not len(base) or not self.defines(name):
             return None
         return mcnemar(_indicator(base, name), _indicator(other, name), base["episode_id"].to_numpy(dtype=str)).p
 
@@ -203,9 +209,11 @@ def shared_rows(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame
 
 
 def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
-    """Return the `difference` (other - base) over the episodes that both runs have scored; None if there are none."""
+    """Return the `difference` (other - base) over the episodes that both runs have scored; None if there are none,
+    or no such label.
+    """
     base, other = shared_rows(pair_of.base.rows, pair_of.other.rows)
-    return difference(base, other, name) if len(base) else None
+    return difference(base, other, name) if len(base) and pair_of.defines(name) else None
 
 
 def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[float, Interval | None]]:

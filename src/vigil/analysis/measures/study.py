@@ -198,6 +198,7 @@ def _has_default_condition(run: Run) -> bool:
 
 def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
     packs: dict[str, list[RunEntry]] = {}
+    entries = [entry for entry in entries if entry.overall.has_reports]
     main = [entry for entry in entries if entry.role == "main"]
     for entry in main if len(main) > 1 else entries:
         if entry.run.n:

@@ -177,7 +177,7 @@ def _interface(axes: Axes, layout: _Layout) -> None:
         ("Agent sees", "system prompt, the current frame, 20 turns of its own text replies", "#0072b2"),
         ("Agent answers", "one JSON object: navigate, look, interact_pixel or report", "#e69f00"),
         ("Simulator acts", "no success signal, no state goes back; only the next frame", "#555b66"),
-        ("Settlement, offline", "hidden state gives W; the report against it gives B and the label", "#009e73"),
+        ("Scoring, offline", "hidden state gives W; the report against it gives B and the label", "#009e73"),
     )
     gap = 4.0
     width = (layout.across - 4 - 3 * gap) / 4
@@ -205,7 +205,7 @@ def _footnotes(axes: Axes, layout: _Layout, episode: Episode, track: AgentTrajec
     axes.text(2 + 0.36 * layout.across, 2.9, budget, ha="center", **look)
     axes.text(2, 0.9, "cross: where the action clicks    +n: n steps that are not shown", **look)
     said = f"reported {outcome.reported}" if outcome.reported else "no report"
-    text = f"here: {said}, W={int(outcome.W)}, B={int(outcome.B)}"
+    text = f"here: {said}, W={int(outcome.W)}, B={int(outcome.B) if outcome.has_report else '–'}"
     axes.text(layout.across - 2, 5.4, text, fontsize=points(8.5), ha="right", fontweight="bold", color=INK)
 
 

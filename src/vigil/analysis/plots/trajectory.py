@@ -28,7 +28,7 @@ from vigil.analysis.plots.style import (
     styled,
 )
 from vigil.errors import RecordError
-from vigil.protocol.actions import Action, InteractPixel, Navigate, Report
+from vigil.protocol.actions import AnyAction, InteractPixel, Navigate, Report, Stop
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
 from vigil.records.record import EpisodeRecord, Key, StepRecord
@@ -160,7 +160,7 @@ def step_caption(step: StepRecord) -> str:
     return "invalid: " + step.invalid.reason.replace("_", " ") if step.invalid else action_caption(step.action)
 
 
-def action_caption(action: Action | None) -> str:
+def action_caption(action: AnyAction | None) -> str:
     """Return an action in a few words."""
     match action:
         case None:
@@ -173,6 +173,8 @@ def action_caption(action: Action | None) -> str:
             return f"{action.intent.replace('_', ' ')}{where}"
         case Report():
             return f"report: {action.raw_status or action.status}"
+        case Stop():
+            return "stop"
         case _:
             return f"look {action.direction} {action.magnitude:g}°"
 
@@ -180,9 +182,19 @@ def action_caption(action: Action | None) -> str:
 def verdict_caption(one: AgentTrajectory) -> str:
     """Return a text that says how an episode ended, and the verdict."""
     outcome = one.outcome
-    w, b = f"W={int(outcome.W)}", f"B={int(outcome.B)}"
+    w, b = f"W={int(outcome.W)}", f"B={int(outcome.B) if outcome.has_report else '–'}"
     kind = "" if outcome.subtype is None else f"\n{outcome.subtype.replace('_', ' ')}"
-    return f"{w}  {b}\n{_ENDS[outcome.label]}{kind}"
+    return f"{w}  {b}\n{_end(outcome)}{kind}"
+
+
+def _end(outcome: Outcome) -> str:
+    if outcome.label is None:
+        return "stopped" if outcome.is_ended_by_agent else "did not stop"
+    return _ENDS[outcome.label]
+
+
+def _colour(outcome: Outcome) -> str:
+    return FAINT if outcome.label is None else LABEL_COLOURS[outcome.label]
 
 
 def _title(episode: Episode, tracks: Sequence[AgentTrajectory], width_in: float) -> str:
@@ -204,7 +216,7 @@ def _name(axes: Axes, one: AgentTrajectory) -> None:
         fontsize=points(8.5),
         fontweight="bold",
     )
-    colour = LABEL_COLOURS[one.outcome.label]
+    colour = _colour(one.outcome)
     axes.text(0, 0.52, verdict_caption(one), va="top", fontsize=points(8), color=INK, linespacing=1.4)
     axes.add_patch(Rectangle((0, 0.56), 0.6, 0.03, color=colour, transform=axes.transAxes))
 
@@ -227,7 +239,7 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
         (0.5, 0.0),
         (0, -2),
         fontsize=points(7.5),
-        color=ink_of(LABEL_COLOURS[one.outcome.label]) if is_last else INK,
+        color=ink_of(_colour(one.outcome)) if is_last else INK,
         fontweight="bold" if is_last else "normal",
         **look,
     )
@@ -235,7 +247,7 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
         axes.annotate(GOAL_WORDS, (0.5, 0.0), (0, -4 - points(7.5)), fontsize=points(7), color=GOAL_COLOUR, **look)
 
 
-def mark_click(axes: Axes, action: Action | None) -> None:
+def mark_click(axes: Axes, action: AnyAction | None) -> None:
     """Mark where an action clicks, if it does, on a picture in its own pixels."""
     if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
         axes.plot(action.x, action.y, "+", color="white", ms=13, mew=3.4)
@@ -265,8 +277,8 @@ def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: 
                     va="center",
                     fontsize=points(13),
                     fontweight="bold",
-                    color=ink_on(LABEL_COLOURS[one.outcome.label]),
-                    bbox={"fc": LABEL_COLOURS[one.outcome.label], "ec": "none", "pad": 7},
+                    color=ink_on(_colour(one.outcome)),
+                    bbox={"fc": _colour(one.outcome), "ec": "none", "pad": 7},
                 )
         for place in figure.axes:
             place.axis("off")

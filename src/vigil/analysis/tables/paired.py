@@ -232,7 +232,7 @@ def named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame
     pairing = study.pairing
     for pair in (*pairing.feedback, *pairing.profile, *pairing.prompt, *pairing.serving):
         base, other = pair.tables()
-        if len(base):
+        if len(base) and pair.defines("label"):
             yield f"{pair.base.name} → {pair.other.name} ({_KINDS[pair.kind]})", base, other
     for repeats in pairing.repeats:
         for name, base, other in repeats.compared_with_first():

@@ -13,6 +13,7 @@ from vigil.analysis.tables import (
     run_tables,
     several_plays,
     sources_of_change,
+    stopping,
 )
 from vigil.analysis.tables.table import Table
 
@@ -55,6 +56,9 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "feedback_events": paired.feedback_events,
         "prompt_shifts": paired.prompt_shifts,
         "profile_shifts": paired.profile_shifts,
+        "stop_shifts": stopping.stop_shifts,
+        "stop_costs": stopping.stop_costs,
+        "true_reports": stopping.true_reports,
         "serving_modes": paired.serving_modes,
         "event_reductions": sources_of_change.event_reductions,
         "gain_sources": sources_of_change.gain_sources,

@@ -56,6 +56,8 @@ def _check(run: SavedRun, scores: RunScores, publisher: Publisher) -> None:
     name, scored = run.header.run_id, len(scores.outcomes)
     if not scored:
         raise SettingError(f"Run {name!r} has no scored episode: there is nothing to export.")
+    if not run.header.spec.profile.row.has_report:
+        raise SettingError(f"Run {name!r} was played under a profile without reports: it has no B to export.")
     if publisher.force:
         return
     if run.header.spec.shard is not None:

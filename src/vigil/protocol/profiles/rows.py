@@ -11,6 +11,32 @@ CRITERIA_REQUEST = (
     "Before the first step: write what must be visible in the frames before you report, in at most three short "
     "sentences. This answer is plain text, not an action; it stays in the history."
 )
+STOP_LINES = (
+    (
+        "For state-recognition tasks, report the observed state label (for example: on/off or open/closed) rather than "
+        "mapping the state to task success/fail.",
+        "For state-recognition tasks, look at the object whose state is asked for, then stop.",
+    ),
+    (
+        "Mere visibility, proximity, or an attempted action is not enough; do not report success from visual "
+        "plausibility alone.",
+        "Mere visibility, proximity, or an attempted action is not enough; do not stop from visual plausibility alone.",
+    ),
+)
+"""Lines of the paper's prompt that speak of reports, and what stands there if there are none."""
+NAMING_LINES = (
+    (
+        "Use only the frame whose `role` is `current` for visibility judgments and interact_pixel targeting.",
+        "Use only the frame whose `role` is `current` for visibility judgments and interact_object targeting.",
+    ),
+    (
+        "interact_pixel acts on the object currently under the specified location in the current RGB frame.",
+        "interact_object acts on the only object of that name in the current RGB frame. It has no effect if no such "
+        "object is seen, or several are.",
+    ),
+)
+"""Lines of the paper's prompt that speak of pixels, and what stands there if objects are named."""
+STOP_LINE = "- no arguments: ends the episode. Nothing else is said about the task, and no step follows."
 MAX_IMAGE_HISTORY = 20
 EVERYTHING = 1_000_000
 """Number of past turns, or pictures, that stands for all."""
@@ -33,6 +59,10 @@ class ProfileRow:
     """Whether the agent sees how many replies are left."""
     marks_click: bool = False
     """Whether a frame marks the pixel of the click before it."""
+    has_report: bool = True
+    """Whether the agent ends an episode by a report; otherwise by `stop`, which says nothing."""
+    has_pixels: bool = True
+    """Whether the agent interacts with the object at a pixel; otherwise with one that it names."""
     has_claims: bool = False
     """Whether a report has a claim about each chore of a list."""
     images: int = 0
@@ -41,6 +71,8 @@ class ProfileRow:
     """Whether a model's conversation only grows: no past turn is dropped or changed."""
     rules: tuple[str, ...] = ()
     """Rules that the prompt has in addition, at the end of its grounding rules."""
+    replaced: tuple[tuple[str, str], ...] = ()
+    """Lines of the prompt's task block and grounding rules, and the line instead of each."""
     first_rule: str = ""
     """Rule instead of the first grounding rule; empty for that of the paper."""
 
@@ -85,6 +117,18 @@ _ROWS = (
             "A ring in the current frame marks the pixel of your last action if that was interact_pixel, whether or "
             "not the action had an effect. The ring is not part of the scene.",
         ),
+    ),
+    ProfileRow(
+        "stop_only",
+        "it ends an episode by `stop`, without a report",
+        has_report=False,
+        replaced=STOP_LINES,
+    ),
+    ProfileRow(
+        "named_objects",
+        "it names an object to interact with it, instead of a pixel",
+        has_pixels=False,
+        replaced=NAMING_LINES,
     ),
     ProfileRow(
         "image_history_all",

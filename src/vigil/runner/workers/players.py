@@ -68,20 +68,24 @@ class ModelPlayer:
     async def play(self, assignment: Assignment, on_first_frame: Callable[[], None] = lambda: None) -> EpisodeRecord:
         """Play one episode. Several calls may play several episodes at the same time."""
         started, live = datetime.now(UTC), self.pool.live(assignment)
+        criteria: list[Reply] = []
         try:
-            return await self._play(live, on_first_frame)
+            record = await self._play(live, on_first_frame, criteria.append)
         except InfrastructureError as error:
             record = await live.fail(boundary_of(error), str(error))
-            return record or error_record(assignment, self.run_id, error, started)
+            record = record or error_record(assignment, self.run_id, error, started)
         finally:
             live.close()
+        return record.model_copy(update={"criteria": criteria[-1]}) if criteria else record
 
-    async def _play(self, live: LiveEpisode, on_first_frame: Callable[[], None]) -> EpisodeRecord:
+    async def _play(
+        self, live: LiveEpisode, on_first_frame: Callable[[], None], on_criteria: Callable[[Reply], None]
+    ) -> EpisodeRecord:
         assignment, fork = live.assignment, live.assignment.fork
         conversation = Conversation(self.profile, assignment.episode.instruction)
         answer = await live.begin()
         key, first = (assignment.episode.id, assignment.epoch), 0 if fork is None else fork.point.step
-        step, criteria = first, None
+        step = first
         if isinstance(answer, EncodedObservation):
             if fork is not None:
                 past = dict(enumerate(answer.past, start=1))
@@ -92,6 +96,7 @@ class ModelPlayer:
                 criteria = await ask_for_reply(
                     self.ask, conversation.opening_request(), self.profile, has_replied=False
                 )
+                on_criteria(criteria)
                 conversation.declare(criteria.text)
         while isinstance(answer, EncodedObservation):
             messages = conversation.messages(answer.picture, answer.feedback, answer.cues)
@@ -100,7 +105,7 @@ class ModelPlayer:
             reply = await ask_for_reply(self.ask, messages, self.profile, has_replied=step > first + 1)
             conversation.add(answer.feedback, reply.text, cues=answer.cues, picture=answer.picture)
             answer = await live.advance(reply)
-        return answer if criteria is None else answer.model_copy(update={"criteria": criteria})
+        return answer
 
 
 async def ask_for_reply(ask: Ask, messages: Sequence[Message], profile: Profile, *, has_replied: bool) -> Reply:

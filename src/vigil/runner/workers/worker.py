@@ -10,6 +10,7 @@ from vigil.agents.agent import Agent, Closeable
 from vigil.agents.exec_agent import ProgramSettings
 from vigil.agents.frame_encoding import EncodedFrame, encode_frame
 from vigil.agents.registry import is_exec, make_agent
+from vigil.agents.scripted import StoppingAgent
 from vigil.assets.database import AssetDatabase
 from vigil.base.processes.child import report
 from vigil.base.processes.worker import WorkerLost
@@ -107,6 +108,11 @@ class EpisodeWorker:
         if self._frames is not None:
             self._frames.save(observation.rgb)
 
+    def _as_profiled(self, agent: Agent) -> Agent:
+        """Return an agent that ends episodes as the run's profile asks; a program knows its profile."""
+        has_own_end = self._plan.profile.row.has_report or is_exec(self._plan.agent)
+        return agent if has_own_end else StoppingAgent(agent)
+
     @contextmanager
     def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Generator[Agent, None, None]:
         """Yield the agent that plays an episode; afterwards end its program, unless one program plays all episodes."""
@@ -116,13 +122,13 @@ class EpisodeWorker:
                 raise SettingError(
                     f"Agent {plan.agent!r} needs the hidden state, which simulator {simulator.name!r} does not give."
                 )
-            yield plan.agent_factory(plan.agent, assignment.episode, simulator)
+            yield self._as_profiled(plan.agent_factory(plan.agent, assignment.episode, simulator))
             return
         seed = 0 if is_exec(plan.agent) else _epoch_seed(plan.seed, assignment.epoch)
         if seed not in self._agents:
             self._agents[seed] = make_agent(plan.agent, plan.profile, seed, self._program)
         try:
-            yield self._agents[seed]
+            yield self._as_profiled(self._agents[seed])
         finally:
             if is_exec(plan.agent) and not plan.keep_program:
                 self._close_agents()

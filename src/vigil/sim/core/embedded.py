@@ -31,6 +31,7 @@ from vigil.sim.core.agent_actions import horizon_after, object_state, walk
 from vigil.sim.core.engine import Engine
 from vigil.sim.core.handling import ClickHit, InteractionResult, apply_intent, interact, open_to
 from vigil.sim.core.motion import CollisionMap
+from vigil.sim.core.naming import pixel_of_named
 from vigil.sim.core.setup import apply_setup, blocked_start_error, thing_named
 from vigil.sim.core.sight import HEIGHT, WIDTH, Sight
 from vigil.sim.core.state import MUTABLE_FIELDS, SceneState, mutable_state_of
@@ -116,6 +117,11 @@ class EmbeddedSimulator:
         loaded = self._require_loaded()
         thing, _ = loaded.sight.click(loaded.state.agent, x, y)
         return thing.id if thing else None
+
+    def pixel_of_named(self, name: str) -> tuple[int, int] | None:
+        """Return a pixel (x, y) of the only object of a name in view; None if there is none, or several are."""
+        loaded = self._require_loaded()
+        return pixel_of_named(loaded.state.scene, loaded.sight, loaded.state.agent, name)
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
         """Return the hidden state of the agent and the named objects. Raises EpisodeError on an unknown id."""

@@ -174,9 +174,9 @@ def _draw_verdict(draw: ImageDraw.ImageDraw, verdict: dict[str, Any]) -> None:
     """Darken the frame and write the verdict over it."""
     draw.rectangle((0, 0, FRAME_WIDTH - 1, FRAME_HEIGHT - 1), fill=(*_PAPER, 214))
     large = font_of(64, is_bold=True)
-    for name, x in (("W", 40), ("B", 250)):
+    for name, x in (("W", 40), ("B", 250)) if verdict["label"] else (("W", 40),):
         draw.text((x, 60), f"{name} {int(verdict[name])}", fill=_YES if verdict[name] else _NO, font=large)
-    colour, top = _LABELS[verdict["label"]], 172
+    colour, top = _LABELS.get(verdict["label"], _INK), 172
     for sentence in (verdict["why"][-1], *verdict["why"][:-1]):
         for line in _wrapped(sentence, font_of(20), FRAME_WIDTH - 80):
             draw.text((40, top), line, fill=colour, font=font_of(20))

@@ -116,9 +116,9 @@
     const head = document.createElement("p");
     head.className = "head";
     const rule = verdict && verdict.subtype ? ` (${verdict.subtype.replaceAll("_", " ")})` : "";
-    head.textContent = verdict ? `${verdict.label}${rule} · ${verdict.category} · W\u00a0${verdict.W ? 1 : 0} · W\u00a0strict\u00a0${verdict.W_strict ? 1 : 0} · B\u00a0${verdict.B ? 1 : 0}` : "No verdict: an error is never scored.";
+    head.textContent = verdict ? `${verdict.label ? `${verdict.label}${rule} · ${verdict.category} · ` : ""}W\u00a0${verdict.W ? 1 : 0} · W\u00a0strict\u00a0${verdict.W_strict ? 1 : 0} · B\u00a0${verdict.B === null ? "–" : verdict.B ? 1 : 0}` : "No verdict: an error is never scored.";
     box.append(head);
-    if (verdict) box.classList.add(verdict.label);
+    if (verdict && verdict.label) box.classList.add(verdict.label);
     for (const text of verdict ? verdict.why : []) {
       const why = document.createElement("p");
       why.textContent = text;
@@ -164,9 +164,18 @@
     } else {
       shape("text", { x: 311, y: 44, "text-anchor": "middle" }, chart, "no progress is measured for this goal");
     }
+    for (const framing of ["state", "doubt"]) {
+      const answers = hidden.beliefs.filter((each) => each.framing === framing);
+      const points = answers.map((each) => [x(each.step - 1), y(each.sure / 20)]);
+      shape("polyline", { class: `belief ${framing}`, points: points.map((point) => point.join(",")).join(" ") }, chart);
+      points.forEach(([cx, cy], index) => {
+        const { step, sure, done } = answers[index];
+        shape("title", {}, shape("circle", { class: `belief ${framing}`, cx, cy, r: 4 }, chart), `frame ${step}, ${framing}: ${done ? "done" : "not done"}, ${sure} of 20`);
+      });
+    }
     shape("line", { x1: x(now), x2: x(now), y1: 8, y2: 98, class: "now" }, chart);
     shape("text", { x: 34, y: 114 }, chart, "start");
-    shape("text", { x: 311, y: 114, "text-anchor": "middle" }, chart, rows.some((row) => row.W) ? "progress; green: the goal holds" : "progress");
+    shape("text", { x: 311, y: 114, "text-anchor": "middle" }, chart, ["progress", hidden.beliefs.length ? "dots: stated belief that it is done" : "", rows.some((row) => row.W) ? "green: the goal holds" : ""].filter(Boolean).join("; "));
     shape("text", { x: 588, y: 114, "text-anchor": "end" }, chart, `step ${rows.length - 1}`);
   }
 

@@ -1,0 +1,155 @@
+"""Tables of runs without reports: each next to the baseline run of the same model, by what both define.
+
+Each function takes a Study and returns one Table. Source: `protocol.md` section 11.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+
+from vigil.analysis.measures.intervals import PairedTest, houses_of, paired_test
+from vigil.analysis.measures.metrics import mean_with_interval
+from vigil.analysis.measures.pairs import Pair
+from vigil.analysis.measures.rows import values
+from vigil.analysis.measures.study import Study
+from vigil.analysis.tables.paired import DISAGREEMENT_NOTE, INTERVAL_NOTE, P_NOTE
+from vigil.analysis.tables.rows import MODEL, run_row
+from vigil.analysis.tables.table import (
+    RateCell,
+    Table,
+    TableRow,
+    cells_of,
+    counts,
+    intervals,
+    means,
+    p_values,
+    points,
+    rate_cell,
+    texts,
+)
+from vigil.scoring.outcomes import NEGATIVE
+from vigil.scoring.rates import rate_of
+
+_SIDES = ("baseline", "stop only")
+_MEANS = {"steps": "Steps", "input_tokens": "Input tokens", "output_tokens": "Output tokens"}
+_Mask = Callable[[pd.DataFrame], np.ndarray]
+
+
+def _ended(rows: pd.DataFrame) -> np.ndarray:
+    return np.isin(rows["end"].to_numpy(dtype=str), ("report", "stop"))
+
+
+def _held(rows: pd.DataFrame) -> np.ndarray:
+    return values(rows, "W", bool)
+
+
+_EVENTS: dict[str, tuple[str, _Mask]] = {
+    "W": ("W: the goal held at the end", _held),
+    "ended": ("the agent ended the episode", _ended),
+    "both": ("it did, and the goal held", lambda rows: _ended(rows) & _held(rows)),
+    "unfinished": ("it did, and the goal did not hold", lambda rows: _ended(rows) & ~_held(rows)),
+    "late": ("it did not, and the goal held", lambda rows: ~_ended(rows) & _held(rows)),
+}
+"""Key -> name of an event that a report and a stop have in common, and which rows have it."""
+
+
+def stop_shifts(study: Study) -> Table:
+    """Return the events that both interfaces define, with and without reports, tested on the same episodes."""
+    columns = (
+        *texts(model="Event"),
+        *counts(n="n"),
+        *intervals(base="Baseline %", other="Stop only %", shift="Change (pp)"),
+        *p_values(p="p"),
+    )
+    rows: list[TableRow] = []
+    for pair in _pairs(study):
+        tables = pair.tables()
+        for name, event in _EVENTS.values():
+            base, other = (event(table) for table in tables)
+            episodes = tables[0]["episode_id"].to_numpy(dtype=str)
+            test: PairedTest = paired_test(base, other, episodes=episodes, houses=houses_of(tables[0]))
+            everything = np.ones(len(base), dtype=bool)
+            cells = {
+                key: rate_cell(rate_of(hits, everything, episodes)) for key, hits in (("base", base), ("other", other))
+            }
+            cells |= {"model": name, "n": len(base), "shift": points(test.difference, test.interval), "p": test.test.p}
+            rows.append(TableRow(cells, group=f"{pair.base.name} → {pair.other.name}"))
+    notes = (
+        "A profile without reports has no B, FR or NR: the agent says nothing that could be true or false. So they are "
+        f"dashes in all tables. {INTERVAL_NOTE} {P_NOTE}",
+        DISAGREEMENT_NOTE,
+        "The goal held and the agent ended the episode: what a protocol would score that only asks for a stop. Table "
+        "`stop_only` computes it from runs with reports alone.",
+    )
+    return Table("stop_shifts", "Stop only: what changes without a report", columns, tuple(rows), notes)
+
+
+def stop_costs(study: Study) -> Table:
+    """Return the lag, length and tokens of each pair, with and without reports."""
+    columns = (
+        MODEL,
+        *counts(n=("n", lambda pair: len(pair.tables()[0]))),
+        *means(
+            **{
+                f"lag_{at}": (f"Lag, steps, {side}", lambda pair, at=at: _lag(pair.tables()[at]))
+                for at, side in enumerate(_SIDES)
+            },
+            **{
+                f"{name}_{at}": (f"{shown}, {side}", lambda pair, at=at, name=name: _mean(pair.tables()[at], name))
+                for name, shown in _MEANS.items()
+                for at, side in enumerate(_SIDES)
+            },
+        ),
+    )
+    rows = [run_row(study.entry(pair.other), cells_of(columns, pair)) for pair in _pairs(study)]
+    notes = (
+        "Means per episode over the episodes that both runs have scored. Lag: steps from the one after which the goal "
+        "first held to the last, over episodes that the agent ended while the goal held, whatever it reported. "
+        "Intervals: bootstrap over houses.",
+    )
+    return Table("stop_costs", "Stop only: lag, length and tokens", columns, tuple(rows), notes)
+
+
+def true_reports(study: Study) -> Table:
+    """Return what a true report would have said when the agent ended an episode, and how often it was said."""
+    columns = (*texts(model="A true report would say"), *counts(base="Reports", said="Said so", other="Stops"))
+    rows: list[TableRow] = []
+    for pair in _pairs(study):
+        tables = pair.tables()
+        wanted = [_true_report(table)[_ended(table)] for table in tables]
+        reported = tables[0]["reported"].to_numpy(dtype=object)[_ended(tables[0])]
+        has_said = np.array([_is_said(*one) for one in zip(wanted[0], reported, strict=True)], dtype=bool)
+        for status in sorted({*wanted[0], *wanted[1]}):
+            base, other = (side == status for side in wanted)
+            cells = {"model": status, "base": int(base.sum()), "other": int(other.sum())}
+            cells["said"] = int((base & has_said).sum())
+            rows.append(TableRow(cells, group=f"{pair.base.name} → {pair.other.name}"))
+    notes = (
+        "Episodes that the agent ended, by what a true report would have said then: the label of a state that is asked "
+        "for, `success` if the goal holds, else `fail` (or another concession). Said so: true baseline reports.",
+    )
+    return Table("true_reports", "Stop only: what a report would have had to say", columns, tuple(rows), notes)
+
+
+def _pairs(study: Study) -> list[Pair]:
+    found = [pair for pair in study.pairing.profile if not pair.other.header.spec.profile.row.has_report]
+    return [pair for pair in found if len(pair.tables()[0])]
+
+
+def _true_report(rows: pd.DataFrame) -> np.ndarray:
+    expected = rows["expected"].to_numpy(dtype=object)
+    return np.where(expected != None, expected, np.where(_held(rows), "success", "fail"))  # noqa: E711 - by element
+
+
+def _is_said(wanted: str, reported: str | None) -> bool:
+    return reported == wanted or (wanted == "fail" and reported in NEGATIVE)
+
+
+def _lag(rows: pd.DataFrame) -> RateCell:
+    since = values(rows, "steps") - values(rows, "first_goal_step")
+    return mean_with_interval(rows.assign(lag=np.where(_ended(rows) & _held(rows), since, np.nan)), "lag")
+
+
+def _mean(rows: pd.DataFrame, name: str) -> RateCell:
+    return mean_with_interval(rows, name)

@@ -1,0 +1,51 @@
+"""Objects in view by their names, for a profile in which an agent names what it interacts with.
+
+Whether a name means no object, none in view or several, nothing of it is said: all are None. Source: `protocol.md`
+section 11.
+"""
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.base.geometry import Pose
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.sight import Sight
+
+IN_VIEW_PX, IN_VIEW_M = 40, 6.0
+"""Least number of pixels and greatest distance (m) of a thing in view: those of an observable object."""
+ARTICLES = ("the ", "a ", "an ")
+
+
+def pixel_of_named(scene: Scene, sight: Sight, agent: Pose, name: str) -> tuple[int, int] | None:
+    """Return the pixel (x, y) of the only thing of a name in view that is nearest to the middle of its pixels.
+
+    None if no such thing is in view and can be clicked, or if several are in view.
+    """
+    wanted = _plain(name)
+    named = [thing for thing in scene.things.values() if thing.is_present and _plain(_name(thing)) == wanted]
+    seen = sight.see(agent, [thing for thing in named if not thing.is_held])
+    in_view = [
+        thing
+        for thing in named
+        if thing.id in seen
+        and seen[thing.id].visible_px >= IN_VIEW_PX
+        and (seen[thing.id].nearest_m or 0.0) <= IN_VIEW_M
+    ]
+    if len(in_view) != 1:
+        return None
+    pixels = sight.click_pixel(agent, in_view[0])
+    if not len(pixels):
+        return None
+    away = np.square(pixels - pixels.mean(axis=0)).sum(axis=1)
+    x, y = pixels[int(away.argmin())]
+    return int(x), int(y)
+
+
+def _name(thing: Thing) -> str:
+    return "drawer" if thing.is_drawer else CATALOG[thing.category].display_name
+
+
+def _plain(name: str) -> str:
+    """Return a name without case, spaces and article."""
+    words = " ".join(name.casefold().split())
+    return next((words.removeprefix(word) for word in ARTICLES if words.startswith(word)), words).replace(" ", "")
