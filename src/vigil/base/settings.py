@@ -35,7 +35,7 @@ class Setting:
     """Environment variable that sets the value if the option is not given."""
     read: str | Callable[[Any], Any] | None = None
     """Function that parses the option's text, or a list of texts if the option `repeats`. Raises SettingError.
-    Its name "module:function" stands for a function whose module loads much; the type of the setting is then a string."""
+    It may be the name "module:function" of a function whose module loads much."""
     repeats: bool = False
     """Whether the option may be given several times. If so, `read` gets the list of all texts."""
     is_option: bool = True

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
-from vigil.analysis.plots.figures import FIGURES
 from vigil.cli.arguments import Epoch, LevelsFile, Reveal, RunArguments, WithPaper
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
@@ -23,6 +21,11 @@ if TYPE_CHECKING:
 
 STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")
 WITH_FRAMES = ("protocol", "pipeline", "trajectory")
+OF_RUNS = (
+    *("outcome_partition", "belief_closure", "plane", "closure_curves", "feedback_shift"),
+    *("belief_curve", "belief_reliability", "belief_partition"),
+)
+"""Names of the figures in `FIGURES` and `BELIEF_FIGURES`, which the help shows without loading them."""
 
 
 def report(
@@ -137,9 +140,7 @@ def _warn(found: Study) -> None:
 
 
 def figure(
-    name: Annotated[
-        str, typer.Argument(help=f"Figure to draw: {', '.join((*FIGURES, *BELIEF_FIGURES, *WITH_FRAMES))}.")
-    ],
+    name: Annotated[str, typer.Argument(help=f"Figure to draw: {', '.join((*OF_RUNS, *WITH_FRAMES))}.")],
     runs: Annotated[
         list[Path] | None,
         typer.Argument(help="Folders of the runs to draw; the figure trajectory shows each run in a row of frames."),
@@ -176,6 +177,8 @@ def figure(
     vigil figure protocol --pack starter --out protocol.png
     """
     from vigil.analysis.measures.study import study
+    from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
+    from vigil.analysis.plots.figures import FIGURES
     from vigil.analysis.plots.style import figure_bytes
     from vigil.cli.report_figures import protocol_of
 
@@ -185,13 +188,13 @@ def figure(
         content = figure_bytes(protocol_of(pack or "starter", (assets, reveal)), kind)
     elif name in WITH_FRAMES:
         content = _trajectory(name, _scored_runs(runs, name), pack, (episode, epoch, columns), (assets, reveal), kind)
-    elif name in FIGURES | BELIEF_FIGURES:
+    elif name in OF_RUNS:
         drawn = (FIGURES | BELIEF_FIGURES)[name](study(_scored_runs(runs, name, pack), with_paper=with_paper))
         if drawn is None:
             raise SettingError(f"These runs have nothing to show in the figure {name!r}.")
         content = figure_bytes(drawn, kind)
     else:
-        known = (*FIGURES, *BELIEF_FIGURES, *WITH_FRAMES)
+        known = (*OF_RUNS, *WITH_FRAMES)
         raise SettingError(f"Figure {name!r} does not exist.{did_you_mean(name, known)} Known: {', '.join(known)}.")
     out.write_bytes(content)
     print(out)

@@ -15,16 +15,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-import uvicorn
-from fastapi import FastAPI
 
 from vigil.cli.arguments import OpenBrowser
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError
 from vigil.runner.shared_settings import AssetFile, PackName, PricesOption
-from vigil.web.play_session import PlaySettings
+from vigil.web.play_settings import PlaySettings
 
 if TYPE_CHECKING:
+    from fastapi import FastAPI
+
     from vigil.web.review import ReviewSet
     from vigil.web.site import Address
 
@@ -182,6 +182,8 @@ def listen(address: Address) -> socket.socket:
 
 def serve(site: FastAPI, address: Address, listener: socket.socket, open_browser: bool) -> None:
     """Serve a site until it is interrupted."""
+    import uvicorn
+
     host = f"[{address.host}]" if ":" in address.host else address.host
     url = f"http://{host}:{address.port}/" + (f"?token={address.token}" if address.token else "")
     print(f"Serving {url} (Ctrl-C ends)", flush=True)

@@ -1,4 +1,5 @@
-"""Settings of `vigil run`, `verify`, `merge` and `probe`, as a user gives them. What they need is loaded by what uses them."""
+"""Settings of `vigil run`, `verify`, `merge` and `probe`, as a user gives them. What follows from them is worked out by
+the modules that do the work, e.g. `vigil.runner.plan`, so that help can be shown without loading these."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
