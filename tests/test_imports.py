@@ -48,6 +48,7 @@ LAZY = {
     "av",
     "scipy",
     "matplotlib",
+    "pandas",
     "vigil.agents.registry",
     "vigil.runner.models.inspect_model",
     "vigil.analysis.measures.chores",
