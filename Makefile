@@ -74,8 +74,9 @@ run: setup
 	@echo "      $(BIN)/vigil report $(RUNS)/* --out report     tables and figures, in report/report.html"
 	@echo "      $(BIN)/vigil run --model openai/gpt-4o --dry-run      what a model's run would take"
 
+# Compiled code is kept even where the environment says otherwise: every worker and started command would compile again.
 test: setup-dev
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist worksteal
 
 coverage: setup-dev
 	$(BIN)/python -m pytest -n auto --dist worksteal $(addprefix tests/,base packs protocol records scoring) --cov

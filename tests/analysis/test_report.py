@@ -31,7 +31,7 @@ from vigil.analysis.tables.registry import PAPER_TABLES, TABLES, tables
 from vigil.analysis.tables.table import Column, Table, TableRow, formatted
 from vigil.analysis.tables.text import csv_text, latex, markdown
 from vigil.base.glossary import RESULTS, term_of
-from vigil.cli import app, reports
+from vigil.cli import app
 from vigil.errors import SettingError
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
 from vigil.records.record import ProviderFacts, Resumption, read_header
@@ -455,7 +455,9 @@ def test_check_asserts_the_identities_on_records(write: Write):
 
 
 def test_check_fails_on_a_broken_identity(write: Write, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(reports, "broken_run_identities", lambda run: [f"{run.name}, all: Stop + NR + IL = all"])
+    monkeypatch.setattr(
+        "vigil.analysis.measures.metrics.broken_run_identities", lambda run: [f"{run.name}, all: Stop + NR + IL = all"]
+    )
     found = command("report", write("a"), "--check")
     assert found.exit_code == 1
     assert "Stop + NR + IL = all" in found.output

@@ -10,7 +10,7 @@ import typer
 from typer.testing import CliRunner, Result
 
 from vigil.base.settings import Setting
-from vigil.cli import app, runs
+from vigil.cli import app
 from vigil.cli.options import with_options
 from vigil.errors import SettingError
 from vigil.protocol.families import FAMILIES
@@ -98,7 +98,7 @@ def played(monkeypatch: pytest.MonkeyPatch) -> list[RunSettings]:
         settings.append(asked)
         raise typer.Exit
 
-    monkeypatch.setattr(runs, "plan_run", plan)
+    monkeypatch.setattr("vigil.runner.plan.plan_run", plan)
     return settings
 
 

@@ -11,6 +11,7 @@ from dataclasses import MISSING, Field, dataclass, fields
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
+from vigil.base.exported import loaded
 from vigil.errors import SettingError, did_you_mean
 
 
@@ -32,8 +33,9 @@ class Setting:
     """Text for the help: what happens if the value is None."""
     env: str | None = None
     """Environment variable that sets the value if the option is not given."""
-    read: Callable[[Any], Any] | None = None
-    """Function that parses the option's text, or a list of texts if the option `repeats`. Raises SettingError."""
+    read: str | Callable[[Any], Any] | None = None
+    """Function that parses the option's text, or a list of texts if the option `repeats`. Raises SettingError.
+    It may be the name "module:function" of a function whose module loads much."""
     repeats: bool = False
     """Whether the option may be given several times. If so, `read` gets the list of all texts."""
     is_option: bool = True
@@ -67,7 +69,7 @@ class DeclaredSetting:
         if given is None or given == []:
             return self.default
         if self.setting.read is not None:
-            return self.setting.read(given)
+            return loaded(self.setting.read)(given)
         return tuple(given) if get_origin(self.kind) is tuple else given
 
 

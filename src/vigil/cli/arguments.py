@@ -9,13 +9,18 @@ from vigil.authoring.drafting.procthor import DATASET
 from vigil.base.imports import ENVIRONMENT_VARIABLE, import_modules
 from vigil.base.settings import Setting
 from vigil.packs.private import REVEAL, REVEAL_HELP
-from vigil.scoring.saved_run import find_runs
 
 
 def _import_modules(names: list[str] | None) -> list[str] | None:
     """Import the modules immediately, because later options may name what the modules register."""
     import_modules(names or ())
     return names
+
+
+def _find_runs(folders: list[Path]) -> list[Path]:
+    from vigil.scoring.saved_run import find_runs
+
+    return find_runs(folders)
 
 
 PackArgument = Annotated[
@@ -26,7 +31,7 @@ RunArguments = Annotated[
     list[Path],
     typer.Argument(
         help="Folders of the runs to use. A folder that contains several runs stands for all of them.",
-        callback=find_runs,
+        callback=_find_runs,
     ),
 ]
 HouseArgument = Annotated[

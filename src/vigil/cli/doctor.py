@@ -1,5 +1,7 @@
 """`vigil doctor`: what this machine has and what is missing. `vigil thor-engine`: the engine for AI2-THOR's client."""
 
+from __future__ import annotations
+
 import json
 import platform
 import time
@@ -7,28 +9,18 @@ from collections.abc import Mapping
 from contextlib import closing
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from PIL import Image
 
-from vigil.agents.sandbox import missing_for_sandbox
-from vigil.assets.database import AssetDatabase
 from vigil.cli.arguments import AsJson
 from vigil.errors import SettingError, VigilError
-from vigil.packs.pack import Pack
 from vigil.runner.shared_settings import AssetFile, RenderQuality
-from vigil.sim import make_simulator
-from vigil.sim.conformance.checks import CHECKS, ConformanceCheck
-from vigil.sim.conformance.harness import Harness
-from vigil.sim.conformance.reference_house import reference_house
-from vigil.sim.graphics_check import check_graphics as examine_renderer
-from vigil.sim.thor.differences import EXPECTED_FAILURES
-from vigil.sim.thor.guarded_client import GuardedClient
-from vigil.sim.thor.requirements import examine
-from vigil.sim.thor.start import chosen_engine, engine_options
-from vigil.thor.launch import thor_engine as command_of_engine
-from vigil.thor.serve import main as serve_thor
+
+if TYPE_CHECKING:
+    from vigil.sim.conformance.checks import ConformanceCheck
+    from vigil.sim.conformance.harness import Harness
 
 FAILED = "failed"
 PACKAGES = ("vigil-bench", "mujoco", "shapely", "numpy", "pydantic", "inspect-ai", "openai")
@@ -59,6 +51,9 @@ def doctor(
     as_json: AsJson = False,
 ) -> None:
     """Example: vigil doctor"""
+    from vigil.agents.sandbox import missing_for_sandbox
+    from vigil.sim.graphics_check import check_graphics as examine_renderer
+
     if backend == "thor":
         facts = _thor_checks() if full else _thor_facts()
         _print_facts(facts, as_json)
@@ -108,6 +103,8 @@ def _versions() -> dict[str, str]:
 
 
 def _pack() -> dict[str, str | None]:
+    from vigil.packs.pack import Pack
+
     try:
         pack = Pack.load("starter")
     except VigilError as error:
@@ -131,11 +128,18 @@ def thor_engine(
     The client adds Unity's options to the command. In Python, `vigil.thor_engine()` returns this command, and sets the
     variable DISPLAY, which the client requires.
     """
+    from vigil.sim.thor.start import engine_options
+    from vigil.thor.serve import main as serve_thor
+
     raise typer.Exit(serve_thor([*engine_options(backend, render_quality, assets), *context.args]))
 
 
 def _thor_facts() -> dict[str, str]:
     """Return what is missing here for AI2-THOR's own engine, and whether its client works with VIGIL's engine."""
+    from vigil.sim.thor.requirements import examine
+    from vigil.sim.thor.start import chosen_engine
+    from vigil.thor.launch import thor_engine as command_of_engine
+
     found, chosen = examine(), chosen_engine()
     other = "our engine" if chosen.command is None else f"{chosen.name} engine"
     return {
@@ -148,6 +152,9 @@ def _thor_facts() -> dict[str, str]:
 
 
 def _try_client(command: str) -> str:
+    from vigil.sim.conformance.reference_house import reference_house
+    from vigil.sim.thor.guarded_client import GuardedClient
+
     began = time.monotonic()
     try:
         connection = GuardedClient(reference_house().data, command)
@@ -164,6 +171,11 @@ def _try_client(command: str) -> str:
 
 def _thor_checks() -> dict[str, str]:
     """Return which conformance checks pass with the engine that is chosen for AI2-THOR."""
+    from vigil.assets.database import AssetDatabase
+    from vigil.sim import make_simulator
+    from vigil.sim.conformance.checks import CHECKS
+    from vigil.sim.conformance.harness import Harness
+
     with closing(make_simulator("thor", assets=AssetDatabase.default())) as simulator:
         harness = Harness(simulator)
         return {
@@ -173,6 +185,8 @@ def _thor_checks() -> dict[str, str]:
 
 
 def _conformance_result(check: ConformanceCheck, harness: Harness) -> str:
+    from vigil.sim.thor.differences import EXPECTED_FAILURES
+
     try:
         check(harness)
     except (AssertionError, VigilError) as error:

@@ -1,37 +1,31 @@
 """`vigil houses`: generate, check and show houses."""
 
+from __future__ import annotations
+
 import itertools
 import warnings
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vigil.assets.database import AssetDatabase
-from vigil.authoring.drafting.procthor import FORM, is_dataset
-from vigil.authoring.drafting.sources import house_at, houses_from, read_all
+from vigil.authoring.drafting.procthor import FORM
 from vigil.cli.arguments import HouseArgument, SeedFile
 from vigil.cli.progress import progress
 from vigil.cli.text import print_note
 from vigil.errors import HouseError, SettingError
-from vigil.housegen.base.spec import spec_for
-from vigil.housegen.checking.check import UNLOADABLE_RULES, Fault, check_house
-from vigil.housegen.document import with_seed_removed
-from vigil.housegen.generate import generate
-from vigil.housegen.survey import survey
-from vigil.housegen.thor_export import export_thor, load_materials
 from vigil.packs.private import chosen_seed, is_secret
-from vigil.protocol.house import House
 from vigil.runner.shared_settings import AssetFile, Workers
-from vigil.runner.workers.pool import worker_count
-from vigil.scene.build import build_scene
-from vigil.scene.fidelity import Mismatch, mismatches_of, too_many_triangles
-from vigil.scene.plan_image import draw_plan, side_by_side
-from vigil.scene.things import Scene
-from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
-from vigil.sim.pictures.renders import render_birdseye
+
+if TYPE_CHECKING:
+    from vigil.assets.database import AssetDatabase
+    from vigil.housegen.checking.check import Fault
+    from vigil.protocol.house import House
+    from vigil.scene.fidelity import Mismatch
+    from vigil.scene.things import Scene
+    from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 
 def generate_house(
@@ -54,6 +48,10 @@ def generate_house(
 
     If the seed is secret (--seed-file), the house file does not reveal it.
     """
+    from vigil.housegen.base.spec import spec_for
+    from vigil.housegen.document import with_seed_removed
+    from vigil.housegen.generate import generate
+
     made_from = chosen_seed(seed, seed_file)
     if made_from is None:
         raise SettingError("Give --seed or --seed-file: the house is generated from a seed.")
@@ -95,6 +93,8 @@ def check(
 
     Example: vigil houses check house_*.json one_room.jsonl.gz --assets asset-database.json
     """
+    from vigil.assets.database import AssetDatabase
+
     sizes = AssetDatabase.from_file(assets)
     checked = refused = faulty = 0
     for name, house in _houses(places):
@@ -126,6 +126,12 @@ def show(
 
     Example: vigil houses show house.json --out plan.png
     """
+    from vigil.assets.database import AssetDatabase
+    from vigil.authoring.drafting.sources import house_at
+    from vigil.scene.build import build_scene
+    from vigil.scene.plan_image import draw_plan, side_by_side
+    from vigil.sim.pictures.renders import render_birdseye
+
     if not out.parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     if out.suffix.lower() != ".png":
@@ -156,6 +162,10 @@ def sweep_houses(
     workers: Workers = None,
 ) -> None:
     """Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10"""
+    from vigil.housegen.base.spec import spec_for
+    from vigil.housegen.survey import survey
+    from vigil.runner.workers.pool import worker_count
+
     first, end = _whole_numbers(seeds, ":", "--seeds", "FIRST:END, e.g. 0:1000", 2)
     if first >= end:
         raise SettingError(f"--seeds {seeds!r} does not contain a seed: END must be larger than FIRST, e.g. 0:1000.")
@@ -181,6 +191,8 @@ def sweep_houses(
 
 
 def _own_loaded(house: House) -> None:
+    from vigil.assets.database import AssetDatabase
+
     _loaded(house, AssetDatabase.default())
 
 
@@ -222,6 +234,12 @@ def export(
 
     Example: vigil houses export --thor --asset-database asset-database.json house.json thor_house.json
     """
+    from vigil.assets.database import AssetDatabase
+    from vigil.authoring.drafting.sources import house_at
+    from vigil.housegen.checking.check import check_house
+    from vigil.housegen.thor_export import export_thor, load_materials
+    from vigil.protocol.house import House
+
     if not thor:
         raise SettingError("`vigil houses export` needs a format: give --thor, which is the only format.")
     if not out.parent.is_dir():
@@ -244,6 +262,10 @@ def export(
 
 def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
     """Yield (name, house) for each place; an error takes the place of a house that cannot be read."""
+    from vigil.authoring.drafting.procthor import is_dataset
+    from vigil.authoring.drafting.sources import houses_from, read_all
+    from vigil.protocol.house import House
+
     for place in places:
         if not is_dataset(place) and not place.endswith((".jsonl", ".gz")):
             try:
@@ -262,6 +284,9 @@ def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
 
 def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Mismatch]:
     """Return the house's faults. Raises HouseError when loading leaves out an object or gives a warning."""
+    from vigil.housegen.checking.check import UNLOADABLE_RULES, check_house
+    from vigil.scene.fidelity import mismatches_of, too_many_triangles
+
     faults, flaws = check_house(house, database), []
     shapeless = next((fault for fault in faults if fault.rule in UNLOADABLE_RULES), None)
     if shapeless is not None:
@@ -276,6 +301,9 @@ def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) ->
 
 def _loaded(house: House, database: AssetDatabase) -> tuple[Scene, CompiledModel]:
     """Return the scene and its MuJoCo model. Raises HouseError when an object is missing or a warning occurs."""
+    from vigil.scene.build import build_scene
+    from vigil.sim.engines.mujoco.compiled.model import build
+
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         scene = build_scene(house, database)

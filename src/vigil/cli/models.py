@@ -1,30 +1,20 @@
 """`vigil models`, `vigil calibrate` and `vigil prompt`: providers, pointing calibration, and prompts."""
 
+from __future__ import annotations
+
 import json
 import os
 from collections.abc import Mapping, Sequence
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vigil.agents.conversation import Conversation, Message
-from vigil.agents.frame_encoding import EncodedFrame
 from vigil.base.settings import Setting
 from vigil.cli.arguments import AsJson
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError
-from vigil.packs.pack import Pack
-from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.protocol.profile import COORDINATES_BY_MODEL, coordinates_for, known_coordinates
-from vigil.protocol.prompt import policy_sha256, policy_version, rendered_sha256
-from vigil.protocol.prompt_file import INSTRUCTION_SLOT
-from vigil.runner.models.access import model_access
-from vigil.runner.models.completion import calibrate_model
-from vigil.runner.models.pointing import SPOTS, PointingCalibration
-from vigil.runner.models.providers import PROVIDERS, Provider, parse_model_name
-from vigil.runner.models.thinking import describe_switch, flatten_fields
-from vigil.runner.plan import endpoint_of, profile_of
-from vigil.runner.settings import RunSettings
+from vigil.protocol.profile import COORDINATES_BY_MODEL
+from vigil.runner.models.providers import PROVIDERS
 from vigil.runner.shared_settings import (
     ApiKeyEnv,
     BaseUrl,
@@ -36,6 +26,11 @@ from vigil.runner.shared_settings import (
     SystemRoleOption,
     ThinkingOption,
 )
+
+if TYPE_CHECKING:
+    from vigil.agents.conversation import Message
+    from vigil.runner.models.pointing import PointingCalibration
+    from vigil.runner.models.providers import Provider
 
 OneEpisode = Annotated[
     str | None,
@@ -90,6 +85,11 @@ def calibrate(
     system_role: SystemRoleOption = "system",
 ) -> None:
     """Example: vigil calibrate --model vllm/moonshotai/Kimi-VL-A3B-Instruct"""
+    from vigil.runner.models.completion import calibrate_model
+    from vigil.runner.models.pointing import SPOTS
+    from vigil.runner.plan import endpoint_of
+    from vigil.runner.settings import RunSettings
+
     asked = RunSettings(model=model, base_url=base_url, api_key_env=api_key_env, thinking=thinking)
     found = calibrate_model(endpoint_of(asked), system_role)
     for number, (spot, answer) in enumerate(zip(SPOTS, found.answers, strict=True), 1):
@@ -103,6 +103,9 @@ def calibrate(
 
 
 def _verdict(model: str, found: PointingCalibration) -> str:
+    from vigil.protocol.profile import known_coordinates
+    from vigil.runner.models.pointing import SPOTS
+
     if found.coordinates is None:
         return (
             f"{found.answered} of {len(SPOTS)} answers had a point, and they fit neither pixel nor normalized_1000: "
@@ -119,6 +122,11 @@ def _verdict(model: str, found: PointingCalibration) -> str:
 
 def model_facts(model: str, base_url: str | None = None, api_key_env: str | None = None) -> dict[str, str]:
     """Return how a model would be asked. Raises SettingError when its name is invalid."""
+    from vigil.protocol.profile import coordinates_for
+    from vigil.runner.models.access import model_access
+    from vigil.runner.models.providers import parse_model_name
+    from vigil.runner.models.thinking import describe_switch
+
     found = model_access(model, base_url, {}, api_key_env)
     return {
         "model": model,
@@ -132,6 +140,8 @@ def model_facts(model: str, base_url: str | None = None, api_key_env: str | None
 
 def source_of_coordinates(model: str) -> str:
     """Return the reason for a model's default coordinates."""
+    from vigil.protocol.profile import known_coordinates
+
     if known_coordinates(model) is not None:
         return "published table; --coordinates overrides"
     return f"the table does not name this model; find out with: vigil calibrate --model {model}"
@@ -139,12 +149,16 @@ def source_of_coordinates(model: str) -> str:
 
 def keys_of(name: str) -> tuple[str, ...]:
     """Return the variables that may hold a provider's key."""
+    from vigil.runner.models.providers import parse_model_name
+
     provider = parse_model_name(f"{name}/m").provider
     return provider.keys if provider.hosts else ()
 
 
 def switch_of(provider: Provider) -> str:
     """Return the field that turns thinking on and off, with both of its values; empty if the field is unknown."""
+    from vigil.runner.models.thinking import flatten_fields
+
     if provider.thinking is None:
         return ""
     on, off = (flatten_fields(fields)[0] for fields in (provider.thinking.on, provider.thinking.off))
@@ -160,6 +174,8 @@ def _print_facts(facts: dict[str, str], as_json: bool) -> None:
 
 
 def _facts(name: str) -> dict[str, str]:
+    from vigil.runner.models.providers import parse_model_name
+
     provider = parse_model_name(f"{name}/m").provider
     key = "the machine's account" if provider.signs_in else ""
     if provider.hosts and provider.key_variable and (not key or os.environ.get(provider.key_variable)):
@@ -195,6 +211,15 @@ def prompt(
     vigil prompt
     vigil prompt --episode procthor_fridge_seed116 --model qwen/qwen3-vl-plus
     """
+    from vigil.agents.conversation import Conversation
+    from vigil.agents.frame_encoding import EncodedFrame
+    from vigil.packs.pack import Pack
+    from vigil.protocol.profile import known_coordinates
+    from vigil.protocol.prompt import policy_sha256, policy_version, rendered_sha256
+    from vigil.protocol.prompt_file import INSTRUCTION_SLOT
+    from vigil.runner.plan import profile_of
+    from vigil.runner.settings import RunSettings
+
     asked = RunSettings(
         profile=profile,
         prompt_variant=prompt_variant,
@@ -223,6 +248,8 @@ def prompt(
 
 
 def _text(message: Message) -> str:
+    from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+
     if message.picture is None:
         return message.text
     return f"{message.text}\n[picture: {FRAME_WIDTH} x {FRAME_HEIGHT}, {message.picture.media_type}]"

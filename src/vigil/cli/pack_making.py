@@ -1,50 +1,26 @@
 """`vigil pack propose`, `build`, `make` and `remake`: make drafts in houses, and packs from drafts and reviews."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vigil.assets.database import AssetDatabase
-from vigil.authoring.closure.generation import FAMILY
-from vigil.authoring.drafting.drafts import DraftsFile, HouseOrigin
-from vigil.authoring.drafting.generation import FAMILY_GRAMMAR, GenerationSettings, generate_drafts
-from vigil.authoring.drafting.model_proposals import model_proposer
-from vigil.authoring.drafting.sources import (
-    HouseInFile,
-    HouseSource,
-    draw_sample,
-    houses_drawn_from,
-    houses_from,
-    houses_from_seeds,
-)
-from vigil.authoring.packing.recipes import (
-    Recipe,
-    check_assets,
-    check_drafts,
-    check_houses,
-    origins_of,
-    recipe_of,
-    sources_of,
-)
-from vigil.authoring.packing.suites import SUITES
-from vigil.authoring.packing.verify import VerificationSettings
 from vigil.cli.making.options import Building, Common, Content, Drafting, Drawing, OutFolder, Proposing
-from vigil.cli.making.pack import PackFreezer, make_pack, print_drafts, progress_callback
 from vigil.cli.progress import progress
 from vigil.cli.text import print_note, print_notes
 from vigil.errors import SettingError
-from vigil.packs.freeze import check_can_freeze
-from vigil.packs.pack import Pack
 from vigil.packs.private import NEW_SEED, is_secret
-from vigil.protocol.families import FAMILIES
-from vigil.runner.models.access import Endpoint, model_access
-from vigil.runner.models.completion import open_completion
 from vigil.runner.shared_settings import AssetFile, Workers
-from vigil.runner.workers.pool import worker_count
+
+if TYPE_CHECKING:
+    from vigil.authoring.drafting.drafts import HouseOrigin
+    from vigil.authoring.drafting.sources import HouseInFile, HouseSource
+    from vigil.packs.pack import Pack
 
 SHORT_SEED = (
     "A seed below 2^64 can be found by trying all of them against the pack, and the names of its houses and episodes "
@@ -82,6 +58,18 @@ def propose(
     With a secret seed (--seed-file), --seeds only numbers the houses, and the names of houses and episodes do not
     reveal the seed.
     """
+    from vigil.assets.database import AssetDatabase
+    from vigil.authoring.closure.generation import FAMILY
+    from vigil.authoring.drafting.drafts import DraftsFile
+    from vigil.authoring.drafting.generation import FAMILY_GRAMMAR, GenerationSettings, generate_drafts
+    from vigil.authoring.drafting.model_proposals import model_proposer
+    from vigil.authoring.packing.suites import SUITES
+    from vigil.cli.making.pack import print_drafts, progress_callback
+    from vigil.protocol.families import FAMILIES
+    from vigil.runner.models.access import Endpoint, model_access
+    from vigil.runner.models.completion import open_completion
+    from vigil.runner.workers.pool import worker_count
+
     model, workers = proposing.model, worker_count(common.workers)
     if proposing.grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other. Leave one out.")
@@ -117,6 +105,8 @@ def propose(
 
 def _requested_sources(proposing: Proposing, specs: list[str], secret: int | None) -> Sequence[HouseSource]:
     """Return the houses in which to propose: houses from files, or houses to generate for the numbers in `--seeds`."""
+    from vigil.authoring.drafting.sources import houses_from, houses_from_seeds
+
     if bool(proposing.houses) == (proposing.seeds is not None):
         raise SettingError("Give either --houses or --seeds.")
     if proposing.seeds is None:
@@ -128,6 +118,9 @@ def build(
     out: Annotated[Path, typer.Option(help="Folder for the pack: new or empty.")], content: Content, building: Building
 ) -> None:
     """Example: vigil pack build --drafts drafts.jsonl --reviews reviews.jsonl --per-family 10 --name mine --out mine"""
+    from vigil.authoring.drafting.drafts import DraftsFile
+    from vigil.cli.making.pack import PackFreezer
+
     old = DraftsFile(building.earlier_drafts) if building.earlier_drafts else None
     files = [*([old] if old else []), *map(DraftsFile, building.drafts)]
     if not files:
@@ -159,6 +152,11 @@ def make(out: OutFolder, content: Content, drawing: Drawing, drafting: Drafting)
 
 def make_from(out: Path, content: Content, drawing: Drawing, drafting: Drafting) -> Pack:
     """Make a pack, or continue to make it, and return it. Raises InputError."""
+    from vigil.authoring.drafting.sources import draw_sample, houses_drawn_from, houses_from
+    from vigil.authoring.packing.recipes import recipe_of
+    from vigil.cli.making.pack import make_pack
+    from vigil.packs.freeze import check_can_freeze
+
     _check_seed(content, drawing)
     content.check_suite(
         one_family_per_house=drawing.one_family_per_house,
@@ -203,6 +201,8 @@ def _check_seed(content: Content, drawing: Drawing) -> None:
 
 
 def _origins(offered: Sequence[HouseInFile]) -> list[HouseOrigin]:
+    from vigil.authoring.packing.recipes import origins_of
+
     with progress("houses read") as show:
         return origins_of(offered, lambda number: show(number, len(offered)))
 
@@ -220,6 +220,14 @@ def remake(
     assets: AssetFile = None,
 ) -> None:
     """Example: vigil pack remake procthor_one_room_v5 --houses one_room_train.jsonl.gz --out packs/one_room"""
+    from vigil.assets.database import AssetDatabase
+    from vigil.authoring.drafting.sources import draw_sample
+    from vigil.authoring.packing.recipes import Recipe, check_assets, check_drafts, check_houses, sources_of
+    from vigil.authoring.packing.verify import VerificationSettings
+    from vigil.cli.making.pack import make_pack
+    from vigil.packs.freeze import check_can_freeze
+    from vigil.runner.workers.pool import worker_count
+
     wanted = Recipe.load(recipe)
     check_can_freeze(out, wanted.name)
     check_drafts(wanted)

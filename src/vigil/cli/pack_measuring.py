@@ -1,51 +1,32 @@
 """`vigil pack baselines`, `levels`, `difficulty`, `sheet`: measurements and contact sheets of a frozen pack."""
 
+from __future__ import annotations
+
 import json
 from collections import Counter
 from contextlib import closing
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 import typer
 from rich.table import Table
 
 import vigil
-from vigil.analysis.measures.calibration import FEW_AGENTS, Correlation, DifficultyCalibration, Success, calibrate
-from vigil.analysis.measures.chores import read_chores_runs
-from vigil.analysis.measures.rows import read_runs
-from vigil.assets.database import AssetDatabase
-from vigil.authoring.packing.baselines import (
-    AGENTS,
-    BASELINES,
-    LIST_AGENTS,
-    baselines_table,
-    broken_promises,
-    guess_lines,
-    list_baselines,
-    measured_baselines,
-)
-from vigil.authoring.packing.dataset_card import write_card
-from vigil.authoring.packing.episode_measures import pack_levels
-from vigil.authoring.packing.verify import VerificationSettings
-from vigil.authoring.review.contact_sheets import pick_sample, write_sheets
-from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import AsJson, LevelsFile, PackArgument, Reveal, RunArguments
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.text import console, print_notes
 from vigil.errors import SettingError, SimulatorError
-from vigil.packs.pack import CHORES_SUITE, Pack
 from vigil.packs.private import check_revealed, is_private
-from vigil.protocol.families import FAMILIES
-from vigil.protocol.profile import BASELINE, ITEMISED_REPORT
-from vigil.runner.run import RunResult, run_pack
-from vigil.runner.settings import RunSettings
 from vigil.runner.shared_settings import AssetFile, PackLocation, Workers
-from vigil.runner.workers.pool import worker_count
-from vigil.scoring.levels import COSTS, LEVELS, EpisodeLevel, dump_levels, read_levels
-from vigil.scoring.summary import score_run, summarise
-from vigil.sim import make_simulator
+
+if TYPE_CHECKING:
+    from vigil.analysis.measures.calibration import Correlation, DifficultyCalibration, Success
+    from vigil.packs.pack import Pack
+    from vigil.runner.run import RunResult
+    from vigil.runner.settings import RunSettings
+    from vigil.scoring.levels import EpisodeLevel
 
 
 def baselines(
@@ -66,6 +47,22 @@ def baselines(
     assets: AssetFile = None,
 ) -> None:
     """Example: vigil pack baselines vigil_mini --log-dir runs/baselines"""
+    from vigil.analysis.measures.chores import read_chores_runs
+    from vigil.authoring.packing.baselines import (
+        AGENTS,
+        BASELINES,
+        LIST_AGENTS,
+        baselines_table,
+        broken_promises,
+        guess_lines,
+        list_baselines,
+        measured_baselines,
+    )
+    from vigil.authoring.packing.dataset_card import write_card
+    from vigil.packs.pack import CHORES_SUITE, Pack
+    from vigil.protocol.profile import BASELINE, ITEMISED_REPORT
+    from vigil.scoring.summary import score_run, summarise
+
     loaded = Pack.load(pack)
     print_notes(loaded.manifest.version_notes)
     has_lists = loaded.manifest.suite == CHORES_SUITE
@@ -92,6 +89,9 @@ def baselines(
 
 
 def _settings(pack: Pack, agent: str, folder: Path, workers: int | None, assets: Path | None) -> RunSettings:
+    from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
+    from vigil.runner.settings import RunSettings
+
     return RunSettings(
         pack=pack.folder,
         agent=agent,
@@ -104,6 +104,8 @@ def _settings(pack: Pack, agent: str, folder: Path, workers: int | None, assets:
 
 def _played(agent: str, settings: RunSettings) -> RunResult:
     """Return the complete run of an agent. Raises SimulatorError if some of its episodes ended as errors."""
+    from vigil.runner.run import run_pack
+
     with run_progress(agent) as show:
         result = run_pack(settings, on_progress=show)
     if not result.is_complete:
@@ -128,6 +130,13 @@ def levels(
 
     `vigil report` finds the file `levels.jsonl` in a pack's folder by itself. Give it any other file with --levels.
     """
+    from vigil.assets.database import AssetDatabase
+    from vigil.authoring.packing.episode_measures import pack_levels
+    from vigil.authoring.packing.verify import VerificationSettings
+    from vigil.packs.pack import Pack
+    from vigil.runner.workers.pool import worker_count
+    from vigil.scoring.levels import dump_levels
+
     loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
     print_notes(loaded.manifest.version_notes)
     loaded.check_assets(database)
@@ -142,6 +151,9 @@ def levels(
 
 def _print_levels(pack: Pack, found: list[EpisodeLevel]) -> None:
     """Print the number of episodes by family and level, and the means of the terms of the index of difficulty."""
+    from vigil.protocol.families import FAMILIES
+    from vigil.scoring.levels import COSTS, LEVELS
+
     family_of = {episode.id: episode.family for episode in pack.episodes}
     counts = Counter((family_of[each.episode_id], each.level) for each in found)
     table = Table("family", *LEVELS, "index", *COSTS)
@@ -159,7 +171,7 @@ def difficulty(
     pack: PackLocation = None,
     levels: LevelsFile = None,
     of: Annotated[
-        Success,
+        Literal["W", "B"],
         typer.Option(
             "--success",
             help="What counts as success in an episode: W (the goal was reached) or B (it was also reported "
@@ -173,6 +185,10 @@ def difficulty(
     Give runs of one pack, by as many models or agents as you have. Repeats of a model count as more plays of the same
     agent.
     """
+    from vigil.analysis.measures.calibration import calibrate
+    from vigil.analysis.measures.rows import read_runs
+    from vigil.scoring.levels import read_levels
+
     given = None if levels is None else read_levels(levels)
     found = calibrate(read_runs(runs, pack, levels=given), of)
     if as_json:
@@ -213,6 +229,9 @@ def _number(value: float) -> float | None:
 
 
 def _print_calibration(found: DifficultyCalibration, of: Success) -> None:
+    from vigil.analysis.measures.calibration import FEW_AGENTS
+    from vigil.scoring.levels import LEVELS
+
     fitted = found.fit
     hits, plays = fitted.plays.hits.sum(axis=1), fitted.plays.plays.sum(axis=1)
     abilities = Table("agent", "plays", f"{of} %", "ability (logits)", "standard error")
@@ -258,6 +277,11 @@ def sheet(
     reveal: Reveal = False,
 ) -> None:
     """Example: vigil pack sheet vigil_mini --count 80 --out sheets"""
+    from vigil.assets.database import AssetDatabase
+    from vigil.authoring.review.contact_sheets import pick_sample, write_sheets
+    from vigil.packs.pack import Pack
+    from vigil.sim import make_simulator
+
     if out.exists() and not out.is_dir():
         raise SettingError(f"--out {str(out)!r} is a file; give a folder.")
     loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)

@@ -1,5 +1,7 @@
 """`vigil pack`: what is in a pack, whether every episode is valid, and how two packs differ."""
 
+from __future__ import annotations
+
 import json
 import os
 from collections import Counter
@@ -7,36 +9,30 @@ from collections.abc import Iterable
 from contextlib import ExitStack, closing
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 
-from vigil.assets.database import AssetDatabase
-from vigil.authoring.packing.compare import compare
-from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
-from vigil.authoring.packing.starter import build_starter
-from vigil.authoring.packing.verify import VerificationSettings, verify_pack
-from vigil.authoring.review.compare_backends import KINDS, BackendComparison, compare_backends
-from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import AsJson, PackArgument, Robust
 from vigil.cli.progress import progress
 from vigil.cli.text import console, print_notes
-from vigil.packs.names import other_names, version_words
-from vigil.packs.pack import Pack, Selection, find_pack, manifest_of, manifest_sha256, packaged_names
 from vigil.packs.private import is_private
-from vigil.protocol.families import FAMILIES, Family
 from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Families, Workers
-from vigil.runner.workers.pool import worker_count
-from vigil.scoring.levels import LEVELS, read_pack_levels
-from vigil.scoring.target_strata import sort_by_size
-from vigil.sim import make_simulator
-from vigil.sim.thor.differences import EXPLAINED
-from vigil.sim.thor.start import ENGINE_VARIABLE, OWN
+
+if TYPE_CHECKING:
+    from vigil.assets.database import AssetDatabase
+    from vigil.authoring.review.compare_backends import BackendComparison
+    from vigil.authoring.review.validate import Finding
+    from vigil.packs.pack import Pack
+    from vigil.protocol.families import Family
 
 
 def list_packs(as_json: AsJson = False) -> None:
     """Example: vigil pack list"""
+    from vigil.packs.names import other_names, version_words
+    from vigil.packs.pack import find_pack, manifest_of, manifest_sha256, packaged_names
+
     manifests = {name: manifest_of(name) for name in packaged_names()}
     rows = [
         {
@@ -63,6 +59,11 @@ def list_packs(as_json: AsJson = False) -> None:
 
 def info(pack: PackArgument, as_json: AsJson = False) -> None:
     """Example: vigil pack info starter"""
+    from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
+    from vigil.packs.names import version_words
+    from vigil.packs.pack import Pack
+    from vigil.scoring.levels import read_pack_levels
+
     loaded = Pack.load(pack)
     print_notes(loaded.manifest.version_notes)
     if as_json:
@@ -90,6 +91,8 @@ def info(pack: PackArgument, as_json: AsJson = False) -> None:
 
 def _print_families(pack: Pack) -> None:
     """Print the paper's tables of families: numbers of episodes, budgets and skills."""
+    from vigil.protocol.families import FAMILIES
+
     table = Table("family", "name", "layer", "visible", "episodes", "houses", "steps", "invalid", "skills", "templates")
     for family, spec in FAMILIES.items():
         episodes = [episode for episode in pack.episodes if episode.family == family]
@@ -111,6 +114,9 @@ def _print_families(pack: Pack) -> None:
 
 def _print_levels(pack: Pack) -> None:
     """Print the number of episodes by family and level, if the pack has levels."""
+    from vigil.protocol.families import FAMILIES
+    from vigil.scoring.levels import LEVELS, read_pack_levels
+
     levels = read_pack_levels(pack.folder)
     if not levels:
         return
@@ -122,6 +128,9 @@ def _print_levels(pack: Pack) -> None:
 
 
 def _print_strata(strata: dict) -> None:
+    from vigil.protocol.families import FAMILIES
+    from vigil.scoring.target_strata import sort_by_size
+
     table = Table("of", "counts")
     named = {family: strata["families"][family] for family in FAMILIES if family in strata["families"]}
     named |= {name: strata[name] for name in ("rooms", "house_sizes", "categories")}
@@ -146,6 +155,9 @@ def verify(
     robust: Robust = False,
 ) -> None:
     """Example: vigil pack verify starter"""
+    from vigil.authoring.packing.verify import VerificationSettings, verify_pack
+    from vigil.runner.workers.pool import worker_count
+
     loaded, database = _with_assets(pack, assets)
     with progress("verify") as show:
         settings = VerificationSettings(backend, database, worker_count(workers), robust)
@@ -162,6 +174,9 @@ def verify(
 
 def _with_assets(pack: str, assets: Path | None) -> tuple[Pack, AssetDatabase]:
     """Return a pack and its asset database. Raises PackMismatch if the pack was made with another database."""
+    from vigil.assets.database import AssetDatabase
+    from vigil.packs.pack import Pack
+
     loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
     print_notes(loaded.manifest.version_notes)
     loaded.check_assets(database)
@@ -194,6 +209,12 @@ def compare_back_ends(
 
     The simulator thor uses VIGIL's engine for AI2-THOR, unless the variable VIGIL_THOR_ENGINE chooses another engine.
     """
+    from vigil.authoring.review.compare_backends import compare_backends
+    from vigil.packs.pack import Selection
+    from vigil.sim import make_simulator
+    from vigil.sim.thor.differences import EXPLAINED
+    from vigil.sim.thor.start import ENGINE_VARIABLE, OWN
+
     os.environ.setdefault(ENGINE_VARIABLE, OWN)
     loaded, database = _with_assets(pack, assets)
     episodes = loaded.select(Selection(family, episode, limit))
@@ -210,6 +231,8 @@ def compare_back_ends(
 
 
 def _as_json(found: BackendComparison, explained: frozenset[str]) -> dict[str, object]:
+    from vigil.authoring.review.compare_backends import KINDS
+
     counts = {kind: len(found.of_kind(kind)) for kind in KINDS}
     unexplained = [str(each) for each in found.differences if each.kind not in explained]
     facts = {"first": found.a, "second": found.b, "episodes": found.episodes, "actions": found.steps}
@@ -217,6 +240,8 @@ def _as_json(found: BackendComparison, explained: frozenset[str]) -> dict[str, o
 
 
 def _print_differences(found: BackendComparison, explained: frozenset[str]) -> None:
+    from vigil.authoring.review.compare_backends import KINDS
+
     print(f"{found.a} / {found.b}: {found.episodes} episodes, {found.steps} actions")
     table = Table("of what", "facts", "episodes", "explained", "for example")
     for kind, what in KINDS.items():
@@ -237,6 +262,9 @@ def diff(
     as_json: AsJson = False,
 ) -> None:
     """Example: vigil pack diff starter my_starter"""
+    from vigil.authoring.packing.compare import compare
+    from vigil.packs.pack import Pack
+
     found = compare(Pack.load(a), Pack.load(b))
     if as_json:
         print(json.dumps(asdict(found)))
@@ -253,5 +281,9 @@ def diff(
 
 def build_starter_pack(out: Annotated[Path, typer.Option(help="Folder for the pack: new or empty.")]) -> None:
     """Example: vigil pack build-starter --out my_starter"""
+    from vigil.assets.database import AssetDatabase
+    from vigil.authoring.packing.starter import build_starter
+    from vigil.sim import make_simulator
+
     pack = build_starter(out, make_simulator("mujoco", assets=AssetDatabase.default()), print)
     print(f"{out}: {len(pack.episodes)} episodes, sha256 {pack.sha256}")

@@ -7,12 +7,12 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Protocol
-
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from typing import TYPE_CHECKING, Protocol
 
 from vigil.cli.text import console, duration, percent
-from vigil.runner.progress import OnProgress, RunProgress
+
+if TYPE_CHECKING:
+    from vigil.runner.progress import OnProgress, RunProgress
 
 PLAIN_SECONDS = 10.0
 """Minimum time between two plain lines, in seconds; the last line is printed at once."""
@@ -69,6 +69,8 @@ def progress(label: str, *, may_fork: bool = False) -> Iterator[ShowProgress]:
     With `may_fork`, no other thread runs, because the process forks. The bar then changes only when the callback is
     called.
     """
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
     output = console(stderr=True)
     is_live = sys.stderr.isatty() and output.is_interactive
     bar = Progress(
@@ -107,13 +109,13 @@ def progress(label: str, *, may_fork: bool = False) -> Iterator[ShowProgress]:
 
 
 @contextmanager
-def run_progress(label: str) -> Iterator[OnProgress]:
+def run_progress(label: str) -> "Iterator[OnProgress]":
     """Yield a callback that shows the progress of a run."""
     with progress(label) as show:
         yield lambda run: show(run.done + run.errors, run.total, progress_facts(run))
 
 
-def progress_facts(run: RunProgress) -> str:
+def progress_facts(run: "RunProgress") -> str:
     """Return a text with a run's rates, cost, errors and latest retry."""
     return "  ".join(
         (

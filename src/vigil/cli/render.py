@@ -1,30 +1,27 @@
 """`vigil render`: pictures of a house, of the start of an episode, of one object, or of all categories of objects."""
 
+from __future__ import annotations
+
 from contextlib import closing
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 import typer
 from PIL import Image
 
-from vigil.assets.catalog import CATALOG
-from vigil.assets.database import AssetDatabase
-from vigil.assets.making import make
 from vigil.authoring.drafting.procthor import DATASET
-from vigil.authoring.drafting.sources import house_at
-from vigil.base.geometry import Pose, Vec3
 from vigil.cli.text import print_note
 from vigil.errors import SettingError, did_you_mean
-from vigil.packs.pack import Pack
-from vigil.protocol.house import House
-from vigil.protocol.observation import Quality
-from vigil.protocol.world import Setup
 from vigil.runner.shared_settings import AssetFile, PackName, RenderQuality
-from vigil.sim import make_simulator
-from vigil.sim.pictures.object_renders import write_catalog
-from vigil.sim.pictures.renders import render_asset
-from vigil.sim.pictures.staged_scenes import State
+
+if TYPE_CHECKING:
+    from vigil.assets.database import AssetDatabase
+    from vigil.base.geometry import Pose
+    from vigil.protocol.house import House
+    from vigil.protocol.observation import Quality
+    from vigil.protocol.world import Setup
+    from vigil.sim.pictures.staged_scenes import State
 
 
 def render(
@@ -52,7 +49,10 @@ def render(
     variant: Annotated[
         int, typer.Option(help="Which variant of the category's shape and look to draw, for --asset.")
     ] = 0,
-    state: Annotated[State | None, typer.Option(help="State in which the object is drawn, for --asset.")] = None,
+    state: Annotated[
+        Literal["open", "closed", "on", "off"] | None,
+        typer.Option(help="State in which the object is drawn, for --asset."),
+    ] = None,
     catalog: Annotated[
         bool,
         typer.Option("--catalog", help="Draw contact sheets that show objects of every category with their names."),
@@ -80,6 +80,12 @@ def render(
     vigil render --house house.json --pose 0.75,4.0,90,30 --out view.png
     vigil render --catalog --variants 3 --out catalogue
     """
+    from vigil.assets.database import AssetDatabase
+    from vigil.authoring.drafting.sources import house_at
+    from vigil.packs.pack import Pack
+    from vigil.protocol.world import Setup
+    from vigil.sim.pictures.object_renders import write_catalog
+
     if [house, episode, asset, catalog or None].count(None) != 3:
         raise SettingError("Say what to draw: exactly one of --house (with --pose), --episode, --asset and --catalog.")
     if not out.parent.is_dir():
@@ -105,6 +111,8 @@ def render(
 
 
 def _view(house: House, start: Pose, setup: Setup, assets: AssetDatabase, quality: Quality) -> np.ndarray:
+    from vigil.sim import make_simulator
+
     with closing(make_simulator("mujoco", assets=assets, quality=quality)) as simulator:
         simulator.load(house)
         simulator.reset(start, setup)
@@ -112,6 +120,10 @@ def _view(house: House, start: Pose, setup: Setup, assets: AssetDatabase, qualit
 
 
 def _asset(category: str, variant: int, state: State | None) -> np.ndarray:
+    from vigil.assets.catalog import CATALOG
+    from vigil.assets.making import make
+    from vigil.sim.pictures.renders import render_asset
+
     if category not in CATALOG:
         raise SettingError(f"Asset category {category!r} does not exist.{did_you_mean(category, CATALOG)}")
     thing = make(category, CATALOG[category].typical_size, variant)
@@ -119,6 +131,8 @@ def _asset(category: str, variant: int, state: State | None) -> np.ndarray:
 
 
 def _pose(text: str | None, house: House) -> Pose:
+    from vigil.base.geometry import Pose, Vec3
+
     if text is None:
         if house.start is None:
             raise SettingError(f"House {house.name!r} does not have a start pose: give --pose x,z,yaw[,horizon].")

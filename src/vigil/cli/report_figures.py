@@ -1,22 +1,24 @@
 """Figures of reports that show frames: trajectories, the pipeline of an episode, and the diagram of the protocol."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from vigil.analysis.measures.rows import Run
-from vigil.analysis.measures.study import Study
-from vigil.analysis.plots.diagrams import Example, pipeline_figure, protocol_figure
-from vigil.analysis.plots.trajectory import AgentTrajectory, find_record, make_trajectory, trajectory_figure
 from vigil.errors import RecordError, SettingError, did_you_mean
-from vigil.packs.pack import Pack
 from vigil.packs.private import check_revealed, is_private
-from vigil.protocol.episode import Episode
-from vigil.protocol.families import FAMILIES, Family
-from vigil.runner.workers.frames import first_frames, frames_of_record
-from vigil.scoring.saved_run import load_run_pack, pack_folder
+
+if TYPE_CHECKING:
+    from vigil.analysis.measures.rows import Run
+    from vigil.analysis.measures.study import Study
+    from vigil.analysis.plots.trajectory import AgentTrajectory
+    from vigil.packs.pack import Pack
+    from vigil.protocol.episode import Episode
+    from vigil.protocol.families import Family
 
 FrameSource = tuple[Path | None, bool]
 """Asset database for drawing frames, and whether frames of a private pack may be drawn."""
@@ -35,6 +37,8 @@ def framed_figures(
     found: Study, pack: str | Path | None, episodes: list[str], diagram: bool, frames: FrameSource
 ) -> dict[str, CaptionedFigure]:
     """Return the figures that need frames, with their captions: of all runs that played the episodes."""
+    from vigil.scoring.saved_run import pack_folder
+
     drawn: dict[str, CaptionedFigure] = {}
     for number, episode_id in enumerate(episodes, start=1):
         having = _having(found.runs, episode_id)
@@ -52,6 +56,8 @@ def study_figures(found: Study, episodes: Sequence[str], frames: FrameSource) ->
 
     Without `episodes`, an episode of SV and one of AI are shown that most main runs have played.
     """
+    from vigil.scoring.saved_run import pack_folder
+
     shown = [entry.run for entry in found.shown_runs() if entry.run.n]
     anchors = [run for run in shown if run.label is not None and run.label.is_anchor] or shown
     if not anchors:
@@ -73,6 +79,8 @@ def tracks_of(
     runs: Sequence[Run], pack: str | Path | None, episode_id: str, epoch: int, frames: FrameSource
 ) -> tuple[Episode, list[AgentTrajectory]]:
     """Return an episode and each run's trajectory in it. Raises RecordError if the runs' packs differ in it."""
+    from vigil.scoring.saved_run import load_run_pack
+
     assets, reveals = frames
     loaded = [(run, load_run_pack(run.header, pack)) for run in runs]
     for _, found in loaded:
@@ -85,6 +93,11 @@ def tracks_of(
 
 def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
     """Return the diagram of the families, with first frames of a pack."""
+    from vigil.analysis.plots.diagrams import Example, protocol_figure
+    from vigil.packs.pack import Pack
+    from vigil.protocol.families import FAMILIES
+    from vigil.runner.workers.frames import first_frames
+
     assets, reveals = frames
     loaded = Pack.load(pack)
     check_revealed(loaded.name, is_private(loaded.manifest.meta), "A picture of its episodes", reveals=reveals)
@@ -121,6 +134,9 @@ def _of_episode(
     runs: Sequence[Run], pack: str | Path | None, episode_id: str, names: tuple[str, str], frames: FrameSource
 ) -> dict[str, CaptionedFigure]:
     """Return the trajectories on an episode, and the pipeline of the run that ended it best, under the given names."""
+    from vigil.analysis.plots.diagrams import pipeline_figure
+    from vigil.analysis.plots.trajectory import trajectory_figure
+
     episode, tracks = tracks_of(runs, pack, episode_id, 1, frames)
     best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
     return {
@@ -143,6 +159,9 @@ def _common_episodes(runs: Sequence[Run]) -> list[str]:
 
 
 def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> AgentTrajectory:
+    from vigil.analysis.plots.trajectory import find_record, make_trajectory
+    from vigil.runner.workers.frames import frames_of_record
+
     record = find_record(run, pack.episodes, (episode.id, epoch))
     return make_trajectory(
         run.name, episode, record, frames_of_record(run.folder, run.header.spec, pack, record, assets)

@@ -1,34 +1,31 @@
 """`vigil report` and `vigil figure`: what saved runs show."""
 
+from __future__ import annotations
+
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from vigil.analysis.measures.metrics import broken_run_identities
-from vigil.analysis.measures.rows import Run, read_runs
-from vigil.analysis.measures.study import Study, study
-from vigil.analysis.measures.suites import read_suites
-from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
-from vigil.analysis.plots.diagrams import pipeline_figure
-from vigil.analysis.plots.figures import FIGURES
-from vigil.analysis.plots.style import PaperWidth, figure_bytes, on_paper
-from vigil.analysis.plots.trajectory import (
-    trajectory_animation,
-    trajectory_figure,
-)
-from vigil.analysis.report import FORMATS, Format, LatexStyle, make_report, markdown_report, write_report
 from vigil.cli.arguments import Epoch, LevelsFile, Reveal, RunArguments, WithPaper
-from vigil.cli.report_figures import FrameSource, framed_figures, protocol_of, tracks_of
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.private import REVEAL
 from vigil.runner.shared_settings import AssetFile, PackLocation
-from vigil.scoring.levels import read_levels
-from vigil.scoring.saved_run import find_runs
+
+if TYPE_CHECKING:
+    from vigil.analysis.measures.rows import Run
+    from vigil.analysis.measures.study import Study
+    from vigil.analysis.report import Format
+    from vigil.cli.report_figures import FrameSource
 
 STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")
 WITH_FRAMES = ("protocol", "pipeline", "trajectory")
+OF_RUNS = (
+    *("outcome_partition", "belief_closure", "plane", "closure_curves", "feedback_shift"),
+    *("belief_curve", "belief_reliability", "belief_partition"),
+)
+"""Names of the figures in `FIGURES` and `BELIEF_FIGURES`, which the help shows without loading them."""
 
 
 def report(
@@ -38,7 +35,7 @@ def report(
         typer.Option("--format", help="Format of the report: md, html, latex, json, csv or all; may be repeated."),
     ] = None,
     style: Annotated[
-        LatexStyle,
+        Literal["report", "paper"],
         typer.Option(
             help="Style of the LaTeX: everything (report), or only the paper's tables with its columns, at 7 points "
             "and one or two columns wide (paper)."
@@ -74,6 +71,13 @@ def report(
     vigil report runs/* --format latex --style paper --out paper
     vigil report runs/* --check
     """
+    from vigil.analysis.measures.rows import read_runs
+    from vigil.analysis.measures.study import study
+    from vigil.analysis.measures.suites import read_suites
+    from vigil.analysis.report import make_report, markdown_report, write_report
+    from vigil.cli.report_figures import framed_figures
+    from vigil.scoring.levels import read_levels
+
     if check:
         _check(runs, pack)
         return
@@ -103,6 +107,9 @@ def report(
 
 
 def _check(runs: list[Path], pack: str | Path | None) -> None:
+    from vigil.analysis.measures.metrics import broken_run_identities
+    from vigil.analysis.measures.rows import read_runs
+
     scored_runs = read_runs(runs, pack)
     faults = [fault for run in scored_runs for fault in broken_run_identities(run)]
     for fault in faults:
@@ -114,6 +121,8 @@ def _check(runs: list[Path], pack: str | Path | None) -> None:
 
 
 def _formats(names: list[str]) -> tuple[Format, ...]:
+    from vigil.analysis.report import FORMATS
+
     wanted = [name for text in names for name in text.split(",")]
     for name in wanted:
         if name not in (*FORMATS, "all"):
@@ -131,9 +140,7 @@ def _warn(found: Study) -> None:
 
 
 def figure(
-    name: Annotated[
-        str, typer.Argument(help=f"Figure to draw: {', '.join((*FIGURES, *BELIEF_FIGURES, *WITH_FRAMES))}.")
-    ],
+    name: Annotated[str, typer.Argument(help=f"Figure to draw: {', '.join((*OF_RUNS, *WITH_FRAMES))}.")],
     runs: Annotated[
         list[Path] | None,
         typer.Argument(help="Folders of the runs to draw; the figure trajectory shows each run in a row of frames."),
@@ -150,7 +157,7 @@ def figure(
         int, typer.Option(min=2, max=40, help="Maximum number of frames that the figure trajectory shows for each run.")
     ] = 6,
     width: Annotated[
-        PaperWidth | None,
+        Literal["column", "page"] | None,
         typer.Option(
             help="Draw for a paper: as wide as its page or one of its columns, on white, without a title.",
             show_default="for a screen",
@@ -176,6 +183,12 @@ def figure(
     vigil figure trajectory --episode ID --runs runs/a runs/b runs/c --out trajectory.png
     vigil figure protocol --pack starter --out protocol.png
     """
+    from vigil.analysis.measures.study import study
+    from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
+    from vigil.analysis.plots.figures import FIGURES
+    from vigil.analysis.plots.style import figure_bytes, on_paper
+    from vigil.cli.report_figures import protocol_of
+
     del are_runs
     kind = _kind_of(out, name)
     if width is not None and f".{kind}" in MOVING:
@@ -211,6 +224,9 @@ def _kind_of(out: Path, name: str) -> str:
 
 
 def _scored_runs(folders: list[Path] | None, name: str, pack: str | Path | None = None) -> list[Run]:
+    from vigil.analysis.measures.rows import read_runs
+    from vigil.scoring.saved_run import find_runs
+
     if not folders:
         raise SettingError(f"The figure {name!r} is drawn from runs: give their folders.")
     given = find_runs(folders)
@@ -226,6 +242,11 @@ def _trajectory(
     frames: FrameSource,
     kind: str,
 ) -> bytes:
+    from vigil.analysis.plots.diagrams import pipeline_figure
+    from vigil.analysis.plots.style import figure_bytes
+    from vigil.analysis.plots.trajectory import trajectory_animation, trajectory_figure
+    from vigil.cli.report_figures import tracks_of
+
     episode_id, epoch, columns = what
     if episode_id is None:
         example = runs[0].header.spec.episode_ids[0]

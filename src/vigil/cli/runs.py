@@ -1,34 +1,29 @@
 """`vigil run`, `vigil probe`, `vigil verify` and `vigil merge`."""
 
+from __future__ import annotations
+
 import sys
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vigil.agents.registry import is_known
-from vigil.agents.scripted import SCRIPTS
 from vigil.cli.arguments import Imports, RunArgument
-from vigil.cli.models import source_of_coordinates
 from vigil.cli.progress import progress, run_progress
-from vigil.cli.scores import print_run
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
-from vigil.records.costs import Prices, describe_costs
-from vigil.records.probe_file import PROBES_FILE, ProbeTable
-from vigil.runner.dry_run import estimate
-from vigil.runner.merge import MergeSettings, merge_runs
-from vigil.runner.plan import RunPlan, plan_run
-from vigil.runner.probes.finished import FinishedProbeSettings, FinishedProbing, plan_probing, probe_run
-from vigil.runner.progress import OnProgress, RunProgress
-from vigil.runner.run import RunResult, play_run
-from vigil.runner.run_folder import LOGS_FOLDER
-from vigil.runner.settings import RunSettings
-from vigil.runner.verify_run import Verification, VerifySettings, verify_run
-from vigil.scoring.saved_run import read_run
-from vigil.serve.playing import play_remotely
+from vigil.runner.settings import FinishedProbeSettings, MergeSettings, RunSettings, VerifySettings
+
+if TYPE_CHECKING:
+    from vigil.records.costs import Prices
+    from vigil.records.probe_file import ProbeTable
+    from vigil.runner.plan import RunPlan
+    from vigil.runner.probes.finished import FinishedProbing
+    from vigil.runner.progress import OnProgress, RunProgress
+    from vigil.runner.run import RunResult
+    from vigil.runner.verify_run import Verification
 
 NewRun = Annotated[Path, typer.Argument(metavar="OUT", help="New folder to which the joined run is written.")]
 Shards = Annotated[
@@ -52,6 +47,9 @@ def run(
     vigil run --pack starter --model openai/gpt-4o --log-dir runs/gpt-4o
     vigil run --env http://127.0.0.1:8380 --agent "exec:python my_agent.py"
     """
+    from vigil.cli.models import source_of_coordinates
+    from vigil.runner.plan import plan_run
+
     del imports  # done when it was read
     if settings.env is not None:
         _play_remotely(settings, dry_run)
@@ -70,6 +68,8 @@ def run(
 
 
 def _play_remotely(settings: RunSettings, dry_run: bool) -> None:
+    from vigil.serve.playing import play_remotely
+
     if dry_run:
         raise SettingError("--dry-run needs the episodes, which the server of --env keeps. Leave one of them out.")
     count = play_remotely(settings, lambda done: print(f"played: {done}", file=sys.stderr, flush=True))
@@ -78,6 +78,8 @@ def _play_remotely(settings: RunSettings, dry_run: bool) -> None:
 
 def verify(run: RunArgument, settings: VerifySettings) -> None:
     """Example: vigil verify runs/solver"""
+    from vigil.runner.verify_run import verify_run
+
     with progress("verify") as show:
         found = verify_run(run, settings, on_progress=show)
     print_notes((*found.header.version_notes, *found.notes))
@@ -115,6 +117,8 @@ def _print_what_was_verified(found: Verification, settings: VerifySettings) -> N
 
 def play_plan(plan: RunPlan) -> RunResult:
     """Play what remains of a run, show its progress, and return the result."""
+    from vigil.runner.run import play_run
+
     with run_progress(plan.spec.agent) as show:
         return play_run(plan, on_progress=_with_warnings(show))
 
@@ -139,6 +143,10 @@ def _with_warnings(show: OnProgress) -> OnProgress:
 
 def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
     """Example: vigil merge runs/gpt-4o shards/gpt-4o/*"""
+    from vigil.cli.scores import print_run
+    from vigil.runner.merge import merge_runs
+    from vigil.scoring.saved_run import read_run
+
     merge_runs(out, shards, settings)
     run = read_run(out, settings.pack)
     print_notes(run.notes)
@@ -148,10 +156,13 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
 
 def with_agent(settings: RunSettings) -> RunSettings:
     """Return the settings with the factory of an agent with hidden sight. Raises SettingError on an unknown agent."""
+    from vigil.agents.registry import is_known
+    from vigil.agents.scripted import SCRIPTS
+
     name = settings.agent
     if name is None or is_known(name):
         return settings
-    from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent  # noqa: PLC0415 - loads the simulator
+    from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 
     if name not in PRIVILEGED:
         known = (*PRIVILEGED, *SCRIPTS)
@@ -161,6 +172,8 @@ def with_agent(settings: RunSettings) -> RunSettings:
 
 
 def _print_estimate(plan: RunPlan) -> None:
+    from vigil.runner.dry_run import estimate
+
     expected, prices = estimate(plan), plan.execution.prices
     if plan.endpoint is None:
         print(f"{expected.episodes} episodes; {plan.spec.agent} calls no model.")
@@ -179,6 +192,10 @@ def _print_estimate(plan: RunPlan) -> None:
 
 
 def _print_result(result: RunResult, pack: Path) -> None:
+    from vigil.cli.scores import print_run
+    from vigil.records.costs import describe_costs
+    from vigil.runner.run_folder import LOGS_FOLDER
+
     print_notes((*result.header.spec.program_notes, *result.notes))
     print_run(result.folder, pack)
     if result.partial_line_file is not None:
@@ -208,6 +225,9 @@ def probe(
     vigil probe runs/gpt-4o --dry-run --prices 2.5,10
     vigil probe runs/gpt-4o --steps at-goal,at-report --framing both
     """
+    from vigil.records.probe_file import PROBES_FILE
+    from vigil.runner.probes.finished import plan_probing, probe_run
+
     probing = plan_probing(run, settings)
     print_notes(probing.run.notes)
     if dry_run:
@@ -231,6 +251,8 @@ def _print_probing(probing: FinishedProbing, prices: Prices | None) -> None:
 
 def print_probes(table: ProbeTable, prices: Prices | None) -> None:
     """Print how many probes were answered, which were not and why, and what they cost."""
+    from vigil.records.probe_file import PROBES_FILE
+
     rows = table.rows.values()
     answered = sum(row.answer is not None for row in rows)
     missing = Counter(row.invalid.reason for row in rows if row.invalid is not None)

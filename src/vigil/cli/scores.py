@@ -1,5 +1,7 @@
 """`vigil score`, and the tables of runs."""
 
+from __future__ import annotations
+
 import json
 from collections import Counter
 from collections.abc import Sequence
@@ -13,14 +15,11 @@ from rich.text import Text
 
 from vigil.cli.arguments import AsJson, RunArguments
 from vigil.cli.text import COLUMNS, percent, print_fitting, print_notes, with_interval
-from vigil.packs.pack import CHORES_SUITE, manifest_of
-from vigil.protocol.families import FAMILIES
-from vigil.records.record import RunHeader, RunSpec
 from vigil.runner.shared_settings import PackLocation
-from vigil.scoring.chores import WITHOUT_CLAIMS
-from vigil.scoring.closure import SUITE
-from vigil.scoring.saved_run import read_run
-from vigil.scoring.summary import LIBRARY_REPLIES, NO_REPORTS, RunScores, summarise
+
+if TYPE_CHECKING:
+    from vigil.records.record import RunHeader, RunSpec
+    from vigil.scoring.summary import RunScores
 
 if TYPE_CHECKING:
     from vigil.analysis.measures.chores import ChoresRun
@@ -86,9 +85,9 @@ class _ScoredRun:
     scores: RunScores
     notes: tuple[str, ...]
     """Notes that a reader must see before any number."""
-    closure: "ClosureRun | None" = None
+    closure: ClosureRun | None = None
     """The run's results on the closure-stress suite; None for other packs."""
-    chores: "ChoresRun | None" = None
+    chores: ChoresRun | None = None
     """Run's results on lists of chores; None for other packs."""
 
 
@@ -112,6 +111,8 @@ def _print_closure(runs: list[_ScoredRun]) -> None:
 
 
 def _as_json(run: _ScoredRun) -> dict[str, Any]:
+    from vigil.scoring.summary import summarise
+
     found = {"run": str(run.path), "agent": run.name, "notes": run.notes, **summarise(run.scores)}
     suites = {
         "closure": None if run.closure is None else run.closure.rates(),
@@ -121,16 +122,20 @@ def _as_json(run: _ScoredRun) -> dict[str, Any]:
 
 
 def _scored_run(path: Path, pack: str | Path | None) -> _ScoredRun:
+    from vigil.packs.pack import CHORES_SUITE, manifest_of
+    from vigil.scoring.closure import SUITE
+    from vigil.scoring.saved_run import read_run
+
     run = read_run(path, pack)
     found = _ScoredRun(path, run_label(run.header), run.header.spec, run.table.scores(), run.notes)
     suite = manifest_of(run.pack_folder).suite
     # The measures of suites take most of a second to load, and no other run needs them.
     if suite == SUITE:
-        from vigil.analysis.measures.closure import read_closure_runs  # noqa: PLC0415
+        from vigil.analysis.measures.closure import read_closure_runs
 
         return replace(found, closure=read_closure_runs([path], pack)[0])
     if suite == CHORES_SUITE:
-        from vigil.analysis.measures.chores import read_chores_runs  # noqa: PLC0415
+        from vigil.analysis.measures.chores import read_chores_runs
 
         return replace(found, chores=read_chores_runs([path], pack)[0])
     return found
@@ -166,6 +171,8 @@ def run_label(header: RunHeader) -> str:
 
 def print_families(name: str, scores: RunScores) -> None:
     """Print one run's table, with a row per family."""
+    from vigil.scoring.summary import summarise
+
     _warn(name, scores)
     summary = summarise(scores)
 
@@ -188,6 +195,9 @@ def print_families(name: str, scores: RunScores) -> None:
 
 
 def _print_comparison(scored_runs: list[tuple[str, RunScores]]) -> None:
+    from vigil.protocol.families import FAMILIES
+    from vigil.scoring.summary import summarise
+
     for name, scores in scored_runs:
         _warn(name, scores)
     rows = [(name, summarise(scores)) for name, scores in scored_runs]
@@ -237,7 +247,7 @@ def _pair(rates: dict | None, is_full: bool) -> str:
     return f"{100 * rates['W']:.0f}/{100 * rates['B']:.0f}"
 
 
-def _print_closure_tables(runs: Sequence["ClosureRun"]) -> None:
+def _print_closure_tables(runs: Sequence[ClosureRun]) -> None:
     """Print the tables of the closure-stress suite: for one run a row per kind; for several runs a row per run."""
     if len(runs) == 1:
         print_fitting(lambda is_full: _kinds(runs[0], is_full))
@@ -246,7 +256,7 @@ def _print_closure_tables(runs: Sequence["ClosureRun"]) -> None:
     print(CLOSURE)
 
 
-def _kinds(run: "ClosureRun", is_full: bool) -> Table:
+def _kinds(run: ClosureRun, is_full: bool) -> Table:
     interval = " [95 % interval]" if is_full else ""
     table = _closure_table(Text(f"{run.name}: closure stress, %{interval}"), "kind", is_full)
     for heading in ("episodes", "C", "both twins", "W", "false success", "no report"):
@@ -260,7 +270,7 @@ def _kinds(run: "ClosureRun", is_full: bool) -> Table:
     return table
 
 
-def _side_by_side(runs: Sequence["ClosureRun"], is_full: bool) -> Table:
+def _side_by_side(runs: Sequence[ClosureRun], is_full: bool) -> Table:
     rows = [(run, run.rates()) for run in runs]
     kinds = list(dict.fromkeys(kind for _, rates in rows for kind in rates if kind != "all"))
     table = _closure_table(Text("Closure stress: C by kind, %"), "agent", is_full)
@@ -283,6 +293,8 @@ def _closure_table(title: Text, first: str, is_full: bool) -> Table:
 
 def _print_chores(runs: list[_ScoredRun]) -> None:
     """Print one table with a row for each run on lists of chores."""
+    from vigil.scoring.chores import WITHOUT_CLAIMS
+
     rows = [(run.name, run.chores.scores()) for run in runs if run.chores is not None]
     for run in runs:
         _warn(run.name, run.scores)
@@ -309,6 +321,8 @@ def _print_chores(runs: list[_ScoredRun]) -> None:
 
 
 def _warn(name: str, scores: RunScores) -> None:
+    from vigil.scoring.summary import LIBRARY_REPLIES, NO_REPORTS
+
     if any(not outcome.has_report for outcome in scores.outcomes):
         print(f"{name}: {NO_REPORTS}")
     if scores.has_many_errors:

@@ -1,33 +1,30 @@
 """`vigil study`: plays the runs of a study's file, says how far they are, and reports them together."""
 
+from __future__ import annotations
+
 import shutil
 import subprocess
 import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.table import Table
 
-from vigil.analysis.measures.rows import read_runs
-from vigil.analysis.measures.study import study as measured_study
-from vigil.analysis.measures.suites import read_suites
-from vigil.analysis.plots.style import on_paper
-from vigil.analysis.report import Format, LatexStyle, write_report
 from vigil.cli.arguments import Imports, Reveal, WithPaper
-from vigil.cli.report_figures import study_figures
-from vigil.cli.runs import play_plan, with_agent
 from vigil.cli.text import console, print_note, print_notes
 from vigil.errors import RecordError, SettingError, VigilError
-from vigil.packs.pack import Pack
-from vigil.records.shards import parse_shard
-from vigil.runner.plan import RUNS_FOLDER, RunPlan, plan_run
 from vigil.runner.shared_settings import AssetFile, Workers
-from vigil.studies.planned_runs import PlannedRun, labels_of, planned_runs, selected_runs
-from vigil.studies.progress import RunEstimate, estimate_rest, join_parts, parts_of, state_of
-from vigil.studies.study_file import StudySource, read_study
+
+if TYPE_CHECKING:
+    from vigil.analysis.report import Format
+    from vigil.packs.pack import Pack
+    from vigil.runner.plan import RunPlan
+    from vigil.studies.planned_runs import PlannedRun
+    from vigil.studies.progress import RunEstimate
+    from vigil.studies.study_file import StudySource
 
 COPY = "study.yaml"
 """Name of the copy of a study's file in the study's folder."""
@@ -77,6 +74,9 @@ def run(
     vigil study run study.yaml --dry-run
     vigil study run study.yaml --model GPT-5.4 --condition feedback
     """
+    from vigil.records.shards import parse_shard
+    from vigil.studies.planned_runs import planned_runs, selected_runs
+
     del imports  # done when it was read
     source = _source(study)
     runs = selected_runs(planned_runs(source), model or (), condition or ())
@@ -100,6 +100,9 @@ def run(
 
 def status(study: StudyPath = None, model: Models = None, condition: Conditions = None) -> None:
     """Example: vigil study status study.yaml"""
+    from vigil.studies.planned_runs import planned_runs, selected_runs
+    from vigil.studies.progress import state_of
+
     source = _source(study)
     table = Table(title=f"{source.study.name}: {source.study.place}", title_justify="left")
     for heading in ("run", "role", "scored", "errors", "state"):
@@ -125,7 +128,7 @@ def report(
         bool, typer.Option("--pdf/--no-pdf", help="Whether to make a PDF too, where a LaTeX program is installed.")
     ] = True,
     style: Annotated[
-        LatexStyle,
+        Literal["report", "paper"],
         typer.Option(
             help="Style of the LaTeX and the PDF: everything (report), or the paper's tables as it prints them (paper)."
         ),
@@ -138,6 +141,14 @@ def report(
     vigil study report study.yaml
     vigil study report study.yaml --style paper
     """
+    from vigil.analysis.measures.rows import read_runs
+    from vigil.analysis.measures.study import study as measured_study
+    from vigil.analysis.measures.suites import read_suites
+    from vigil.analysis.plots.style import on_paper
+    from vigil.analysis.report import write_report
+    from vigil.cli.report_figures import study_figures
+    from vigil.studies.planned_runs import labels_of, planned_runs
+
     source = _source(study)
     runs = planned_runs(source)
     played = [one for one in runs if one.saved() is not None]
@@ -165,11 +176,15 @@ def report(
 
 
 def _source(study: Path | None) -> StudySource:
+    from vigil.studies.study_file import read_study
+
     return read_study(study or _last_study())
 
 
 def _last_study() -> Path:
     """Return the study of this folder, else the copy that was saved last. Raises SettingError without one."""
+    from vigil.runner.plan import RUNS_FOLDER
+
     if Path(COPY).is_file():
         return Path(COPY)
     copies = sorted(RUNS_FOLDER.glob(f"*/{COPY}"), key=lambda path: path.stat().st_mtime_ns)
@@ -188,6 +203,9 @@ def _save_copy(source: StudySource) -> None:
 
 def _plan(run: PlannedRun, **changed: object) -> RunPlan:
     """Return the plan of a run, or of its part. Raises an error that names the run."""
+    from vigil.cli.runs import with_agent
+    from vigil.runner.plan import plan_run
+
     settings = replace(run.settings, **changed)  # pyright: ignore[reportArgumentType] - options of the command line
     if settings.shard is not None:
         settings = replace(settings, log_dir=run.part_folder(settings.shard))
@@ -197,12 +215,21 @@ def _plan(run: PlannedRun, **changed: object) -> RunPlan:
         raise type(error)(f"{run.label.name}: {error}") from None
 
 
-_loaded_pack = cache(Pack.load)
+@cache
+def _loaded_pack(pack: str | Path) -> Pack:
+    from vigil.packs.pack import Pack
+
+    return Pack.load(pack)
+
+
 """Cache of packs, since the runs of a study share one or two."""
 
 
 def _play(run: PlannedRun, plan: RunPlan) -> bool:
     """Play what remains of a run, and return whether it is complete; a failure is printed, and other runs go on."""
+    from vigil.cli.runs import play_plan
+    from vigil.studies.progress import join_parts
+
     name = run.label.name
     try:
         if plan.spec.shard is None and join_parts(run):
@@ -218,6 +245,8 @@ def _play(run: PlannedRun, plan: RunPlan) -> bool:
 
 
 def _print_estimates(source: StudySource, plans: list[tuple[PlannedRun, RunPlan]]) -> None:
+    from vigil.studies.progress import estimate_rest, parts_of
+
     table = Table(title=f"{source.study.name}: at least .. at most", title_justify="left")
     table.add_column("run", overflow="fold")
     for heading in ("episodes left", "calls", "input tokens", "output tokens", "cost", "hours"):

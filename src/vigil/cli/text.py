@@ -2,18 +2,21 @@
 
 import sys
 from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.measure import Measurement
-from rich.table import Table
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
 
 PIPED_WIDTH = 160
 UNBOUNDED_WIDTH = 10_000
 COLUMNS = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other")
 
 
-def console(stderr: bool = False) -> Console:
+def console(stderr: bool = False) -> "Console":
     """Return a console that shows text unchanged. It does not fold tables when the output is not a terminal."""
+    from rich.console import Console
+
     stream = sys.stderr if stderr else sys.stdout
     width = None if stream.isatty() else PIPED_WIDTH
     return Console(stderr=stderr, width=width, highlight=False, markup=False, emoji=False)
@@ -30,8 +33,10 @@ def print_note(note: str) -> None:
     print_notes([note])
 
 
-def print_fitting(build: Callable[[bool], Table]) -> None:
+def print_fitting(build: "Callable[[bool], Table]") -> None:
     """Print the full table, `build(True)`, if it fits the terminal's width; otherwise the narrow `build(False)`."""
+    from rich.measure import Measurement
+
     output = console()
     full = build(True)
     width = Measurement.get(output, output.options.update(max_width=UNBOUNDED_WIDTH), full).maximum

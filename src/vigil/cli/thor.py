@@ -7,12 +7,6 @@ import typer
 
 from vigil.cli.text import print_note
 from vigil.runner.shared_settings import AssetFile, RenderQuality
-from vigil.sim.thor.requirements import examine
-from vigil.sim.thor.start import engine_options
-from vigil.thor.install import install as install_engine
-from vigil.thor.install import run_program
-from vigil.thor.install import uninstall as uninstall_engine
-from vigil.thor.launch import check_backend
 
 Backend = Annotated[
     str,
@@ -29,6 +23,11 @@ def install(backend: Backend = "mujoco", assets: AssetFile = None, render_qualit
     After this, `Controller(platform="CloudRendering", scene=house)` starts VIGIL's engine, and without a network.
     The client requires libvulkan for this platform, although the engine does not use it.
     """
+    from vigil.sim.thor.requirements import examine
+    from vigil.sim.thor.start import engine_options
+    from vigil.thor.install import install as install_engine
+    from vigil.thor.launch import check_backend
+
     check_backend(backend, assets)
     for folder in install_engine(engine_options(backend, render_quality, assets)):
         print(folder)
@@ -41,6 +40,8 @@ def install(backend: Backend = "mujoco", assets: AssetFile = None, render_qualit
 
 def uninstall() -> None:
     """Example: vigil thor uninstall"""
+    from vigil.thor.install import uninstall as uninstall_engine
+
     for folder in uninstall_engine():
         print(folder)
 
@@ -56,5 +57,9 @@ def run(
 
     Works without `vigil thor install`, libvulkan and a display. What follows the program's name goes to the program.
     """
+    from vigil.sim.thor.start import engine_options
+    from vigil.thor.install import run_program
+    from vigil.thor.launch import check_backend
+
     check_backend(backend, assets)
     run_program(program, context.args, engine_options(backend, render_quality, assets))

@@ -1,5 +1,7 @@
 """`vigil view`, `vigil play` and `vigil review`: the local web pages."""
 
+from __future__ import annotations
+
 import errno
 import gc
 import os
@@ -10,26 +12,21 @@ import threading
 import webbrowser
 from contextlib import closing
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-import uvicorn
-from fastapi import FastAPI
 
-from vigil.assets.database import AssetDatabase
 from vigil.cli.arguments import OpenBrowser
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError
-from vigil.packs.pack import Pack, manifest_of
 from vigil.runner.shared_settings import AssetFile, PackName, PricesOption
-from vigil.runner.workers.messages import RenderSettings
-from vigil.web.drawing import RenderService
-from vigil.web.library import Library
-from vigil.web.play import make_play
-from vigil.web.play_session import PlaySettings, open_play_session
-from vigil.web.review import ReviewSession, ReviewSet, make_review
-from vigil.web.site import Address
-from vigil.web.view import make_view
+from vigil.web.play_settings import PlaySettings
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
+
+    from vigil.web.review import ReviewSet
+    from vigil.web.site import Address
 
 Host = Annotated[
     str,
@@ -76,6 +73,12 @@ def view(
     open_browser: OpenBrowser = True,
 ) -> None:
     """Example: vigil view runs"""
+    from vigil.runner.workers.messages import RenderSettings
+    from vigil.web.drawing import RenderService
+    from vigil.web.library import Library
+    from vigil.web.site import Address
+    from vigil.web.view import make_view
+
     roots = runs or ([RUNS] if RUNS.is_dir() else [])
     address = Address(host, port, token)
     render_service = RenderService()
@@ -98,6 +101,11 @@ def play(
     open_browser: OpenBrowser = True,
 ) -> None:
     """Example: vigil play --pack starter --player ada --limit 10"""
+    from vigil.packs.pack import manifest_of
+    from vigil.web.play import make_play
+    from vigil.web.play_session import open_play_session
+    from vigil.web.site import Address
+
     address = Address(host, port, token)
     print_notes(manifest_of(settings.pack).version_notes)
     with closing(listen(address)) as listener, closing(open_play_session(settings)) as play_session:
@@ -125,6 +133,12 @@ def review(
     vigil review --pack starter --reviewer ada --file reviews.jsonl
     vigil review --drafts drafts.jsonl --reviewer ada
     """
+    from vigil.packs.pack import manifest_of
+    from vigil.runner.workers.messages import RenderSettings
+    from vigil.web.drawing import RenderService
+    from vigil.web.review import ReviewSession, ReviewSet, make_review
+    from vigil.web.site import Address
+
     address = Address(host, port, token)
     if drafts is None:
         print_notes(manifest_of(pack).version_notes)
@@ -136,6 +150,10 @@ def review(
 
 
 def _of_pack(pack: str | Path, assets: Path | None) -> ReviewSet:
+    from vigil.assets.database import AssetDatabase
+    from vigil.packs.pack import Pack
+    from vigil.web.review import ReviewSet
+
     loaded = Pack.load(pack)
     loaded.check_assets(AssetDatabase.from_file(assets))
     return ReviewSet.of_pack(loaded)
@@ -164,6 +182,8 @@ def listen(address: Address) -> socket.socket:
 
 def serve(site: FastAPI, address: Address, listener: socket.socket, open_browser: bool) -> None:
     """Serve a site until it is interrupted."""
+    import uvicorn
+
     host = f"[{address.host}]" if ":" in address.host else address.host
     url = f"http://{host}:{address.port}/" + (f"?token={address.token}" if address.token else "")
     print(f"Serving {url} (Ctrl-C ends)", flush=True)

@@ -4,10 +4,12 @@ These types must not contain hidden state. Source: `protocol.md` section 2.1.
 """
 
 from collections.abc import Callable
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict
+
+if TYPE_CHECKING:
+    import numpy as np
 
 FRAME_WIDTH = 640
 FRAME_HEIGHT = 480
@@ -41,7 +43,7 @@ class Observation:
     __slots__ = ("_draw", "_rgb", "cues", "feedback")
 
     def __init__(
-        self, draw: Callable[[], np.ndarray], feedback: Feedback | None = None, cues: Cues | None = None
+        self, draw: "Callable[[], np.ndarray]", feedback: Feedback | None = None, cues: Cues | None = None
     ) -> None:
         self._draw = draw
         self.cues = cues
@@ -49,7 +51,7 @@ class Observation:
         self.feedback = feedback
 
     @property
-    def rgb(self) -> np.ndarray:
+    def rgb(self) -> "np.ndarray":
         """The current frame: (480, 640, 3) uint8, origin top left. It is read-only, because its hash is recorded."""
         if self._rgb is None:
             self._rgb = self._draw().view()

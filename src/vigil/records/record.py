@@ -23,13 +23,12 @@ from vigil.protocol.profile import Profile
 from vigil.protocol.reasoning import Thinking
 from vigil.protocol.world import Effect, WorldState
 from vigil.records.costs import Prices, Tokens
+from vigil.records.limits import MAX_EPOCHS
 
 SCHEMA_VERSION = 3
 """Schema version of rows and headers; files with any other version are refused. It is raised by one if a field is
 removed, or changes its name, unit or meaning, so that an older reader would misunderstand a row. It is not raised for a
 new field with a default, because old rows stay valid. `tests/release/test_old_files.py` checks this."""
-MAX_EPOCHS = 10_000
-"""Maximum number of plays of one episode in a run."""
 EPISODES_FILE = "episodes.jsonl"
 HEADER_FILE = "run.json"
 FRAMES_FOLDER = "frames"

@@ -11,11 +11,10 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 from vigil.base.files import refuse_outward_links
 from vigil.base.json_lines import AppendFile, Line, dump_line
-from vigil.base.settings import Setting
 from vigil.errors import RecordError
 from vigil.records.probe_file import PROBES_FILE, read_probes
 from vigil.records.reasoning_file import REASONING_FILE, read_reasoning
@@ -32,7 +31,7 @@ from vigil.records.record import (
 from vigil.records.shards import shard_episodes
 from vigil.runner.attempts import ATTEMPTS_FILE, read_attempts
 from vigil.runner.run_folder import INSPECT_FOLDER, LOGS_FOLDER, abbreviated, new_nonce
-from vigil.runner.shared_settings import PackLocation
+from vigil.runner.settings import MergeSettings
 from vigil.scoring.saved_run import SavedRun, open_run
 
 MAX_LISTED = 5
@@ -43,20 +42,6 @@ _UNKNOWN_UNTIL_PLAYED = {"simulator_version", "answering models"}
 """Facts that a shard does not have before it is played."""
 _PLAYER_FACTS = ("agent_files", "answering models")
 """Facts about the model or program that answered; with `force`, these may differ between shards."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MergeSettings:
-    """Settings for joining shards."""
-
-    partial: Annotated[
-        bool,
-        Setting(
-            "Join the shards although episodes are missing; `vigil run --log-dir OUT` then plays the missing ones."
-        ),
-    ] = False
-    force: Annotated[bool, Setting("Join the shards although different models or programs answered in them.")] = False
-    pack: PackLocation = None
 
 
 @dataclass(frozen=True, slots=True)

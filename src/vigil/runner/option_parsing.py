@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from vigil.agents.registry import is_exec
 from vigil.base.json_files import is_object, read_json
 from vigil.errors import SettingError
 from vigil.runner.models.redaction import Secrets, without_option_secrets
@@ -11,6 +10,8 @@ from vigil.runner.models.redaction import Secrets, without_option_secrets
 
 def public_name(agent: str) -> str:
     """Return an agent's name without the secrets in a program's command line."""
+    from vigil.agents.registry import is_exec  # noqa: PLC0415 - loads the agents
+
     return Secrets.of_command("").redact(without_option_secrets(agent)) if is_exec(agent) else agent
 
 

@@ -1,9 +1,10 @@
-"""Settings of a run, as a user gives them. `vigil.runner.plan` computes everything that follows from them."""
+"""Settings of `vigil run`, `verify`, `merge` and `probe`, as a user gives them. What follows from them is worked out by
+the modules that do the work, e.g. `vigil.runner.plan`, so that help can be shown without loading these."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS
 from vigil.base.processes.worker import WORKER_TIMEOUT_S
@@ -13,9 +14,7 @@ from vigil.packs.private import REVEAL_HELP
 from vigil.protocol.actions import ReplyPolicy
 from vigil.protocol.profile import ImageFormat
 from vigil.protocol.prompt_file import check_template
-from vigil.records.record import MAX_EPOCHS, Shard
-from vigil.records.shards import parse_shard
-from vigil.runner.forks.plan import parse_at
+from vigil.records.limits import MAX_EPOCHS
 from vigil.runner.option_parsing import read_extra_body, read_model_args, single_value
 from vigil.runner.shared_settings import (
     ApiKeyEnv,
@@ -26,6 +25,7 @@ from vigil.runner.shared_settings import (
     EpisodeIds,
     Families,
     LogDir,
+    PackLocation,
     PackName,
     PricesOption,
     ProbeFraming,
@@ -38,7 +38,10 @@ from vigil.runner.shared_settings import (
     ThinkingOption,
     Workers,
 )
-from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory
+
+if TYPE_CHECKING:
+    from vigil.records.record import Shard
+    from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory
 
 
 class DefaultName(str):
@@ -72,7 +75,7 @@ class RunSettings:
         ),
     ] = None
     """Name of a scripted agent, `exec:COMMAND`, or name of a privileged agent that `agent_factory` makes."""
-    agent_factory: PrivilegedFactory | None = None
+    agent_factory: "PrivilegedFactory | None" = None
     model: Annotated[
         str | None,
         Setting(
@@ -146,12 +149,12 @@ class RunSettings:
     ] = "strict"
     system_role: SystemRoleOption = "system"
     shard: Annotated[
-        Shard | None,
+        "Shard | None",
         Setting(
             "Split the episodes into N parts and play only part I, e.g. 2/8, so that several machines can share a "
             "run; `vigil merge` joins the parts.",
             metavar="I/N",
-            read=parse_shard,
+            read="vigil.records.shards:parse_shard",
         ),
     ] = None
     """Part of the episodes to play; `vigil.runner.merge` joins the parts."""
@@ -216,14 +219,14 @@ class RunSettings:
             name="at",
             metavar="STEP",
             minimum=0,
-            read=parse_at,
+            read="vigil.runner.forks.plan:parse_at",
         ),
     ] = None
     probe: ProbeSteps = None
     """Steps at which the model is asked what it believes; None to ask nothing. Not part of the run's identity."""
     probe_framing: ProbeFraming = "state"
     backend: Backend = "mujoco"
-    simulator_factory: SimulatorFactory | None = None
+    simulator_factory: "SimulatorFactory | None" = None
     """Function that makes a custom simulator; `backend` is then only its name in the header. It must be picklable."""
     asset_database: AssetFile = None
     reply_seconds: Annotated[
@@ -301,3 +304,80 @@ class RunSettings:
             check_template(self.prompt_template)
         except ValueError as error:
             raise SettingError(f"The prompt file: {error}") from None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VerifySettings:
+    """Settings for verifying a run."""
+
+    frames: Annotated[
+        bool,
+        Setting(
+            "Also draw the frames again and compare them with the saved frames. They can be equal only if the "
+            "renderer is the same."
+        ),
+    ] = False
+    records_only: Annotated[
+        bool,
+        Setting(
+            "Check only what does not need a simulator: replies, budgets, ends, prompts, and whether the "
+            "records belong to the run."
+        ),
+    ] = False
+    limit: Annotated[int | None, Setting("Verify only the first N records; all if unset.", minimum=1, metavar="N")] = (
+        None
+    )
+    workers: Workers = None
+    pack: PackLocation = None
+    asset_database: AssetFile = None
+    backend: str | None = None
+    """Simulator; None for the simulator of the run."""
+    exact: bool | None = None
+    """Whether numbers must be bit-identical; if None, only on a machine with the run's facts (`SAME_HOST`)."""
+    timeout_s: float = WORKER_TIMEOUT_S
+
+    def __post_init__(self) -> None:
+        """Check the values against their declarations and against each other."""
+        check_settings(self)
+        if self.records_only and self.frames:
+            raise SettingError("Frames need a simulator, but records-only does not use one: give only one of the two.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MergeSettings:
+    """Settings for joining shards."""
+
+    partial: Annotated[
+        bool,
+        Setting(
+            "Join the shards although episodes are missing; `vigil run --log-dir OUT` then plays the missing ones."
+        ),
+    ] = False
+    force: Annotated[bool, Setting("Join the shards although different models or programs answered in them.")] = False
+    pack: PackLocation = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FinishedProbeSettings:
+    """Settings for probing a finished run. The model and its sampling are those of the run."""
+
+    steps: ProbeSteps = None
+    framing: ProbeFraming = "state"
+    base_url: BaseUrl = None
+    api_key_env: ApiKeyEnv = None
+    max_connections: Annotated[
+        int, Setting("Maximum number of requests that are sent to the model at the same time.", minimum=1, metavar="N")
+    ] = 16
+    reply_seconds: Annotated[int, Setting("Time limit of each reply.", minimum=1, metavar="SECONDS")] = REPLY_SECONDS
+    prices: PricesOption = None
+    force: Annotated[bool, Setting("Ask although another model answers now than when the run was played.")] = False
+    workers: Workers = None
+    pack: PackLocation = None
+    asset_database: AssetFile = None
+    retries: Annotated[int, Setting("Retries of a failed request.", minimum=0, is_option=False)] = 8
+    first_wait_s: float = 1.0
+    timeout_s: float = WORKER_TIMEOUT_S
+
+    def __post_init__(self) -> None:
+        """Check the values against their declarations."""
+        check_settings(self)

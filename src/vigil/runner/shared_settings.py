@@ -1,17 +1,19 @@
 """Settings that several commands and dataclasses share; each is declared once, here."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from vigil.base.settings import Setting
 from vigil.protocol.actions import Coordinates
-from vigil.protocol.families import Family, parse_families
 from vigil.protocol.observation import Quality
 from vigil.protocol.profile import PromptVariant, SystemRole
 from vigil.protocol.prompt_file import read_prompt_file
 from vigil.protocol.reasoning import Thinking
-from vigil.records.costs import Prices, parse_prices
-from vigil.scoring.probe_schedule import ProbeSchedule, parse_schedule
+
+if TYPE_CHECKING:
+    from vigil.protocol.families import Family
+    from vigil.records.costs import Prices
+    from vigil.scoring.probe_schedule import ProbeSchedule
 
 PackName = Annotated[
     str | Path,
@@ -26,12 +28,12 @@ PackLocation = Annotated[
     ),
 ]
 Families = Annotated[
-    tuple[Family, ...],
+    "tuple[Family, ...]",
     Setting(
         "Use only the tasks of this family, e.g. SM; may be repeated. All families if unset.",
         name="family",
         metavar="FAMILY",
-        read=parse_families,
+        read="vigil.protocol.families:parse_families",
         repeats=True,
     ),
 ]
@@ -100,21 +102,21 @@ ThinkingOption = Annotated[
     ),
 ]
 PricesOption = Annotated[
-    Prices | None,
+    "Prices | None",
     Setting(
         "Price of a million input tokens and of a million output tokens, e.g. 2.5,10; used to show what the run costs.",
         metavar="IN,OUT",
-        read=parse_prices,
+        read="vigil.records.costs:parse_prices",
     ),
 ]
 ProbeSteps = Annotated[
-    ProbeSchedule | None,
+    "ProbeSchedule | None",
     Setting(
         "Steps at which the model is asked what it believes, apart from the episode: every, a number N for every "
         "N-th step and the last, at-goal (the first frame that shows the goal attained), at-report (the last step), or "
         "several with commas between.",
         metavar="STEPS",
-        read=parse_schedule,
+        read="vigil.scoring.probe_schedule:parse_schedule",
         unset="none in vigil run, every in vigil probe",
     ),
 ]

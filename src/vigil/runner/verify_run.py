@@ -7,18 +7,15 @@ import asyncio
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from vigil.assets.database import AssetDatabase
-from vigil.base.processes.worker import WORKER_TIMEOUT_S
-from vigil.base.settings import Setting, check_settings
-from vigil.errors import RecordError, SettingError, SimulatorError
+from vigil.errors import RecordError, SimulatorError
 from vigil.packs.pack import Pack
 from vigil.protocol.profile import Profile
 from vigil.protocol.replies import read_reply
 from vigil.records.record import EpisodeRecord, Key, RunHeader
 from vigil.runner.run_folder import host_facts
-from vigil.runner.shared_settings import AssetFile, PackLocation, Workers
+from vigil.runner.settings import VerifySettings
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.runner.workers.resimulation import FactDifference
@@ -26,43 +23,6 @@ from vigil.scoring.saved_run import RecordTable, read_run
 
 SAME_HOST = ("machine", "python", "numpy", "processor")
 """Host facts that must be equal for bit-identical numbers; the results of libraries depend on processor features."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VerifySettings:
-    """Settings for verifying a run."""
-
-    frames: Annotated[
-        bool,
-        Setting(
-            "Also draw the frames again and compare them with the saved frames. They can be equal only if the "
-            "renderer is the same."
-        ),
-    ] = False
-    records_only: Annotated[
-        bool,
-        Setting(
-            "Check only what does not need a simulator: replies, budgets, ends, prompts, and whether the "
-            "records belong to the run."
-        ),
-    ] = False
-    limit: Annotated[int | None, Setting("Verify only the first N records; all if unset.", minimum=1, metavar="N")] = (
-        None
-    )
-    workers: Workers = None
-    pack: PackLocation = None
-    asset_database: AssetFile = None
-    backend: str | None = None
-    """Simulator; None for the simulator of the run."""
-    exact: bool | None = None
-    """Whether numbers must be bit-identical; if None, only on a machine with the run's facts (`SAME_HOST`)."""
-    timeout_s: float = WORKER_TIMEOUT_S
-
-    def __post_init__(self) -> None:
-        """Check the values against their declarations and against each other."""
-        check_settings(self)
-        if self.records_only and self.frames:
-            raise SettingError("Frames need a simulator, but records-only does not use one: give only one of the two.")
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,6 @@ from vigil.assets.catalog import CATALOG, FLOOR
 from vigil.assets.database import AssetDatabase, AssetEntry
 from vigil.assets.drawers import body_of, drawer_names
 from vigil.assets.kernel.asset import Asset, Surface
-from vigil.assets.making import make
 from vigil.base.geometry import Vec3, wrap_deg
 from vigil.errors import HouseError
 from vigil.protocol.house import Door, House, HouseObject, Opening
@@ -95,6 +94,8 @@ def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDa
 
     `carriers` are the things that may carry the object; the first is the object's parent in the document.
     """
+    from vigil.assets.making import make  # noqa: PLC0415 - reads the descriptions of all shapes
+
     if node.id in scene.things:
         raise HouseError(
             f"Object {node.id!r} has the same id as a drawer of {scene.things[node.id].parent!r}. If the object is "
@@ -150,6 +151,8 @@ def _thing(node: HouseObject, asset: Asset, category: str) -> Thing:
 
 
 def _opening_thing(house: House, opening: Opening, panels: dict[str, WallPanel]) -> Thing:
+    from vigil.assets.making import make  # noqa: PLC0415 - reads the descriptions of all shapes
+
     position, yaw, size = place_of_opening(house, opening, panels)
     category = _opening_category(opening)
     number = re.search(r"(\d+)$", opening.asset_id)

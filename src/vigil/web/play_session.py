@@ -10,17 +10,15 @@ import re
 import time
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from vigil.assets.database import AssetDatabase
 from vigil.base.json_lines import AppendFile, parse_line
-from vigil.base.settings import Setting, check_settings
 from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.packs.pack import Pack, Selection
 from vigil.protocol.actions import Reply
@@ -30,47 +28,15 @@ from vigil.protocol.prompt import system_prompt
 from vigil.records.record import EpisodeRecord, RunSpec
 from vigil.runner.plan import RUNS_FOLDER, input_paths, run_spec
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.shared_settings import AssetFile, Backend, Families, LogDir, PackName, RenderQuality
 from vigil.runner.workers.messages import Assignment, EncodedObservation, WorkerPlan
 from vigil.runner.workers.players import error_record
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
 from vigil.scoring.outcomes import score
 from vigil.web.phrases import verdict_words
+from vigil.web.play_settings import PlaySettings
 
 JOURNAL = "play.jsonl"
 _PLAYER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlaySettings:
-    """Settings of a play session."""
-
-    player: Annotated[str, Setting("Name of the person who plays, recorded in the run's header.")]
-    pack: PackName = "starter"
-    limit: Annotated[
-        int | None, Setting("Play at most N episodes, drawn at random; all if unset.", minimum=1, metavar="N")
-    ] = None
-    families: Families = ()
-    practice: Annotated[
-        bool,
-        Setting(
-            "Practise: show feedback after each action and the verdict after each episode. Practice is "
-            "recorded as a separate run."
-        ),
-    ] = False
-    """Whether to show feedback after each action and the verdict after each episode."""
-    log_dir: LogDir = None
-    quality: RenderQuality = "default"
-    backend: Backend = "mujoco"
-    assets: AssetFile = None
-    seed: Annotated[
-        int | None,
-        Setting("Random seed of the order in which the episodes are played.", unset="made from the player's name"),
-    ] = None
-
-    def __post_init__(self) -> None:
-        """Check the values against their declarations."""
-        check_settings(self)
 
 
 class _Entry(BaseModel):

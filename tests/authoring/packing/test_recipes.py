@@ -17,7 +17,6 @@ from vigil.authoring.drafting.procthor import REVISION
 from vigil.authoring.packing.recipes import PACKAGED, Recipe, made_with
 from vigil.authoring.packing.selection import TooFewDrafts
 from vigil.cli import app
-from vigil.cli.making import pack as making
 from vigil.errors import EpisodeError, PackMismatch, SettingError
 from vigil.housegen.base.spec import spec_for
 from vigil.housegen.generate import generate
@@ -185,7 +184,7 @@ def test_a_secret_seed_speaks_both_halves_unless_told(
         asked.append(settings.forms)
         raise SettingError("seen enough")
 
-    monkeypatch.setattr(making, "generate_drafts", noted)
+    monkeypatch.setattr("vigil.authoring.drafting.generation.generate_drafts", noted)
     vigil("make", "--name", "mine", "--seed", str(2**70), *given, "--out", tmp_path / "mine")
     assert asked == wanted
 

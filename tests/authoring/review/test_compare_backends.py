@@ -21,7 +21,6 @@ from vigil.authoring.review.compare_backends import (
 from vigil.authoring.review.validate import Validator
 from vigil.base.geometry import Vec3
 from vigil.cli import app
-from vigil.cli import packs as cli_packs
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import InteractPixel, Look, Navigate, Report
 from vigil.protocol.episode import Episode
@@ -132,7 +131,7 @@ def test_the_command_counts_and_exits_with_what_is_unexplained(pack: Pack, monke
     same = CliRunner().invoke(app, words)
     assert same.exit_code == 0
     assert json.loads(same.stdout)["differences"] == dict.fromkeys(KINDS, 0)
-    monkeypatch.setattr(cli_packs, "compare_backends", lambda *_: _with_a_difference(pack))
+    monkeypatch.setattr("vigil.authoring.review.compare_backends.compare_backends", lambda *_: _with_a_difference(pack))
     other = CliRunner().invoke(app, words[:-1])
     assert other.exit_code == 1
     assert "step 1: held: None / Mug" in other.stdout

@@ -8,20 +8,20 @@ a fixed seed and sorts the houses, so the same rows in any order give the same i
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
-from scipy.special import chdtrc, ndtr, ndtri, stdtrit
 
 from vigil.scoring.rates import PRIOR_HITS, Interval, wilson
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 RESAMPLES = 2000
 SEED = 20260101
 CONFIDENCE = 0.95
 POWER = 0.80
-_Z_LEVEL, _Z_POWER = float(ndtri(1 - (1 - CONFIDENCE) / 2)), float(ndtri(POWER))
-"""Quantiles of the standard normal distribution for the significance level and for the power."""
 MIN_CLUSTERS = 5
 """Smallest number of houses for a bootstrap that resamples houses."""
 PRIOR_CORRELATION = 0.1
@@ -135,11 +135,21 @@ class HouseResampling:
         return (float(min(low, centre)), float(max(high, centre))) if high > low else None
 
 
+@cache
+def _normal_quantiles() -> tuple[float, float]:
+    """Return the quantiles of the standard normal distribution for the significance level and for the power."""
+    from scipy.special import ndtri  # noqa: PLC0415
+
+    return float(ndtri(1 - (1 - CONFIDENCE) / 2)), float(ndtri(POWER))
+
+
 def tail_share(clusters: int) -> float:
     """Return the tail share to cut off at either end: smaller for few clusters, whose resampled means vary too little.
 
     Source: Hesterberg, "What teachers should know about the bootstrap", 2015 (the expanded percentile interval).
     """
+    from scipy.special import ndtr, stdtrit  # noqa: PLC0415
+
     reach = math.sqrt(clusters / (clusters - 1)) * float(stdtrit(clusters - 1, 1 - (1 - CONFIDENCE) / 2))
     return float(ndtr(-reach))
 
@@ -188,6 +198,8 @@ def stuart_maxwell(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) 
     gains = np.stack([np.bincount(index, weights=column) for column in changes.T], axis=1)
     if not gains.any():
         return None
+    from scipy.special import chdtrc  # noqa: PLC0415
+
     variances, axes = np.linalg.eigh(gains.T @ gains)
     is_free = variances > _NO_VARIANCE * variances[-1]
     statistic = float(np.sum((gains.sum(axis=0) @ axes[:, is_free]) ** 2 / variances[is_free]))
@@ -223,7 +235,7 @@ def smallest_difference(n: float, rate: float = 0.5) -> float | None:
     """
     if not n:
         return None
-    return min(1.0, (_Z_LEVEL + _Z_POWER) * math.sqrt(2 * rate * (1 - rate) / n))
+    return min(1.0, sum(_normal_quantiles()) * math.sqrt(2 * rate * (1 - rate) / n))
 
 
 def smallest_paired_difference(n: int, discordant: float) -> float | None:
@@ -234,14 +246,15 @@ def smallest_paired_difference(n: int, discordant: float) -> float | None:
     """
     if not n or not 0 < discordant <= 1:
         return None
-    difference = (_Z_LEVEL + _Z_POWER) * math.sqrt(discordant / n)
+    level, power = _normal_quantiles()
+    difference = (level + power) * math.sqrt(discordant / n)
     for _ in range(50):
         spread = max(0.0, discordant - difference**2)
-        difference = (_Z_LEVEL * math.sqrt(discordant) + _Z_POWER * math.sqrt(spread)) / math.sqrt(n)
+        difference = (level * math.sqrt(discordant) + power * math.sqrt(spread)) / math.sqrt(n)
     return difference if difference <= discordant else None
 
 
-def houses_of(rows: pd.DataFrame) -> np.ndarray:
+def houses_of(rows: "pd.DataFrame") -> np.ndarray:
     """Return the house of each row; the rows of one house are a cluster."""
     return rows["house"].to_numpy(dtype=str)
 
@@ -317,7 +330,9 @@ def _mean_cluster_size(index: np.ndarray) -> float:
 
 def _quantile_ratio(clusters: int) -> float:
     """Return the factor on a number of plays that widens an interval from the normal quantile to Student's t."""
-    return (_Z_LEVEL / float(stdtrit(clusters - 1, 1 - (1 - CONFIDENCE) / 2))) ** 2
+    from scipy.special import stdtrit  # noqa: PLC0415
+
+    return (_normal_quantiles()[0] / float(stdtrit(clusters - 1, 1 - (1 - CONFIDENCE) / 2))) ** 2
 
 
 def independent_difference(first: RateWithEnds, second: RateWithEnds) -> tuple[float, Interval]:

@@ -3,12 +3,13 @@
 import re
 from collections.abc import Iterator
 from itertools import groupby
-
-import pandas as pd
-from pandas.api.types import is_numeric_dtype
+from typing import TYPE_CHECKING
 
 from vigil.analysis.tables.table import Column, Table, TableRow
 from vigil.base.markup import replace_invalid
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 MARKS = {"published": "†", "privileged": "‡"}
 LEGEND = "† published in the paper, on another pack and simulator. ‡ privileged: the agent sees hidden state."
@@ -83,11 +84,13 @@ FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
 """Characters with which a formula begins in spreadsheets."""
 
 
-def csv_text(table: pd.DataFrame) -> str:
+def csv_text(table: "pd.DataFrame") -> str:
     """Return a table as CSV, with an apostrophe before each text that spreadsheets would take for a formula.
 
     Carriage returns become newlines, because spreadsheets begin a new row at an unquoted carriage return.
     """
+    from pandas.api.types import is_numeric_dtype  # noqa: PLC0415 - half a second, which pages of tables do not need
+
     texts = {name: table[name].map(_without_formula) for name in table.columns if not is_numeric_dtype(table[name])}
     return table.assign(**texts).to_csv(index=False)
 

@@ -14,8 +14,6 @@ from vigil.scoring.chore_answers import list_kind
 from vigil.sim.privileged import PrivilegedSimulator
 
 LENGTHS = range(MIN_CHORES, MAX_CHORES + 1)
-LIST_KINDS = tuple(list_kind(count) for count in LENGTHS)
-"""The kinds of lists, by their number of chores."""
 CATEGORY = "Chores"
 """Category in ids and facts, which must not name a thing of the list."""
 

@@ -5,9 +5,10 @@ Source: `protocol.md` section 8, decision 30.
 
 from collections import Counter
 from collections.abc import Sequence
+from typing import Any
 
 from vigil.protocol.actions import Status
-from vigil.scoring.closure import KINDS, PAIRED, ClosureAnswer, Kind
+from vigil.scoring.closure import KINDS, PAIRED, ClosureAnswer, Kind, check_pairs
 
 BLIND: dict[str, tuple[Status | None, ...]] = {
     "nothing": (None,),
@@ -23,6 +24,12 @@ def kind_counts(answers: Sequence[ClosureAnswer]) -> dict[str, int]:
     """Return text "KIND SIDE REASON" (empty parts are omitted) -> number of such episodes, sorted by the text."""
     names = [" ".join(filter(None, (each.kind, each.side, each.reason))) for each in answers]
     return dict(sorted(Counter(names).items()))
+
+
+def closure_facts(answers: Sequence[ClosureAnswer]) -> dict[str, Any]:
+    """Return the entries of a pack's manifest about the suite. Raises EpisodeError if a twin is missing."""
+    check_pairs(answers)
+    return {"blind": guessing(answers), "kinds": kind_counts(answers)}
 
 
 def guessing(answers: Sequence[ClosureAnswer]) -> dict[str, dict[str, float]]:

@@ -18,6 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from vigil.assets.database import AssetDatabase
+from vigil.authoring.drafting.amounts import PER_HOUSE, TRIED
 from vigil.authoring.drafting.drafts import (
     DRAFTS_VERSION,
     ClosureDraft,
@@ -51,7 +52,6 @@ from vigil.scoring.closure import ClosureAnswer
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 
-PER_HOUSE, TRIED = 3, 20
 HOUSE_RULE = "house_holds_episodes"
 """Rule that a house breaks if it cannot be loaded, or if it has no free place to stand."""
 

@@ -1,18 +1,20 @@
 """The suites of episodes besides the families: how their drafts are made, and what their packs hold."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator
 
-from vigil.authoring.chores.generation import CHORES_GRAMMAR, LIST_KINDS
-from vigil.authoring.chores.measures import chore_facts
-from vigil.authoring.closure.generation import CLOSURE_GRAMMAR
-from vigil.authoring.closure.guessing import guessing, kind_counts
-from vigil.authoring.drafting.generation import Grammar
+from vigil.base.exported import loaded
 from vigil.packs.pack import ANSWERS, CHORE_ANSWERS, CHORES_SUITE
-from vigil.scoring.closure import KINDS, SUITE, ClosureAnswer, check_pairs
+from vigil.protocol.goals import MAX_CHORES, MIN_CHORES
+from vigil.scoring.chore_answers import list_kind
+from vigil.scoring.closure import KINDS, SUITE
+
+if TYPE_CHECKING:
+    from vigil.authoring.drafting.generation import Grammar
 
 SuiteName = Literal["closure", "chores"]
 
@@ -22,7 +24,8 @@ class Suite:
     """A suite of episodes."""
 
     name: SuiteName
-    grammar: Grammar
+    grammar_place: str
+    """Where the grammar is, as "module:name"; loaded at its first use, because it needs all that makes drafts."""
     kinds: tuple[str, ...]
     """Kinds of tasks, of which a pack holds a number each."""
     houses: tuple[str, ...]
@@ -31,13 +34,17 @@ class Suite:
     """Description of a pack without one of its own."""
     answers: str
     """File with the answers of a pack."""
-    facts: Callable[[Sequence[Any]], dict[str, Any]]
-    """Function from a pack's answers to its manifest's entries about the suite."""
+    facts_place: str
+    """Where the function is that takes a pack's answers and returns its manifest's entries about the suite."""
 
+    @property
+    def grammar(self) -> "Grammar":
+        """The grammar that makes the suite's drafts."""
+        return resolve_name(self.grammar_place)
 
-def _closure_facts(answers: Sequence[ClosureAnswer]) -> dict[str, Any]:
-    check_pairs(answers)
-    return {"blind": guessing(answers), "kinds": kind_counts(answers)}
+    def facts(self, answers: Sequence[Any]) -> dict[str, Any]:
+        """Return the manifest's entries about the suite, from a pack's answers."""
+        return loaded(self.facts_place)(answers)
 
 
 SUITES: dict[SuiteName, Suite] = {
@@ -45,21 +52,21 @@ SUITES: dict[SuiteName, Suite] = {
     for suite in (
         Suite(
             SUITE,
-            CLOSURE_GRAMMAR,
+            "vigil.authoring.closure.generation:CLOSURE_GRAMMAR",
             KINDS,
             ("2", "kitchen", "2", "bedroom", "2", "living-room"),
             "Closure stress: reaching is easy, knowing is hard; the measure is C.",
             ANSWERS,
-            _closure_facts,
+            "vigil.authoring.closure.guessing:closure_facts",
         ),
         Suite(
             CHORES_SUITE,
-            CHORES_GRAMMAR,
-            LIST_KINDS,
+            "vigil.authoring.chores.generation:CHORES_GRAMMAR",
+            tuple(list_kind(count) for count in range(MIN_CHORES, MAX_CHORES + 1)),
             ("3", "4", "5", "6", "3", "7", "4", "8", "5", "3", "6", "9", "4", "10", "5"),
             "Lists of chores: many goals, some of which cannot be met, and a claim for each.",
             CHORE_ANSWERS,
-            chore_facts,
+            "vigil.authoring.chores.measures:chore_facts",
         ),
     )
 }

@@ -1,14 +1,19 @@
 """One run as a static site, or one of its episodes as a page or a film."""
 
+from __future__ import annotations
+
 from contextlib import closing
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vigil.cli.text import print_notes
 from vigil.errors import RecordError, SettingError, did_you_mean
-from vigil.records.record import Key
-from vigil.web.drawing import RenderService
-from vigil.web.export import FilmForm, episode_film, episode_page, export_site
-from vigil.web.library import Library, LibraryRun
+
+if TYPE_CHECKING:
+    from vigil.records.record import Key
+    from vigil.web.drawing import RenderService
+    from vigil.web.export import FilmForm
+    from vigil.web.library import Library, LibraryRun
 
 FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"}
 
@@ -20,6 +25,10 @@ def write_site(
 
     Raises RecordError, and SettingError if the pack is private and `reveals` is false.
     """
+    from vigil.web.drawing import RenderService
+    from vigil.web.export import export_site
+    from vigil.web.library import Library
+
     shown = _only_run(Library([folder], packs or ["starter"], assets), folder)
     print_notes(shown.notes)
     with closing(RenderService()) as render_service:
@@ -43,6 +52,8 @@ def _only_run(library: Library, folder: Path) -> LibraryRun:
 
 
 def _one_episode(run: LibraryRun, key: Key, suffix: str, render_service: RenderService, *, reveals: bool) -> bytes:
+    from vigil.web.export import episode_film, episode_page
+
     rows = run.table.rows if run.table else {}
     if key not in rows:
         hint = did_you_mean(key[0], [name for name, _ in rows])

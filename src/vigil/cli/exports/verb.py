@@ -1,20 +1,21 @@
 """`vigil export`: runs as pages, films, tables, a dataset, or results for an aggregator."""
 
+from __future__ import annotations
+
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vigil.analysis.measures.rows import Run, combined_rows, read_runs
 from vigil.cli.arguments import Epoch
-from vigil.cli.exports.site import write_site
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
-from vigil.exports.dataset import check_rows, write_dataset
 from vigil.exports.disclosure import Disclosure
-from vigil.exports.every_eval_ever.folder import write_results
 from vigil.exports.every_eval_ever.publisher import Publisher
 from vigil.runner.shared_settings import AssetFile
+
+if TYPE_CHECKING:
+    from vigil.analysis.measures.rows import Run
 
 SITE, PARQUET, HF, EVERY_EVAL_EVER = "site", "parquet", "hf", "every-eval-ever"
 FORMATS = (SITE, PARQUET, HF, EVERY_EVAL_EVER)
@@ -69,6 +70,11 @@ def export(
     vigil export runs/a runs/b --format hf --out dataset
     vigil export runs/a runs/b --format every-eval-ever --organization "My lab" --out datastore
     """
+    from vigil.analysis.measures.rows import read_runs
+    from vigil.cli.exports.site import write_site
+    from vigil.exports.dataset import write_dataset
+    from vigil.exports.every_eval_ever.folder import write_results
+
     _check_format(format_)
     _check_place(format_, out)
     if format_ != EVERY_EVAL_EVER and publisher != Publisher():
@@ -101,6 +107,9 @@ def export(
 
 
 def _write_rows(runs: list[Run], out: Path, disclosure: Disclosure) -> Path:
+    from vigil.analysis.measures.rows import combined_rows
+    from vigil.exports.dataset import check_rows
+
     check_rows(runs, disclosure)
     combined_rows(runs).to_parquet(out, index=False)
     return out

@@ -2,24 +2,24 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from vigil.assets.database import AssetDatabase
-from vigil.authoring.drafting.generation import PER_HOUSE, TRIED
+from vigil.authoring.drafting.amounts import PER_HOUSE, TRIED
 from vigil.authoring.drafting.procthor import FORM
-from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.requests import MAX_PER_HOUSE, PER_FAMILY, PackRequest
 from vigil.authoring.packing.suites import KINDS_IN_WORDS, SUITES, SuiteName
-from vigil.authoring.packing.verify import VerificationSettings
-from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.base.settings import Setting
 from vigil.cli.arguments import Robust, SeedFile
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.private import chosen_seed
 from vigil.protocol.families import FAMILIES, parse_kinds
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
-from vigil.runner.workers.pool import worker_count
 from vigil.scoring.levels import LEVELS, Level, parse_levels
+
+if TYPE_CHECKING:
+    from vigil.authoring.language.sentences import Forms
+    from vigil.authoring.packing.verify import VerificationSettings
+    from vigil.authoring.review.reviews import Review
 
 HOUSES_PER_EPISODE, MIN_HOUSES = 1.12, 12
 """The number of houses used first is HOUSES_PER_EPISODE times the episodes of a family, but at least MIN_HOUSES."""
@@ -127,21 +127,29 @@ class Content(Common):
     ] = ()
 
     @property
-    def reviews(self) -> list[Review]:
+    def reviews(self) -> "list[Review]":
         """The reviews in all files. Raises SettingError if a file is missing, RecordError if a line is invalid."""
+        from vigil.authoring.review.reviews import read_reviews
+
         for path in self.review_files:
             if not path.is_file():
                 raise SettingError(f"Review file {str(path)!r} does not exist.")
         return [review for path in self.review_files for review in read_reviews(path)]
 
     @property
-    def verification(self) -> VerificationSettings:
+    def verification(self) -> "VerificationSettings":
         """Settings for verifying candidates. Raises SettingError if the asset database is invalid."""
+        from vigil.assets.database import AssetDatabase
+        from vigil.authoring.packing.verify import VerificationSettings
+        from vigil.runner.workers.pool import worker_count
+
         database = AssetDatabase.from_file(self.assets)
         return VerificationSettings(self.backend, database, worker_count(self.workers), self.robust)
 
     def request(self, **more: Any) -> PackRequest:
         """Return the request for the pack; `more` are further fields of the request. Raises SettingError."""
+        from vigil.assets.database import AssetDatabase
+
         return PackRequest(
             self.name,
             self.per_family,
@@ -211,7 +219,7 @@ class Drafting:
         ),
     ] = None
 
-    def forms(self, default: Forms) -> Forms:
+    def forms(self, default: "Forms") -> "Forms":
         """Return the sentence forms that the user chose (one of the two halves, or all), or else `default`."""
         return "held_out" if self.form_names == "held-out" else self.form_names or default
 

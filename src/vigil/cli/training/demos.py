@@ -1,18 +1,12 @@
 """`vigil demos`: writes what the solver saw and answered in episodes of a stream, as training data."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from vigil.authoring.demonstrations.formats import Format
-from vigil.authoring.demonstrations.write import check_source, write_demonstrations
-from vigil.authoring.streaming.address import seed_in
-from vigil.authoring.streaming.stream import Stream
 from vigil.cli.progress import progress
-from vigil.cli.training.streams import Difficulties, Houses, house_range
-from vigil.runner.plan import profile_of
-from vigil.runner.settings import RunSettings
+from vigil.cli.training.streams import Difficulties, Houses
 from vigil.runner.shared_settings import (
     CoordinatesOption,
     Families,
@@ -22,7 +16,6 @@ from vigil.runner.shared_settings import (
     RenderQuality,
     Workers,
 )
-from vigil.runner.workers.pool import worker_count
 
 
 def demos(
@@ -39,7 +32,7 @@ def demos(
     out: Annotated[Path, typer.Option(help="Folder for the demonstrations: new or empty.")],
     count: Annotated[int, typer.Option(min=1, help="Number of episodes from which demonstrations are made.")] = 100,
     form: Annotated[
-        Format,
+        Literal["sft", "parquet", "lerobot"],
         typer.Option(
             "--format",
             help="Form of the demonstrations: sft (chats as JSON lines), parquet (the same chats as Parquet), "
@@ -66,6 +59,14 @@ def demos(
     that an agent could have given. In a LeRobot dataset, each row is a frame with the action that follows; it does not
     have corrections.
     """
+    from vigil.authoring.demonstrations.write import check_source, write_demonstrations
+    from vigil.authoring.streaming.address import seed_in
+    from vigil.authoring.streaming.stream import Stream
+    from vigil.cli.training.streams import house_range
+    from vigil.runner.plan import profile_of
+    from vigil.runner.settings import RunSettings
+    from vigil.runner.workers.pool import worker_count
+
     check_source(pack)
     asked = RunSettings(
         profile=profile,

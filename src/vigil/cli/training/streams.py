@@ -1,28 +1,27 @@
 """`vigil pack stream`: writes episodes of an endless stream, as the folder of a pack."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
-from vigil.authoring.streaming.folder import write_stream
-from vigil.authoring.streaming.stream import Stream
 from vigil.base.settings import Setting
 from vigil.cli.arguments import SeedFile
 from vigil.cli.progress import progress
 from vigil.errors import SettingError
 from vigil.packs.private import chosen_seed, is_secret
 from vigil.runner.shared_settings import Families, Workers
-from vigil.runner.workers.pool import worker_count
+
+if TYPE_CHECKING:
+    from vigil.authoring.streaming.difficulty import Difficulty
 
 Difficulties = Annotated[
-    tuple[Difficulty, ...],
+    "tuple[Difficulty, ...]",
     Setting(
         "Use only episodes of this difficulty (easy, medium or hard); may be repeated. All difficulties if unset.",
         name="difficulty",
         metavar="DIFFICULTY",
-        read=difficulties_named,
+        read="vigil.authoring.streaming.difficulty:difficulties_named",
         repeats=True,
     ),
 ]
@@ -70,6 +69,10 @@ def stream(
     Progress is saved next to the folder. The same command continues an interrupted one; with a larger --count, it adds
     episodes.
     """
+    from vigil.authoring.streaming.folder import write_stream
+    from vigil.authoring.streaming.stream import Stream
+    from vigil.runner.workers.pool import worker_count
+
     first, last = house_range(houses)
     made_from = chosen_seed(seed, seed_file)
     if made_from is None:

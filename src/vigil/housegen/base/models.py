@@ -7,7 +7,6 @@ import numpy as np
 
 from vigil.assets.database import AssetDatabase, own_asset_id
 from vigil.assets.kernel.asset import Asset, Surface
-from vigil.assets.making import make
 from vigil.base.geometry import Vec3, rotate_floor
 from vigil.scene.geometry import joint_motion, solid_corners
 
@@ -39,6 +38,8 @@ class AssetModel:
     @cached_property
     def asset(self) -> Asset:
         """Shape of the asset."""
+        from vigil.assets.making import make  # noqa: PLC0415 - reads the descriptions of all shapes
+
         return make(self.category, self.size, self.variant)
 
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.assets.making import make
 from vigil.base.geometry import Vec3
 from vigil.housegen.base.models import Rect
 from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled
@@ -75,6 +74,8 @@ class PlannedOpening:
 
     def leaves(self) -> list[Rect]:
         """Return the rectangles of floor under the open leaves, in the room into which the leaves swing."""
+        from vigil.assets.making import make  # noqa: PLC0415 - reads the descriptions of all shapes
+
         if self.category != "Doorway" or not self.openable:
             return []
         size = Vec3(round(self.right - self.left, 4), round(self.top - self.bottom, 4), DOOR_DEPTH_M)

@@ -4,12 +4,8 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
-from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.frame_encoding import EncodedFrame
-from vigil.base.processes.worker import WORKER_TIMEOUT_S
-from vigil.base.settings import Setting, check_settings
 from vigil.errors import RecordError
 from vigil.packs.pack import Pack
 from vigil.records.probe import QUESTIONS
@@ -23,47 +19,12 @@ from vigil.runner.probes.missing import MissingProbes, Play
 from vigil.runner.probes.prober import ProbePlan, Prober, framings
 from vigil.runner.probes.requests import needed_frames, step_messages
 from vigil.runner.retries import RetryPolicy
-from vigil.runner.shared_settings import (
-    ApiKeyEnv,
-    AssetFile,
-    BaseUrl,
-    PackLocation,
-    PricesOption,
-    ProbeFraming,
-    ProbeSteps,
-    Workers,
-)
+from vigil.runner.settings import FinishedProbeSettings
 from vigil.runner.verify_run import recorded_worker_plan
 from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.scoring.probe_schedule import ProbeSchedule
 from vigil.scoring.saved_run import SavedRun, read_run
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FinishedProbeSettings:
-    """Settings for probing a finished run. The model and its sampling are those of the run."""
-
-    steps: ProbeSteps = None
-    framing: ProbeFraming = "state"
-    base_url: BaseUrl = None
-    api_key_env: ApiKeyEnv = None
-    max_connections: Annotated[
-        int, Setting("Maximum number of requests that are sent to the model at the same time.", minimum=1, metavar="N")
-    ] = 16
-    reply_seconds: Annotated[int, Setting("Time limit of each reply.", minimum=1, metavar="SECONDS")] = REPLY_SECONDS
-    prices: PricesOption = None
-    force: Annotated[bool, Setting("Ask although another model answers now than when the run was played.")] = False
-    workers: Workers = None
-    pack: PackLocation = None
-    asset_database: AssetFile = None
-    retries: Annotated[int, Setting("Retries of a failed request.", minimum=0, is_option=False)] = 8
-    first_wait_s: float = 1.0
-    timeout_s: float = WORKER_TIMEOUT_S
-
-    def __post_init__(self) -> None:
-        """Check the values against their declarations."""
-        check_settings(self)
 
 
 @dataclass(frozen=True, slots=True)
