@@ -76,7 +76,7 @@ def main() -> None:
                 W=outcome.W,
                 B=outcome.B,
                 C=closing.C if closing else None,
-                label=closing.label if closing else outcome.label,
+                label=closing.label if closing else outcome.label or "",
                 cause=why.get("cause"),
                 reason=why.get("reason", ""),
             )

@@ -18,6 +18,7 @@ from vigil.errors import RecordError, SettingError
 from vigil.leaderboard.boards import boards_of, history_of
 from vigil.leaderboard.build import BuildSettings, build_site
 from vigil.leaderboard.checking import CheckedEntry
+from vigil.leaderboard.measures import Figures
 from vigil.leaderboard.metadata import read_metadata
 from vigil.leaderboard.pages import Content, write_site
 from vigil.leaderboard.signs import own_signs, signs_between
@@ -110,7 +111,7 @@ def make(runs: Path) -> Make:
                 **facts.pop("plays", {}),
             }
         )
-        figures = {"W": (1.0, 0.9, 1.0), "B": (share, max(0.0, share - 0.1), min(1.0, share + 0.1))}
+        figures: Figures = {"W": (1.0, 0.9, 1.0), "B": (share, max(0.0, share - 0.1), min(1.0, share + 0.1))}
         fields: dict[str, Any] = {"tier": "re_simulated", **facts}
         return CheckedEntry(
             metadata=said, header=header, suite=None, is_private=False, checked="Checked.", tokens={},  # pyright: ignore[reportArgumentType]

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from vigil.agents.frame_pacing import FramePacer
 from vigil.errors import SettingError, SimulatorError, VigilError
-from vigil.integrations.rewards import Shaping, reward_parts
+from vigil.integrations.rewards import Shaping, reward_parts, verdict_of
 from vigil.packs.pack import CHORES_SUITE
 from vigil.protocol.actions import Reply
 from vigil.protocol.episode import Episode
@@ -23,7 +23,6 @@ from vigil.runner.run_folder import RunFolder
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.players import error_record
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool, worker_count
-from vigil.scoring.outcomes import score
 from vigil.serve.journal import SESSIONS_FILE, Begun, Journal, hashed
 from vigil.serve.messages import ClientReply, SessionError, View
 from vigil.serve.settings import ServeSettings
@@ -293,7 +292,8 @@ class Host:
     def _reward(self, record: EpisodeRecord) -> float | None:
         if not self.settings.training:
             return None
-        return sum(reward_parts(score(self._episodes[record.episode_id], record), Shaping()).values())
+        verdict = verdict_of(record, self._episodes[record.episode_id], self.profile, None)
+        return sum(reward_parts(verdict, Shaping()).values())
 
 
 async def _without_details(work: Coroutine[Any, Any, _T]) -> _T:

@@ -42,5 +42,5 @@ def test_intervals_need_five_houses_and_resample_these() -> None:
     one, two, *_ = plays_of_k(rows(), "W")
     assert one.every[1] is not None
     assert two.every[1] is not None
-    assert plays_of_k(rows()[rows()["episode_id"] < "e"], "W")[0].every[1] is None
-    assert plays_of_k(rows()[:0], "W") == []
+    assert plays_of_k(rows().loc[rows()["episode_id"] < "e"], "W")[0].every[1] is None
+    assert plays_of_k(rows().head(0), "W") == []

@@ -40,7 +40,7 @@ def assert_is_printable(figure: Figure, width: PaperWidth) -> None:
     assert figure.get_figwidth() == pytest.approx(PAPER_WIDTHS_IN[width])
     assert figure.get_facecolor()[:3] == (1.0, 1.0, 1.0)
     for text in texts_of(figure):
-        assert text.get_fontsize() >= MIN_POINTS, text
+        assert float(text.get_fontsize()) >= MIN_POINTS, text
     box = figure.get_tightbbox()
     wide, high = figure.get_size_inches()
     assert box.x0 >= -0.02, box

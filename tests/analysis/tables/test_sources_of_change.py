@@ -1,7 +1,5 @@
 """Where changes of B come from, events over models, and progress at false success, from rows counted by hand."""
 
-from typing import Any
-
 import pytest
 
 from tests.support.published_runs import EpisodeScript, Write, good, make_episodes, small_records
@@ -50,7 +48,7 @@ def test_without_a_pair_no_change_has_a_source(write: Write) -> None:
 
 def test_reductions_count_models_with_fewer_events(write: Write) -> None:
     found = study(read_runs([write("alone")]), with_paper=True)
-    rows: dict[Any, dict[str, Any]] = {row.cells["model"]: row.cells for row in event_reductions(found).rows}
+    rows = {row.cells["model"]: dict(row.cells) for row in event_reductions(found).rows}
     assert found.published is not None
     printed = [row for _, row in found.published.rows("proprio_minimal")]
     for event, cells in rows.items():

@@ -137,7 +137,9 @@ def _card(axes: Axes, family: Family, example: Example | None) -> None:
         spine.set(visible=True, color=_TIER_COLOURS[spec.tier], linewidth=1.6)
     axes.imshow(np.full((480, 640, 3), 235, np.uint8) if example is None else example.frame)
     axes.set_title(f"\n{family}  {spec.name}", fontsize=points(9.5 if paper_width_in() is None else 8.2))
-    letters = int(46 * axes.figure.get_figwidth() / (_CARD_WIDTH_IN * 4) * 7.3 / points(7.3))
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    letters = int(46 * figure.get_figwidth() / (_CARD_WIDTH_IN * 4) * 7.3 / points(7.3))
     if example is not None and example.target is not None:
         axes.plot(*example.target, "o", ms=15, mfc="none", mec="white", mew=3.2)
         axes.plot(*example.target, "o", ms=15, mfc="none", mec=CLICK_COLOUR, mew=1.6)

@@ -22,7 +22,6 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.profile import Profile
 from vigil.records.record import FRAMES_FOLDER, EpisodeRecord, RunSpec
 from vigil.sim import make_simulator
-from vigil.sim.privileged import PrivilegedSimulator
 
 MAX_FRAME_BYTES = 4 * MIB
 
@@ -126,6 +125,6 @@ def first_frames(
             if observation is None:
                 raise RecordError(f"Episode {episode.id!r} ended at its reset: {env.record().error}.")
             target = episode.bindings.get("target")
-            pixels = simulator.pixels_of(target) if target and isinstance(simulator, PrivilegedSimulator) else ()
+            pixels = simulator.pixels_of(target) if target else ()
             middle = pixels[len(pixels) // 2] if len(pixels) else None
             yield episode, observation.rgb, None if middle is None else (float(middle[0]), float(middle[1]))
