@@ -20,6 +20,8 @@ ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 TRAINING = {"learn_to_point.py": "--demos", "train_tiny_vlm.py": "--supervised"}
 """Examples that train, on pages of their own -> one of their options."""
+OF_A_SERVER = "remote_client.py"
+"""Example that `tests/serve` plays."""
 EXTENDING = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 
 
@@ -80,7 +82,7 @@ def test_a_back_end_of_ones_own_passes_the_checks() -> None:
 
 
 def test_the_page_names_every_example() -> None:
-    scripts = {path.name for path in EXAMPLES.glob("*.py")} - TRAINING.keys()
+    scripts = {path.name for path in EXAMPLES.glob("*.py")} - TRAINING.keys() - {OF_A_SERVER}
     assert set(re.findall(r"examples/(\w+\.py)", EXTENDING)) == scripts
 
 

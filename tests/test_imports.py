@@ -59,6 +59,7 @@ LAZY = {
     "vigil.authoring.solving.solvers",
     "vigil.housegen.base.spec",
     "vigil.housegen.generate",
+    "vigil.integrations.gymnasium",
     "vigil.sim.core.embedded",
     "vigil.sim.engines.mujoco.engine",
     "vigil.sim.engines.fake",

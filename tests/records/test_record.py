@@ -359,7 +359,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
 @pytest.mark.parametrize(
     ("kind", "allowed"),
     [
-        (End, {"report", "fail_no_report", "invalid_action_limit_exceeded", "error"}),
+        (End, {"report", "stop", "fail_no_report", "invalid_action_limit_exceeded", "error"}),
         (Boundary, {"simulator", "model", "agent", "worker", "runner"}),
         (AgentKind, {"scripted", "privileged", "model", "exec", "human", "remote"}),
     ],

@@ -1,5 +1,6 @@
 """`vigil run --env`: agents, programs and models play through a server, whose record is that of a local run."""
 
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from vigil.runner.settings import RunSettings
 from vigil.serve.client import RemoteEnvironment
 from vigil.serve.playing import play_remotely
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "remote_client.py"
 PROGRAM = """
 import json, sys
 for line in sys.stdin:
@@ -50,6 +52,16 @@ def test_a_programs_record_is_that_of_a_local_run(pack: Pack, tmp_path: Path) ->
     with serving(pack, tmp_path / "run", KEY, limit=2) as client:
         assert play_remotely(through(client, agent=agent)) == 2
     assert steps_of(tmp_path / "run") == steps_of(local.folder)
+
+
+def test_the_plain_client_of_the_examples_plays_every_episode(pack: Pack, tmp_path: Path) -> None:
+    with serving(pack, tmp_path / "run") as client:
+        command = [sys.executable, str(EXAMPLE), client.site.url]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert sorted(done.stdout.splitlines()) == sorted(episode.instruction for episode in pack.episodes)
+    rows: list[EpisodeRecord] = read_records(tmp_path / "run" / "episodes.jsonl")
+    assert sorted(row.episode_id for row in rows) == sorted(episode.id for episode in pack.episodes)
 
 
 def test_a_program_that_ends_is_recorded_as_a_local_one(pack: Pack, tmp_path: Path) -> None:
