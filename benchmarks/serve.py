@@ -28,7 +28,8 @@ from vigil.serve.app import make_app
 from vigil.serve.client import RemoteEnvironment, SessionEnded
 from vigil.serve.host import open_host
 from vigil.serve.patience import server_config
-from vigil.serve.settings import ServeSettings, plan_serving
+from vigil.serve.planning import plan_serving
+from vigil.serve.settings import ServeSettings
 from vigil.web.site import Address
 
 TURN = {"text": '{"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": 30}}'}

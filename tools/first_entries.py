@@ -9,9 +9,9 @@ from pathlib import Path
 
 from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
 from vigil.cli.runs import with_agent
-from vigil.leaderboard.build import BuildSettings, build_site
-from vigil.leaderboard.checking import CheckSettings
+from vigil.leaderboard.build import build_site
 from vigil.leaderboard.metadata import EntryMetadata, Methodology, Verification
+from vigil.leaderboard.settings import BuildSettings, CheckSettings
 from vigil.leaderboard.submit import submit_run
 from vigil.runner.plan import plan_run
 from vigil.runner.run import play_run

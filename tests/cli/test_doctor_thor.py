@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.support.thor_client import in_process
-from vigil.cli import app, doctor
+from vigil.cli import app
 from vigil.errors import SettingError
 from vigil.sim.conformance import moving, seeing
 from vigil.sim.thor import requirements
@@ -29,7 +29,7 @@ def test_the_chosen_engine_is_named_and_what_is_missing(monkeypatch, wanted: str
 
     monkeypatch.setenv(ENGINE_VARIABLE, wanted)
     monkeypatch.setattr(requirements, "version", absent)
-    monkeypatch.setattr(doctor, "GuardedClient", without_client)
+    monkeypatch.setattr("vigil.sim.thor.guarded_client.GuardedClient", without_client)
     code, facts = said()
     assert code == 0
     assert facts["chosen engine"] == name
@@ -42,15 +42,15 @@ def test_the_conformance_checks_are_played_on_demand(monkeypatch):
     def fails(_: object) -> None:
         raise AssertionError("as it must not be")
 
-    monkeypatch.setattr(doctor, "make_simulator", lambda *_, **__: in_process())
+    monkeypatch.setattr("vigil.sim.make_simulator", lambda *_, **__: in_process())
     checks = (moving.clamps_the_pitch, seeing.sees_through_glass_but_clicks_it)
-    monkeypatch.setattr(doctor, "CHECKS", checks)
+    monkeypatch.setattr("vigil.sim.conformance.checks.CHECKS", checks)
     code, facts = said("--full")
     assert code == 0
     assert facts["simulator"] == "thor/in-process"
     assert facts["clamps_the_pitch"] == "holds"
     assert facts["sees_through_glass_but_clicks_it"].startswith("fails, as expected: What is behind a pane")
-    monkeypatch.setattr(doctor, "CHECKS", (fails,))
+    monkeypatch.setattr("vigil.sim.conformance.checks.CHECKS", (fails,))
     code, facts = said("--full")
     assert code == 1
     assert facts["fails"] == "failed: as it must not be"

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from rich.table import Table
 
 from tests.support.commands import CommandResult, Vigil
 from tests.support.quick_runs import claim
@@ -282,7 +283,7 @@ def test_what_is_said_at_once_stands_before_what_comes_later(tmp_path: Path) -> 
 
 
 def test_a_name_in_a_table_stays_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
-    table = text.Table("agent", title="exec:a :fire: [b]")
+    table = Table("agent", title="exec:a :fire: [b]")
     table.add_row("exec:x :smile: [red]y[/red]")
     text.print_fitting(lambda _: table)
     said = capsys.readouterr().out

@@ -9,8 +9,8 @@ import pytest
 from tests.support.commands import Vigil, command_runner
 from tests.support.played_runs import make_run
 from tests.support.tiny_pack import tiny_pack
-from vigil.leaderboard.checking import CheckSettings
 from vigil.leaderboard.metadata import EntryMetadata, Methodology, Verification
+from vigil.leaderboard.settings import CheckSettings
 from vigil.leaderboard.submit import submit_run
 from vigil.packs.pack import Pack
 

@@ -14,8 +14,9 @@ import pytest
 
 from tests.leaderboard.conftest import metadata
 from vigil.leaderboard import bundle as bundles_module
-from vigil.leaderboard.build import Builder, BuildSettings, build_site
+from vigil.leaderboard.build import Builder, build_site
 from vigil.leaderboard.bundle import unpack_bundle
+from vigil.leaderboard.settings import BuildSettings
 from vigil.packs.pack import Pack
 from vigil.records.record import RunHeader
 

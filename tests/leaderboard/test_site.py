@@ -16,11 +16,12 @@ from tests.support.browser_page import DESKTOP, PHONE, Visitor
 from tests.support.commands import Vigil
 from vigil.errors import RecordError, SettingError
 from vigil.leaderboard.boards import boards_of, history_of
-from vigil.leaderboard.build import BuildSettings, build_site
+from vigil.leaderboard.build import build_site
 from vigil.leaderboard.checking import CheckedEntry
 from vigil.leaderboard.measures import Figures
 from vigil.leaderboard.metadata import read_metadata
 from vigil.leaderboard.pages import Content, write_site
+from vigil.leaderboard.settings import BuildSettings
 from vigil.leaderboard.signs import own_signs, signs_between
 from vigil.leaderboard.submit import submit_run
 from vigil.packs.pack import Pack

@@ -121,10 +121,12 @@ STUDY = {
     ),
 }
 CHALLENGE = {
-    "new": Verb("challenge:new", "Makes a pack from a secret seed, and a file of hashes and a deadline to publish."),
-    "reveal": Verb("challenge:reveal", "Adds the seed to the file of a challenge, after its deadline."),
+    "new": Verb(
+        "sharing.challenge:new", "Makes a pack from a secret seed, and a file of hashes and a deadline to publish."
+    ),
+    "reveal": Verb("sharing.challenge:reveal", "Adds the seed to the file of a challenge, after its deadline."),
     "check": Verb(
-        "challenge:check",
+        "sharing.challenge:check",
         "Makes the pack of a revealed challenge again and compares the bytes; exits with 2 if they differ.",
     ),
 }
@@ -137,7 +139,7 @@ THOR = {
 }
 LEADERBOARD = {
     "build": Verb(
-        "leaderboard:build",
+        "sharing.leaderboard:build",
         "Plays every submitted run again, computes its figures again, and writes a static site of those that hold.",
     ),
 }
@@ -180,7 +182,7 @@ VERBS: dict[str, Verb | Group] = {
         "Lets a person play episodes in the browser as an agent does; this is recorded as a run like any other.",
     ),
     "serve": Verb(
-        "serving:serve",
+        "sharing.serving:serve",
         "Serves a pack over HTTP and WebSocket: house, goal and records stay here, clients get frames; records a run.",
     ),
     "review": Verb(
@@ -193,7 +195,7 @@ VERBS: dict[str, Verb | Group] = {
         "or results to share.",
     ),
     "submit": Verb(
-        "leaderboard:submit",
+        "sharing.leaderboard:submit",
         "Plays a run again and writes it, with what readers must know about it, as a bundle for a leaderboard.",
     ),
     "demos": Verb(

@@ -6,17 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
 
 from vigil.base.files import file_sha256, read_file
 from vigil.base.json_files import is_array, is_object, read_json
-from vigil.base.settings import Setting
 from vigil.errors import InputError, PackMismatch, RecordError, SettingError, SimulatorError, shorten
 from vigil.leaderboard.bundle import MAX_ZIP_BYTES, unpack_bundle
 from vigil.leaderboard.cache import Cache, Cached
-from vigil.leaderboard.checking import CheckedEntry, CheckSettings, check_claims, check_run, known_packs
+from vigil.leaderboard.checking import CheckedEntry, check_claims, check_run, known_packs
 from vigil.leaderboard.decisions import Decision, read_decisions
 from vigil.leaderboard.pages import DATA, Content, LogLine, write_play_pages, write_site
+from vigil.leaderboard.settings import BuildSettings
 from vigil.leaderboard.signs import copied_plays, signs_between
 from vigil.web.drawing import RenderService
 
@@ -24,36 +23,6 @@ OnBundle = Callable[[Path, int, int], None]
 MAX_NAME_CHARS = 80
 _UNREADABLE = (ArithmeticError, LookupError, TypeError, ValueError, RuntimeError)
 """Errors that odd values in records could cause in any measure. They refuse one bundle, and do not end the build."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BuildSettings(CheckSettings):
-    """Settings of a leaderboard's site."""
-
-    cache: Annotated[
-        Path | None,
-        Setting("Folder for what was found about bundles, so that only new ones are checked.", unset="OUT-cache"),
-    ] = None
-    packs: Annotated[
-        tuple[Path, ...],
-        Setting(
-            "Folder of a pack that does not come with VIGIL; may be repeated.",
-            name="pack",
-            metavar="FOLDER",
-            read=lambda texts: tuple(map(Path, texts)),
-            repeats=True,
-        ),
-    ] = ()
-    decisions: Annotated[
-        Path | None, Setting("YAML file with the maintainers' decisions: accepted, refused or withdrawn, and why.")
-    ] = None
-    earlier: Annotated[
-        Path | None,
-        Setting("entries.json of an earlier site, whose results are shown in the history over versions of a pack."),
-    ] = None
-    shown_plays: Annotated[
-        int, Setting("Number of plays of each entry that get a page of the trajectory viewer.", minimum=0, maximum=1000)
-    ] = 4
 
 
 @dataclass

@@ -1,25 +1,23 @@
 """Checking: whether a run holds as an entry. Its replies are played again, and its figures computed again."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field
 
-from vigil.base.settings import Setting, check_settings
 from vigil.errors import PackMismatch, RecordError, SimulatorError, shorten
 from vigil.leaderboard.bundle import Entry
 from vigil.leaderboard.measures import RANKED_BY, Figures, Measures, changed_figures, measures_of
 from vigil.leaderboard.metadata import Division, EntryMetadata, Tier, contradictions, division_of
+from vigil.leaderboard.settings import CheckSettings
 from vigil.leaderboard.signs import own_signs
 from vigil.packs.pack import PACKAGED, Pack, manifest_sha256, packaged_names
 from vigil.packs.private import is_private, redact_ids
 from vigil.protocol.prompt import policy_sha256
 from vigil.records.costs import Tokens
 from vigil.records.record import RunHeader, read_header
-from vigil.runner.shared_settings import AssetFile, Workers
 from vigil.runner.verify_run import Verification, VerifySettings, verify_run
 from vigil.scoring.saved_run import SavedRun, read_run
 
@@ -28,21 +26,6 @@ MAX_LISTED = 3
 MAX_FAULT_CHARS = 500
 ID_DIGITS = 12
 OnProgress = Callable[[int, int], None]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CheckSettings:
-    """Settings of the check of entries."""
-
-    frames: Annotated[
-        bool, Setting("Also draw every frame again and compare it; frames are equal only if the renderer is the same.")
-    ] = False
-    workers: Workers = None
-    asset_database: AssetFile = None
-
-    def __post_init__(self) -> None:
-        """Check the values against their declarations."""
-        check_settings(self)
 
 
 class CheckedEntry(BaseModel):

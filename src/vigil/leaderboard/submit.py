@@ -5,8 +5,9 @@ from pathlib import Path
 from vigil.base.files import read_file
 from vigil.errors import RecordError, SettingError
 from vigil.leaderboard.bundle import MEMBERS, Entry, sha256_of, without_paths, write_bundle
-from vigil.leaderboard.checking import CheckedEntry, CheckSettings, OnProgress, check_run, known_packs
+from vigil.leaderboard.checking import CheckedEntry, OnProgress, check_run, known_packs
 from vigil.leaderboard.metadata import EntryMetadata
+from vigil.leaderboard.settings import CheckSettings
 from vigil.packs.private import check_revealed
 from vigil.records.probe_file import PROBES_FILE
 from vigil.records.record import EPISODES_FILE, HEADER_FILE, read_header

@@ -1,7 +1,7 @@
-"""Settings of `vigil serve`, and the plan of the run that a server records."""
+"""Settings of `vigil serve`."""
 
 import re
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import Annotated
 
 from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS
@@ -9,8 +9,6 @@ from vigil.base.settings import Setting, check_settings
 from vigil.errors import SettingError
 from vigil.protocol.actions import ReplyPolicy
 from vigil.records.record import MAX_EPOCHS
-from vigil.runner.plan import RUNS_FOLDER, RunPlan, plan_run
-from vigil.runner.settings import RunSettings
 from vigil.runner.shared_settings import (
     AssetFile,
     Backend,
@@ -18,7 +16,6 @@ from vigil.runner.shared_settings import (
     EpisodeIds,
     Families,
     LogDir,
-    PackName,
     ProfileOption,
     PromptFileOption,
     PromptVariantOption,
@@ -95,23 +92,3 @@ class ServeSettings:
             raise SettingError(
                 f"Player {self.name!r}: a name has letters, digits, '_', '.' and '-', 60 at most, e.g. --name acme-vlm."
             )
-
-
-def plan_serving(pack: PackName, settings: ServeSettings) -> RunPlan:
-    """Return the plan of the run that a server records. Raises InputError."""
-    shared = {one.name for one in fields(settings)} & {one.name for one in fields(RunSettings)}
-    plan = plan_run(RunSettings(pack=pack, agent="noop", **{name: getattr(settings, name) for name in shared}))
-    if plan.spec.profile.row.declares_criteria:
-        raise SettingError(
-            f"Profile {settings.profile!r} asks a model a question before the first frame; choose another."
-        )
-    spec = plan.spec.model_copy(
-        update={
-            "agent": f"remote:{settings.name}",
-            "agent_kind": "remote",
-            "frame_interval_seconds": settings.frame_interval_seconds,
-        }
-    )
-    folder = settings.log_dir or RUNS_FOLDER / f"{spec.pack}-{spec.agent.replace(':', '-')}"
-    worker = replace(plan.worker, agent="")
-    return replace(plan, spec=spec, worker=worker, execution=replace(plan.execution, folder=folder))

@@ -9,13 +9,11 @@ import secrets
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import typer
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from vigil.authoring.drafting.drafts import DRAFTS_VERSION
-from vigil.authoring.packing.recipes import made_with
 from vigil.base.files import read_file
 from vigil.base.settings import check_settings
 from vigil.cli.making.options import Content, Drafting, Drawing, OutFolder
@@ -29,6 +27,7 @@ from vigil.runner.shared_settings import Workers
 _PRIVATE = {"seed", "seed_file", "workers", "assets", "review_files", "houses"}
 """Options that are not published: those of one machine, and those that a challenge does not have."""
 _SHA256 = r"^[0-9a-f]{64}$"
+_Part = TypeVar("_Part", Content, Drawing, Drafting)
 ChallengeFile = Annotated[Path, typer.Argument(metavar="CHALLENGE", help="File of the challenge.")]
 
 
@@ -70,11 +69,15 @@ class Challenge(BaseModel):
 
     def making(self) -> tuple[Content, Drawing, Drafting]:
         """Return the options with which the pack is made again. Raises SettingError if they are invalid."""
+        from vigil.protocol.families import Family
+
+        def read(kind: type[_Part]) -> _Part:
+            reader = TypeAdapter(kind)
+            reader.rebuild(_types_namespace={"Family": Family})  # its module imports this name for type checkers only
+            return reader.validate_python(self.options.get(kind.__name__.lower(), {}))
+
         try:
-            content, drawing, drafting = (
-                TypeAdapter(kind).validate_python(self.options.get(name, {}))
-                for name, kind in {"content": Content, "drawing": Drawing, "drafting": Drafting}.items()
-            )
+            content, drawing, drafting = read(Content), read(Drawing), read(Drafting)
         except ValidationError as error:
             raise SettingError(f"The challenge's options are invalid: {first_error(error)}.") from None
         for part in (content, drawing, drafting):
@@ -96,6 +99,9 @@ def new(
     A seed file that does not exist is made, with a new seed: keep it secret. The pack is made as by `vigil pack make`.
     Publish only the file OUT.challenge.json.
     """
+    from vigil.authoring.drafting.drafts import DRAFTS_VERSION
+    from vigil.authoring.packing.recipes import made_with
+
     ends = _time(deadline)
     if content.seed_file is None or content.seed is not None:
         raise SettingError("A challenge needs a secret seed: give --seed-file, and no --seed.")
@@ -139,6 +145,9 @@ def reveal(
 
 def check(challenge: ChallengeFile, out: OutFolder, workers: Workers = None) -> None:
     """Example: vigil challenge check spring.challenge.json --out packs/spring"""
+    from vigil.authoring.drafting.drafts import DRAFTS_VERSION
+    from vigil.authoring.packing.recipes import made_with
+
     found = Challenge.read(challenge)
     if found.seed is None:
         raise SettingError(f"The seed of challenge {found.name!r} is not revealed before {found.deadline.isoformat()}.")

@@ -7,16 +7,11 @@ from importlib.util import find_spec
 from typing import Annotated
 
 import typer
-import uvicorn
 
 from vigil.cli.text import print_notes
 from vigil.cli.web import TERMINATED, Host, Port, listen
 from vigil.errors import SettingError
-from vigil.serve.app import make_app
-from vigil.serve.host import open_host
-from vigil.serve.patience import server_config
-from vigil.serve.settings import ServeSettings, plan_serving
-from vigil.web.site import Address
+from vigil.serve.settings import ServeSettings
 
 
 def serve(
@@ -40,6 +35,14 @@ def serve(
     One server records one run, of one player. The same command continues it: episodes that were being played when the
     server ended go on. `vigil score`, `vigil view` and `vigil verify` open the run's folder.
     """
+    import uvicorn
+
+    from vigil.serve.app import make_app
+    from vigil.serve.host import open_host
+    from vigil.serve.patience import server_config
+    from vigil.serve.planning import plan_serving
+    from vigil.web.site import Address
+
     address = Address(host, port, token)
     if find_spec("websockets") is None:
         raise SettingError('WebSockets need one more library. Run: pip install "vigil-bench[serve]".')

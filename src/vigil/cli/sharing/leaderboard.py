@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -10,11 +10,11 @@ from vigil.cli.arguments import Reveal, RunArgument
 from vigil.cli.progress import progress
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, first_error
-from vigil.leaderboard.build import BuildSettings, build_site
-from vigil.leaderboard.checking import CheckSettings
-from vigil.leaderboard.metadata import EntryMetadata, fields_of, read_metadata
-from vigil.leaderboard.submit import submit_run
+from vigil.leaderboard.settings import BuildSettings, CheckSettings
 from vigil.runner.shared_settings import PackLocation
+
+if TYPE_CHECKING:
+    from vigil.leaderboard.metadata import EntryMetadata
 
 
 def submit(
@@ -30,6 +30,9 @@ def submit(
     settings: CheckSettings,
 ) -> None:
     """Example: vigil submit runs/gpt-4o --metadata entry.yaml --out gpt-4o.zip"""
+    from vigil.leaderboard.metadata import read_metadata
+    from vigil.leaderboard.submit import submit_run
+
     said = _ask() if metadata is None else read_metadata(metadata)
     with progress("play again") as show:
         entry = submit_run(run, said, out, settings, pack=pack, reveals=reveal, on_progress=show)
@@ -42,8 +45,10 @@ def submit(
     print(f"Bundle: {out}. It holds every reply and hidden state of the run, and messages of its errors.")
 
 
-def _ask() -> EntryMetadata:
+def _ask() -> "EntryMetadata":
     """Ask for the metadata on a terminal. Raises SettingError."""
+    from vigil.leaderboard.metadata import EntryMetadata, fields_of
+
     if not sys.stdin.isatty():
         raise SettingError("Say what the entry is: --metadata FILE. docs/leaderboard.md shows such a file.")
     found: dict[str, Any] = {}
@@ -69,6 +74,8 @@ def build(
     settings: BuildSettings,
 ) -> None:
     """Example: vigil leaderboard build bundles/*.zip --decisions decisions.yaml --out site"""
+    from vigil.leaderboard.build import build_site
+
     with progress("play again") as show:
         built = build_site(bundles, out, settings, lambda _path, done, total: show(done, total))
     for line in built.log:
