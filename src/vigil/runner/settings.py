@@ -11,7 +11,6 @@ from vigil.base.processes.worker import WORKER_TIMEOUT_S
 from vigil.base.settings import Setting, check_settings
 from vigil.errors import SettingError
 from vigil.packs.private import REVEAL_HELP
-from vigil.protocol.actions import ReplyPolicy
 from vigil.protocol.profile import ImageFormat
 from vigil.protocol.prompt_file import check_template
 from vigil.records.limits import MAX_EPOCHS
@@ -34,6 +33,7 @@ from vigil.runner.shared_settings import (
     PromptFileOption,
     PromptVariantOption,
     RenderQuality,
+    ReplyPolicyOption,
     SystemRoleOption,
     ThinkingOption,
     Workers,
@@ -140,13 +140,7 @@ class RunSettings:
     prompt_template: PromptFileOption = None
     coordinates: CoordinatesOption = None
     """Coordinate system of the model's clicks; None for the system that the published table has for the model."""
-    reply_policy: Annotated[
-        ReplyPolicy,
-        Setting(
-            "How a reply is read: strict accepts only one JSON object; lenient also accepts it inside a "
-            "code fence or prose."
-        ),
-    ] = "strict"
+    reply_policy: ReplyPolicyOption = "strict"
     system_role: SystemRoleOption = "system"
     shard: Annotated[
         "Shard | None",

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from vigil.base.settings import Setting
-from vigil.protocol.actions import Coordinates
+from vigil.protocol.actions import Coordinates, ReplyPolicy
 from vigil.protocol.observation import Quality
 from vigil.protocol.profile import PromptVariant, SystemRole
 from vigil.protocol.prompt_file import read_prompt_file
@@ -86,6 +86,13 @@ CoordinatesOption = Annotated[
         "How the model gives the position of a click: in pixels of the frame (pixel), or as 0 to 1000 "
         "across and down the frame (normalized_1000).",
         unset="the model's published one if known, otherwise pixel",
+    ),
+]
+ReplyPolicyOption = Annotated[
+    ReplyPolicy,
+    Setting(
+        "How a reply is read: strict accepts only one JSON object; lenient also accepts it inside a "
+        "code fence or prose."
     ),
 ]
 SystemRoleOption = Annotated[

@@ -7,7 +7,6 @@ from typing import Annotated
 from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS
 from vigil.base.settings import Setting, check_settings
 from vigil.errors import SettingError
-from vigil.protocol.actions import ReplyPolicy
 from vigil.records.record import MAX_EPOCHS
 from vigil.runner.shared_settings import (
     AssetFile,
@@ -20,6 +19,7 @@ from vigil.runner.shared_settings import (
     PromptFileOption,
     PromptVariantOption,
     RenderQuality,
+    ReplyPolicyOption,
     Workers,
 )
 
@@ -45,13 +45,7 @@ class ServeSettings:
     prompt_variant: PromptVariantOption = "default"
     prompt_template: PromptFileOption = None
     coordinates: CoordinatesOption = None
-    reply_policy: Annotated[
-        ReplyPolicy,
-        Setting(
-            "How a reply is read: strict accepts only one JSON object; lenient also accepts it inside a "
-            "code fence or prose."
-        ),
-    ] = "strict"
+    reply_policy: ReplyPolicyOption = "strict"
     seed: Annotated[int, Setting("Random seed of the order in which episodes are served.")] = 0
     workers: Workers = None
     backend: Backend = "mujoco"
