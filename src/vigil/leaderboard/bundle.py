@@ -36,9 +36,9 @@ MEMBERS: Mapping[str, int] = {
     EPISODES_FILE: 512 * MIB,
     PROBES_FILE: 256 * MIB,
 }
-"""Name of a member -> its largest size, in bytes, when it is unpacked."""
+"""Name of a member (a file in the bundle) -> its maximum size in bytes after unpacking."""
 MAX_ROW_BYTES = 16 * MIB
-"""Longest row of records; a row with forty replies of maximum length has about 10 MiB."""
+"""Maximum size of a row of records; a row with forty replies of maximum length has about 10 MiB."""
 MAX_DIRECTORY_BYTES = 4096
 MAX_SHOWN_CHARS = 60
 _END, _END_64, _END_SIZE = b"PK\x05\x06", b"PK\x06\x07", 22
@@ -52,7 +52,7 @@ class _Part(BaseModel):
 
 
 class Frames(_Part):
-    """The frames that the agent saw, by their hashes."""
+    """Number and hash of the frames that the agent saw."""
 
     count: int = Field(ge=0)
     sha256: str
@@ -68,13 +68,13 @@ class Entry(_Part):
     pack_sha256: str
     frames: Frames
     figures: dict[str, tuple[float | None, float | None, float | None]] = Field(max_length=1000)
-    """Figure -> value and interval as the submitter computed them; the check computes them again."""
+    """Name of a figure -> its value and interval, as the submitter computed them; the check computes them again."""
     files: dict[str, str] = Field(max_length=len(MEMBERS))
     """Name of a member -> SHA-256."""
 
 
 _PATHS = ("pack_folder", "asset_database")
-"""Names of the facts about a machine that are paths on it."""
+"""Names of the facts about the machine (`host` in the header) that are paths."""
 
 
 def without_paths(header: RunHeader) -> RunHeader:
@@ -142,7 +142,7 @@ def unpack_bundle(path: Path, folder: Path) -> Entry:
 
 
 def _check_directory(file: BinaryIO) -> None:
-    """Check the size and the directory of a zip file before its directory is read into memory."""
+    """Check the size of a zip file, and of its directory, before the directory is read into memory."""
     size = file.seek(0, io.SEEK_END)
     if size > MAX_ZIP_BYTES:
         raise RecordError(f"it has {size:,} bytes; a bundle has at most {MAX_ZIP_BYTES:,}")
@@ -182,7 +182,7 @@ def _check_members(infos: Iterable[zipfile.ZipInfo]) -> None:
 
 
 def _unpack(bundle: zipfile.ZipFile, info: zipfile.ZipInfo, out: Path) -> str:
-    """Unpack a member and return its SHA-256; stop at the limits, whatever the zip file says about sizes."""
+    """Unpack a member and return its SHA-256. Stop at the size limits, because the sizes in a zip file may be false."""
     digest, size, row = hashlib.sha256(), 0, 0
     with bundle.open(info) as source, out.open("wb") as target:
         while block := source.read(_BLOCK):

@@ -1,4 +1,4 @@
-"""Checking: whether a run holds as an entry. Its replies are played again, and its figures computed again."""
+"""Checking whether a run is a valid entry: its replies are played again, and its figures are computed again."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class CheckSettings:
 
 
 class CheckedEntry(BaseModel):
-    """An entry that holds."""
+    """An entry that passed the check."""
 
     model_config = ConfigDict(frozen=True, arbitrary_types_allowed=True)
 
@@ -54,23 +54,23 @@ class CheckedEntry(BaseModel):
     header: RunHeader
     suite: str | None
     is_private: bool
-    """Whether its pack is private, so that its plays are not shown."""
+    """Whether the pack is private. The site does not show plays of a private pack."""
     checked: str
-    """Sentence that says what was checked."""
+    """A sentence for readers that says what was checked."""
     tokens: Tokens
     figures: Figures
     tables: tuple[str, ...]
     regimes: tuple[str, ...]
     signs: tuple[str, ...]
     plays: pd.DataFrame = Field(exclude=True, repr=False)
-    """The plays; written to a file of its own (see `Measures`)."""
+    """The plays (see `Measures`), which the cache stores in a separate file."""
     bundle_sha256: str = ""
     tier: Tier = "re_simulated"
-    """Tier in which the entry is ranked: what was checked, or what the maintainers decided."""
+    """Tier in which the entry is ranked: the tier that the check proves, or the tier that the maintainers chose."""
 
     @property
     def id(self) -> str:
-        """The first digits of the run's hash, which name the entry everywhere."""
+        """Id of the entry: the first digits of the run's hash."""
         return self.header.sha256[:ID_DIGITS]
 
     @property
@@ -80,7 +80,7 @@ class CheckedEntry(BaseModel):
 
     @property
     def profile(self) -> str:
-        """Condition of the entry: its profile, and what of prompt and grammar is not the default."""
+        """Name of the profile, followed by the prompt variant and the reply policy if they are not the default."""
         profile = self.header.spec.profile
         differs = {
             profile.prompt_variant: profile.prompt_variant != "default" and not profile.has_custom_prompt,
@@ -90,17 +90,17 @@ class CheckedEntry(BaseModel):
 
     @property
     def ranked_by(self) -> str:
-        """Figure by which the entry is ranked."""
+        """Name of the figure by which the entry is ranked."""
         return RANKED_BY[self.suite]
 
     @property
     def cost(self) -> float | None:
-        """Cost of the run's replies at the prices of its header; None if it is unknown."""
+        """Cost of the run's replies, from the prices in its header; None without prices."""
         return None if self.header.prices is None else self.header.prices.cost(self.tokens)
 
     @property
     def thinking(self) -> Literal["on", "off", "unknown"]:
-        """Whether the model thought, by its answers, or else by the settings."""
+        """Whether the model thought, according to its answers or, if they do not show it, the settings."""
         said = [each.thinking for each in (self.header.answered, *(s.answered for s in self.header.resumed)) if each]
         return "on" if "on" in said or self.header.has_reasoning else "off" if "off" in said else "unknown"
 
@@ -117,9 +117,9 @@ def check_run(
     settings: CheckSettings,
     on_progress: OnProgress = lambda _done, _total: None,
 ) -> tuple[CheckedEntry, Measures]:
-    """Return the entry that a run is, after playing its replies again.
+    """Play a run's replies again, and return the run as an entry with its measures.
 
-    Raises RecordError that says why it does not hold, or SimulatorError if it could not be checked.
+    Raises RecordError that says why the run is not a valid entry, or SimulatorError if it could not be checked.
     """
     header = read_header(folder)
     _refuse_if(
@@ -182,7 +182,7 @@ def _check_plays(
 
 
 def check_claims(claimed: Entry, measures: Measures) -> None:
-    """Raise RecordError if the figures or frames that a bundle claims do not follow from its records."""
+    """Raise RecordError if figures or frames in a bundle's entry differ from those that its records give."""
     _refuse_if([f"{each}." for each in changed_figures(claimed.figures, measures.figures)], "its figures are others")
     if claimed.frames != measures.frames:
         raise RecordError("the hash of its frames is not that of the frames in its records")

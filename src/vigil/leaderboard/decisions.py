@@ -24,9 +24,9 @@ class Decision(BaseModel):
     by: Line
     date: date
     tier: Tier | None = None
-    """Tier that the maintainers vouch for; by default the one that the check proves."""
+    """Tier that the maintainers vouch for; None to use the tier that the check proves."""
     bundle: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")] | None = None
-    """Hash of the bundle that is meant, where several bundles hold one run."""
+    """SHA-256 of the bundle that the decision accepts, if several bundles contain the same run."""
 
 
 class _File(BaseModel):
@@ -36,7 +36,7 @@ class _File(BaseModel):
 
 
 def read_decisions(path: Path | None) -> dict[str, Decision]:
-    """Return {id of an entry: decision}. Raises SettingError that names the line."""
+    """Return {id of an entry: decision}. Raises SettingError that names the line of an invalid decision."""
     if path is None:
         return {}
     if not path.is_file():
