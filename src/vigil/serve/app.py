@@ -53,7 +53,7 @@ class StepRequest(BaseModel):
 
 
 async def reset(host: Host, request: ResetRequest) -> tuple[str | None, dict[str, Any]]:
-    """Begin a session, or continue the session that the request names; return its token and the answer to the client."""
+    """Begin a session, or continue the session in the request; return its token and the answer to the client."""
     if request.session is not None:
         return request.session, (await host.view(request.session)).message(request.session)
     opened = await host.open(request.index)

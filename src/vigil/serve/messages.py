@@ -26,7 +26,7 @@ MAX_MESSAGE_BYTES = 8 * 1024 * 1024
 
 
 class SessionError(Exception):
-    """A request that cannot be carried out. The client gets the message, so the message must not reveal hidden state."""
+    """A request that cannot be carried out. The client gets the message, so it must not reveal hidden state."""
 
     def __init__(self, status: int, code: str, message: str) -> None:
         super().__init__(message)
