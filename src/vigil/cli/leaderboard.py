@@ -43,7 +43,7 @@ def submit(
 
 
 def _ask() -> EntryMetadata:
-    """Ask for the metadata on a terminal. Raises SettingError."""
+    """Ask for an entry's metadata in the terminal. Raises SettingError."""
     if not sys.stdin.isatty():
         raise SettingError("Say what the entry is: --metadata FILE. docs/leaderboard.md shows such a file.")
     found: dict[str, Any] = {}

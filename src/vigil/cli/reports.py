@@ -1,4 +1,4 @@
-"""`vigil report` and `vigil figure`: what saved runs show."""
+"""`vigil report` and `vigil figure`: tables and figures of saved runs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ OF_RUNS = (
     *("outcome_partition", "belief_closure", "plane", "closure_curves", "feedback_shift"),
     *("belief_curve", "belief_reliability", "belief_partition"),
 )
-"""Names of the figures in `FIGURES` and `BELIEF_FIGURES`, which the help shows without loading them."""
+"""Names of the figures in `FIGURES` and `BELIEF_FIGURES`, repeated here so that the help need not load them."""
 
 
 def report(

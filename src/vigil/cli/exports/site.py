@@ -1,4 +1,4 @@
-"""One run as a static site, or one of its episodes as a page or a film."""
+"""Exports one run as a static site, or one of its episodes as a page or a film."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"
 def write_site(
     folder: Path, out: Path, key: Key | None, packs: list[str], assets: Path | None, *, reveals: bool
 ) -> Path:
-    """Write the run in `folder`, or only the episode `key`, and return the path to open.
+    """Write the run in `folder`, or only the episode `key`, and return the file that a user should open.
 
-    Raises RecordError, and SettingError if the pack is private and `reveals` is false.
+    Raises RecordError, or SettingError if the pack is private and `reveals` is false.
     """
     from vigil.web.drawing import RenderService
     from vigil.web.export import export_site

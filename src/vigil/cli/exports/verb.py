@@ -1,4 +1,4 @@
-"""`vigil export`: runs as pages, films, tables, a dataset, or results for an aggregator."""
+"""`vigil export`: writes runs as pages, films, tables, a dataset, or results in the format Every Eval Ever."""
 
 from __future__ import annotations
 

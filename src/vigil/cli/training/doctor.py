@@ -1,4 +1,4 @@
-"""`vigil train doctor`: says whether a trainer will see what is played, before it trains."""
+"""`vigil train doctor`: checks, before a training, that the trainer gets exactly what is played."""
 
 from importlib import import_module
 from typing import Annotated, Any, Literal

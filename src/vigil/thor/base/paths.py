@@ -1,4 +1,4 @@
-"""Shortest walks over a grid of places where the body fits, made straight where nothing is in between."""
+"""Shortest walks on a grid of places where the body fits. Corners are removed where the straight line is free."""
 
 import numpy as np
 
