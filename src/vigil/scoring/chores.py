@@ -196,7 +196,7 @@ class ListOutcome:
         return sum(chore.undone for chore in self.chores)
 
     def lag(self, chore: ChoreOutcome) -> int | None:
-        """Return the number of steps from when a chore first held to the report; None unless it is claimed and holds."""
+        """Return the steps from when a chore first held to the report; None unless it holds and is claimed."""
         is_met = self.outcome.is_reported and chore.W and chore.is_positive
         return self.outcome.steps - chore.first_held if is_met and chore.first_held is not None else None
 

@@ -62,7 +62,7 @@ class RemoteEnvironment:
         return self._send(self._request("GET", "/contract"))
 
     def reset(self) -> "RemoteEpisode | None":
-        """Return the next episode, just begun; None if no episode is left. Raises InfrastructureError or SettingError."""
+        """Begin the next episode; None if no episode is left. Raises InfrastructureError or SettingError."""
         answer = self._post("/reset", {})
         return None if answer["done"] else RemoteEpisode(self, answer["observation"])
 
