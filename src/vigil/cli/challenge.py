@@ -98,9 +98,11 @@ def new(
     """
     ends = _time(deadline)
     if content.seed_file is None or content.seed is not None:
-        raise SettingError("A challenge needs a secret seed: give --seed-file, and no --seed.")
+        raise SettingError("A challenge needs a secret seed: give --seed-file, and leave out --seed.")
     if drawing.houses or content.review_files or content.assets:
-        raise SettingError("Anyone must be able to make the pack again: leave out --houses, --review and --assets.")
+        raise SettingError(
+            "Anyone must be able to make a challenge's pack again: leave out --houses, --review and --assets."
+        )
     if not content.seed_file.exists():
         _write_seed(content.seed_file)
     pack = make_from(out, content, drawing, drafting)
@@ -128,7 +130,9 @@ def reveal(
     """Example: vigil challenge reveal packs/spring.challenge.json --seed-file seed.txt"""
     found, seed = Challenge.read(challenge), read_seed(seed_file)
     if not found.matches(seed):
-        raise SettingError(f"The seed in {str(seed_file)!r} is not that of challenge {found.name!r}: its hash differs.")
+        raise SettingError(
+            f"The seed in {str(seed_file)!r} is not the seed of challenge {found.name!r}: their hashes differ."
+        )
     if datetime.now(UTC) < found.deadline and not early:
         raise SettingError(
             f"The deadline, {found.deadline.isoformat()}, has not passed. To reveal it now, give --early."

@@ -44,7 +44,9 @@ def framed_figures(
         having = _having(found.runs, episode_id)
         drawn |= _of_episode(having, pack, episode_id, (f"trajectory_{number}", f"pipeline_{number}"), frames)
     if diagram and not found.runs:
-        raise SettingError("The diagram shows the eight families: give also a run of a pack that has them.")
+        raise SettingError(
+            "--diagram shows the eight families, but no run is on a pack of the families. Give such a run, too."
+        )
     if diagram:
         place = str(pack_folder(found.runs[0].header, pack))
         drawn["protocol"] = (protocol_of(place, frames), "The eight families in two tiers, each with a first frame.")

@@ -71,7 +71,9 @@ def _play_remotely(settings: RunSettings, dry_run: bool) -> None:
     from vigil.serve.playing import play_remotely
 
     if dry_run:
-        raise SettingError("--dry-run needs the episodes, which the server of --env keeps. Leave one of them out.")
+        raise SettingError(
+            "--dry-run cannot be used with --env: the episodes are on the server. Leave out one of the two options."
+        )
     count = play_remotely(settings, lambda done: print(f"played: {done}", file=sys.stderr, flush=True))
     print(f"{count} episodes were played at {settings.env}; the server keeps their records and scores.")
 

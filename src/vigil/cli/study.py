@@ -153,7 +153,9 @@ def report(
     runs = planned_runs(source)
     played = [one for one in runs if one.saved() is not None]
     if not played:
-        raise RecordError(f"No run of {source.study.name!r} is played yet. First: vigil study run {source.text.path}")
+        raise RecordError(
+            f"No run of study {source.study.name!r} was played yet. First run: vigil study run {source.text.path}"
+        )
     others, suites = read_suites([one.folder for one in played])
     scored = read_runs(others, labels=labels_of(runs))
     found = measured_study(scored, with_paper=with_paper)
@@ -189,7 +191,9 @@ def _last_study() -> Path:
         return Path(COPY)
     copies = sorted(RUNS_FOLDER.glob(f"*/{COPY}"), key=lambda path: path.stat().st_mtime_ns)
     if not copies:
-        raise SettingError(f"Give the file of a study: there is no {COPY} here, and none was played under runs/.")
+        raise SettingError(
+            f"Give the file of a study: this folder does not contain {COPY}, and no study was played under runs/."
+        )
     return copies[-1]
 
 

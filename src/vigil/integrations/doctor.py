@@ -110,7 +110,9 @@ def _played_by(member: Any, row: dict[str, Any]) -> Seen:
     valid_replies([[{"role": "assistant", "content": REPLIES[-1]}]], [member])
     record, reward = member.record, member.get_reward()
     if record is None or reward is None:
-        raise SettingError("The episode did not end after the report, or the simulator failed.")
+        raise SettingError(
+            "The check cannot continue: the episode did not end after its report, or the simulator failed."
+        )
     frames = [np.asarray(content[1]["image"]) for content in contents]
     return Seen(frames, [content[0]["text"] for content in contents], reward, record)
 

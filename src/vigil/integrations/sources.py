@@ -156,7 +156,7 @@ class StreamSource:
     def by_id(self, episode_id: str) -> SampledEpisode:
         """Raise SettingError: the episodes of a stream cannot be looked up by id."""
         raise SettingError(
-            f"Episode {episode_id!r} cannot be played: the episodes of a stream come in order, and only the last "
+            f"Episode {episode_id!r} cannot be selected: the episodes of a stream come in order, and only the last "
             "one can be played again by its id. `vigil pack stream` writes episodes to a folder, from which any "
             "episode can be selected."
         )

@@ -127,7 +127,8 @@ class Builder:
                 raise  # it may be known to the next build
             except _UNREADABLE as fault:
                 raise RecordError(
-                    f"its check failed: {type(fault).__name__}: {ascii(str(fault))[:MAX_NAME_CHARS]}"
+                    f"the check of the bundle failed with an error: {type(fault).__name__}: "
+                    f"{ascii(str(fault))[:MAX_NAME_CHARS]}"
                 ) from None
             except RecordError as fault:
                 return self.cache.store(
@@ -154,7 +155,7 @@ def build_site(
     Raises SettingError or PackMismatch.
     """
     if out.exists() and (not out.is_dir() or (any(out.iterdir()) and not (out / DATA).exists())):
-        raise SettingError(f"{str(out)!r} is not the site of a leaderboard, and not empty. Give another --out.")
+        raise SettingError(f"{str(out)!r} exists, but is not the site of a leaderboard. Give another --out.")
     cache = Cache(
         settings.cache or out.with_name(f"{out.name}-cache"),
         settings.frames,
@@ -188,7 +189,7 @@ def _earlier_rows(path: Path | None) -> list[dict[str, str]]:
         found = read_json(read_file(path, f"--earlier {str(path)!r}", SettingError, MAX_ZIP_BYTES))
         rows = found["history"] if is_object(found) else None
         if not is_array(rows) or not all(set(row) == {"model_name", "profile", "pack", "result"} for row in rows):
-            raise ValueError("it has no `history` of results")
+            raise ValueError("`history` is missing or is not a list of results")
     except (ValueError, KeyError, TypeError) as error:
         raise SettingError(f"--earlier {str(path)!r} is not the entries.json of a site: {error}.") from None
     return [{name: str(value) for name, value in row.items()} for row in rows]

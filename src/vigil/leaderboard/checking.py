@@ -123,19 +123,25 @@ def check_run(
     """
     header = read_header(folder)
     _refuse_if(
-        [f"{each}." for each in contradictions(header, metadata)], "the run cannot be an entry as it is described"
+        [f"{each}." for each in contradictions(header, metadata)], "the run and its metadata do not make a valid entry"
     )
     if policy_sha256(header.spec.profile) != header.spec.prompt_policy_sha256:
-        raise RecordError(f"its prompt {header.spec.prompt_policy!r} has another text here, so it cannot be checked")
+        raise RecordError(
+            f"the run's prompt {header.spec.prompt_policy!r} has a different text in this version of VIGIL, so the run "
+            "cannot be checked"
+        )
     place = packs.get(header.spec.pack_sha256)
     if place is None:
         raise PackMismatch(
-            f"its pack {header.spec.pack!r} with SHA-256 {header.spec.pack_sha256[:ID_DIGITS]}... is not known here: "
+            f"the run's pack {header.spec.pack!r} with SHA-256 {header.spec.pack_sha256[:ID_DIGITS]}... is not known "
+            "here: "
             "give its folder with --pack"
         )
     pack = Pack.load(place, header.spec.pack_sha256)
     if pack.name != header.spec.pack:
-        raise RecordError(f"it names its pack {header.spec.pack!r}, and the pack with that hash is {pack.name!r}")
+        raise RecordError(
+            f"the run's header calls its pack {header.spec.pack!r}, but the pack with the same hash is {pack.name!r}"
+        )
     try:
         return _check_plays(folder, metadata, pack, settings, on_progress)
     except RecordError as fault:
@@ -150,7 +156,7 @@ def _check_plays(
 ) -> tuple[CheckedEntry, Measures]:
     run = read_run(folder, pack.folder)
     header = run.header
-    _refuse_if(_missing_plays(run, pack), "it is not a whole run")
+    _refuse_if(_missing_plays(run, pack), "the run is not complete")
     is_replayed = metadata.tier != "self_reported"
     verify = VerifySettings(
         frames=settings.frames and is_replayed,
@@ -161,8 +167,8 @@ def _check_plays(
     )
     found = verify_run(folder, verify, on_progress=on_progress)
     if lost := [each for each in found.differences if each.fact == "simulator"]:
-        raise SimulatorError(f"It could not be played again: {lost[0]}.")
-    _refuse_if([f"{each}." for each in found.differences], "played again, it is another run")
+        raise SimulatorError(f"The run could not be played again: {lost[0]}.")
+    _refuse_if([f"{each}." for each in found.differences], "playing the run again gave other results")
     measures = measures_of(run, pack)
     entry = CheckedEntry(
         metadata=metadata,
@@ -183,9 +189,12 @@ def _check_plays(
 
 def check_claims(claimed: Entry, measures: Measures) -> None:
     """Raise RecordError if figures or frames in a bundle's entry differ from those that its records give."""
-    _refuse_if([f"{each}." for each in changed_figures(claimed.figures, measures.figures)], "its figures are others")
+    _refuse_if(
+        [f"{each}." for each in changed_figures(claimed.figures, measures.figures)],
+        "the figures that the bundle claims do not follow from its records",
+    )
     if claimed.frames != measures.frames:
-        raise RecordError("the hash of its frames is not that of the frames in its records")
+        raise RecordError("the hash of frames that the bundle claims does not follow from its records")
 
 
 def _missing_plays(run: SavedRun, pack: Pack) -> list[str]:

@@ -40,7 +40,9 @@ def read_decisions(path: Path | None) -> dict[str, Decision]:
     if path is None:
         return {}
     if not path.is_file():
-        raise SettingError(f"--decisions {str(path)!r} does not exist. docs/leaderboard.md shows such a file.")
+        raise SettingError(
+            f"--decisions {str(path)!r} does not exist. Give an existing file; docs/leaderboard.md shows an example."
+        )
     text = read_yaml(path)
     try:
         found = _File.model_validate(text.value).decisions
@@ -48,5 +50,5 @@ def read_decisions(path: Path | None) -> dict[str, Decision]:
         raise text.error(tuple(error.errors()[0]["loc"]), f"{first_error(error)}.") from None
     for index, decision in enumerate(found):
         if decision.run in {other.run for other in found[:index]}:
-            raise text.error(("decisions", index), f"there are two decisions about {decision.run}. Leave one.")
+            raise text.error(("decisions", index), f"there are two decisions about {decision.run}. Remove one of them.")
     return {decision.run: decision for decision in found}

@@ -23,9 +23,9 @@ MAX_NAME_CHARS = 300
 
 def _plain(text: str) -> str:
     if not text.replace("\n", "").isprintable():
-        raise ValueError("it has a control character or an invisible one; remove it")
+        raise ValueError("the text contains a control character or an invisible character; remove it")
     if set("<>") & set(text):
-        raise ValueError("it has < or >, which no entry needs; remove them")
+        raise ValueError("the text contains < or >; remove these characters")
     return text
 
 
@@ -77,7 +77,8 @@ def read_metadata(path: Path) -> EntryMetadata:
     """Return the metadata in a YAML file. Raises SettingError that names the line, and lists all missing values."""
     if not path.is_file():
         raise SettingError(
-            f"{str(path)!r} does not exist. Write the entry's metadata there; docs/leaderboard.md shows it."
+            f"{str(path)!r} does not exist. Write the entry's metadata to this file; docs/leaderboard.md shows an "
+            "example."
         )
     text = read_yaml(path)
     try:
@@ -93,7 +94,7 @@ def _readable(text: YamlText, error: ValidationError) -> SettingError:
     listed = [f"`{name}` ({known.get(name, 'a group of keys')})" for name in missing]
     if unknown := [fault for fault in faults if fault["type"] == "extra_forbidden"]:
         place = spoken(unknown[0]["loc"])
-        return text.error(unknown[0]["loc"], f"there is no such key.{did_you_mean(place, known)}")
+        return text.error(unknown[0]["loc"], f"this key does not exist.{did_you_mean(place, known)}")
     if listed:
         return text.error((), f"the metadata is incomplete. Missing: {'; '.join(listed)}.")
     return text.error(faults[0]["loc"], f"{first_error(error)}.")

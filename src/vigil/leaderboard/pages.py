@@ -80,7 +80,7 @@ def write_play_pages(run: Path, pack: Path, entry: CheckedEntry, out: Path, draw
     """Write pages of `count` plays: of each family first a play that was not closed truthfully, then one that was."""
     found = Library([run], [pack]).runs()[0]
     if found.table is None:
-        raise RecordError(f"its plays cannot be shown: {found.fault}")
+        raise RecordError(f"the plays of the bundle cannot be shown: {found.fault}")
     plays = entry.plays.assign(turn=entry.plays.groupby(["family", "closed"]).cumcount())
     chosen = plays.sort_values(["turn", "closed", "family", "episode_id", "epoch"]).head(count)
     for name, epoch in sorted(zip(chosen["episode_id"], chosen["epoch"], strict=True)):

@@ -65,13 +65,15 @@ class ChoreAnswer(_Fact):
     def _is_whole(self) -> "ChoreAnswer":
         is_impossible = self.kind == "impossible"
         if is_impossible != (self.reason is not None) or is_impossible != (set(self.accepted) == set(CONCEDED)):
-            raise ValueError("an impossible chore must have a reason and accept a concession; no other chore may")
+            raise ValueError(
+                "a chore of kind `impossible`, and no other, must have a reason and accept exactly the concessions"
+            )
         if (self.kind in ("order", "by_the_way")) != bool(self.with_chores):
             raise ValueError(
-                "a chore of kind `order` or `by_the_way` must name the chores that it depends on; no other chore may"
+                "a chore of kind `order` or `by_the_way`, and no other, must list entangled chores in `with_chores`"
             )
         if (self.kind == "look_alike") != (self.distractor is not None):
-            raise ValueError("a chore of kind `look_alike` must name its distractor; no other chore may")
+            raise ValueError("a chore of kind `look_alike`, and no other, must have a distractor")
         return self
 
     @property
@@ -109,7 +111,7 @@ class ListAnswer(_Fact):
                     f"chore {number} names chores {chore.with_chores}, but the list has {len(self.chores)} chores"
                 )
         if not any(chore.is_possible for chore in self.chores):
-            raise ValueError("no chore of the list can be met")
+            raise ValueError("all chores of the list are impossible; at least one must be possible")
         return self
 
 
@@ -118,7 +120,8 @@ def list_answers(pack: str | Path) -> dict[str, ListAnswer]:
     manifest = manifest_of(pack)
     if manifest.suite != CHORES_SUITE:
         raise PackMismatch(
-            f"Pack {manifest.name!r} is not of the suite {CHORES_SUITE!r}: it has no answers for chores."
+            f"Pack {manifest.name!r} is not a pack of the suite {CHORES_SUITE!r}, so it does not have answers for "
+            "chores."
         )
     return answers_by_id(frozen_table(pack, CHORE_ANSWERS, ListAnswer))
 
@@ -128,7 +131,7 @@ def answers_by_id(answers: Iterable[ListAnswer]) -> dict[str, ListAnswer]:
     found: dict[str, ListAnswer] = {}
     for answer in answers:
         if answer.episode_id in found:
-            raise EpisodeError(f"Two answers are about episode {answer.episode_id!r}. Restore {CHORE_ANSWERS}.")
+            raise EpisodeError(f"Two answers are for episode {answer.episode_id!r}. Restore {CHORE_ANSWERS}.")
         found[answer.episode_id] = answer
     return found
 
@@ -145,7 +148,7 @@ def answer_of(episode: Episode, answers: Mapping[str, ListAnswer]) -> ListAnswer
 def check_answer(episode: Episode, answer: ListAnswer) -> None:
     """Raise EpisodeError unless an answer is for this episode and fits its goal."""
     if answer.episode_id != episode.id:
-        raise EpisodeError(f"The answer of episode {answer.episode_id!r} is not that of {episode.id!r}.")
+        raise EpisodeError(f"The answer is for episode {answer.episode_id!r}, not for {episode.id!r}.")
     if not isinstance(episode.goal, Chores):
         raise EpisodeError(f"Episode {episode.id!r}: its goal is {episode.goal.kind}, not a list of chores.")
     if len(answer.chores) != len(episode.goal.chores):

@@ -230,7 +230,10 @@ def score_list(answer: ListAnswer, episode: Episode, record: EpisodeRecord, *, h
     )
     broken = broken_identities(found)
     if broken:
-        raise RuntimeError(f"Scoring broke its own identities: {'; '.join(broken)}. This is a bug in vigil.")
+        raise RuntimeError(
+            f"The scores contradict the identities that must hold between them: {'; '.join(broken)}. This is a bug in "
+            "vigil."
+        )
     return found
 
 

@@ -214,7 +214,9 @@ class _Socket:
             self._token, answer = await reset(self._host, request)
             return answer
         if message.type != "step":
-            raise SessionError(422, "UNKNOWN_TYPE", "Known types of messages: reset, step, state, close.")
+            raise SessionError(
+                422, "UNKNOWN_TYPE", "The message has an unknown type. Known types: reset, step, state, close."
+            )
         if self._token is None:
             raise _NO_SESSION
         answer = await step(self._host, self._token, StepRequest(action=message.data, moment=message.moment))

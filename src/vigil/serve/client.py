@@ -52,7 +52,9 @@ class RemoteEnvironment:
     def __init__(self, url: str, token: str = "", patience_s: float = PATIENCE_SECONDS) -> None:
         """Set the address. Failed requests are sent again for `patience_s` seconds. Raises SettingError."""
         if urlsplit(url).scheme not in ("http", "https") or not urlsplit(url).hostname:
-            raise SettingError(f"--env {url!r} is not an address. Give one such as http://127.0.0.1:8380.")
+            raise SettingError(
+                f"--env {url!r} is not the address of a server. Give an address such as http://127.0.0.1:8380."
+            )
         self.url = url.rstrip("/")
         self._token, self._patience_s = token, patience_s
         self._open = urllib.request.build_opener(_NoRedirect).open

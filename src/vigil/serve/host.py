@@ -152,7 +152,7 @@ class Host:
         if not self.settings.training:
             raise SessionError(400, "VALIDATION_ERROR", "The server chooses the episodes: leave out `index`.")
         if not 0 <= index < len(self._order):
-            raise SessionError(400, "VALIDATION_ERROR", f"`index` is from 0 to {len(self._order) - 1}.")
+            raise SessionError(400, "VALIDATION_ERROR", f"`index` must be from 0 to {len(self._order) - 1}.")
         key = next((key for key in self._waiting if key[0] == self._order[index]), None)
         if key is not None:
             self._waiting.remove(key)
@@ -206,7 +206,9 @@ class Host:
             try:
                 reply = given.reply(time.monotonic() - session.since)
             except ValueError:
-                raise SessionError(422, "VALIDATION_ERROR", "The reply is not valid: see /schema.") from None
+                raise SessionError(
+                    422, "VALIDATION_ERROR", "The reply is not valid: /schema describes valid replies."
+                ) from None
             session.pacer.begin()
             record = await self._advance(session, reply)
             await asyncio.sleep(session.pacer.left)
@@ -311,7 +313,10 @@ async def _without_details(work: Coroutine[Any, Any, _T]) -> _T:
 def open_host(plan: RunPlan, settings: ServeSettings) -> Host:
     """Return the host of a new or continued run. Raises InputError, or SimulatorError if no simulator starts."""
     if settings.training and plan.pack.manifest.suite == CHORES_SUITE:
-        raise SettingError("--training serves episodes of the families alone; this pack has lists of chores.")
+        raise SettingError(
+            "--training works only with packs of the families, but this pack contains lists of chores. Leave out "
+            "--training."
+        )
     execution = plan.execution
     folder = RunFolder.create_or_resume(execution.folder, plan.spec, plan.pack.episodes, execution.input_paths)
     frames = folder.frames if execution.save_frames else None

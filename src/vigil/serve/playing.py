@@ -79,7 +79,9 @@ def play_remotely(settings: RunSettings, on_episode: Callable[[int], None] = lam
     try:
         profile = Profile.model_validate(server.contract()["profile"])
     except (KeyError, ValidationError):
-        raise SettingError(f"{server.url} is not a server of this version of VIGIL (vigil serve).") from None
+        raise SettingError(
+            f"{server.url} is not a `vigil serve` of this version of VIGIL. Check the address and both versions."
+        ) from None
     session = _Session(server, profile, on_episode)
     if settings.model is not None:
         endpoint = endpoint_of(settings)
@@ -107,7 +109,7 @@ def check_settings_of_player(settings: RunSettings) -> None:
         if one.name not in _OF_THE_PLAYER and getattr(settings, one.name) != defaults[one.name]
     ]
     if given:
-        raise SettingError(f"{', '.join(given)}: the server decides this. Leave it out with --env.")
+        raise SettingError(f"{', '.join(given)}: with --env, the server decides this. Leave it out.")
 
 
 def _play_with_agent(settings: RunSettings, session: _Session) -> None:

@@ -93,7 +93,7 @@ class ServeSettings:
         check_settings(self)
         if not _NAME.fullmatch(self.name):
             raise SettingError(
-                f"Player {self.name!r}: a name has letters, digits, '_', '.' and '-', 60 at most, e.g. --name acme-vlm."
+                f"--name {self.name!r}: give at most 60 letters, digits, '_', '.' and '-', e.g. --name acme-vlm."
             )
 
 
@@ -103,7 +103,8 @@ def plan_serving(pack: PackName, settings: ServeSettings) -> RunPlan:
     plan = plan_run(RunSettings(pack=pack, agent="noop", **{name: getattr(settings, name) for name in shared}))
     if plan.spec.profile.row.declares_criteria:
         raise SettingError(
-            f"Profile {settings.profile!r} asks a model a question before the first frame; choose another."
+            f"Profile {settings.profile!r} asks a question before the first frame, which `vigil serve` cannot do. "
+            "Choose another profile."
         )
     spec = plan.spec.model_copy(
         update={

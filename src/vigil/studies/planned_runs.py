@@ -73,7 +73,7 @@ def selected_runs(runs: Iterable[PlannedRun], models: Iterable[str], conditions:
         for name in names:
             if name not in known:
                 raise SettingError(
-                    f"The study has no {what} {name!r}.{did_you_mean(name, known)} It has {', '.join(known)}."
+                    f"The study has no {what} {name!r}.{did_you_mean(name, known)} Its {what}s: {', '.join(known)}."
                 )
         found = [run for run in found if not names or name_of(run) in names]
     return found

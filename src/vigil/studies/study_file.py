@@ -92,7 +92,7 @@ def read_study(path: Path) -> StudySource:
     """Return the study in a file. Raises SettingError that names the line and the key."""
     text = read_yaml(path)
     if not isinstance(text.value, dict):
-        raise text.error((), "a study consists of keys with values, such as `name: my_study`.")
+        raise text.error((), "a study must consist of keys with values, such as `name: my_study`.")
     try:
         study = StudyFile.model_validate(text.value)
     except ValidationError as error:
@@ -109,7 +109,7 @@ def _as_setting_error(text: YamlText, error: ValidationError) -> Exception:
     if first["type"] == "extra_forbidden":
         kind = StudyModel if place[0] == "models" else StudyFile
         hint = did_you_mean(str(place[-1]), kind.model_fields)
-        return text.error(place, f"there is no such key.{hint} Known: {', '.join(kind.model_fields)}.")
+        return text.error(place, f"this key does not exist.{hint} Known: {', '.join(kind.model_fields)}.")
     if first["type"] == "missing":
         return text.error(place[:-1], f"the key `{place[-1]}` is missing. Add it.")
     return text.error(place, f"{first['msg']}, not {first['input']!r}.")
@@ -125,7 +125,10 @@ def _check_names(source: StudySource) -> None:
     for index, model in enumerate(study.models):
         here: Place = ("models", index)
         if model.name.casefold() in seen:
-            raise text.error((*here, "name"), f"{model.name!r} is also models[{seen[model.name.casefold()] + 1}].")
+            raise text.error(
+                (*here, "name"),
+                f"the name {model.name!r} is also that of models[{seen[model.name.casefold()] + 1}]. Change one.",
+            )
         seen[model.name.casefold()] = index
         if (model.model is None) == (model.agent is None):
             raise text.error(here, "give exactly one of `model` and `agent`.")

@@ -57,26 +57,30 @@ def read_yaml(path: Path) -> YamlText:
     try:
         raw = path.read_bytes()
     except OSError as error:
-        raise SettingError(f"{str(path)!r} cannot be read: {error.strerror}. Give the file of a study.") from None
+        raise SettingError(
+            f"{str(path)!r} cannot be read: {error.strerror}. Give a YAML file that can be read."
+        ) from None
     if len(raw) > MAX_BYTES:
-        raise SettingError(f"{str(path)!r} has {len(raw):,} bytes; at most {MAX_BYTES:,} are read.")
+        raise SettingError(f"{str(path)!r} has {len(raw):,} bytes, but may have at most {MAX_BYTES:,}.")
     try:
         text = raw.decode()
         if aliases := [token for token in yaml.scan(text, _Loader) if isinstance(token, yaml.AliasToken)]:
             line = aliases[0].start_mark.line + 1
-            raise SettingError(f"{str(path)!r}, line {line}: aliases (*name) are not read. Write the value again.")
+            raise SettingError(f"{str(path)!r}, line {line}: aliases (*name) are not allowed. Write the value itself.")
         root = yaml.compose(text, _Loader)
         value = yaml.load(text, _Loader)
     except UnicodeDecodeError as error:
-        raise SettingError(f"{str(path)!r} is not UTF-8 text: byte {error.start}.") from None
+        raise SettingError(
+            f"{str(path)!r} is not UTF-8 text: byte {error.start} is invalid. Save it as UTF-8."
+        ) from None
     except yaml.YAMLError as error:
         raise SettingError(_syntax_error(path, error)) from None
     if root is None:
-        raise SettingError(f"{str(path)!r} is empty.")
+        raise SettingError(f"{str(path)!r} is empty. Write the keys of the file into it; the docs show an example.")
     found = YamlText(path, value, {(): root.start_mark.line + 1})
     for place, line in _lines(root):
         if place in found.lines:
-            raise found.error(place, f"the key is there twice: also in line {line}. Remove one.")
+            raise found.error(place, f"the key is a duplicate of line {line}. Remove one of them.")
         found.lines[place] = line
     return found
 

@@ -181,7 +181,7 @@ class ListCertifier:
             if removed.is_pickupable or not removed.is_present:
                 raise BrokenRule(
                     "cannot_be_moved",
-                    f"{removed.id!r}, which makes the chore impossible, can be picked up, or is absent",
+                    f"{removed.id!r} should block the chore, but an agent can carry it away, or it is absent",
                 )
             return "no_fit" if part.kind == "object_at_receptacle" else "locked"
         if removed.is_present:

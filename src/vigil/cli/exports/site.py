@@ -43,7 +43,9 @@ def _only_run(library: Library, folder: Path) -> LibraryRun:
     found = library.runs()
     if len(found) > 1:
         names = ", ".join(str(each.folder) for each in found[:5])
-        raise RecordError(f"{str(folder)!r} holds {len(found)} runs; give one of them: {names}.")
+        raise RecordError(
+            f"{str(folder)!r} contains {len(found)} runs, but only one can be exported. Give one of: {names}."
+        )
     if not found or found[0].table is None:
         raise RecordError(
             f"{str(folder)!r} is not a run that can be exported: {found[0].fault if found else 'no records'}"

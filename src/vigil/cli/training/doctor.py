@@ -26,7 +26,7 @@ def doctor(
     trainer would get are compared with the record. Exits with 2 if anything differs.
     """
     if processor is not None and integration != "trl":
-        raise SettingError(f"--processor is for --with trl; {integration} has no processor.")
+        raise SettingError(f"--processor is for --with trl only: {integration} does not use a processor. Leave it out.")
     checks = import_module("vigil.integrations.doctor")
     options: dict[str, Any] = {"pack": pack, "family": list(families), "backend": backend}
     if integration == "trl":

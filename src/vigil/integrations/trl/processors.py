@@ -41,7 +41,9 @@ def protocol_processor(processor: Any) -> Any:
     """
     template = processor.chat_template
     if not isinstance(template, str):
-        raise SettingError("The processor has no chat template: take that of an instruction-tuned model.")
+        raise SettingError(
+            "The processor does not have a chat template. Use the processor of an instruction-tuned model."
+        )
     if template.startswith(_REWRITTEN):
         return processor
     processor.chat_template = _REWRITTEN + template

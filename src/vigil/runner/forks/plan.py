@@ -49,8 +49,8 @@ class ForkPlan:
         others = run.header.spec.versions.differences()
         if others:
             raise RecordError(
-                f"Run {run.header.run_id!r} was played under other versions: {', '.join(others)}. Its plays cannot be "
-                "continued under the present versions. Use the version of vigil that played it."
+                f"Run {run.header.run_id!r} was played with other versions: {', '.join(others)}. Its plays cannot be "
+                "continued with this version. Use the version of VIGIL that played the run."
             )
         return cls(run, at)
 
@@ -67,8 +67,9 @@ class ForkPlan:
             there, here = getattr(theirs, name), getattr(spec, name)
             if there != here:
                 raise SettingError(
-                    f"Run {self.run.header.run_id!r} was played with {name} {there!r}, but this one has {here!r}. "
-                    f"Recorded steps can be repeated exactly only with the same value: set {option}."
+                    f"Run {self.run.header.run_id!r} was played with {name} {there!r}, but the new run has {here!r}. "
+                    f"Recorded steps can be repeated exactly only with an equal value: set {option} to the original "
+                    "value."
                 )
 
     def episodes(self, wanted: Sequence[Episode], named: Collection[str]) -> list[Episode]:
@@ -84,7 +85,8 @@ class ForkPlan:
         if not found:
             first = next(iter(faults.items()), ("", "no episode is chosen"))
             raise RecordError(
-                f"No play of run {self.run.header.run_id!r} can be continued at {self.at}. Of episode {first[0]!r}: "
+                f"No play of run {self.run.header.run_id!r} can be continued at {self.at}. The reason for episode "
+                f"{first[0]!r}: "
                 f"{first[1]}."
             )
         return found
@@ -112,10 +114,10 @@ class ForkPlan:
         """Return why an episode cannot be continued; empty if it can."""
         record = self._record(episode.id)
         if record is None:
-            return "the run has no record of it without error"
+            return "the run does not have a record of it that ended without an error"
         step = self._step(episode, record)
         if step is None:
             return "its goal was never attained"
         if step >= len(record.steps):
-            return f"its play has {len(record.steps)} steps, and must have one after step {step}"
+            return f"its play has only {len(record.steps)} steps, so it cannot be continued after step {step}"
         return ""

@@ -75,7 +75,7 @@ def plan_probing(folder: Path, settings: FinishedProbeSettings) -> FinishedProbi
         )
     if REDACTED in spec.model_dump_json(include={"sampling", "model_args"}):
         raise RecordError(
-            f"Run {run.header.run_id!r} had settings that are secret and were not recorded, so its requests cannot be "
+            f"Run {run.header.run_id!r} had secret settings, which are not recorded, so its requests cannot be "
             "sent again. Probe a new run while it is played: vigil run --probe."
         )
     table = read_probes(folder, run.header.sha256)
