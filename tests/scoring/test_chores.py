@@ -275,7 +275,7 @@ def test_what_an_answer_must_say(fields: dict[str, Any], message: str):
             {"chores": [{"kind": "by_the_way", "with_chores": [4]}] * 3, "kind": "chores_03"},
             "has 3 chores",
         ),
-        ({"chores": [ANSWER.chores[3].model_dump()] * 3, "kind": "chores_03"}, "can be met"),
+        ({"chores": [ANSWER.chores[3].model_dump()] * 3, "kind": "chores_03"}, "all chores of the list are impossible"),
     ],
 )
 def test_what_the_answer_of_a_list_must_say(fields: dict[str, Any], message: str):

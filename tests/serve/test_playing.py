@@ -98,7 +98,7 @@ def test_what_the_server_decides_cannot_be_set(pack: Pack, tmp_path: Path) -> No
             play_remotely(RunSettings(env=client.site.url, agent="noop"))
         with pytest.raises(SettingError, match="'solver' does not exist"):
             play_remotely(through(client, agent="solver"))
-    with pytest.raises(SettingError, match=r"is not an address"):
+    with pytest.raises(SettingError, match=r"is not the address of a server"):
         play_remotely(RunSettings(env="127.0.0.1:8380", agent="noop"))
     with pytest.raises(InfrastructureError, match=r"cannot be reached"):
         RemoteEnvironment(client.site.url).contract()

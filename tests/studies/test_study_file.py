@@ -93,7 +93,7 @@ def test_a_fault_names_line_and_key(tmp_path: Path, before: str, after: str, wor
 def test_a_file_that_is_absent_or_no_mapping_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SettingError, match="cannot be read"):
         read_study(tmp_path / "none.yaml")
-    with pytest.raises(SettingError, match="a study is keys with values"):
+    with pytest.raises(SettingError, match="a study must consist of keys with values"):
         read_study(written(tmp_path, "- a"))
     with pytest.raises(SettingError, match="is empty"):
         read_study(written(tmp_path, "# nothing"))
