@@ -55,7 +55,7 @@ def test_only_hashes_and_a_deadline_are_published(folder: Path) -> None:
 def test_only_the_promised_seed_is_revealed_and_not_before_the_deadline(folder: Path, tmp_path: Path) -> None:
     file, other = folder / "spring.challenge.json", tmp_path / "other.txt"
     other.write_text(f"{2**64 + 1}\n")
-    assert "is not that of challenge 'spring'" in fault("reveal", file, "--seed-file", other)
+    assert "is not the seed of challenge 'spring'" in fault("reveal", file, "--seed-file", other)
     assert "give --early" in fault("reveal", file, "--seed-file", folder / "seed.txt")
 
 

@@ -126,15 +126,18 @@ def with_path(members: Members) -> None:
 
 
 HOSTILE: dict[str, tuple[Edit, str]] = {
-    "edited without its hash": (row(lambda record: record.update(attempt=2)), "episodes.jsonl is not the file"),
+    "edited without its hash": (row(lambda record: record.update(attempt=2)), "episodes.jsonl does not have the hash"),
     "edited figures": (better_figure, "figure B, value: claimed 1.0, found"),
-    "edited frames": (entry_field(frames={"count": 1, "sha256": "0" * 64}), "hash of its frames"),
+    "edited frames": (
+        entry_field(frames={"count": 1, "sha256": "0" * 64}),
+        "the hash of frames that the bundle claims",
+    ),
     "a fact that its reply does not say": (
         row(lambda record: record["steps"][0].update(ignored_keys=["x"])),
         "step 1: ignored_keys: recorded",
     ),
-    "another pack": (of_no_pack, "its pack 'tiny' with SHA-256 000000000000... is not known here"),
-    "another pack's name": (misnamed, "the pack with that hash is 'tiny'"),
+    "another pack": (of_no_pack, "the run's pack 'tiny' with SHA-256 000000000000... is not known here"),
+    "another pack's name": (misnamed, "the pack with the same hash is 'tiny'"),
     "another version": (spec(versions={"rules": 2, "shapes": 5, "grammar": 2}), "rules 2 (here"),
     "another run's rows": (spec(seed=7), "is of another run"),
     "rows left out": (lambda m: m.update({"episodes.jsonl": m["episodes.jsonl"].split(b"\n")[0] + b"\n"}), "1 of 4"),
@@ -142,18 +145,18 @@ HOSTILE: dict[str, tuple[Edit, str]] = {
     "deep nesting": (nested, "cannot be read"),
     "a giant reply": (giant, "has a row of more than 16,777,216 bytes"),
     "a simulator of its own": (spec(simulator="fake"), "'fake' is not one of the benchmark"),
-    "another's paths": (with_path, "names paths or addresses of a machine"),
+    "another's paths": (with_path, "contains paths or addresses of a machine"),
     "an absolute path": (further("/etc/cron.d/x"), "'/etc/cron.d/x'"),
     "a path upwards": (further("../x"), "'../x'"),
     "a program": (further("setup.py"), "'setup.py'"),
-    "a script in a name": (said(model_name=SCRIPT), "it has < or >"),
-    "an invisible letter in a name": (said(model_name="GPT\u202e4"), "an invisible one"),
+    "a script in a name": (said(model_name=SCRIPT), "the text contains < or >"),
+    "an invisible letter in a name": (said(model_name="GPT\u202e4"), "an invisible character"),
     "a link that is none": (said(references=["javascript:alert(1)"]), "references.0"),
     "deep nesting in the entry": (
         lambda m: m.update({"entry.json": b"[" * 100_000}),
-        "entry.json is not that of an entry",
+        "entry.json of the bundle is not valid",
     ),
-    "a number that no table holds": (row(huge), "its check failed: "),
+    "a number that no table holds": (row(huge), "the check of the bundle failed with an error: "),
     "a prompt that it denies": (said(submission_type="standard"), "it is custom"),
 }
 
@@ -274,13 +277,13 @@ def encrypted(folder: Path, source: Path) -> Path:
 @pytest.mark.parametrize(
     ("make", "why"),
     [
-        (link, "episodes.jsonl is a link"),
-        (twice, "run.json is in it twice"),
-        (bomb, "it is not a whole zip file"),
-        (honest_bomb, "run.json unpacks to 5,242,880 bytes"),
-        (many, "it has 2000 members"),
-        (half, "it is not a whole zip file"),
-        (text, "it is not a whole zip file"),
+        (link, "episodes.jsonl in the bundle is a link"),
+        (twice, "run.json is in the bundle twice"),
+        (bomb, "the bundle is not a complete zip file"),
+        (honest_bomb, "run.json has 5,242,880 bytes when unpacked"),
+        (many, "the bundle's directory has 2000 files"),
+        (half, "the bundle is not a complete zip file"),
+        (text, "the bundle is not a complete zip file"),
         (encrypted, "is encrypted"),
     ],
 )
@@ -298,7 +301,7 @@ def test_the_size_of_a_bundle_is_limited(
     bundles: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(bundles_module, "MAX_ZIP_BYTES", 1000)
-    with pytest.raises(bundles_module.RecordError, match="a bundle has at most 1,000"):
+    with pytest.raises(bundles_module.RecordError, match="but may have at most 1,000"):
         unpack_bundle(bundles["random"], tmp_path)
 
 

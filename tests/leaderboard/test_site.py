@@ -51,7 +51,7 @@ def test_incomplete_metadata_is_refused_with_all_that_is_missing(tmp_path: Path)
 
 
 def test_a_mistyped_key_is_answered_with_the_nearest(tmp_path: Path) -> None:
-    with pytest.raises(SettingError, match=r"line \d+, wieghts: there is no such key. Did you mean 'weights'\?"):
+    with pytest.raises(SettingError, match=r"line \d+, wieghts: this key does not exist. Did you mean 'weights'\?"):
         read_metadata(as_yaml(tmp_path / "entry.yaml", wieghts="open"))
 
 
@@ -80,7 +80,7 @@ def test_metadata_that_the_run_contradicts_is_refused(
 def test_without_metadata_the_command_says_where_to_write_them(vigil: Vigil, runs: Path, tmp_path: Path) -> None:
     said = vigil("submit", runs / "random", "--out", tmp_path / "x.zip")
     assert said.code == 2
-    assert "--metadata FILE" in said.err
+    assert "with --metadata" in said.err
 
 
 Make = Callable[..., CheckedEntry]

@@ -125,11 +125,19 @@ def test_a_program_goes_on_from_the_frame_of_the_fork(pack: Path, source: RunRes
 @pytest.mark.parametrize(
     ("changes", "error", "message"),
     [
-        ({"fork_at": 5, "episode_ids": (EPISODE,)}, RecordError, "has 5 steps, and must have one after step 5"),
+        (
+            {"fork_at": 5, "episode_ids": (EPISODE,)},
+            RecordError,
+            "has only 5 steps, so it cannot be continued after step 5",
+        ),
         ({"fork_at": 9}, RecordError, "No play of run 'source' can be continued at 9"),
         ({"fork_at": "goal", "episode_ids": ("tiny-AI-003",)}, RecordError, "its goal was never attained"),
         ({"fork_at": None}, SettingError, "--from and --at belong together"),
-        ({"fork_at": 1, "backend": "mujoco"}, SettingError, "was played with simulator 'fake', but this one has 'muj"),
+        (
+            {"fork_at": 1, "backend": "mujoco"},
+            SettingError,
+            "was played with simulator 'fake', but the new run has 'muj",
+        ),
         ({"fork_at": 1, "render_quality": "fast"}, SettingError, "set --render-quality"),
     ],
 )
@@ -156,7 +164,7 @@ def test_a_run_of_other_rules_or_of_another_pack_is_refused(pack: Path, source: 
     (old / "run.json").write_text(json.dumps(header))
     (old / "episodes.jsonl").write_bytes((source.folder / "episodes.jsonl").read_bytes())
     claim(old)
-    with pytest.raises(RecordError, match=r"was played under other versions: .*rules"):
+    with pytest.raises(RecordError, match=r"was played with other versions: .*rules"):
         plan_run(quick(pack, tmp_path / "fork", agent="noop", fork_from=old, fork_at=1))
 
 

@@ -255,8 +255,8 @@ def test_an_answer_that_does_not_fit_its_chore_is_refused(place: int, answer: Ch
     [
         ({"kind": "impossible"}, "must have a reason"),
         ({"kind": "plain", "reason": "locked", "accepted": ("fail", "invalid")}, "must have a reason"),
-        ({"kind": "order"}, "must name the chores"),
-        ({"kind": "plain", "with_chores": (2,)}, "must name the chores"),
+        ({"kind": "order"}, "must list entangled chores"),
+        ({"kind": "plain", "with_chores": (2,)}, "must list entangled chores"),
         ({"kind": "look_alike"}, "distractor"),
         ({"kind": "sweep"}, "kind"),
     ],
@@ -275,7 +275,7 @@ def test_what_an_answer_must_say(fields: dict[str, Any], message: str):
             {"chores": [{"kind": "by_the_way", "with_chores": [4]}] * 3, "kind": "chores_03"},
             "has 3 chores",
         ),
-        ({"chores": [ANSWER.chores[3].model_dump()] * 3, "kind": "chores_03"}, "can be met"),
+        ({"chores": [ANSWER.chores[3].model_dump()] * 3, "kind": "chores_03"}, "all chores of the list are impossible"),
     ],
 )
 def test_what_the_answer_of_a_list_must_say(fields: dict[str, Any], message: str):
@@ -290,7 +290,7 @@ def test_two_answers_about_one_episode_are_refused():
 
 
 def test_an_answer_of_another_episode_is_refused():
-    with pytest.raises(EpisodeError, match="is not that of"):
+    with pytest.raises(EpisodeError, match="The answer is for episode"):
         score_list(ANSWER.model_copy(update={"episode_id": "f"}), a_list(), closed(story(), RIGHT), has_claims=True)
     with pytest.raises(EpisodeError, match="not a list of chores"):
         score_list(ANSWER, episode("SI"), closed(story(), RIGHT), has_claims=True)

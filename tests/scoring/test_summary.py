@@ -221,7 +221,10 @@ def test_what_was_not_planned_is_complete_as_it_is():
 
 def test_a_broken_identity_is_called_a_bug_in_vigil():
     broken = replace(score(PG[0], RECORDS[0]), B=False, label="Other")
-    with pytest.raises(RuntimeError, match=r"^Scoring broke its own identities: .+\. This is a bug in vigil\.$"):
+    with pytest.raises(
+        RuntimeError,
+        match=r"^The scores contradict the identities that must hold between them: .+\. This is a bug in vigil\.$",
+    ):
         assert_identities([broken])
 
 

@@ -104,13 +104,13 @@ def test_a_long_or_broken_reply_reaches_the_record(pack: Pack, tmp_path: Path) -
 
 def test_what_the_server_decides_cannot_be_set(pack: Pack, tmp_path: Path) -> None:
     with serving(pack, tmp_path / "run", KEY) as client:
-        with pytest.raises(SettingError, match=r"--limit, --profile: the server decides this"):
+        with pytest.raises(SettingError, match=r"--limit, --profile: with --env, the server decides this"):
             play_remotely(through(client, agent="noop", limit=3, profile="action_feedback"))
         with pytest.raises(SettingError, match=r"give --env-token, or set VIGIL_ENV_TOKEN"):
             play_remotely(RunSettings(env=client.site.url, agent="noop"))
         with pytest.raises(SettingError, match="'solver' does not exist"):
             play_remotely(through(client, agent="solver"))
-    with pytest.raises(SettingError, match=r"is not an address"):
+    with pytest.raises(SettingError, match=r"is not the address of a server"):
         play_remotely(RunSettings(env="127.0.0.1:8380", agent="noop"))
     with pytest.raises(InfrastructureError, match=r"cannot be reached"):
         RemoteEnvironment(client.site.url).contract()

@@ -67,17 +67,17 @@ def test_runs_are_selected_by_name(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
-        ("name: mine", "nam: mine", "line 1, nam: there is no such key. Did you mean 'name'"),
+        ("name: mine", "nam: mine", "line 1, nam: this key does not exist. Did you mean 'name'"),
         ("limit: 8", "limt: 8", "line 2, settings.limt: 'limt' is not a setting of `vigil run`. Did you mean 'limit'"),
         ("limit: 8", "limit: many", "line 2, settings.limit: Input should be a valid integer"),
         ("limit: 4", "limit: 0", "line 7, models[1]: --limit is 0"),
-        ("agent: random", "agnet: random", "line 8, models[1].agnet: there is no such key. Did you mean 'agent'"),
+        ("agent: random", "agnet: random", "line 8, models[1].agnet: this key does not exist. Did you mean 'agent'"),
         ("agent: random", "group: Mine", "line 7, models[1]: give exactly one of `model` and `agent`"),
         ("repeats: 2", "repeats: 0", "line 9, models[1].repeats:"),
         ("repeats: 2", "published: GPT-5", "line 9, models[1].published: 'GPT-5' is not a published model"),
-        ("repeats: 2", "agent: noop", "line 8, models[1].agent: the key is there twice: also in line 9"),
+        ("repeats: 2", "agent: noop", "line 8, models[1].agent: the key is a duplicate of line 9"),
         ("[baseline]", "[basline]", "line 12, models[2].conditions[1]: 'basline' is not a condition. Did you mean"),
-        ("name: GPT-5.4", "name: one", "models[2].name: 'one' is also models[1]"),
+        ("name: GPT-5.4", "name: one", "models[2].name: the name 'one' is also that of models[1]"),
         ("limit: 8}", "limit: 8", "line 3"),
         ("limit: 8}", "limit: *x}", "line 2: aliases"),
         ("  - name: One\n", "  - \n", "line 8, models[1]: the key `name` is missing"),
@@ -93,7 +93,7 @@ def test_a_fault_names_line_and_key(tmp_path: Path, before: str, after: str, wor
 def test_a_file_that_is_absent_or_no_mapping_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SettingError, match="cannot be read"):
         read_study(tmp_path / "none.yaml")
-    with pytest.raises(SettingError, match="a study consists of keys with values"):
+    with pytest.raises(SettingError, match="a study must consist of keys with values"):
         read_study(written(tmp_path, "- a"))
     with pytest.raises(SettingError, match="is empty"):
         read_study(written(tmp_path, "# nothing"))

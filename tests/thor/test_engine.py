@@ -132,7 +132,7 @@ def test_a_house_that_cannot_be_built_says_why(client):
         "Exception creating house: House 'house' has no rooms"
     )
     assert client.do("Pass")["objects"] == []
-    assert "is not in this engine" in client.fail("Reset", sceneName="FloorPlan31_physics")
+    assert "does not exist in this engine" in client.fail("Reset", sceneName="FloorPlan31_physics")
 
 
 def test_pictures_are_of_the_size_and_layers_asked_for(client):

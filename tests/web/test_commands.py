@@ -86,7 +86,9 @@ def test_where_no_browser_is_the_address_is_enough(
 
 
 def test_a_folder_of_several_runs_is_no_site(runs: Path, pack: Pack, tmp_path: Path) -> None:
-    with pytest.raises(RecordError, match=r"holds 2 runs; give one of them: .*random, .*sweep"):
+    with pytest.raises(
+        RecordError, match=r"contains 2 runs, but only one can be exported. Give one of: .*random, .*sweep"
+    ):
         write_site(runs, tmp_path / "site", None, [str(pack.folder)], None, reveals=False)
 
 

@@ -135,7 +135,7 @@ def thor_engine(
 
 
 def _thor_facts() -> dict[str, str]:
-    """Return what is missing here for AI2-THOR's own engine, and whether its client works with VIGIL's engine."""
+    """Return what this machine lacks for AI2-THOR's own engine, and whether its client works with VIGIL's engine."""
     from vigil.sim.thor.requirements import examine
     from vigil.sim.thor.start import chosen_engine
     from vigil.thor.launch import thor_engine as command_of_engine
@@ -170,7 +170,7 @@ def _try_client(command: str) -> str:
 
 
 def _thor_checks() -> dict[str, str]:
-    """Return which conformance checks pass with the engine that is chosen for AI2-THOR."""
+    """Return {conformance check: result} for the engine that AI2-THOR's client is set to use."""
     from vigil.assets.database import AssetDatabase
     from vigil.sim import make_simulator
     from vigil.sim.conformance.checks import CHECKS

@@ -261,7 +261,7 @@ def export(
 
 
 def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
-    """Yield (name, house) for each place; an error takes the place of a house that cannot be read."""
+    """Yield (name, house) for each place; for a house that cannot be read, (name, error)."""
     from vigil.authoring.drafting.procthor import is_dataset
     from vigil.authoring.drafting.sources import houses_from, read_all
     from vigil.protocol.house import House

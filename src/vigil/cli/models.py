@@ -121,7 +121,8 @@ def _verdict(model: str, found: PointingCalibration) -> str:
 
 
 def model_facts(model: str, base_url: str | None = None, api_key_env: str | None = None) -> dict[str, str]:
-    """Return how a model would be asked. Raises SettingError when its name is invalid."""
+    """Return the settings with which a model would be asked, as texts by name. Raises SettingError if its name is
+    invalid."""
     from vigil.protocol.profile import coordinates_for
     from vigil.runner.models.access import model_access
     from vigil.runner.models.providers import parse_model_name
@@ -139,7 +140,7 @@ def model_facts(model: str, base_url: str | None = None, api_key_env: str | None
 
 
 def source_of_coordinates(model: str) -> str:
-    """Return the reason for a model's default coordinates."""
+    """Return why a model has its default coordinates."""
     from vigil.protocol.profile import known_coordinates
 
     if known_coordinates(model) is not None:
@@ -148,7 +149,7 @@ def source_of_coordinates(model: str) -> str:
 
 
 def keys_of(name: str) -> tuple[str, ...]:
-    """Return the variables that may hold a provider's key."""
+    """Return the environment variables that may contain a provider's key."""
     from vigil.runner.models.providers import parse_model_name
 
     provider = parse_model_name(f"{name}/m").provider
@@ -191,7 +192,7 @@ def _facts(name: str) -> dict[str, str]:
 
 
 def _lines(facts: Sequence[Mapping[str, str]]) -> list[str]:
-    """Return facts as lines with columns. They are not wrapped, so that addresses can be copied."""
+    """Return facts as lines with columns. Lines are not wrapped, so that users can copy addresses."""
     rows = [tuple(facts[0]), *(tuple(one.values()) for one in facts)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]

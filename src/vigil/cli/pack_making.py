@@ -124,7 +124,7 @@ def build(
     old = DraftsFile(building.earlier_drafts) if building.earlier_drafts else None
     files = [*([old] if old else []), *map(DraftsFile, building.drafts)]
     if not files:
-        raise SettingError("Give --drafts, --earlier-drafts or both: files with episodes to choose from.")
+        raise SettingError("There are no drafts to choose from: give files with --drafts, --earlier-drafts or both.")
     content.check_suite(earlier_drafts=building.earlier_drafts, level=content.levels, robust=content.robust)
     seeds = [content.chosen_seed or 0, *(file.read().header.seed for file in files)]
     request = content.request(

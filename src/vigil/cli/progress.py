@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 PLAIN_SECONDS = 10.0
 """Minimum time between two plain lines, in seconds; the last line is printed at once."""
 QUIET_SECONDS = 25.0
-"""Time after which a line says that the work goes on, if no progress was reported, in seconds."""
+"""Time in seconds without reported progress after which a line says that the work continues."""
 RETRY_REASON_CHARS = 70
 
 
@@ -57,7 +57,7 @@ class _PlainProgress:
             print(self._text + more, file=sys.stderr, flush=True)
 
     def print_heartbeat(self) -> None:
-        """Print that the work goes on, unless a line was printed recently."""
+        """Print that the work continues, unless a line was printed recently."""
         since = duration(time.monotonic() - self._began_s)
         self.print_line(QUIET_SECONDS, f"  (at it for {since})" if self._text else f"{self._label}: begun {since} ago")
 
@@ -66,7 +66,7 @@ class _PlainProgress:
 def progress(label: str, *, may_fork: bool = False) -> Iterator[ShowProgress]:
     """Yield a callback that shows the number done and the total. Short work does not show anything.
 
-    With `may_fork`, no other thread runs, because the process forks. The bar then changes only when the callback is
+    With `may_fork`, no thread is started, because the process may fork. The bar then changes only when the callback is
     called.
     """
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn

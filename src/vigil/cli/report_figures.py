@@ -1,4 +1,4 @@
-"""Figures of reports that show frames: trajectories, the pipeline of an episode, and the diagram of the protocol."""
+"""Figures in reports that show frames: trajectories, the pipeline of an episode, and the diagram of the protocol."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
     from vigil.protocol.families import Family
 
 FrameSource = tuple[Path | None, bool]
-"""Asset database for drawing frames, and whether frames of a private pack may be drawn."""
+"""Asset database with which frames are drawn, and whether frames of a private pack may be drawn."""
 CaptionedFigure = tuple[Figure, str]
 _MOST_EXAMPLES = 8
-"""Number of episodes of a family of which the diagram may show one."""
+"""Number of episodes of a family that are tried for the diagram, which shows one of them."""
 _DETAIL = 1.5
-"""Detail of a frame that shows more than a wall, so that no further episode is tried."""
+"""Minimum detail (see `_detail`) of a frame that shows more than a wall. No further episode is then tried."""
 _MOST_ROWS = 4
-"""Number of runs in a trajectory figure of a study."""
+"""Maximum number of runs in a trajectory figure of a study."""
 _SHOWN_FAMILIES: tuple[Family, ...] = ("SV", "AI")
-"""Families of which a study shows an episode, as the paper does."""
+"""Families for which a study shows the trajectories of one episode, as the paper does."""
 
 
 def framed_figures(
     found: Study, pack: str | Path | None, episodes: list[str], diagram: bool, frames: FrameSource
 ) -> dict[str, CaptionedFigure]:
-    """Return the figures that need frames, with their captions: of all runs that played the episodes."""
+    """Return the figures that need frames, with their captions. Each shows all runs that played the episode."""
     from vigil.scoring.saved_run import pack_folder
 
     drawn: dict[str, CaptionedFigure] = {}
@@ -44,7 +44,9 @@ def framed_figures(
         having = _having(found.runs, episode_id)
         drawn |= _of_episode(having, pack, episode_id, (f"trajectory_{number}", f"pipeline_{number}"), frames)
     if diagram and not found.runs:
-        raise SettingError("The diagram shows the eight families: give also a run of a pack that has them.")
+        raise SettingError(
+            "--diagram shows the eight families, but no run is on a pack of the families. Give such a run, too."
+        )
     if diagram:
         place = str(pack_folder(found.runs[0].header, pack))
         drawn["protocol"] = (protocol_of(place, frames), "The eight families in two tiers, each with a first frame.")
@@ -52,9 +54,9 @@ def framed_figures(
 
 
 def study_figures(found: Study, episodes: Sequence[str], frames: FrameSource) -> dict[str, CaptionedFigure]:
-    """Return the paper's figures that need frames, of the main runs: protocol, pipeline, and two trajectories.
+    """Return the paper's figures that need frames, for the main runs: protocol, pipeline, and two trajectories.
 
-    Without `episodes`, an episode of SV and one of AI are shown that most main runs have played.
+    Without `episodes`, the trajectories are of one episode of SV and one of AI, each played by most of the main runs.
     """
     from vigil.scoring.saved_run import pack_folder
 
@@ -78,7 +80,7 @@ def study_figures(found: Study, episodes: Sequence[str], frames: FrameSource) ->
 def tracks_of(
     runs: Sequence[Run], pack: str | Path | None, episode_id: str, epoch: int, frames: FrameSource
 ) -> tuple[Episode, list[AgentTrajectory]]:
-    """Return an episode and each run's trajectory in it. Raises RecordError if the runs' packs differ in it."""
+    """Return an episode and the trajectory of each run in it. Raises RecordError if packs differ in the episode."""
     from vigil.scoring.saved_run import load_run_pack
 
     assets, reveals = frames
@@ -92,7 +94,7 @@ def tracks_of(
 
 
 def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
-    """Return the diagram of the families, with first frames of a pack."""
+    """Return the diagram of the families, with first frames of episodes of a pack."""
     from vigil.analysis.plots.diagrams import Example, protocol_figure
     from vigil.packs.pack import Pack
     from vigil.protocol.families import FAMILIES
@@ -133,7 +135,7 @@ def _having(runs: Sequence[Run], episode_id: str) -> list[Run]:
 def _of_episode(
     runs: Sequence[Run], pack: str | Path | None, episode_id: str, names: tuple[str, str], frames: FrameSource
 ) -> dict[str, CaptionedFigure]:
-    """Return the trajectories on an episode, and the pipeline of the run that ended it best, under the given names."""
+    """Return two figures under `names`: the trajectories in an episode, and the pipeline of the best run in it."""
     from vigil.analysis.plots.diagrams import pipeline_figure
     from vigil.analysis.plots.trajectory import trajectory_figure
 

@@ -1,4 +1,4 @@
-"""`vigil report` and `vigil figure`: what saved runs show."""
+"""`vigil report` and `vigil figure`: tables and figures of saved runs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ OF_RUNS = (
     *("outcome_partition", "belief_closure", "plane", "closure_curves", "feedback_shift"),
     *("belief_curve", "belief_reliability", "belief_partition"),
 )
-"""Names of the figures in `FIGURES` and `BELIEF_FIGURES`, which the help shows without loading them."""
+"""Names of the figures in `FIGURES` and `BELIEF_FIGURES`, repeated here so that the help need not load them."""
 
 
 def report(
@@ -86,7 +86,7 @@ def report(
     scored_runs = read_runs(others, pack, levels=None if levels is None else read_levels(levels))
     found = study(scored_runs, with_paper=with_paper)
     if out is None and format_:
-        raise SettingError(f"--format {' '.join(format_)} writes files: say where with --out FOLDER.")
+        raise SettingError(f"--format {' '.join(format_)} writes files: give their folder with --out.")
     if out is None:
         print(markdown_report(make_report(found, (), suites=suites), figures=False))
         return
@@ -192,7 +192,9 @@ def figure(
     del are_runs
     kind = _kind_of(out, name)
     if width is not None and f".{kind}" in MOVING:
-        raise SettingError(f"--width is for figures on paper, and {str(out)!r} is an animation: leave one of the two.")
+        raise SettingError(
+            f"--width is for still figures, but {str(out)!r} is an animation. Leave out --width, or give another --out."
+        )
     if width == "column" and name in ("protocol", "pipeline"):
         raise SettingError(f"The figure {name!r} is too wide for one column of a paper: give --width page.")
     with on_paper(width):

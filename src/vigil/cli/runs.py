@@ -71,7 +71,9 @@ def _play_remotely(settings: RunSettings, dry_run: bool) -> None:
     from vigil.serve.playing import play_remotely
 
     if dry_run:
-        raise SettingError("--dry-run needs the episodes, which the server of --env keeps. Leave one of them out.")
+        raise SettingError(
+            "--dry-run cannot be used with --env: the episodes are on the server. Leave out one of the two options."
+        )
     count = play_remotely(settings, lambda done: print(f"played: {done}", file=sys.stderr, flush=True))
     print(f"{count} episodes were played at {settings.env}; the server keeps their records and scores.")
 
@@ -131,7 +133,7 @@ def _play(plan: RunPlan) -> None:
 
 
 def _with_warnings(show: OnProgress) -> OnProgress:
-    """Return a function that calls `show` and also prints warnings on standard error."""
+    """Return a function that calls `show` and also prints the warnings of a run on standard error."""
 
     def tell(where: RunProgress) -> None:
         show(where)
@@ -155,7 +157,10 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
 
 
 def with_agent(settings: RunSettings) -> RunSettings:
-    """Return the settings with the factory of an agent with hidden sight. Raises SettingError on an unknown agent."""
+    """Return the settings with the factory of their agent, if the agent has hidden sight.
+
+    Raises SettingError if the agent is unknown.
+    """
     from vigil.agents.registry import is_known
     from vigil.agents.scripted import SCRIPTS
 
@@ -250,7 +255,7 @@ def _print_probing(probing: FinishedProbing, prices: Prices | None) -> None:
 
 
 def print_probes(table: ProbeTable, prices: Prices | None) -> None:
-    """Print how many probes were answered, which were not and why, and what they cost."""
+    """Print how many probes were answered, why others were not, and what the probes cost."""
     from vigil.records.probe_file import PROBES_FILE
 
     rows = table.rows.values()

@@ -1,4 +1,4 @@
-"""`vigil score`, and the tables of runs."""
+"""`vigil score`, and the tables of scores that it and other verbs print."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ CHORES_RATES = {
     "underclaim": "under",
     "status_true": "status true",
 }
-"""Score of lists -> its heading."""
+"""Key of a score of lists -> its heading in the table."""
 CLOSURE_RATES = ("C", "correct_pairs")
 """Rates of the closure-stress suite that are shown with intervals."""
 INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."
@@ -84,15 +84,15 @@ class _ScoredRun:
     spec: RunSpec
     scores: RunScores
     notes: tuple[str, ...]
-    """Notes that a reader must see before any number."""
+    """Notes that a reader must see before any score."""
     closure: ClosureRun | None = None
     """The run's results on the closure-stress suite; None for other packs."""
     chores: ChoresRun | None = None
-    """Run's results on lists of chores; None for other packs."""
+    """The run's results on lists of chores; None for other packs."""
 
 
 def print_run(path: Path, pack: str | Path | None = None) -> None:
-    """Print the table of a run that has just been played or joined: that of its suite, else by family."""
+    """Print the table of a run that was just played or joined: by its suite's measures, or else by family."""
     run = _scored_run(path, pack)
     if run.closure is not None:
         _print_closure([run])

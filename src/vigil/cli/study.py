@@ -1,4 +1,4 @@
-"""`vigil study`: plays the runs of a study's file, says how far they are, and reports them together."""
+"""`vigil study`: plays the runs of a study's file, shows their progress, and reports them together."""
 
 from __future__ import annotations
 
@@ -153,7 +153,9 @@ def report(
     runs = planned_runs(source)
     played = [one for one in runs if one.saved() is not None]
     if not played:
-        raise RecordError(f"No run of {source.study.name!r} is played yet. First: vigil study run {source.text.path}")
+        raise RecordError(
+            f"No run of study {source.study.name!r} was played yet. First run: vigil study run {source.text.path}"
+        )
     others, suites = read_suites([one.folder for one in played])
     scored = read_runs(others, labels=labels_of(runs))
     found = measured_study(scored, with_paper=with_paper)
@@ -182,14 +184,16 @@ def _source(study: Path | None) -> StudySource:
 
 
 def _last_study() -> Path:
-    """Return the study of this folder, else the copy that was saved last. Raises SettingError without one."""
+    """Return the study's file in this folder, or else the copy that was saved last. Raises SettingError without one."""
     from vigil.runner.plan import RUNS_FOLDER
 
     if Path(COPY).is_file():
         return Path(COPY)
     copies = sorted(RUNS_FOLDER.glob(f"*/{COPY}"), key=lambda path: path.stat().st_mtime_ns)
     if not copies:
-        raise SettingError(f"Give the file of a study: there is no {COPY} here, and none was played under runs/.")
+        raise SettingError(
+            f"Give the file of a study: this folder does not contain {COPY}, and no study was played under runs/."
+        )
     return copies[-1]
 
 
@@ -202,7 +206,7 @@ def _save_copy(source: StudySource) -> None:
 
 
 def _plan(run: PlannedRun, **changed: object) -> RunPlan:
-    """Return the plan of a run, or of its part. Raises an error that names the run."""
+    """Return the plan of a run, or of one part of it. Raises errors that name the run."""
     from vigil.cli.runs import with_agent
     from vigil.runner.plan import plan_run
 
@@ -226,7 +230,7 @@ def _loaded_pack(pack: str | Path) -> Pack:
 
 
 def _play(run: PlannedRun, plan: RunPlan) -> bool:
-    """Play what remains of a run, and return whether it is complete; a failure is printed, and other runs go on."""
+    """Play what remains of a run, and return whether it is complete. A failure is only printed; other runs go on."""
     from vigil.cli.runs import play_plan
     from vigil.studies.progress import join_parts
 

@@ -1,4 +1,4 @@
-"""Text for people: tables, rates, lengths of time."""
+"""Text for the terminal: tables, rates and lengths of time."""
 
 import sys
 from collections.abc import Callable, Iterable

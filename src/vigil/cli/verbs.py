@@ -1,4 +1,5 @@
-"""The verbs of `vigil`, each loaded when it is called, so that `vigil --help` does not load simulators and figures."""
+"""The verbs of `vigil`. A verb is loaded only when it is called, so `vigil --help` does not load simulators and
+figures."""
 
 import inspect
 from collections.abc import Mapping
@@ -15,7 +16,7 @@ from vigil.cli.options import with_options
 
 @dataclass(frozen=True, slots=True)
 class Verb:
-    """Where the function of a verb is, and the verb's line in the help. The function's docstring completes the help."""
+    """A verb: the place of its function, and its line in the help. The function's docstring is the rest of its help."""
 
     place: str
     """Module of this package, colon, name of the function, e.g. "runs:run"."""
@@ -249,7 +250,7 @@ class Verbs(TyperGroup):
 
 
 def _listed(name: str, verb: Verb | Group) -> TyperCommand | TyperGroup:
-    """Return a stub for the list of commands, without loading the verb; a group is returned complete."""
+    """Return a stand-in that shows a verb in the list of commands without loading it; a group is returned as it is."""
     if isinstance(verb, Group):
         return Verbs(name=name, help=verb.help, verbs=verb.verbs, no_args_is_help=True)
     return TyperCommand(name, help=verb.help, hidden=verb.is_hidden)

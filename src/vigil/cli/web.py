@@ -50,7 +50,8 @@ Token = Annotated[
 RUNS = Path("runs")
 TERMINATED = 143
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-"""Environment variables of screens and browsers. If none is set on Linux, a browser could only open in the terminal."""
+"""Environment variables that are set if there is a screen or browser. Without them, Linux opens browsers in the
+terminal."""
 
 
 def view(
@@ -196,7 +197,7 @@ def serve(site: FastAPI, address: Address, listener: socket.socket, open_browser
 
 
 def open_page(url: str) -> None:
-    """Open a page in the browser if there is one; else print that the user must open it."""
+    """Open a page in the browser; if there is no browser, print the address for the user."""
     has_screen = sys.platform != "linux" or any(os.environ.get(name) for name in SCREENS)
     if not has_screen or not webbrowser.open(url):
         print("No browser was found here. Open the address yourself.", flush=True)

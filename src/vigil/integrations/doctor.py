@@ -1,8 +1,8 @@
-"""Checks of what a trainer will see, before it trains: `vigil train doctor`.
+"""Checks of what a trainer gets, before the training (`vigil train doctor`).
 
-One group plays an episode through the chosen integration by fixed replies. What the trainer gets is then compared with
-the record: the texts, the frames, and the reward. A model's processor, if given, is part of the way, and its pictures
-are decoded back into frames.
+One group plays an episode through the chosen integration with fixed replies. The texts, frames and reward that the
+trainer gets are then compared with the record. If a model's processor is given, its pictures are also decoded back into
+frames and compared.
 """
 
 import hashlib
@@ -34,7 +34,8 @@ REPLIES = (
 )
 """Replies of each member of the group: two actions, an invalid reply between them, and a report."""
 MAX_PICTURE_ERROR = 0.04
-"""Greatest mean difference of a decoded picture from its frame, as a share of the range of a pixel; from resizing."""
+"""Maximum mean difference of a decoded picture from its frame, as a share of the range of a pixel. Resizing causes a
+small difference."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,19 +49,19 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What one member of the group saw, as the trainer gets it."""
+    """What one member of the group saw, in the form that the trainer gets."""
 
     frames: list[np.ndarray]
     texts: list[str]
-    """Text next to each frame; empty for an integration that has only frames."""
+    """Text next to each frame; empty if the integration gives only frames."""
     reward: float
     record: EpisodeRecord
 
 
 def examine_trl(options: dict[str, Any], group: int, processor: Any = None) -> Iterator[Finding]:
-    """Yield what was found in a group that TRL's environments play. Raises SettingError or SimulatorError.
+    """Yield the findings about a group of TRL environments. Raises SettingError or SimulatorError.
 
-    `processor` is that of the model to train; None to leave out tokens and their pictures.
+    `processor` is the processor of the model to train; with None, tokens and their pictures are not checked.
     """
     episodes = Episodes(**{"limit": 1, **options, "actions": "text"})
     try:
@@ -80,7 +81,7 @@ def examine_trl(options: dict[str, Any], group: int, processor: Any = None) -> I
 
 
 def examine_gymnasium(options: dict[str, Any], group: int) -> Iterator[Finding]:
-    """Yield what was found in a group of Gymnasium environments. Raises SettingError or SimulatorError."""
+    """Yield the findings about a group of Gymnasium environments. Raises SettingError or SimulatorError."""
     from vigil.integrations.gymnasium import VigilEnv  # noqa: PLC0415 - needs the extra `gymnasium`
 
     played, env = list[Seen](), VigilEnv(**options)
@@ -109,7 +110,9 @@ def _played_by(member: Any, row: dict[str, Any]) -> Seen:
     valid_replies([[{"role": "assistant", "content": REPLIES[-1]}]], [member])
     record, reward = member.record, member.get_reward()
     if record is None or reward is None:
-        raise SettingError("The episode did not end after the report, or the simulator failed.")
+        raise SettingError(
+            "The check cannot continue: the episode did not end after its report, or the simulator failed."
+        )
     frames = [np.asarray(content[1]["image"]) for content in contents]
     return Seen(frames, [content[0]["text"] for content in contents], reward, record)
 
@@ -137,7 +140,7 @@ def _examine_group(
 
 
 def _messages(seen: Seen, now: SampledEpisode, condition: Profile) -> Iterator[Message]:
-    """Yield the messages of the last request of a run with these frames and replies, and the last reply."""
+    """Yield the messages of the last request of a run with these frames and replies, and then its last reply."""
     conversation = Conversation(condition, now.episode.instruction)
     pictures = [encode_frame(frame) for frame in seen.frames]
     for picture, reply in zip(pictures[:-1], REPLIES, strict=False):
@@ -147,7 +150,7 @@ def _messages(seen: Seen, now: SampledEpisode, condition: Profile) -> Iterator[M
 
 
 def _examine_processor(processor: Any, seen: Seen, conversation: Sequence[Message]) -> Iterator[Finding]:
-    """Compare the tokens of the rollout with those of a run's request, and decode its pictures."""
+    """Compare the tokens of the rollout with those of a run's request, and the decoded pictures with the frames."""
     plain = [{"role": message.role, "content": _parts(message)} for message in conversation]
     wanted = processor.apply_chat_template(plain)
     changed = protocol_processor(processor)
@@ -186,7 +189,10 @@ def _as_call(message: dict[str, Any]) -> dict[str, Any]:
 
 
 def decode_patches(image_processor: Any, patches: np.ndarray, grids: np.ndarray) -> list[np.ndarray]:
-    """Return the pictures (h, w, 3), from 0 to 1, in patches of Qwen-VL's layout; `grids` are (t, rows, columns)."""
+    """Return the pictures (h, w, 3), with values from 0 to 1, that patches in Qwen-VL's layout contain.
+
+    `grids` has (t, rows, columns) of each picture.
+    """
     size, merged = image_processor.patch_size, image_processor.merge_size
     mean, std = (np.asarray(each)[:, None, None] for each in (image_processor.image_mean, image_processor.image_std))
     found, start = [], 0

@@ -24,10 +24,10 @@ _PROFILES = {
 
 
 class EpisodeOptions(BaseModel):
-    """Options that select the episodes, and say how they are observed and answered."""
+    """Options that select the episodes, and determine their observations and replies."""
 
     PROFILES: ClassVar[Collection[str]] = _PROFILES
-    """Names of the profiles that may be chosen."""
+    """Names of the profiles that users may choose."""
     pack: str | Path = Field("starter", description="name or folder of a pack, or a stream, e.g. `stream:7`")
     family: list[Family] = Field([], description="one family or more, e.g. `AI` or `AI,SI`; all if unset")
     difficulty: list[Difficulty] = Field(

@@ -67,16 +67,16 @@ class ListRates:
     W: bool
     B: bool
     W_share: float
-    """Share of the chores that can be met which hold."""
+    """Share of chores that hold, among the chores that can be met."""
     B_share: float
     """Share of the chores that are closed correctly."""
     T: float | None
-    """Share of the chores whose claim is true; None without claims."""
+    """Share of the chores whose claim is true; None if the profile has no claims."""
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What the reward of a finished episode follows from."""
+    """The facts about a finished episode from which its reward is computed."""
 
     outcome: Outcome
     of_list: ListRates | None = None
@@ -93,7 +93,7 @@ class Verdict:
 def verdict_of(record: EpisodeRecord, episode: Episode, condition: Profile, answer: ListAnswer | None) -> Verdict:
     """Return the verdict on a record that was played under `condition`.
 
-    `answer` is that of a list of chores; None for other episodes. Raises RecordError as scoring does.
+    `answer` is the answer of a list of chores; None for other episodes. Raises RecordError as scoring does.
     """
     stated = stated_confidence(record, condition)
     if answer is None:
@@ -103,7 +103,7 @@ def verdict_of(record: EpisodeRecord, episode: Episode, condition: Profile, answ
 
 
 def stated_confidence(record: EpisodeRecord, condition: Profile) -> float | None:
-    """Return the probability of B that the report states; None without a report, or if it states none from 0 to 1."""
+    """Return the probability of B that the report states; None if it does not state a probability from 0 to 1."""
     if not record.steps or not isinstance(record.steps[-1].action, Report):
         return None
     parsed = read_reply(record.steps[-1].reply, condition).parsed
@@ -115,9 +115,10 @@ def stated_confidence(record: EpisodeRecord, condition: Profile) -> float | None
 
 
 def reward_parts(verdict: Verdict, shaping: Shaping) -> dict[str, float]:
-    """Return the terms of the reward: 1 for B, and the shaping terms, which are 0 by default.
+    """Return the terms of the reward by name: B, and the shaping terms, which are 0 by default.
 
-    For a list of chores, B is that of the whole list, and each chore has a share of the reward of claims.
+    For a list of chores, B is the B of the whole list, and the claim about each chore counts for a share of the term
+    for claims.
     """
     outcome, of_list, weight = verdict.outcome, verdict.of_list, shaping.calibration_weight
     claims = {} if of_list is None else {"claims": shaping.claim_reward * of_list.B_share}

@@ -35,7 +35,7 @@ PACK_CACHE_SIZE = 2
 HOUSE_CACHE_SIZE = 64
 """Greatest number of a stream's houses that are cached, for episodes that are still to be played."""
 MAX_FIRST_HOUSES = 2**31
-"""Number of houses among which a seed selects the first house of an endless stream."""
+"""The first house of an endless stream has an index below this number; a seed selects the index."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class SampledEpisode:
     episode: Episode
     house: House
     answer: ListAnswer | None = None
-    """Answer of a list of chores; None for other episodes."""
+    """Answer of the episode's list of chores; None for other episodes."""
 
 
 class TaskRow(NamedTuple):
@@ -72,7 +72,7 @@ class PackSource:
         """Folder of the pack that simulators load."""
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
-        """Choose an episode uniformly, and return a function that reads its house."""
+        """Choose an episode at random, all with equal chance, and return a function that reads its house."""
         del is_seeded
         episode = self._episodes[int(rng.integers(len(self._episodes)))]
         return lambda: self._sampled(episode)
@@ -104,7 +104,7 @@ class PackSource:
         return Assignment(self._pack.episode(episode_id))
 
     def answer(self, episode_id: str, house: int | None) -> ListAnswer | None:
-        """Return the answer of a list of chores; None for another episode."""
+        """Return the answer of a list of chores; None for other episodes."""
         del house
         return self._answers.get(episode_id)
 
@@ -115,8 +115,8 @@ class PackSource:
 class StreamSource:
     """Episodes of a stream, in order.
 
-    In `draw`, a seed selects the first house; without a seed the stream starts at its first house. A finite stream
-    starts again after its last house.
+    `draw` starts at a house that the seed selects; without a seed, it starts at the stream's first house. A finite
+    stream starts again after its last house.
     """
 
     folder = None
@@ -133,7 +133,7 @@ class StreamSource:
         self._items: Iterator[StreamItem] | None = None
         self._houses: LRUCache[int, Future[StreamHouse]] = LRUCache(HOUSE_CACHE_SIZE)
         self._pool: HousePool | None = None
-        """Processes that make the house of a row again; None until a row needs it."""
+        """Processes that make the houses of rows again; None until a row's house must be made."""
         self.name = address_of(self._seed)
         """Address and version of the stream."""
         self.public_name = f"{STREAM}..."
@@ -142,9 +142,9 @@ class StreamSource:
         self.is_endless = self._last is None and limit is None
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
-        """Return a function that waits for the next episode. If `rng` was just seeded, choose a new first house before.
+        """Return a function that waits for the next episode. If `rng` was just seeded, first choose a new first house.
 
-        The function may be called in another thread, before the next draw.
+        The function may be called in another thread, but must be called before the next draw.
         """
         count = MAX_FIRST_HOUSES if self._last is None else self._last - self._first
         if is_seeded:
@@ -156,7 +156,7 @@ class StreamSource:
     def by_id(self, episode_id: str) -> SampledEpisode:
         """Raise SettingError: the episodes of a stream cannot be looked up by id."""
         raise SettingError(
-            f"Episode {episode_id!r} cannot be played: the episodes of a stream come in order, and only the last "
+            f"Episode {episode_id!r} cannot be selected: the episodes of a stream come in order, and only the last "
             "one can be played again by its id. `vigil pack stream` writes episodes to a folder, from which any "
             "episode can be selected."
         )
@@ -183,7 +183,7 @@ class StreamSource:
         return self._episode_in(self._future_house(episode_id, house).result(), episode_id)
 
     def answer(self, episode_id: str, house: int | None) -> ListAnswer | None:
-        """Return the answer of a list of chores that was assigned; None for another episode."""
+        """Return the answer of a list of chores, after `assignment`; None for other episodes."""
         answers = () if house is None or house not in self._houses else self._houses[house].result().answers
         return next((answer for answer in answers if answer.episode_id == episode_id), None)
 

@@ -1,4 +1,4 @@
-"""Boards: entries that are ranked together, each with the paired test against the next one."""
+"""Boards: each ranks the entries that may be compared, and tests each entry against the next one."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ _KEY = ["episode_id", "epoch"]
 
 @dataclass(frozen=True)
 class Comparison:
-    """An entry against the next one of its board, on the plays that both have."""
+    """The paired test of an entry against the next entry of its board, on the plays that both have."""
 
     test: PairedTest
     p: float
@@ -23,12 +23,12 @@ class Comparison:
 
     @property
     def is_apart(self) -> bool:
-        """Whether the two are told apart."""
+        """Whether the difference between the two entries is significant."""
         return self.p < LEVEL
 
     @property
     def sentence(self) -> str:
-        """The result of the test, with the lead of the first in percentage points."""
+        """The result of the test, with the first entry's lead in percentage points."""
         low, high = self.test.interval or (None, None)
         ends = "" if low is None or high is None else f" [{100 * low:.1f}, {100 * high:.1f}]"
         shown = "< 0.001" if self.p < 0.001 else f"= {self.p:.3f}"
@@ -43,7 +43,7 @@ class Ranked:
     rank: int
     entry: CheckedEntry
     to_next: Comparison | None
-    """None for the last entry, or if it shares no play with the next."""
+    """Test against the next entry; None for the last entry, or if the two share no play."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Board:
 
 
 def boards_of(entries: Iterable[CheckedEntry]) -> list[Board]:
-    """Return the boards: newest packs first, then by trust, then by division."""
+    """Return the boards: the newest packs first, then the most trusted tiers, then by division."""
     groups: dict[tuple[str, str, str, Tier, Division], list[CheckedEntry]] = {}
     for entry in entries:
         spec = entry.header.spec
@@ -94,7 +94,7 @@ def _ranked(entries: Sequence[CheckedEntry]) -> Iterable[Ranked]:
 
 
 def _test(first: CheckedEntry, second: CheckedEntry) -> PairedTest | None:
-    """Return the test of first minus second; None if they share no play."""
+    """Return the test of the first entry minus the second; None if they share no play."""
     shared = first.plays.merge(second.plays, on=_KEY, suffixes=("", "_2"))
     if not len(shared):
         return None
@@ -111,11 +111,12 @@ class History:
     profile: str
     stem: str
     results: dict[str, list[str]]
-    """Name of a pack -> results on it, each as text."""
+    """Name of a pack -> the model's results on it, each as text."""
 
 
 def history_of(entries: Iterable[CheckedEntry], earlier: Iterable[dict[str, str]]) -> list[History]:
-    """Return the models that have results on several versions of a pack; `earlier` are rows of earlier builds."""
+    """Return the models that have results on several versions of a pack. `earlier` has `history_row`s of earlier
+    builds."""
     rows = [history_row(entry) for entry in entries]
     grouped: dict[tuple[str, str, str], dict[str, list[str]]] = {}
     for row in [*rows, *earlier]:
@@ -132,7 +133,7 @@ def history_of(entries: Iterable[CheckedEntry], earlier: Iterable[dict[str, str]
 
 
 def history_row(entry: CheckedEntry) -> dict[str, str]:
-    """Return what the history of later builds needs of an entry."""
+    """Return the row that later builds need to show an entry in the history."""
     value, low, high = entry.figures[entry.ranked_by]
     ends = "" if low is None or high is None else f" [{100 * low:.1f}, {100 * high:.1f}]"
     shown = "–" if value is None else f"{entry.ranked_by} {100 * value:.1f}{ends}"

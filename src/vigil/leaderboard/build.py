@@ -1,4 +1,4 @@
-"""Building: every bundle is checked, compared with the others, and shown in a static site that any server can host."""
+"""Building: checks every bundle, compares the entries, and writes a static site that any web server can host."""
 
 import shutil
 import tempfile
@@ -22,7 +22,7 @@ from vigil.web.drawing import RenderService
 OnBundle = Callable[[Path, int, int], None]
 MAX_NAME_CHARS = 80
 _UNREADABLE = (ArithmeticError, LookupError, TypeError, ValueError, RuntimeError)
-"""Errors that odd values in records could cause in any measure. They refuse one bundle, and do not end the build."""
+"""Errors that odd values in records could cause in any measure. The bundle is then refused, and the build goes on."""
 
 
 @dataclass
@@ -38,10 +38,10 @@ class Builder:
     """Id of an entry -> folder of its plays' pages."""
     log: list[LogLine] = field(default_factory=list[LogLine])
     checked: int = 0
-    """Number of bundles that were not in the cache."""
+    """Number of bundles that this build checked itself, because they were not in the cache."""
 
     def add(self, path: Path, on_play: Callable[[int, int], None]) -> None:
-        """Check a bundle, and add its entry, or a line to the log that says why there is none."""
+        """Check a bundle. Add its entry, or a line to the log that says why there is no entry."""
         name = shorten(ascii(path.name)[1:-1], MAX_NAME_CHARS)
         try:
             sha256 = file_sha256(path, f"Bundle {str(path)!r}", RecordError)
@@ -70,7 +70,8 @@ class Builder:
             self.pages[entry.id] = found.pages
 
     def _is_other_bundle(self, entry: CheckedEntry, decision: Decision | None) -> str | None:
-        """Return why a bundle is not its run's own: the decision names another, or an earlier one has its plays."""
+        """Return why a bundle is refused: the maintainers chose another bundle, or it copies an earlier one; None if
+        neither."""
         if decision is not None and decision.bundle is not None and decision.bundle != entry.bundle_sha256:
             return f"the maintainers name another bundle of this run: {decision.bundle[:12]}..."
         for other in self.entries:
@@ -95,7 +96,8 @@ class Builder:
                 raise  # it may be known to the next build
             except _UNREADABLE as fault:
                 raise RecordError(
-                    f"its check failed: {type(fault).__name__}: {ascii(str(fault))[:MAX_NAME_CHARS]}"
+                    f"the check of the bundle failed with an error: {type(fault).__name__}: "
+                    f"{ascii(str(fault))[:MAX_NAME_CHARS]}"
                 ) from None
             except RecordError as fault:
                 return self.cache.store(
@@ -116,13 +118,13 @@ def build_site(
     settings: BuildSettings,
     on_bundle: OnBundle = lambda _path, _done, _total: None,
 ) -> Builder:
-    """Check bundles, in the order in which they arrived, and write their site to `out`; return what was found.
+    """Check bundles, in the order in which they arrived, write their site to `out`, and return the state of the build.
 
-    `on_bundle` is called with each bundle, and the numbers of its plays that were played again and of all.
+    `on_bundle` is called with a bundle, how many of its plays were played again so far, and how many plays it has.
     Raises SettingError or PackMismatch.
     """
     if out.exists() and (not out.is_dir() or (any(out.iterdir()) and not (out / DATA).exists())):
-        raise SettingError(f"{str(out)!r} is not the site of a leaderboard, and not empty. Give another --out.")
+        raise SettingError(f"{str(out)!r} exists, but is not the site of a leaderboard. Give another --out.")
     cache = Cache(
         settings.cache or out.with_name(f"{out.name}-cache"),
         settings.frames,
@@ -156,7 +158,7 @@ def _earlier_rows(path: Path | None) -> list[dict[str, str]]:
         found = read_json(read_file(path, f"--earlier {str(path)!r}", SettingError, MAX_ZIP_BYTES))
         rows = found["history"] if is_object(found) else None
         if not is_array(rows) or not all(set(row) == {"model_name", "profile", "pack", "result"} for row in rows):
-            raise ValueError("it has no `history` of results")
+            raise ValueError("`history` is missing or is not a list of results")
     except (ValueError, KeyError, TypeError) as error:
         raise SettingError(f"--earlier {str(path)!r} is not the entries.json of a site: {error}.") from None
     return [{name: str(value) for name, value in row.items()} for row in rows]

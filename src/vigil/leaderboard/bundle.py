@@ -36,9 +36,9 @@ MEMBERS: Mapping[str, int] = {
     EPISODES_FILE: 512 * MIB,
     PROBES_FILE: 256 * MIB,
 }
-"""Name of a member -> its largest size, in bytes, when it is unpacked."""
+"""Name of a member (a file in the bundle) -> its maximum size in bytes after unpacking."""
 MAX_ROW_BYTES = 16 * MIB
-"""Longest row of records; a row with forty replies of maximum length has about 10 MiB."""
+"""Maximum size of a row of records; a row with forty replies of maximum length has about 10 MiB."""
 MAX_DIRECTORY_BYTES = 4096
 MAX_SHOWN_CHARS = 60
 _END, _END_64, _END_SIZE = b"PK\x05\x06", b"PK\x06\x07", 22
@@ -52,7 +52,7 @@ class _Part(BaseModel):
 
 
 class Frames(_Part):
-    """The frames that the agent saw, by their hashes."""
+    """Number and hash of the frames that the agent saw."""
 
     count: int = Field(ge=0)
     sha256: str
@@ -68,13 +68,13 @@ class Entry(_Part):
     pack_sha256: str
     frames: Frames
     figures: dict[str, tuple[float | None, float | None, float | None]] = Field(max_length=1000)
-    """Figure -> value and interval as the submitter computed them; the check computes them again."""
+    """Name of a figure -> its value and interval, as the submitter computed them; the check computes them again."""
     files: dict[str, str] = Field(max_length=len(MEMBERS))
     """Name of a member -> SHA-256."""
 
 
 _PATHS = ("pack_folder", "asset_database")
-"""Names of the facts about a machine that are paths on it."""
+"""Names of the facts about the machine (`host` in the header) that are paths."""
 
 
 def without_paths(header: RunHeader) -> RunHeader:
@@ -101,7 +101,7 @@ def write_bundle(out: Path, entry: Entry, members: Mapping[str, bytes]) -> None:
     whole = {ENTRY_FILE: text.encode() + b"\n", **members}
     for name, data in whole.items():
         if len(data) > MEMBERS[name]:
-            raise RecordError(f"{name} has {len(data):,} bytes; a bundle holds at most {MEMBERS[name]:,}.")
+            raise RecordError(f"{name} has {len(data):,} bytes, but may have at most {MEMBERS[name]:,} in a bundle.")
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as file:
         for name in (name for name in MEMBERS if name in whole):
@@ -110,7 +110,7 @@ def write_bundle(out: Path, entry: Entry, members: Mapping[str, bytes]) -> None:
             info.external_attr = (stat.S_IFREG | 0o644) << 16
             file.writestr(info, whole[name])
     if buffer.tell() > MAX_ZIP_BYTES:
-        raise RecordError(f"The bundle would have {buffer.tell():,} bytes; at most {MAX_ZIP_BYTES:,} are read.")
+        raise RecordError(f"The bundle would have {buffer.tell():,} bytes, but may have at most {MAX_ZIP_BYTES:,}.")
     try:
         out.write_bytes(buffer.getvalue())
     except OSError as error:
@@ -130,32 +130,34 @@ def unpack_bundle(path: Path, folder: Path) -> Entry:
                 _check_members(infos)
                 hashes = {info.filename: _unpack(bundle, info, folder / info.filename) for info in infos}
         except (zipfile.BadZipFile, NotImplementedError, EOFError, ValueError, zlib.error) as error:
-            raise RecordError(f"it is not a whole zip file: {_shown(error)}") from None
+            raise RecordError(f"the bundle is not a complete zip file: {_shown(error)}") from None
     data = read_file(folder / ENTRY_FILE, ENTRY_FILE, RecordError)
     try:
         entry = Entry.model_validate_json(data)
     except ValidationError as error:
-        raise RecordError(f"{ENTRY_FILE} is not that of an entry: {_shown(first_error(error))}") from None
+        raise RecordError(f"{ENTRY_FILE} of the bundle is not valid: {_shown(first_error(error))}") from None
     _check_hashes(entry, hashes)
     _check_header(read_header(folder), entry)
     return entry
 
 
 def _check_directory(file: BinaryIO) -> None:
-    """Check the size and the directory of a zip file before its directory is read into memory."""
+    """Check the size of a zip file, and of its directory, before the directory is read into memory."""
     size = file.seek(0, io.SEEK_END)
     if size > MAX_ZIP_BYTES:
-        raise RecordError(f"it has {size:,} bytes; a bundle has at most {MAX_ZIP_BYTES:,}")
+        raise RecordError(f"the bundle has {size:,} bytes, but may have at most {MAX_ZIP_BYTES:,}")
     file.seek(max(0, size - _END_SIZE))
     end = file.read(_END_SIZE)
     if len(end) < _END_SIZE or not end.startswith(_END):
-        raise RecordError("it is not a whole zip file without a comment; `vigil submit` makes bundles")
+        raise RecordError("the bundle is not a complete zip file, or has a zip comment; make it with `vigil submit`")
     file.seek(max(0, size - _END_SIZE - 20))
     if file.read(4) == _END_64:
-        raise RecordError("it is a zip file of the kind for more than 4 GiB, which no bundle is")
+        raise RecordError("the bundle is a ZIP64 file (for more than 4 GiB); make it with `vigil submit`")
     count, directory = struct.unpack("<HL", end[10:16])
     if count > len(MEMBERS) or directory > MAX_DIRECTORY_BYTES:
-        raise RecordError(f"it has {count} members in a directory of {directory:,} bytes; a bundle has {len(MEMBERS)}")
+        raise RecordError(
+            f"the bundle's directory has {count} files and {directory:,} bytes; only {len(MEMBERS)} files are allowed"
+        )
     file.seek(0)
 
 
@@ -166,23 +168,25 @@ def _check_members(infos: Iterable[zipfile.ZipInfo]) -> None:
         kind = stat.S_IFMT(info.external_attr >> 16)
         if name not in MEMBERS or info.orig_filename != name:
             raise RecordError(
-                f"it has a member {_shown(repr(info.orig_filename))}; only {', '.join(MEMBERS)} may be in it"
+                f"the bundle contains {_shown(repr(info.orig_filename))}; only {', '.join(MEMBERS)} are allowed"
             )
         if kind not in (0, stat.S_IFREG):
-            raise RecordError(f"{name} is a link or another special file")
+            raise RecordError(f"{name} in the bundle is a link or another special file")
         if names.count(name) > 1:
-            raise RecordError(f"{name} is in it twice")
+            raise RecordError(f"{name} is in the bundle twice")
         if info.flag_bits & 1 or info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise RecordError(f"{name} is encrypted, or packed in an unusual way")
+            raise RecordError(f"{name} in the bundle is encrypted, or compressed by a method other than deflate")
         if info.file_size > MEMBERS[name]:
-            raise RecordError(f"{name} unpacks to {info.file_size:,} bytes, and at most {MEMBERS[name]:,} are read")
+            raise RecordError(
+                f"{name} has {info.file_size:,} bytes when unpacked, but may have at most {MEMBERS[name]:,}"
+            )
     for name in (ENTRY_FILE, HEADER_FILE, EPISODES_FILE):
         if name not in names:
-            raise RecordError(f"it has no {name}")
+            raise RecordError(f"the bundle does not contain {name}")
 
 
 def _unpack(bundle: zipfile.ZipFile, info: zipfile.ZipInfo, out: Path) -> str:
-    """Unpack a member and return its SHA-256; stop at the limits, whatever the zip file says about sizes."""
+    """Unpack a member and return its SHA-256. Stop at the size limits, because the sizes in a zip file may be false."""
     digest, size, row = hashlib.sha256(), 0, 0
     with bundle.open(info) as source, out.open("wb") as target:
         while block := source.read(_BLOCK):
@@ -191,7 +195,7 @@ def _unpack(bundle: zipfile.ZipFile, info: zipfile.ZipInfo, out: Path) -> str:
             longest = max(row + len(lines[0]), *map(len, lines))
             row = len(lines[-1]) + (row if len(lines) == 1 else 0)
             if size > MEMBERS[info.filename]:
-                raise RecordError(f"{info.filename} unpacks to more than {MEMBERS[info.filename]:,} bytes")
+                raise RecordError(f"{info.filename} has more than {MEMBERS[info.filename]:,} bytes when unpacked")
             if longest > MAX_ROW_BYTES:
                 raise RecordError(f"{info.filename} has a row of more than {MAX_ROW_BYTES:,} bytes")
             digest.update(block)
@@ -203,14 +207,19 @@ def _check_hashes(entry: Entry, hashes: Mapping[str, str]) -> None:
     found = {name: sha256 for name, sha256 in hashes.items() if name != ENTRY_FILE}
     for name in sorted(found.keys() | entry.files.keys()):
         if found.get(name) != entry.files.get(name):
-            raise RecordError(f"{_shown(name)} is not the file that {ENTRY_FILE} names by its hash: it was changed")
+            raise RecordError(
+                f"{_shown(name)} does not have the hash in {ENTRY_FILE}: the file was changed, added or removed"
+            )
 
 
 def _check_header(header: RunHeader, entry: Entry) -> None:
     if (header.spec.pack, header.spec.pack_sha256) != (entry.pack, entry.pack_sha256):
-        raise RecordError(f"{HEADER_FILE} names another pack than {ENTRY_FILE}")
+        raise RecordError(f"{HEADER_FILE} and {ENTRY_FILE} name different packs")
     if without_paths(header) != header:
-        raise RecordError(f"{HEADER_FILE} names paths or addresses of a machine; `vigil submit` leaves them out")
+        raise RecordError(
+            f"{HEADER_FILE} contains paths or addresses of a machine; make the bundle with `vigil submit`, which "
+            "leaves them out"
+        )
 
 
 def _shown(fault: object) -> str:

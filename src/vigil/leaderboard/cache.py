@@ -1,4 +1,4 @@
-"""Cache: what the check of a bundle found, so that a build checks only the bundles that are new to it."""
+"""Cache: the result of each bundle's check, so that a build checks only the bundles that are new to it."""
 
 import hashlib
 import json
@@ -18,26 +18,26 @@ from vigil.runner.run_folder import host_facts
 from vigil.runner.verify_run import SAME_HOST
 
 CACHE_VERSION = 1
-"""It is raised when the check or its result changes."""
+"""Version of the check and its result. Results of another version are not used."""
 _ENTRY, _PLAYS, _REFUSAL = "entry.json", "plays.parquet", "refusal.txt"
 PAGES = "pages"
 
 
 @dataclass(frozen=True)
 class Cached:
-    """What the check of one bundle found: an entry with the pages of some plays, or a refusal."""
+    """The result of one bundle's check: an entry with the pages of some plays, or the reason for a refusal."""
 
     entry: CheckedEntry | None
     refusal: str = ""
     pages: Path | None = None
-    """Folder of the pages of plays; None for a refusal."""
+    """Folder of the pages of plays; None if the bundle was refused."""
 
 
 class Cache:
     """A folder with one folder for each checked bundle."""
 
     def __init__(self, folder: Path, *facts: object) -> None:
-        """`facts` are those settings on which the result of a check depends."""
+        """Open the cache in `folder`. `facts` are the settings on which the result of a check depends."""
         here = host_facts()
         versions = {**Versions.current().model_dump(), **{name: here[name] for name in SAME_HOST}}
         self._facts = repr((CACHE_VERSION, __version__, sorted(versions.items()), facts))
@@ -45,7 +45,7 @@ class Cache:
         folder.mkdir(parents=True, exist_ok=True)
 
     def find(self, bundle_sha256: str) -> Cached | None:
-        """Return what was found about a bundle; None if it was not checked yet, or by another version."""
+        """Return the result of a bundle's check; None if this version of the check has not checked the bundle."""
         place = self._place(bundle_sha256)
         if not place.is_dir():
             return None

@@ -1,4 +1,4 @@
-"""Checking: whether a run holds as an entry. Its replies are played again, and its figures computed again."""
+"""Checking whether a run is a valid entry: its replies are played again, and its figures are computed again."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -29,7 +29,7 @@ OnProgress = Callable[[int, int], None]
 
 
 class CheckedEntry(BaseModel):
-    """An entry that holds."""
+    """An entry that passed the check."""
 
     model_config = ConfigDict(frozen=True, arbitrary_types_allowed=True)
 
@@ -37,23 +37,23 @@ class CheckedEntry(BaseModel):
     header: RunHeader
     suite: str | None
     is_private: bool
-    """Whether its pack is private, so that its plays are not shown."""
+    """Whether the pack is private. The site does not show plays of a private pack."""
     checked: str
-    """Sentence that says what was checked."""
+    """A sentence for readers that says what was checked."""
     tokens: Tokens
     figures: Figures
     tables: tuple[str, ...]
     regimes: tuple[str, ...]
     signs: tuple[str, ...]
     plays: pd.DataFrame = Field(exclude=True, repr=False)
-    """The plays; written to a file of its own (see `Measures`)."""
+    """The plays (see `Measures`), which the cache stores in a separate file."""
     bundle_sha256: str = ""
     tier: Tier = "re_simulated"
-    """Tier in which the entry is ranked: what was checked, or what the maintainers decided."""
+    """Tier in which the entry is ranked: the tier that the check proves, or the tier that the maintainers chose."""
 
     @property
     def id(self) -> str:
-        """The first digits of the run's hash, which name the entry everywhere."""
+        """Id of the entry: the first digits of the run's hash."""
         return self.header.sha256[:ID_DIGITS]
 
     @property
@@ -63,7 +63,7 @@ class CheckedEntry(BaseModel):
 
     @property
     def profile(self) -> str:
-        """Condition of the entry: its profile, and what of prompt and grammar is not the default."""
+        """Name of the profile, followed by the prompt variant and the reply policy if they are not the default."""
         profile = self.header.spec.profile
         differs = {
             profile.prompt_variant: profile.prompt_variant != "default" and not profile.has_custom_prompt,
@@ -73,17 +73,17 @@ class CheckedEntry(BaseModel):
 
     @property
     def ranked_by(self) -> str:
-        """Figure by which the entry is ranked."""
+        """Name of the figure by which the entry is ranked."""
         return RANKED_BY[self.suite]
 
     @property
     def cost(self) -> float | None:
-        """Cost of the run's replies at the prices of its header; None if it is unknown."""
+        """Cost of the run's replies, from the prices in its header; None without prices."""
         return None if self.header.prices is None else self.header.prices.cost(self.tokens)
 
     @property
     def thinking(self) -> Literal["on", "off", "unknown"]:
-        """Whether the model thought, by its answers, or else by the settings."""
+        """Whether the model thought, according to its answers or, if they do not show it, the settings."""
         said = [each.thinking for each in (self.header.answered, *(s.answered for s in self.header.resumed)) if each]
         return "on" if "on" in said or self.header.has_reasoning else "off" if "off" in said else "unknown"
 
@@ -100,25 +100,31 @@ def check_run(
     settings: CheckSettings,
     on_progress: OnProgress = lambda _done, _total: None,
 ) -> tuple[CheckedEntry, Measures]:
-    """Return the entry that a run is, after playing its replies again.
+    """Play a run's replies again, and return the run as an entry with its measures.
 
-    Raises RecordError that says why it does not hold, or SimulatorError if it could not be checked.
+    Raises RecordError that says why the run is not a valid entry, or SimulatorError if it could not be checked.
     """
     header = read_header(folder)
     _refuse_if(
-        [f"{each}." for each in contradictions(header, metadata)], "the run cannot be an entry as it is described"
+        [f"{each}." for each in contradictions(header, metadata)], "the run and its metadata do not make a valid entry"
     )
     if policy_sha256(header.spec.profile) != header.spec.prompt_policy_sha256:
-        raise RecordError(f"its prompt {header.spec.prompt_policy!r} has another text here, so it cannot be checked")
+        raise RecordError(
+            f"the run's prompt {header.spec.prompt_policy!r} has a different text in this version of VIGIL, so the run "
+            "cannot be checked"
+        )
     place = packs.get(header.spec.pack_sha256)
     if place is None:
         raise PackMismatch(
-            f"its pack {header.spec.pack!r} with SHA-256 {header.spec.pack_sha256[:ID_DIGITS]}... is not known here: "
+            f"the run's pack {header.spec.pack!r} with SHA-256 {header.spec.pack_sha256[:ID_DIGITS]}... is not known "
+            "here: "
             "give its folder with --pack"
         )
     pack = Pack.load(place, header.spec.pack_sha256)
     if pack.name != header.spec.pack:
-        raise RecordError(f"it names its pack {header.spec.pack!r}, and the pack with that hash is {pack.name!r}")
+        raise RecordError(
+            f"the run's header calls its pack {header.spec.pack!r}, but the pack with the same hash is {pack.name!r}"
+        )
     try:
         return _check_plays(folder, metadata, pack, settings, on_progress)
     except RecordError as fault:
@@ -133,7 +139,7 @@ def _check_plays(
 ) -> tuple[CheckedEntry, Measures]:
     run = read_run(folder, pack.folder)
     header = run.header
-    _refuse_if(_missing_plays(run, pack), "it is not a whole run")
+    _refuse_if(_missing_plays(run, pack), "the run is not complete")
     is_replayed = metadata.tier != "self_reported"
     verify = VerifySettings(
         frames=settings.frames and is_replayed,
@@ -144,8 +150,8 @@ def _check_plays(
     )
     found = verify_run(folder, verify, on_progress=on_progress)
     if lost := [each for each in found.differences if each.fact == "simulator"]:
-        raise SimulatorError(f"It could not be played again: {lost[0]}.")
-    _refuse_if([f"{each}." for each in found.differences], "played again, it is another run")
+        raise SimulatorError(f"The run could not be played again: {lost[0]}.")
+    _refuse_if([f"{each}." for each in found.differences], "playing the run again gave other results")
     measures = measures_of(run, pack)
     entry = CheckedEntry(
         metadata=metadata,
@@ -165,10 +171,13 @@ def _check_plays(
 
 
 def check_claims(claimed: Entry, measures: Measures) -> None:
-    """Raise RecordError if the figures or frames that a bundle claims do not follow from its records."""
-    _refuse_if([f"{each}." for each in changed_figures(claimed.figures, measures.figures)], "its figures are others")
+    """Raise RecordError if figures or frames in a bundle's entry differ from those that its records give."""
+    _refuse_if(
+        [f"{each}." for each in changed_figures(claimed.figures, measures.figures)],
+        "the figures that the bundle claims do not follow from its records",
+    )
     if claimed.frames != measures.frames:
-        raise RecordError("the hash of its frames is not that of the frames in its records")
+        raise RecordError("the hash of frames that the bundle claims does not follow from its records")
 
 
 def _missing_plays(run: SavedRun, pack: Pack) -> list[str]:

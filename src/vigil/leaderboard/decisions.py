@@ -24,9 +24,9 @@ class Decision(BaseModel):
     by: Line
     date: date
     tier: Tier | None = None
-    """Tier that the maintainers vouch for; by default the one that the check proves."""
+    """Tier that the maintainers vouch for; None to use the tier that the check proves."""
     bundle: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")] | None = None
-    """Hash of the bundle that is meant, where several bundles hold one run."""
+    """SHA-256 of the bundle that the decision accepts, if several bundles contain the same run."""
 
 
 class _File(BaseModel):
@@ -36,11 +36,13 @@ class _File(BaseModel):
 
 
 def read_decisions(path: Path | None) -> dict[str, Decision]:
-    """Return {id of an entry: decision}. Raises SettingError that names the line."""
+    """Return {id of an entry: decision}. Raises SettingError that names the line of an invalid decision."""
     if path is None:
         return {}
     if not path.is_file():
-        raise SettingError(f"--decisions {str(path)!r} does not exist. docs/leaderboard.md shows such a file.")
+        raise SettingError(
+            f"--decisions {str(path)!r} does not exist. Give an existing file; docs/leaderboard.md shows an example."
+        )
     text = read_yaml(path)
     try:
         found = _File.model_validate(text.value).decisions
@@ -48,5 +50,5 @@ def read_decisions(path: Path | None) -> dict[str, Decision]:
         raise text.error(tuple(error.errors()[0]["loc"]), f"{first_error(error)}.") from None
     for index, decision in enumerate(found):
         if decision.run in {other.run for other in found[:index]}:
-            raise text.error(("decisions", index), f"there are two decisions about {decision.run}. Leave one.")
+            raise text.error(("decisions", index), f"there are two decisions about {decision.run}. Remove one of them.")
     return {decision.run: decision for decision in found}

@@ -33,9 +33,9 @@ RATES = ("W", "B", "Delta", "FR", "NR", "IL")
 CLOSURE_RATES = ("C", "correct_pairs", "false_success", "no_report")
 CHORES_RATES = ("W", "B", "T", "skill", "overclaim", "underclaim")
 COLUMNS: Mapping[str | None, tuple[str, ...]] = {None: RATES, SUITE: CLOSURE_RATES, CHORES_SUITE: CHORES_RATES}
-"""Suite of a pack -> figures in the table of entries."""
+"""Suite of a pack -> names of the figures that the table of entries shows."""
 RANKED_BY: Mapping[str | None, str] = {None: "B", SUITE: "C", CHORES_SUITE: "B"}
-"""Suite of a pack -> figure by which entries are ranked. It says of each play whether it was closed truthfully."""
+"""Suite of a pack -> name of the figure by which entries are ranked: the share of plays that were closed truthfully."""
 _TABLES = (
     "family_rates",
     "levels",
@@ -49,27 +49,27 @@ _TABLES = (
     "models",
 )
 _DIGITS = 6
-"""Decimals of a figure; figures that two machines compute are compared at `TOLERANCE`."""
+"""Number of decimals to which figures are rounded. The check accepts differences up to `TOLERANCE`."""
 TOLERANCE = 2e-6
 
 
 @dataclass(frozen=True)
 class Measures:
-    """What an entry's records say."""
+    """What follows from an entry's records."""
 
     figures: Figures
     tables: tuple[str, ...]
-    """Tables as HTML."""
+    """The tables of the entry's page, as HTML."""
     regimes: tuple[str, ...]
     plays: pd.DataFrame
-    """A row for each scored play; `closed` says whether it was closed truthfully (`RANKED_BY`)."""
+    """A row for each scored play; `closed` says whether the play was closed truthfully (see `RANKED_BY`)."""
     frames: Frames
     timing_faults: dict[str, int]
-    """Why the timing of plays is impossible -> number of plays."""
+    """Reason why a play's times are impossible -> number of such plays."""
 
 
 def measures_of(run: SavedRun, pack: Pack) -> Measures:
-    """Return the measures of a run whose rows are read. Raises RecordError, PackMismatch or EpisodeError."""
+    """Return the measures of a saved run. Raises RecordError, PackMismatch or EpisodeError."""
     suite = pack.manifest.suite
     if suite == SUITE:
         of_suite = read_closure_runs([run.folder], pack.folder)[0]
@@ -104,7 +104,7 @@ def measures_of(run: SavedRun, pack: Pack) -> Measures:
 
 
 def changed_figures(claimed: Figures, found: Figures) -> Iterator[str]:
-    """Yield how claimed figures differ from those that follow from the records."""
+    """Yield a text for each claimed figure that differs from the figure computed from the records."""
     for name in sorted(claimed.keys() | found.keys()):
         ours, theirs = found.get(name), claimed.get(name)
         if ours is None or theirs is None:
@@ -188,6 +188,6 @@ def _plays(
 
 
 def _html(table: Table) -> str:
-    """Return a table for a page of an entry: its box can be scrolled by keys, and its terms lead to the glossary."""
+    """Return a table as HTML for an entry's page. It scrolls by keyboard, and its terms link to the glossary."""
     box = f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(table.title)}">'
     return html_table(table).replace('<div class="box">', box).replace('href="#term-', 'href="../glossary.html#')

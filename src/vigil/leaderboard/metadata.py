@@ -1,4 +1,4 @@
-"""Metadata of an entry: what its submitter says, and what the run's header must agree with."""
+"""Metadata of an entry: what its submitter states, and the check that the run's header agrees with it."""
 
 from collections.abc import Iterator
 from datetime import date
@@ -15,17 +15,17 @@ Tier = Literal["self_reported", "re_simulated", "fresh_pack", "hosted", "maintai
 """How far an entry can be trusted, from the least to the most; entries are ranked within their tier."""
 TIERS: tuple[Tier, ...] = get_args(Tier)
 Division = Literal["standard", "custom", "trained on streams", "baseline"]
-"""Entries that are ranked together; a baseline is a scripted agent, one with hidden sight, or a person."""
+"""Group of entries that are ranked together. Baselines are scripted agents, agents with hidden sight, and people."""
 MAX_PLAYS_OF_AN_EPISODE = 32
-"""Maximum number of plays of one episode in an entry, which bounds the time of its check."""
+"""Maximum number of plays of one episode in an entry. It limits how long the check of an entry takes."""
 MAX_NAME_CHARS = 300
 
 
 def _plain(text: str) -> str:
     if not text.replace("\n", "").isprintable():
-        raise ValueError("it has a control character or an invisible one; remove it")
+        raise ValueError("the text contains a control character or an invisible character; remove it")
     if set("<>") & set(text):
-        raise ValueError("it has < or >, which no entry needs; remove them")
+        raise ValueError("the text contains < or >; remove these characters")
     return text
 
 
@@ -38,7 +38,7 @@ class _Part(BaseModel):
 
 
 class Verification(_Part):
-    """What the submitter states about the run; it must agree with the run."""
+    """Facts about the run that the submitter states; the run's header must agree with them."""
 
     modified_prompts: bool = Field(description="true if the prompt is not one of VIGIL's")
     omitted_questions: bool = Field(description="true if episodes were left out")
@@ -55,7 +55,7 @@ class Methodology(_Part):
 
 
 class EntryMetadata(_Part):
-    """What a submitter says about an entry; the run's own facts are not repeated here."""
+    """What a submitter states about an entry. Facts that the run's header records are not repeated here."""
 
     model_name: Line = Field(description="name of the model or agent")
     model_organization: Line = Field(description="who made the model")
@@ -74,10 +74,11 @@ class EntryMetadata(_Part):
 
 
 def read_metadata(path: Path) -> EntryMetadata:
-    """Return the metadata in a YAML file. Raises SettingError that names the line, and lists all that is missing."""
+    """Return the metadata in a YAML file. Raises SettingError that names the line, and lists all missing values."""
     if not path.is_file():
         raise SettingError(
-            f"{str(path)!r} does not exist. Write the entry's metadata there; docs/leaderboard.md shows it."
+            f"{str(path)!r} does not exist. Write the entry's metadata to this file; docs/leaderboard.md shows an "
+            "example."
         )
     text = read_yaml(path)
     try:
@@ -93,14 +94,14 @@ def _readable(text: YamlText, error: ValidationError) -> SettingError:
     listed = [f"`{name}` ({known.get(name, 'a group of keys')})" for name in missing]
     if unknown := [fault for fault in faults if fault["type"] == "extra_forbidden"]:
         place = spoken(unknown[0]["loc"])
-        return text.error(unknown[0]["loc"], f"there is no such key.{did_you_mean(place, known)}")
+        return text.error(unknown[0]["loc"], f"this key does not exist.{did_you_mean(place, known)}")
     if listed:
         return text.error((), f"the metadata is incomplete. Missing: {'; '.join(listed)}.")
     return text.error(faults[0]["loc"], f"{first_error(error)}.")
 
 
 def fields_of(kind: type[BaseModel], above: str = "") -> Iterator[tuple[str, str]]:
-    """Yield the place of each value of the metadata, such as `methodology.notes`, with its description."""
+    """Yield the path of each value of the metadata, such as `methodology.notes`, with its description."""
     for name, field in kind.model_fields.items():
         inner: Any = field.annotation
         if isinstance(inner, type) and issubclass(inner, BaseModel):
@@ -117,7 +118,7 @@ def division_of(header: RunHeader, metadata: EntryMetadata) -> Division:
 
 
 def contradictions(header: RunHeader, metadata: EntryMetadata) -> Iterator[str]:
-    """Yield why a run cannot be an entry, or contradicts its metadata."""
+    """Yield each reason why a run cannot be an entry, or contradicts its metadata."""
     spec, stated = header.spec, metadata.methodology.verification
     has_own_prompt = spec.profile.has_custom_prompt
     if stated.modified_prompts != has_own_prompt:

@@ -31,35 +31,35 @@ _TEMPLATES = site.template_environment()
 _TEMPLATES.loader = FileSystemLoader([_HERE, site.HERE / "templates"])
 PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN, LABEL_HEIGHT = 640.0, 420.0, 44.0, 13.0
 MOST_LABELS = 16
-"""Most entries in a plot that shows their names."""
+"""Maximum number of entries for which a plot shows names."""
 
 
 @dataclass(frozen=True, slots=True)
 class LogLine:
-    """What became of one bundle."""
+    """A line of the site's log: how the check of one bundle ended."""
 
     bundle: str
-    """Name of its file."""
+    """Name of the bundle's file."""
     entry: str
-    """Id of its entry; empty if it does not hold."""
+    """Id of the bundle's entry; empty if the bundle was refused."""
     status: str
     why: str
 
 
 @dataclass(frozen=True)
 class Content:
-    """What a site shows."""
+    """Everything that a site shows."""
 
     entries: Sequence[CheckedEntry]
     log: Sequence[LogLine]
     signs: Mapping[str, Sequence[str]]
-    """Id of an entry -> signs that follow from comparing entries."""
+    """Id of an entry -> its signs (see `vigil.leaderboard.signs`) that follow from a comparison with other entries."""
     pages: Mapping[str, Path]
     """Id of an entry -> folder of its plays' pages."""
     earlier: Sequence[dict[str, str]] = ()
 
     def signs_of(self, entry: CheckedEntry) -> list[str]:
-        """Return all signs about an entry."""
+        """Return all signs of an entry: its own, and those from comparisons."""
         return [*entry.signs, *self.signs.get(entry.id, ())]
 
 
@@ -73,14 +73,14 @@ class Point:
     x_ends: tuple[float, float]
     y_ends: tuple[float, float]
     label_y: float
-    """Height of the entry's name; names stay apart."""
+    """Height at which the entry's name is written, so that names do not overlap."""
 
 
 def write_play_pages(run: Path, pack: Path, entry: CheckedEntry, out: Path, drawing: RenderService, count: int) -> None:
-    """Write pages of `count` plays: of each family first one that was not closed truthfully, then one that was."""
+    """Write pages of `count` plays: of each family first a play that was not closed truthfully, then one that was."""
     found = Library([run], [pack]).runs()[0]
     if found.table is None:
-        raise RecordError(f"its plays cannot be shown: {found.fault}")
+        raise RecordError(f"the plays of the bundle cannot be shown: {found.fault}")
     plays = entry.plays.assign(turn=entry.plays.groupby(["family", "closed"]).cumcount())
     chosen = plays.sort_values(["turn", "closed", "family", "episode_id", "epoch"]).head(count)
     for name, epoch in sorted(zip(chosen["episode_id"], chosen["epoch"], strict=True)):
@@ -182,13 +182,13 @@ def _ends(figure: Sequence[float | None]) -> list[tuple[str, float | None]]:
 
 
 def _parts(board: Board, kind: str) -> list[str]:
-    """Return the parts of a kind (`family`, `level`, `kind`, `pass`) for which a board's entries have figures."""
+    """Return the names of the parts (`kind` is `family`, `level`, `kind` or `pass`) for which a board has figures."""
     found = dict.fromkeys(name.rpartition(".")[0] for each in board.entries for name in each.entry.figures)
     return [name for name in found if name.startswith(kind)]
 
 
 def _cell(entry: CheckedEntry, name: str) -> dict[str, Any] | None:
-    """Return a figure as the macro `rate` wants it; None without a value."""
+    """Return a figure in the form that the template's macro `rate` takes; None if the figure has no value."""
     value, low, high = entry.figures.get(name, (None, None, None))
     if value is None:
         return None
@@ -196,7 +196,7 @@ def _cell(entry: CheckedEntry, name: str) -> dict[str, Any] | None:
 
 
 def _points(boards: Sequence[Board]) -> list[Point]:
-    """Return the entries of a pack in the plot of W against B; none for a suite that has no W and B."""
+    """Return a pack's entries as points of the plot of W against B; empty for a suite without W or B."""
     entries = [each.entry for board in boards for each in board.entries]
     with_both = [
         entry for entry in entries if None not in (*entry.figures.get("W", [None]), *entry.figures.get("B", [None]))
@@ -220,7 +220,7 @@ def _y(share: float) -> float:
 
 
 def _filters(entries: Sequence[CheckedEntry]) -> dict[str, list[str]]:
-    """Return {name of a filter: values}, for filters with several values."""
+    """Return {name of a filter: its values}. A filter with only one value is left out."""
     found = {
         "weights": sorted({entry.metadata.weights for entry in entries}),
         "thinking": sorted({entry.thinking for entry in entries}),

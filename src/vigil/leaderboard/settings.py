@@ -25,7 +25,7 @@ class CheckSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BuildSettings(CheckSettings):
-    """Settings of a leaderboard's site."""
+    """Settings for building a leaderboard's site."""
 
     cache: Annotated[
         Path | None,

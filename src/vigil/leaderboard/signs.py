@@ -1,4 +1,4 @@
-"""Signs of contamination or fraud: facts that a reader should see. They are shown and never change a rank."""
+"""Signs of contamination or fraud: facts that readers should know. The site shows them; they never change a rank."""
 
 import hashlib
 from collections import Counter
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from vigil.leaderboard.checking import CheckedEntry
 
 MIN_REPLIES = 4
-"""Fewest replies of a play that is compared with others, because short plays are often alike."""
+"""Plays with fewer replies are not compared with other plays, because short plays are often alike."""
 FASTEST_REPLY_S = 0.05
 MOST_TOKENS_PER_S = 5000
 _SLACK_S = 1.0
 
 
 class PlayReader:
-    """Reads from each play what signs are made of, and counts impossible timings."""
+    """Reads from each play the facts from which signs follow, and counts impossible timings."""
 
     def __init__(self, header: RunHeader, pack: Pack) -> None:
         self._header = header
@@ -32,7 +32,7 @@ class PlayReader:
         self.timing_faults: Counter[str] = Counter()
 
     def facts(self, record: EpisodeRecord) -> dict[str, Any]:
-        """Return the hash of a play's replies, that of the replies with their times, and whether it is a solution."""
+        """Return hashes of a play's replies, without and with their times, and whether it repeats the solution."""
         replies = hashlib.sha256()
         for step in record.steps:
             replies.update(f"{len(step.reply.text)}\n{step.reply.text}\n".encode())
@@ -65,14 +65,14 @@ class PlayReader:
 
 
 def _utc(when: datetime) -> datetime:
-    """Return a time with its zone; one without is taken as UTC."""
+    """Return a time with its time zone; a time without a zone is taken as UTC."""
     return when if when.tzinfo is not None else when.replace(tzinfo=UTC)
 
 
 def own_signs(
     header: RunHeader, metadata: EntryMetadata, plays: pd.DataFrame, timing_faults: dict[str, int]
 ) -> Iterator[str]:
-    """Yield the signs that one entry shows by itself."""
+    """Yield the signs that follow from one entry alone."""
     models, total = header.answering_models, len(plays)
     if len(models) > 1:
         yield f"The answers name {len(models)} models, not one: {', '.join(models)}."
@@ -88,7 +88,7 @@ def own_signs(
 
 
 def signs_between(entries: Sequence["CheckedEntry"]) -> dict[str, list[str]]:
-    """Return {id of an entry: signs} that follow from comparing entries: equal replies, and gaps to fresh packs."""
+    """Return {id of an entry: signs} from comparisons of entries: equal replies, and lower results on fresh packs."""
     found: dict[str, list[str]] = {entry.id: [] for entry in entries}
     for entry in entries:
         for other in entries:
@@ -118,7 +118,7 @@ def _equal_replies(entry: "CheckedEntry", other: "CheckedEntry") -> Iterator[str
 
 
 def _gap(public: "CheckedEntry", fresh: "CheckedEntry") -> list[str]:
-    """Return the gap between a model's results on a public and on a fresh pack, as a sentence in a list."""
+    """Return a sentence, in a list, about how a model's results differ between a public and a fresh pack."""
     same = [(each.metadata.model_name, each.header.spec.profile, each.suite) for each in (public, fresh)]
     ours, theirs = (each.figures[each.ranked_by] for each in (public, fresh))
     if same[0] != same[1] or None in (*ours, *theirs):
@@ -131,5 +131,5 @@ def _gap(public: "CheckedEntry", fresh: "CheckedEntry") -> list[str]:
 
 
 def copied_plays(entry: "CheckedEntry", other: "CheckedEntry") -> int:
-    """Return the number of plays that are those of another entry, times included: no two runs have such plays."""
+    """Return how many plays equal a play of another entry in replies and times, which never happens by chance."""
     return len(set(entry.plays["play_sha256"]) & set(other.plays["play_sha256"]))

@@ -1,4 +1,4 @@
-"""Submitting: a run with its metadata becomes a bundle, after the check that a maintainer will make."""
+"""Submitting: makes a bundle from a run and its metadata, after the same check that maintainers make."""
 
 from pathlib import Path
 
@@ -24,9 +24,9 @@ def submit_run(
     reveals: bool = False,
     on_progress: OnProgress = lambda _done, _total: None,
 ) -> CheckedEntry:
-    """Check a run and write it to `out` as a bundle; return the entry that it makes.
+    """Check a run, write it as a bundle to `out`, and return its entry.
 
-    Raises RecordError that says why the run does not hold, or SettingError.
+    Raises RecordError that says why the run is not a valid entry, or SettingError.
     """
     if out.suffix != ".zip" or not out.absolute().parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: give a file that ends in .zip, in a folder that exists.")

@@ -1,8 +1,8 @@
-"""Probes: questions about what an agent believes at a step, asked apart from the episode.
+"""Probes: questions about what an agent believes at a step, asked separately from the episode.
 
-A probe is the step's own request with one question added behind the frame. Its answer is not an action, costs no step
-and never enters the history. The questions are frozen: `question_sha256` identifies the question, its scale and its
-place in every record. Source: `protocol.md` section 10; `docs/beliefs.md`.
+A probe is the same request as the step's, with a question added after the frame. Its answer is not an action, uses no
+step and is never part of the history. The questions are frozen: `question_sha256` identifies the question, its scale
+and its place in the request. Source: `protocol.md` section 10; `docs/beliefs.md`.
 """
 
 import hashlib
@@ -14,10 +14,11 @@ from vigil.protocol.actions import STATUSES, InvalidAction, Reply, ReplyPolicy, 
 from vigil.protocol.replies import ReplyFault, read_object
 
 Framing = Literal["state", "doubt"]
-"""How a probe asks: whether the task is done (`state`), or first what could be wrong with that (`doubt`)."""
+"""How a probe asks: `state` asks whether the task is done; `doubt` first asks what could be wrong with that."""
 FRAMINGS: tuple[Framing, ...] = get_args(Framing)
 SCALE = 20
-"""Highest value of `sure`; the lowest is 0. Coarse scales are used more evenly than percentages."""
+"""Maximum of `sure`; the minimum is 0. The scale is coarse because models use the values of a coarse scale more evenly.
+"""
 PLACE = "a text part behind the frame, in the last user message of the step's request"
 
 _OPENING = (
@@ -61,12 +62,12 @@ QUESTIONS: dict[Framing, str] = {
         )
     ),
 }
-"""The question of each framing, verbatim."""
+"""The verbatim question of each framing."""
 _KEYS = ("done", "report", "sure", "evidence")
 
 
 class ProbeAnswer(BaseModel):
-    """An answer to a probe. `sure` is about `done`, or about the label `report` in a state-recognition task."""
+    """An answer to a probe. `sure` is about `done` or, in a state-recognition task, about the label `report`."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -78,12 +79,12 @@ class ProbeAnswer(BaseModel):
 
 
 def question_sha256(framing: Framing) -> str:
-    """Return the SHA-256 of a question with its scale and its place."""
+    """Return the SHA-256 of a question, its scale and its place in the request."""
     return hashlib.sha256(f"{QUESTIONS[framing]}\n\n0..{SCALE}\n{PLACE}".encode()).hexdigest()
 
 
 def read_probe_answer(reply: Reply, policy: ReplyPolicy = "strict") -> ProbeAnswer | InvalidAction:
-    """Return the answer in a reply to a probe, or why there is none; read as strictly as a reply of a step."""
+    """Return the answer in a reply to a probe, or why there is none. `policy` applies as for a reply of a step."""
     return read_object(reply, (), _answer_of, policy)
 
 

@@ -1,7 +1,7 @@
-"""`probes.jsonl`: the answers to the probes of a run, next to its records and never part of them.
+"""`probes.jsonl`: the answers to the probes of a run, in a file next to the run's records.
 
-A row belongs to one step of one effective record. The first row of a probe that is not an error counts; an error is
-asked again. What a row says about a belief is computed by `vigil.scoring.beliefs`.
+A row belongs to one step of one effective record. The first row of a probe that is not an error counts. A probe whose
+rows are all errors is asked again. `vigil.scoring.beliefs` compares the rows with the world.
 """
 
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ from vigil.records.record import EpisodeRecord
 
 PROBES_FILE = "probes.jsonl"
 PROBE_SCHEMA = 1
-"""Schema version of the rows; it is raised as that of records is."""
+"""Schema version of the rows; it is raised by the same rules as the schema version of records."""
 _ADVICE = "Restore the file from a copy, or take it away: the episodes' records do not need it."
 
 
@@ -41,16 +41,16 @@ class ProbeRecord(BaseModel):
 
     schema_version: int = PROBE_SCHEMA
     run_sha256: str
-    """Hash of the run that the probe belongs to (`RunHeader.sha256`)."""
+    """Hash of the probe's run (`RunHeader.sha256`)."""
     episode_id: str
     epoch: int = Field(ge=1)
     attempt: int = Field(ge=1)
     step: int = Field(ge=1)
-    """Number of the step whose messages were sent; the world is that before the step's reply."""
+    """Number of the step whose messages the probe repeats. Its frame shows the world before the step's reply."""
     frame_sha256: str | None = None
     framing: Framing
     question_sha256: str
-    """Hash of the question, its scale and its place (`vigil.records.probe`)."""
+    """Hash of the question, its scale and its place in the request (`vigil.records.probe`)."""
     asked: datetime
     reply: Reply | None = None
     """Reply of the model; None if the server failed."""
@@ -58,7 +58,7 @@ class ProbeRecord(BaseModel):
     invalid: InvalidAction | None = None
     """Why the reply is not an answer: it does not parse, refuses, or is an action."""
     error: str | None = None
-    """Failure of the server, after all retries; the probe is asked again."""
+    """Why the server failed, after all retries; the probe is then asked again."""
 
     @model_validator(mode="after")
     def _has_one_result(self) -> "ProbeRecord":
@@ -72,23 +72,23 @@ class ProbeRecord(BaseModel):
 
     @property
     def key(self) -> ProbeKey:
-        """What identifies the probe within its run."""
+        """Key that identifies the probe within its run."""
         return ProbeKey(self.episode_id, self.epoch, self.attempt, self.step, self.framing)
 
 
 @dataclass(slots=True)
 class ProbeTable:
-    """The probes of a run that count."""
+    """The probes of a run, with the one row of each that counts."""
 
     rows: dict[ProbeKey, ProbeRecord] = field(default_factory=dict[ProbeKey, ProbeRecord])
-    """The first row of each probe that is not an error, else its last error."""
+    """Key of a probe -> its first row that is not an error; if all are errors, the last one."""
     foreign: int = 0
-    """Number of rows that are left out, because another run, or another question, is meant."""
+    """Number of rows that do not count, because they belong to another run or to another version of the question."""
     tokens: Tokens = field(default_factory=Tokens)
     """Tokens of all replies to probes of this run."""
 
     def add(self, row: ProbeRecord, run_sha256: str) -> None:
-        """Add a row of the file."""
+        """Add a row of the file; count it as foreign if it belongs to another run or question."""
         if row.run_sha256 != run_sha256 or row.question_sha256 != question_sha256(row.framing):
             self.foreign += 1
             return
@@ -103,19 +103,19 @@ class ProbeTable:
         return row is not None and row.error is None
 
     def of(self, record: EpisodeRecord) -> list[ProbeRecord]:
-        """Return the probes of a record that the server answered, by step and framing."""
+        """Return the probes of a record to which the server replied, sorted by step and framing."""
         mine = (record.episode_id, record.epoch, record.attempt)
         found = [row for key, row in self.rows.items() if key[:3] == mine and row.error is None]
         return sorted(found, key=lambda row: (row.step, row.framing))
 
     @property
     def errors(self) -> int:
-        """Number of probes that ended as an error."""
+        """Number of probes for which all rows are errors."""
         return sum(row.error is not None for row in self.rows.values())
 
 
 def read_probes(folder: Path, run_sha256: str) -> ProbeTable:
-    """Return the probes of a run; empty without a file. Raises RecordError."""
+    """Return the probes of a run; an empty table without a file. Raises RecordError."""
     return _table(read_lines(folder / PROBES_FILE), folder / PROBES_FILE, run_sha256)
 
 
@@ -127,10 +127,10 @@ def _table(lines: Iterable[Line], path: Path, run_sha256: str) -> ProbeTable:
 
 
 class ProbeLog:
-    """The only writer of a run's `probes.jsonl`."""
+    """The writer of a run's `probes.jsonl`; nothing else writes to this file."""
 
     def __init__(self, folder: Path, run_sha256: str) -> None:
-        """Open the file, or create it; move a partial last line to a side file. Raises RecordError."""
+        """Open or create the file. A partial last line is moved to another file. Raises RecordError."""
         path = folder / PROBES_FILE
         self._file = AppendFile(path)
         self._run = run_sha256

@@ -1,6 +1,6 @@
-"""Beliefs: what probes say, against the world that the agent saw; and why a report was false or missing.
+"""Beliefs: the answers to probes, compared with the world that the agent saw; and why reports were false or missing.
 
-Everything follows from a record, its probes and the episode's goal. A missing answer stays missing. Source:
+Everything is computed from a record, its probes and the episode's goal. A missing answer is never filled in. Source:
 `protocol.md` section 10.
 """
 
@@ -28,37 +28,37 @@ PARTS: tuple[BeliefPart, ...] = get_args(BeliefPart)
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """One probe against the world at its frame: the world before the step's reply."""
+    """One probe, compared with the world in its frame, before the step's reply was carried out."""
 
     step: int
     framing: Framing
     is_answered: bool
-    """Whether there is an answer; without one, `sure` is None and `done` and `is_right` are False."""
+    """Whether the probe has an answer. If not, `sure` is None, and `done` and `is_right` are False."""
     sure: int | None
-    """Stated likelihood that the task is done (or that the label is right), from 0 to 20."""
+    """Stated likelihood, from 0 to 20, that the task is done; in a state-recognition task, that the label is right."""
     done: bool
     is_held: bool
-    """Whether the goal held; for a state to report, whether it was in view and had not been changed."""
+    """Whether the goal held. In a state-recognition task: whether the object was in view in its original state."""
     is_true: bool
-    """Whether that holds which `sure` is about."""
+    """Whether the fact to which `sure` refers is true."""
     is_right: bool
-    """Whether `done` is right; for a state to report, whether also the label is."""
+    """Whether the answer is right about `done` and, in a state-recognition task, also about the label."""
     since_attained: int | None
-    """Number of steps since the goal first held, negative before; None if it never held."""
+    """Number of steps since the goal first held, negative before that; None if the goal never held."""
     is_closing: bool
     """Whether the step is the episode's last."""
 
 
 @dataclass(frozen=True, slots=True)
 class EpisodeBeliefs:
-    """The beliefs of one play, with its verdict."""
+    """The beliefs during one play, with the verdict on the play."""
 
     outcome: Outcome
     beliefs: tuple[Belief, ...]
-    """All probes, by step and framing."""
+    """All probes of the play, sorted by step and framing."""
 
     def of(self, framing: Framing) -> list[Belief]:
-        """Return the beliefs of one framing, by step."""
+        """Return the beliefs under one framing, sorted by step."""
         return [belief for belief in self.beliefs if belief.framing == framing]
 
     def part(self, framing: Framing) -> BeliefPart | None:
@@ -76,9 +76,9 @@ class EpisodeBeliefs:
         return "knew_and_did_not_say" if closing.done else "doubted_correctly"
 
     def has_lost_belief(self, framing: Framing) -> bool | None:
-        """Return whether a right belief that the task is done was lost while the goal still held.
+        """Return whether the agent first said that the task is done, and later, while the goal held, that it is not.
 
-        None unless two or more answers, the earlier a right one, were given while the goal held.
+        Only answers while the goal held count. None if "done" was never answered, or only in the last of them.
         """
         held = [belief for belief in self.of(framing) if belief.is_held and belief.is_answered]
         first = next((index for index, belief in enumerate(held) if belief.done), None)
@@ -87,10 +87,11 @@ class EpisodeBeliefs:
         return any(not belief.done for belief in held[first + 1 :])
 
     def detection(self, framing: Framing) -> tuple[int, bool] | None:
-        """Return the delay in steps from the goal to the first answer that it is done, and whether there was one.
+        """Return (delay, whether detected): the steps from attaining the goal to the first answer that the task is
+        done.
 
-        Without one, the delay is that of the last answer while the goal held on: the true delay is longer. None if no
-        answer was given after the goal was attained and before it was lost.
+        Only answers before the goal is lost count; None if there are none. If none of them says that the task is done,
+        the delay is that of the last of them, and the true delay is longer.
         """
         last = None
         for belief in self.of(framing):
@@ -108,7 +109,7 @@ class EpisodeBeliefs:
 def episode_beliefs(
     episode: Episode, record: EpisodeRecord, outcome: Outcome, probes: Sequence[ProbeRecord]
 ) -> EpisodeBeliefs:
-    """Return the beliefs of a play of which `outcome` is the verdict."""
+    """Return the beliefs during a play; `outcome` is the verdict on the play."""
     goal = check(episode.goal, record)
     found: list[Belief] = []
     for probe in sorted(probes, key=lambda probe: (probe.step, probe.framing)):
@@ -137,7 +138,7 @@ def episode_beliefs(
 
 
 def _judged(done: bool, report: Status, is_held: bool, outcome: Outcome) -> tuple[bool, bool, bool]:
-    """Return `done`, whether that is true which the answer is sure about, and whether the answer is right."""
+    """Return `done`, whether the fact to which `sure` refers is true, and whether the answer is right."""
     if outcome.expected is None:
         return done, is_held, done == is_held
     is_label = report == outcome.expected

@@ -43,34 +43,37 @@ class _Fact(BaseModel):
 
 
 class ChoreAnswer(_Fact):
-    """What is known of one chore."""
+    """The hidden facts about one chore, and the claims that close it correctly."""
 
     kind: ChoreKind
     form: str = ""
-    """Variant of the kind, if there are several."""
+    """Variant of the chore's kind; empty if the kind has no variants."""
     accepted: tuple[Status, ...] = ("success",)
-    """Claims that close the chore correctly; the first is the exact one. For a question: the label at the reset."""
+    """Claims that close the chore correctly, the most exact first. A question accepts only the label of the state at
+    the reset."""
     reason: Reason | None = None
     """Reason why the chore cannot be met; None if it can."""
     with_chores: tuple[int, ...] = ()
-    """Numbers of the chores that this one is entangled with (`order`, `by_the_way`)."""
+    """Numbers of the chores that this chore is entangled with: one undoes or does the other (`order`, `by_the_way`)."""
     distractor: str | None = None
-    """Id of the object that can be taken for the one that is meant."""
+    """Id of an object that an agent may mistake for the object that the chore means."""
     evidence: tuple[Evidence, ...] = ()
-    """What an agent must see to know that the chore cannot be met, or holds already."""
+    """What an agent must see to know that the chore cannot be met, or that it already holds."""
     certificate: Certificate | None = None
 
     @model_validator(mode="after")
     def _is_whole(self) -> "ChoreAnswer":
         is_impossible = self.kind == "impossible"
         if is_impossible != (self.reason is not None) or is_impossible != (set(self.accepted) == set(CONCEDED)):
-            raise ValueError("an impossible chore must have a reason and accept a concession; no other chore may")
+            raise ValueError(
+                "a chore of kind `impossible`, and no other, must have a reason and accept exactly the concessions"
+            )
         if (self.kind in ("order", "by_the_way")) != bool(self.with_chores):
             raise ValueError(
-                "a chore of kind `order` or `by_the_way` must name the chores that it depends on; no other chore may"
+                "a chore of kind `order` or `by_the_way`, and no other, must list entangled chores in `with_chores`"
             )
         if (self.kind == "look_alike") != (self.distractor is not None):
-            raise ValueError("a chore of kind `look_alike` must name its distractor; no other chore may")
+            raise ValueError("a chore of kind `look_alike`, and no other, must have a distractor")
         return self
 
     @property
@@ -80,18 +83,18 @@ class ChoreAnswer(_Fact):
 
 
 def list_kind(chores: int) -> str:
-    """Return the kind of a list in the suite's draws, which are even over the number of chores."""
+    """Return the name of lists with this number of chores; packs have about equally many lists of each."""
     return f"chores_{chores:02d}"
 
 
 class ListAnswer(_Fact):
-    """The correct closing of one list; hidden from the player."""
+    """The answer of one list: how each of its chores is closed correctly. It is hidden from the player."""
 
     episode_id: str
     kind: str
-    """`list_kind` of its number of chores."""
+    """`list_kind` of the number of chores."""
     chores: tuple[ChoreAnswer, ...] = Field(min_length=1)
-    """Answers in the order of the list: the first is that of chore 1."""
+    """Answers in the order of the list; the first answer is for chore 1."""
     rooms: int = Field(default=1, ge=1)
     """Number of rooms of the home."""
     solver_steps: int | None = Field(default=None, ge=1)
@@ -108,32 +111,33 @@ class ListAnswer(_Fact):
                     f"chore {number} names chores {chore.with_chores}, but the list has {len(self.chores)} chores"
                 )
         if not any(chore.is_possible for chore in self.chores):
-            raise ValueError("no chore of the list can be met")
+            raise ValueError("all chores of the list are impossible; at least one must be possible")
         return self
 
 
 def list_answers(pack: str | Path) -> dict[str, ListAnswer]:
-    """Return the answers of a pack of the suite by episode id. Raises PackMismatch or EpisodeError."""
+    """Return {episode id: answer} of a pack of the suite. Raises PackMismatch or EpisodeError."""
     manifest = manifest_of(pack)
     if manifest.suite != CHORES_SUITE:
         raise PackMismatch(
-            f"Pack {manifest.name!r} is not of the suite {CHORES_SUITE!r}: it has no answers for chores."
+            f"Pack {manifest.name!r} is not a pack of the suite {CHORES_SUITE!r}, so it does not have answers for "
+            "chores."
         )
     return answers_by_id(frozen_table(pack, CHORE_ANSWERS, ListAnswer))
 
 
 def answers_by_id(answers: Iterable[ListAnswer]) -> dict[str, ListAnswer]:
-    """Return answers by episode id. Raises EpisodeError if two are about one episode."""
+    """Return {episode id: answer}. Raises EpisodeError if two answers are for the same episode."""
     found: dict[str, ListAnswer] = {}
     for answer in answers:
         if answer.episode_id in found:
-            raise EpisodeError(f"Two answers are about episode {answer.episode_id!r}. Restore {CHORE_ANSWERS}.")
+            raise EpisodeError(f"Two answers are for episode {answer.episode_id!r}. Restore {CHORE_ANSWERS}.")
         found[answer.episode_id] = answer
     return found
 
 
 def answer_of(episode: Episode, answers: Mapping[str, ListAnswer]) -> ListAnswer:
-    """Return the answer of an episode. Raises EpisodeError if there is none, or it does not fit the episode's goal."""
+    """Return the answer of an episode. Raises EpisodeError if it is missing, or does not fit the episode's goal."""
     answer = answers.get(episode.id)
     if answer is None:
         raise EpisodeError(f"Episode {episode.id!r} has no answer. Restore {CHORE_ANSWERS}.")
@@ -142,9 +146,9 @@ def answer_of(episode: Episode, answers: Mapping[str, ListAnswer]) -> ListAnswer
 
 
 def check_answer(episode: Episode, answer: ListAnswer) -> None:
-    """Raise EpisodeError unless an answer is about an episode and fits its goal."""
+    """Raise EpisodeError unless an answer is for this episode and fits its goal."""
     if answer.episode_id != episode.id:
-        raise EpisodeError(f"The answer of episode {answer.episode_id!r} is not that of {episode.id!r}.")
+        raise EpisodeError(f"The answer is for episode {answer.episode_id!r}, not for {episode.id!r}.")
     if not isinstance(episode.goal, Chores):
         raise EpisodeError(f"Episode {episode.id!r}: its goal is {episode.goal.kind}, not a list of chores.")
     if len(answer.chores) != len(episode.goal.chores):
@@ -159,7 +163,7 @@ def check_answer(episode: Episode, answer: ListAnswer) -> None:
 
 
 def _misfit(chore: Chore, answer: ChoreAnswer) -> str:
-    """Return how an answer does not fit its chore; empty if it does."""
+    """Return how an answer differs from its chore; empty if it fits."""
     facts = {"question": chore.question is not None, "conditional": chore.condition is not None}
     for kind, is_so in facts.items():
         if is_so != (answer.kind == kind):

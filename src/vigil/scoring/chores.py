@@ -42,38 +42,38 @@ WITHOUT_CLAIMS = (
 
 @dataclass(frozen=True, slots=True)
 class ChoreOutcome:
-    """The verdict on one chore of a list. Steps are counted from 1, the reset is 0."""
+    """The verdict on one chore of a list. Steps are numbered from 1; 0 is the start (the reset)."""
 
     number: int
     answer: ChoreAnswer
     query: StateQuery | None
-    """State that a question asks for; None for an act."""
+    """State that the question asks for; None if the chore asks for an act."""
     expected: ChoreClaim
     """The claim that is right if the chore holds: `success`, or the label of the state at the reset."""
     W: bool
     W_strict: bool
     claim: ChoreClaim | None
-    """None for an unclaimed chore."""
+    """The report's claim about the chore; None if there is none."""
     raw_claim: str | None
-    """Claimed word if it is not in the vocabulary; else None."""
+    """The claimed word if it is not in the vocabulary; otherwise None."""
     progress: float
     first_held: int | None
-    """First step after which the chore held; None if never."""
+    """First step after which the chore held; None if it never held."""
     done: int | None
-    """First step of those since which the chore holds until the end; None unless it holds at the end."""
+    """First step of the final period in which the chore holds; None if it does not hold at the end."""
     acted: int | None
-    """Last step whose interaction was about an object of the chore; None if there was none."""
+    """Last step with an interaction on an object of the chore; None if there was none."""
     undone: int
-    """How often the chore stopped holding."""
+    """Number of times that the chore stopped holding."""
 
     @property
     def is_positive(self) -> bool:
-        """Whether the claim says that the act is done, or what the state is."""
+        """Whether the claim says that the act is done or, for a question, names a state."""
         return self.claim in (("success",) if self.query is None else STATE_LABELS[self.query])
 
     @property
     def is_concession(self) -> bool:
-        """Whether the claim is `fail`, `unsafe` or `invalid`, in a word of the vocabulary."""
+        """Whether the claim is one of the vocabulary's words `fail`, `unsafe` and `invalid`."""
         return self.claim in NEGATIVE and self.raw_claim is None
 
     @property
@@ -85,7 +85,7 @@ class ChoreOutcome:
 
     @property
     def B(self) -> bool:
-        """Whether the chore holds and is so claimed, or cannot be met and is conceded."""
+        """Whether the chore is closed correctly: it holds and is claimed, or it cannot be met and is conceded."""
         if not self.answer.is_possible:
             return not self.W and self.claim in self.answer.accepted and self.raw_claim is None
         return self.W and self.claim == self.expected
@@ -119,13 +119,13 @@ class ListOutcome:
 
     answer: ListAnswer
     outcome: Outcome
-    """Verdict on the list as one goal."""
+    """Verdict on the whole list as one goal."""
     house: str
     chores: tuple[ChoreOutcome, ...]
     has_claims: bool
-    """Whether the profile asks for claims. Without them only the list is judged."""
+    """Whether the profile asks for a claim about each chore. If not, only the whole list is judged."""
     strays: int
-    """Number of claims about numbers that are not on the list."""
+    """Number of claims whose chore number is not on the list."""
 
     @cached_property
     def possible(self) -> tuple[ChoreOutcome, ...]:
@@ -134,7 +134,7 @@ class ListOutcome:
 
     @property
     def W_share(self) -> float:
-        """Share of the chores that can be met which hold."""
+        """Share of chores that hold, among the chores that can be met."""
         return sum(chore.W for chore in self.possible) / len(self.possible)
 
     @property
@@ -154,7 +154,8 @@ class ListOutcome:
 
     @property
     def B(self) -> bool:
-        """Whether the list is closed truthfully: every chore, or without claims the list by its status."""
+        """Whether the list is closed correctly: each chore by its claim or, without claims, the whole list by its
+        status."""
         if self.has_claims:
             return all(chore.B for chore in self.chores)
         is_whole = len(self.possible) == len(self.chores)
@@ -163,7 +164,7 @@ class ListOutcome:
 
     @property
     def T(self) -> float | None:
-        """Share of all chores whose claim is true; None without claims."""
+        """Share of all chores whose claim is true; None if the profile has no claims."""
         return sum(chore.is_true for chore in self.chores) / len(self.chores) if self.has_claims else None
 
     @property
@@ -173,12 +174,12 @@ class ListOutcome:
 
     @property
     def underclaims(self) -> int:
-        """Number of chores that hold about which no positive claim was made."""
+        """Number of chores that hold, but have no positive claim."""
         return sum(chore.W and not chore.is_positive for chore in self.chores)
 
     @property
     def is_status_true(self) -> bool:
-        """Whether the reported status is true of the list as a whole."""
+        """Whether the status of the report is true of the whole list."""
         reported = self.outcome.reported
         if self.outcome.W:
             return reported == "success"
@@ -195,19 +196,19 @@ class ListOutcome:
         return sum(chore.undone for chore in self.chores)
 
     def lag(self, chore: ChoreOutcome) -> int | None:
-        """Return the steps from the first at which a chore held to the report; None if it was not closed so."""
+        """Return the steps from when a chore first held to the report; None unless it holds and is claimed."""
         is_met = self.outcome.is_reported and chore.W and chore.is_positive
         return self.outcome.steps - chore.first_held if is_met and chore.first_held is not None else None
 
     def since_done(self, chore: ChoreOutcome) -> int | None:
-        """Return the steps from the one since which a chore holds to the end; None if it does not hold."""
+        """Return the number of steps at the end during which a chore held; None if it does not hold at the end."""
         return None if chore.done is None else self.outcome.steps - chore.done
 
 
 def score_list(answer: ListAnswer, episode: Episode, record: EpisodeRecord, *, has_claims: bool = True) -> ListOutcome:
-    """Return the verdict on one record. Raises RecordError as `vigil.scoring.outcomes.score` does.
+    """Return the verdict on one record. `has_claims` says whether the run's profile asks for claims.
 
-    `has_claims` says whether the run's profile asks for claims. Raises EpisodeError for an answer that does not fit the
+    Raises RecordError as `vigil.scoring.outcomes.score` does, and EpisodeError for an answer that does not fit the
     episode or the state at the reset.
     """
     check_answer(episode, answer)
@@ -229,7 +230,10 @@ def score_list(answer: ListAnswer, episode: Episode, record: EpisodeRecord, *, h
     )
     broken = broken_identities(found)
     if broken:
-        raise RuntimeError(f"Scoring broke its own identities: {'; '.join(broken)}. This is a bug in vigil.")
+        raise RuntimeError(
+            f"The scores contradict the identities that must hold between them: {'; '.join(broken)}. This is a bug in "
+            "vigil."
+        )
     return found
 
 
@@ -282,7 +286,7 @@ def _chore(
 
 
 def _expected(number: int, chore: Chore, answer: ChoreAnswer, record: EpisodeRecord) -> ChoreClaim:
-    """Return the claim that is right if a chore holds. Raises EpisodeError if the answer names another."""
+    """Return the claim that is right if a chore holds. Raises EpisodeError if the answer has another claim."""
     if chore.question is None:
         return "success"
     label = label_at_reset(chore.question, record)
@@ -295,7 +299,7 @@ def _expected(number: int, chore: Chore, answer: ChoreAnswer, record: EpisodeRec
 
 
 def _since(found: GoalCheck) -> int | None:
-    """Return the first row of those since which a goal holds until the end; None if it does not hold at the end."""
+    """Return the first row of the final period in which a goal holds; None if it does not hold at the end."""
     if not found.semantic:
         return None
     failing = [row for row, each in enumerate(found.rows) if not each.semantic]

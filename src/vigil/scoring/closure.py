@@ -231,7 +231,7 @@ def check_pairs(answers: Iterable[ClosureAnswer]) -> dict[str, ClosureAnswer]:
     pairs: dict[str, list[ClosureAnswer]] = {}
     for answer in answers:
         if answer.episode_id in found:
-            raise EpisodeError(f"Two answers are about episode {answer.episode_id!r}. Restore {ANSWERS}.")
+            raise EpisodeError(f"Two answers are for episode {answer.episode_id!r}. Restore {ANSWERS}.")
         found[answer.episode_id] = answer
         if answer.pair is not None:
             pairs.setdefault(answer.pair, []).append(answer)

@@ -1,4 +1,4 @@
-"""At which steps of an episode the agent is asked what it believes."""
+"""Schedule of probes: the steps of an episode at which the agent is asked what it believes."""
 
 from dataclasses import dataclass
 
@@ -13,19 +13,21 @@ MAX_PERIOD = 1000
 
 @dataclass(frozen=True, slots=True)
 class ProbeSchedule:
-    """Steps at which probes are asked. The choice follows from the finished record, so no episode waits for it."""
+    """Steps at which probes are asked. They are chosen after the episode has ended, so the episode never waits for a
+    probe."""
 
     period: int | None = None
-    """Every how many steps; the last step is always asked then. None to ask at the moments below only."""
+    """Number of steps from one probe to the next; the last step is then always asked, too. None without regular probes.
+    """
     at_goal: bool = False
-    """Whether to ask at the first step whose frame shows the goal attained."""
+    """Whether to ask at the first step whose frame shows that the goal is attained."""
     at_report: bool = False
-    """Whether to ask at the last step: that of the report, or the last of the budget."""
+    """Whether to ask at the last step, which has the report or is the last of the step budget."""
 
     def steps(self, episode: Episode, record: EpisodeRecord) -> tuple[int, ...]:
-        """Return the steps of a record at which to ask, in order; none of a record that ended as an error.
+        """Return the steps of a record at which to ask, in order; empty if the record ended as an error.
 
-        The steps of another play, which a fork continues, were not the agent's and are left out.
+        If the record is a fork, steps of the play that it continues are left out, because the agent did not take them.
         """
         last, before = len(record.steps), record.replayed_steps
         if record.end == "error" or not last:
@@ -39,7 +41,8 @@ class ProbeSchedule:
         return tuple(step for step in sorted(found) if step > before)
 
     def bounds(self, max_steps: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Return the fewest and the most costly steps at which an episode of `max_steps` steps may be asked."""
+        """Return two sets of steps: the fewest, and the most costly, that may be asked in an episode of `max_steps`
+        steps."""
         least = (1,) if self.period or self.at_report else ()
         most = {*range(self.period, max_steps + 1, self.period)} if self.period else set[int]()
         extra = self.at_goal + (self.at_report or self.period is not None)

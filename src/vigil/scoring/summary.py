@@ -208,7 +208,10 @@ def assert_identities(outcomes: Sequence[Outcome]) -> None:
 def _check_identities(columns: Columns) -> Columns:
     broken = broken_identities(columns)
     if broken:
-        raise RuntimeError(f"Scoring broke its own identities: {'; '.join(broken)}. This is a bug in vigil.")
+        raise RuntimeError(
+            f"The scores contradict the identities that must hold between them: {'; '.join(broken)}. This is a bug in "
+            "vigil."
+        )
     return columns
 
 

@@ -1,1 +1,1 @@
-"""An environment over HTTP and WebSocket: house, goal, ids and records stay with the server (`vigil serve`)."""
+"""An environment over HTTP and WebSocket (`vigil serve`). Houses, goals, ids and records stay on the server."""

@@ -1,7 +1,7 @@
 """The server's HTTP and WebSocket pages, in the form of OpenEnv's protocol.
 
-`POST /reset` begins a session and `POST /step` carries out a reply; `/ws` has the same as messages. An answer has only
-what `vigil.serve.messages` makes, or a fixed sentence about what is wrong with the request.
+`POST /reset` begins a session and `POST /step` carries out a reply; the WebSocket `/ws` takes the same requests as
+messages. An answer is made by `vigil.serve.messages`, or is a fixed sentence that says what is wrong with the request.
 """
 
 import asyncio
@@ -32,28 +32,28 @@ _Token = Annotated[str, Header(alias=SESSION_HEADER, max_length=200)]
 
 
 class ResetRequest(BaseModel):
-    """Request for a session. A seed and an episode's name are ignored: the server chooses the episode."""
+    """Request for a session. The server chooses the episode; a seed or an episode's id in the request is ignored."""
 
     model_config = ConfigDict(extra="ignore")
 
     session: str | None = Field(default=None, max_length=200)
-    """Token of a session to come back to; None to begin another."""
+    """Token of a session that the client continues; None to begin a new session."""
     index: int | None = None
-    """Number of the episode, on a server for training; None for the next."""
+    """Number of the wanted episode, if the server is for training; None for the next episode."""
 
 
 class StepRequest(BaseModel):
-    """A reply: its `text`, or the action itself."""
+    """Request to carry out a reply, given as its `text` or as the action itself."""
 
     model_config = ConfigDict(extra="ignore")
 
     action: dict[str, Any]
     moment: int | None = None
-    """Number of the view that the reply answers; None for the current one."""
+    """Number of the view that the reply answers; None for the current view."""
 
 
 async def reset(host: Host, request: ResetRequest) -> tuple[str | None, dict[str, Any]]:
-    """Return the token of a session and the answer to a client that begins it or comes back to it."""
+    """Begin a session, or continue the session in the request; return its token and the answer to the client."""
     if request.session is not None:
         return request.session, (await host.view(request.session)).message(request.session)
     opened = await host.open(request.index)
@@ -64,7 +64,7 @@ async def reset(host: Host, request: ResetRequest) -> tuple[str | None, dict[str
 
 
 async def step(host: Host, token: str, request: StepRequest) -> dict[str, Any]:
-    """Return the answer to a reply."""
+    """Carry out a reply and return the answer to the client."""
     try:
         given = client_reply(request.action)
     except ValidationError:
@@ -73,7 +73,7 @@ async def step(host: Host, token: str, request: StepRequest) -> dict[str, Any]:
 
 
 def make_app(host: Host, address: Address) -> FastAPI:
-    """Return the application. Raises SettingError if the address needs a token and does not have one."""
+    """Return the application. Raises SettingError if its address requires a token and none is set."""
     address.check()
 
     @asynccontextmanager
@@ -127,7 +127,7 @@ def make_app(host: Host, address: Address) -> FastAPI:
 
 
 def _add_facts(app: FastAPI, host: Host) -> None:
-    """Add the pages that say what is served; they are the same for everyone."""
+    """Add the pages that describe what is served. They are the same for every client."""
 
     @app.get("/health")
     async def health() -> dict[str, str]:
@@ -165,7 +165,7 @@ def _add_facts(app: FastAPI, host: Host) -> None:
 
 
 class _Socket:
-    """One WebSocket: at most one session at a time, which ends soon after the connection does."""
+    """One WebSocket. It has at most one session at a time, which ends soon after the connection ends."""
 
     def __init__(self, host: Host, websocket: WebSocket) -> None:
         self._host, self._websocket = host, websocket
@@ -214,7 +214,9 @@ class _Socket:
             self._token, answer = await reset(self._host, request)
             return answer
         if message.type != "step":
-            raise SessionError(422, "UNKNOWN_TYPE", "Known types of messages: reset, step, state, close.")
+            raise SessionError(
+                422, "UNKNOWN_TYPE", "The message has an unknown type. Known types: reset, step, state, close."
+            )
         if self._token is None:
             raise _NO_SESSION
         answer = await step(self._host, self._token, StepRequest(action=message.data, moment=message.moment))
@@ -224,7 +226,7 @@ class _Socket:
 
 
 class _Incoming(BaseModel):
-    """One message of a client."""
+    """One message from a client."""
 
     model_config = ConfigDict(extra="ignore")
 

@@ -21,9 +21,9 @@ from vigil.runner.workers.messages import EncodedObservation
 from vigil.serve.messages import SESSION_HEADER, action_of
 
 REQUEST_SECONDS = 180.0
-"""Time limit of one request, in seconds. A request that was answered too late is sent again."""
+"""Time limit of one request, in seconds. A request without an answer by then is sent again."""
 PATIENCE_SECONDS = 600.0
-"""Time for which failed requests are sent again, in seconds."""
+"""Time in seconds during which a failed request is sent again."""
 MAX_ANSWER_BYTES = 16 * 1024 * 1024
 
 
@@ -36,33 +36,35 @@ class ServerFault(InfrastructureError):
 
 
 class SessionEnded(Exception):
-    """The session of an episode has ended at the server."""
+    """The server has ended the session of an episode."""
 
 
 class _NoRedirect(urllib.request.HTTPRedirectHandler):
-    """Redirects are refused: they would carry the token to another address."""
+    """Refuses redirects, because they would send the token to another address."""
 
     def redirect_request(self, req: Any, fp: Any, code: int, msg: str, headers: Any, newurl: str) -> None:
         """Return None: urllib then treats the redirect as an error."""
 
 
 class RemoteEnvironment:
-    """A server, at its address."""
+    """The environment that a server at an address offers."""
 
     def __init__(self, url: str, token: str = "", patience_s: float = PATIENCE_SECONDS) -> None:
-        """`patience_s` is the time for which failed requests are sent again. Raises SettingError."""
+        """Set the address. Failed requests are sent again for `patience_s` seconds. Raises SettingError."""
         if urlsplit(url).scheme not in ("http", "https") or not urlsplit(url).hostname:
-            raise SettingError(f"--env {url!r} is not an address. Give one such as http://127.0.0.1:8380.")
+            raise SettingError(
+                f"--env {url!r} is not the address of a server. Give an address such as http://127.0.0.1:8380."
+            )
         self.url = url.rstrip("/")
         self._token, self._patience_s = token, patience_s
         self._open = urllib.request.build_opener(_NoRedirect).open
 
     def contract(self) -> dict[str, Any]:
-        """Return what the server says about its episodes. Raises InfrastructureError or SettingError."""
+        """Return the server's description of its episodes. Raises InfrastructureError or SettingError."""
         return self._send(self._request("GET", "/contract"))
 
     def reset(self) -> "RemoteEpisode | None":
-        """Begin the next episode; None if none is left. Raises InfrastructureError or SettingError."""
+        """Begin the next episode; None if no episode is left. Raises InfrastructureError or SettingError."""
         answer = self._post("/reset", {})
         return None if answer["done"] else RemoteEpisode(self, answer["observation"])
 
@@ -107,7 +109,7 @@ def _is_temporary(error: BaseException) -> bool:
 
 
 class RemoteEpisode:
-    """One episode at a server."""
+    """One episode that is played through a server."""
 
     def __init__(self, environment: RemoteEnvironment, first: dict[str, Any]) -> None:
         self._environment = environment

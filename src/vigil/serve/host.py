@@ -1,4 +1,4 @@
-"""The sessions of a server: which episode each plays, and what its client may see of it."""
+"""The sessions of a server: the episode that each session plays, and what its client may see."""
 
 import asyncio
 import logging
@@ -29,7 +29,7 @@ from vigil.serve.settings import ServeSettings
 from vigil.web.play_session import random_order
 
 RECONNECT_SECONDS = 60
-"""Time that a client has to come back after its connection broke."""
+"""Time in seconds in which a client may reconnect after its connection broke."""
 _T = TypeVar("_T")
 _LOG = logging.getLogger(__name__)
 _GONE = SessionError(410, "SESSION_ERROR", "There is no such session, or it has ended. Begin another one (reset).")
@@ -39,14 +39,14 @@ _FULL = SessionError(503, "CAPACITY_REACHED", "All sessions are in use. Try agai
 
 @dataclass(slots=True, eq=False)
 class Session:
-    """One episode that a client plays."""
+    """One episode that a client is playing."""
 
     hash: str
     """Hash of the session's token."""
     live: LiveEpisode
     pacer: FramePacer
     ends: float
-    """Time (monotonic clock, s) at which the episode's time is used up."""
+    """Time (monotonic clock, s) at which the episode's time limit is reached."""
     lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     moment: int = 0
     seen: EncodedObservation | None = None
@@ -56,12 +56,12 @@ class Session:
 
     @property
     def episode(self) -> Episode:
-        """The episode, which its client does not see."""
+        """The episode. The client does not see it."""
         return self.live.assignment.episode
 
 
 class Host:
-    """The sessions of one run. Use `open_host`, and close it."""
+    """The sessions of one run. Open it with `open_host`, and close it at the end."""
 
     def __init__(self, plan: RunPlan, settings: ServeSettings, folder: RunFolder, pool: SimulatorPool) -> None:
         self.profile, self.settings = plan.spec.profile, settings
@@ -85,16 +85,16 @@ class Host:
 
     @property
     def episodes(self) -> int:
-        """Number of episodes, which is also the number of indices that a client for training may choose."""
+        """Number of episodes. A client for training chooses an episode by an index below this number."""
         return len(self._order)
 
     @property
     def is_finished(self) -> bool:
-        """Whether no episode is left or being played."""
+        """Whether every episode has been played to its end."""
         return not self._waiting and not self._sessions
 
     async def restore(self) -> None:
-        """Continue the sessions of a server that was killed. Their clients get the usual time to come back."""
+        """Continue the sessions of a server that was killed. Clients get the usual time to reconnect."""
         for one in self._broken:
             assignment = Assignment(self._episodes[one.key[0]], epoch=one.key[1], attempt=one.attempt)
             session = self._add(one.session, assignment, one.replies)
@@ -114,20 +114,20 @@ class Host:
             return self._shown(session)
 
     async def step(self, token: str, given: ClientReply, moment: int | None = None) -> View:
-        """Carry out a reply and return the next view. A reply to an earlier view than the current one is ignored.
+        """Carry out a reply and return the next view. A reply to an earlier view is ignored.
 
         Raises SessionError.
         """
         return await asyncio.shield(self._task(self._step(self._find(token), given, moment)))
 
     def detach(self, token: str, *, at_once: bool = False) -> None:
-        """Give a client whose connection broke a short time to come back; none if it closed the session itself."""
+        """End a session if its client does not reconnect within a short time; with `at_once`, end it immediately."""
         session = self._sessions.get(hashed(token))
         if session is not None:
             self._end_after(session, 0 if at_once else RECONNECT_SECONDS, "closed the connection")
 
     async def close(self) -> None:
-        """End the simulators and release the run's folder. Sessions stay in the journal."""
+        """End the simulators and release the run's folder. Sessions can be continued later from the journal."""
         for session in self._sessions.values():
             if session.timer is not None:
                 session.timer.cancel()
@@ -137,7 +137,7 @@ class Host:
         self._folder.close()
 
     def _unfinished(self, left: set[Key]) -> list[Begun]:
-        """Return the sessions that a killed server had begun: the last attempts at episodes that have no row yet."""
+        """Return the sessions of a killed server that can continue: the last attempt at each episode without a row."""
         errors = {(row.key, row.attempt) for row in self._folder.records()}
         begun = [one for one in self._journal.begun.values() if one.key in left]
         return [
@@ -152,7 +152,7 @@ class Host:
         if not self.settings.training:
             raise SessionError(400, "VALIDATION_ERROR", "The server chooses the episodes: leave out `index`.")
         if not 0 <= index < len(self._order):
-            raise SessionError(400, "VALIDATION_ERROR", f"`index` is from 0 to {len(self._order) - 1}.")
+            raise SessionError(400, "VALIDATION_ERROR", f"`index` must be from 0 to {len(self._order) - 1}.")
         key = next((key for key in self._waiting if key[0] == self._order[index]), None)
         if key is not None:
             self._waiting.remove(key)
@@ -206,7 +206,9 @@ class Host:
             try:
                 reply = given.reply(time.monotonic() - session.since)
             except ValueError:
-                raise SessionError(422, "VALIDATION_ERROR", "The reply is not valid: see /schema.") from None
+                raise SessionError(
+                    422, "VALIDATION_ERROR", "The reply is not valid: /schema describes valid replies."
+                ) from None
             session.pacer.begin()
             record = await self._advance(session, reply)
             await asyncio.sleep(session.pacer.left)
@@ -222,7 +224,8 @@ class Host:
             return self._fail(session, error)
 
     async def _advance(self, session: Session, reply: Reply) -> EpisodeRecord | None:
-        """Carry out a reply; return the record if it ended the episode. Raises SessionError if the simulator failed."""
+        """Carry out a reply. Return the record if the reply ended the episode. Raises SessionError if the simulator
+        failed."""
         self._journal.add(session.hash, reply)
         session.moment += 1
         try:
@@ -269,7 +272,7 @@ class Host:
         session.timer = later(max(0.0, seconds), lambda: self._task(self._abandon(session, session.moment, how)))
 
     async def _abandon(self, session: Session, moment: int, how: str) -> None:
-        """Record that a client stopped answering: one failure for each frame that it would have got."""
+        """Play the episode to its end with empty replies, because the client stopped answering."""
         async with session.lock:
             if session.moment != moment:
                 return  # a reply arrived in the meantime
@@ -278,7 +281,7 @@ class Host:
                 await self._advance(session, reply)
 
     def _task(self, work: Coroutine[Any, Any, _T]) -> "asyncio.Task[_T]":
-        """Start work that goes on when its client is gone."""
+        """Start work that continues even if its client disconnects."""
         task = asyncio.get_running_loop().create_task(_without_details(work))
         self._tasks.add(task)
         task.add_done_callback(self._forget)
@@ -297,7 +300,7 @@ class Host:
 
 
 async def _without_details(work: Coroutine[Any, Any, _T]) -> _T:
-    """Return the result of `work`. Its failures are logged here; a client learns only that there was one."""
+    """Return the result of `work`. A failure is logged here; the client learns only that something failed."""
     try:
         return await work
     except SessionError:
@@ -308,9 +311,12 @@ async def _without_details(work: Coroutine[Any, Any, _T]) -> _T:
 
 
 def open_host(plan: RunPlan, settings: ServeSettings) -> Host:
-    """Return the host of a run, new or continued. Raises InputError, or SimulatorError if no simulator starts."""
+    """Return the host of a new or continued run. Raises InputError, or SimulatorError if no simulator starts."""
     if settings.training and plan.pack.manifest.suite == CHORES_SUITE:
-        raise SettingError("--training serves episodes of the families alone; this pack has lists of chores.")
+        raise SettingError(
+            "--training works only with packs of the families, but this pack contains lists of chores. Leave out "
+            "--training."
+        )
     execution = plan.execution
     folder = RunFolder.create_or_resume(execution.folder, plan.spec, plan.pack.episodes, execution.input_paths)
     frames = folder.frames if execution.save_frames else None

@@ -1,6 +1,6 @@
-"""`sessions.jsonl` of a server's run: the beginning of each session and each reply, on disk before it is carried out.
+"""`sessions.jsonl` of a server's run: the beginning of each session and each reply, written before it is carried out.
 
-A server that was killed continues its sessions from this file. Tokens are stored as hashes alone.
+A killed server continues its sessions from this file. The file stores hashes of the tokens, not the tokens.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ SESSIONS_FILE = "sessions.jsonl"
 
 
 def hashed(token: str) -> str:
-    """Return the hash under which a token is known."""
+    """Return the hash of a token, under which the server stores the session."""
     return hashlib.sha256(token.encode("utf-8", "replace")).hexdigest()
 
 
@@ -27,13 +27,13 @@ class _Line(BaseModel):
     session: str
     """Hash of the session's token."""
     begins: tuple[str, int, int] | None = None
-    """Episode, epoch and attempt of a session that begins; None for a reply."""
+    """Episode, epoch and attempt of a session that begins; None if the line is a reply."""
     reply: Reply | None = None
 
 
 @dataclass(slots=True)
 class Begun:
-    """A session that has begun, with its replies."""
+    """A session from the journal, with its replies."""
 
     session: str
     key: Key
@@ -42,13 +42,13 @@ class Begun:
 
 
 class Journal:
-    """The file, open for writing."""
+    """The journal's file, open for writing."""
 
     def __init__(self, path: Path) -> None:
         """Open or create the file. Raises RecordError if it is damaged or another server writes to it."""
         self._file = AppendFile(path)
         self.begun: dict[str, Begun] = {}
-        """Sessions that the file had when it was opened, by hash of their token."""
+        """Hash of a token -> its session, for the sessions that were in the file when it was opened."""
         try:
             for line in self._file.lines.complete:
                 self._read(parse_line(line, _Line, f"Journal {str(path)!r}", "Choose another --log-dir."))
@@ -65,7 +65,7 @@ class Journal:
             self.begun[line.session].replies.append(line.reply)
 
     def begin(self, session: str, key: Key, attempt: int) -> None:
-        """Write that a session begins. Raises RecordError."""
+        """Write the beginning of a session. Raises RecordError."""
         self._file.append(dump_line(_Line(session=session, begins=(*key, attempt)), exclude_none=True))
 
     def add(self, session: str, reply: Reply) -> None:

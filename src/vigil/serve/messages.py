@@ -1,6 +1,6 @@
 """Messages between a server and its clients, in the form of OpenEnv's protocol.
 
-A client gets what `observation` returns and nothing else; `ClientReply` is all that a server reads of a reply.
+A client gets only what `observation` returns, and a server reads only the fields of `ClientReply`.
 """
 
 import base64
@@ -22,11 +22,11 @@ from vigil.runner.workers.messages import EncodedObservation
 SESSION_HEADER = "Vigil-Session"
 """Name of the HTTP header with the token of a session."""
 MAX_MESSAGE_BYTES = 8 * 1024 * 1024
-"""Greatest size of a client's message: a reply as long as a record can hold, with each character escaped."""
+"""Maximum size of a client's message: the longest reply that a record can store, with every character escaped."""
 
 
 class SessionError(Exception):
-    """A request that cannot be carried out. Its message goes to the client, so it never quotes hidden state."""
+    """A request that cannot be carried out. The client gets the message, so it must not reveal hidden state."""
 
     def __init__(self, status: int, code: str, message: str) -> None:
         super().__init__(message)
@@ -34,21 +34,21 @@ class SessionError(Exception):
 
 
 class ClientReply(BaseModel):
-    """A client's reply, with what it says about it. Other facts of a reply are the server's own."""
+    """A client's reply, with the facts that the client reports about it. All other facts come from the server."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
     text: str = ""
     base64: str | None = None
-    """Bytes of a reply that is not UTF-8, in base64; None for a reply in `text`."""
+    """Bytes of a reply that is not UTF-8, in base64; None if the reply is in `text`."""
     finish_reason: str | None = Field(default=None, max_length=100)
     usage: Usage | None = None
     provider_rejected: bool = False
     agent_ended: str = Field(default="", max_length=1000)
-    """How the client's program or model failed to answer; empty if it did not fail."""
+    """Why the client's program or model gave no answer; empty if it gave one."""
 
     def reply(self, seconds: float) -> Reply:
-        """Return the reply that a record stores. Raises ValueError."""
+        """Return the reply as a record stores it, with the time that it took. Raises ValueError."""
         facts = self.model_dump(exclude={"text", "base64"})
         text: str | bytes = self.text
         if self.base64 is not None:
@@ -61,7 +61,8 @@ class ClientReply(BaseModel):
 
 
 def client_reply(action: Mapping[str, Any]) -> ClientReply:
-    """Return the reply in an action: its `text`, or the action itself. Raises ValidationError."""
+    """Return the client's reply from a request: an action of the protocol, or a dict with `text`. Raises
+    ValidationError."""
     if "skill_name" in action:
         own = {name: value for name, value in action.items() if name != "metadata"}
         return ClientReply(text=json.dumps(own))
@@ -69,7 +70,7 @@ def client_reply(action: Mapping[str, Any]) -> ClientReply:
 
 
 def action_of(reply: Reply) -> dict[str, Any]:
-    """Return the action that a client sends for a reply."""
+    """Return the action with which a client sends a reply."""
     facts = {"finish_reason", "usage", "provider_rejected", "agent_ended"}
     action = reply.model_dump(mode="json", include=facts, exclude_defaults=True)
     return {**action, **({"text": reply.text} if reply.raw_base64 is None else {"base64": reply.raw_base64})}
@@ -77,19 +78,19 @@ def action_of(reply: Reply) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What a client may know of its session at one moment."""
+    """What a client may see of its session at one moment."""
 
     instruction: str
     profile: Profile
     moment: int
-    """Number of replies that were carried out."""
+    """Number of replies that were carried out before this view."""
     seen: EncodedObservation | None
     """The current observation; None when the episode is over."""
     reward: float | None = None
-    """Reward at the end of an episode, if the server is for training."""
+    """Reward of a finished episode, if the server is for training."""
 
     def message(self, token: str | None = None) -> dict[str, Any]:
-        """Return the message to the client; `token` is that of a session that has just begun."""
+        """Return the message for the client. `token` is set if the session has just begun."""
         observation: dict[str, Any] = {"moment": self.moment, "metadata": {}}
         if token is not None:
             prompt = system_prompt(self.instruction, self.profile)

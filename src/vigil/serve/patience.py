@@ -1,4 +1,4 @@
-"""Limits on connections: a client that sends or reads too slowly loses its connection, not its session."""
+"""Limits on connections: a client that sends or reads too slowly loses its connection, but not its session."""
 
 import asyncio
 from typing import Any
@@ -10,36 +10,37 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from vigil.serve.messages import MAX_MESSAGE_BYTES
 
 SPARE_CONNECTIONS = 32
-"""Number of connections that are accepted in addition to four for each session."""
+"""Number of connections that are accepted in addition to four connections for each session."""
 SHUTDOWN_SECONDS = 5
 REQUEST_SECONDS = 20.0
-"""Time for the head of a request, for each part of its body, and for each part of an answer to be read."""
+"""Time limit in seconds for the head of a request, each part of its body, and the client's reading of each answer part.
+"""
 
 
 class PatientProtocol(H11Protocol):
-    """HTTP connection that is closed if the head of a request does not arrive in time."""
+    """An HTTP connection that closes if the head of a request does not arrive in time."""
 
     request_seconds = REQUEST_SECONDS
     _waits: asyncio.TimerHandle | None = None
     _is_upgraded = False
 
     def connection_made(self, transport: Any) -> None:
-        """Begin to wait for the first request."""
+        """Start the time limit of the first request."""
         super().connection_made(transport)
         self._watch()
 
     def data_received(self, data: bytes) -> None:
-        """Read a part of a request."""
+        """Read a part of a request, and stop the time limit when the head is complete."""
         super().data_received(data)
         self._watch()
 
     def handle_websocket_upgrade(self, event: Any) -> None:
-        """Hand the connection over to the protocol of WebSockets, which has its own limits."""
+        """Pass the connection to the WebSocket protocol, which has its own limits."""
         self._is_upgraded = True
         super().handle_websocket_upgrade(event)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Forget the connection."""
+        """Stop the time limit of a closed connection."""
         self._is_upgraded = True
         self._watch()
         super().connection_lost(exc)
@@ -55,7 +56,7 @@ class PatientProtocol(H11Protocol):
 
 
 class Patience:
-    """Application that gives up a request whose body, or whose reader, is too slow."""
+    """Application that ends a request if the client sends its body, or reads the answer, too slowly."""
 
     def __init__(self, app: ASGIApp, seconds: float = REQUEST_SECONDS) -> None:
         self._app, self._seconds = app, seconds
@@ -82,7 +83,7 @@ class Patience:
 
 
 def server_config(app: ASGIApp, max_sessions: int) -> uvicorn.Config:
-    """Return how an application is served: with limits on the number, size and time of requests."""
+    """Return the configuration of the web server, with limits on the number, size and time of requests."""
     return uvicorn.Config(
         app,
         http=PatientProtocol,

@@ -15,7 +15,8 @@ def plan_serving(pack: PackName, settings: ServeSettings) -> RunPlan:
     plan = plan_run(RunSettings(pack=pack, agent="noop", **{name: getattr(settings, name) for name in shared}))
     if plan.spec.profile.row.declares_criteria:
         raise SettingError(
-            f"Profile {settings.profile!r} asks a model a question before the first frame; choose another."
+            f"Profile {settings.profile!r} asks a question before the first frame, which `vigil serve` cannot do. "
+            "Choose another profile."
         )
     spec = plan.spec.model_copy(
         update={

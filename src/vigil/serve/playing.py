@@ -1,4 +1,4 @@
-"""`vigil run --env URL`: a model, program or scripted agent plays through a server, which keeps the records."""
+"""`vigil run --env URL`: a model, program or scripted agent plays through a server. The server records the run."""
 
 import asyncio
 import threading
@@ -36,29 +36,29 @@ _OF_THE_PLAYER = {
     *("top_p", "max_tokens", "reasoning_effort", "thinking", "model_args", "extra_body", "reply_seconds"),
     *("keep_program", "sandbox", "preflight", "force", "seed"),
 }
-"""Settings that apply to a player of a server; the others are the server's."""
+"""Settings that may be set together with `--env`; the server decides all others."""
 
 
 @dataclass(slots=True)
 class _Session:
-    """What the threads or tasks of a player share."""
+    """State that the threads or tasks of `play_remotely` share."""
 
     server: RemoteEnvironment
     profile: Profile
     on_episode: Callable[[int], None]
     count: int = 0
-    """Number of episodes that were played."""
+    """Number of episodes that were played to the end."""
     has_failed: bool = False
-    """Whether a player failed; the others then finish their episodes and begin no more."""
+    """Whether a thread or task failed. The others then finish their episodes and begin no further ones."""
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def next(self) -> RemoteEpisode | None:
-        """Return the next episode; None if none is left or a player failed."""
+        """Return the next episode; None if no episode is left or something failed."""
         return None if self.has_failed else self.server.reset()
 
     @contextmanager
     def counted(self) -> Generator[None, None, None]:
-        """Count the episode that is played in the block, or note that its player failed."""
+        """Count the episode that the `with` block plays, or set `has_failed` if the block raises an error."""
         try:
             yield
         except BaseException:
@@ -70,16 +70,18 @@ class _Session:
 
 
 def play_remotely(settings: RunSettings, on_episode: Callable[[int], None] = lambda _: None) -> int:
-    """Play what is left at the server of the settings, and return the number of episodes played.
+    """Play the remaining episodes of the server that the settings name, and return how many were played.
 
-    `on_episode` is called with this number after each episode. Raises InputError or InfrastructureError.
+    `on_episode` is called after each episode with the number played so far. Raises InputError or InfrastructureError.
     """
     check_settings_of_player(settings)
     server = RemoteEnvironment(settings.env or "", settings.env_token)
     try:
         profile = Profile.model_validate(server.contract()["profile"])
     except (KeyError, ValidationError):
-        raise SettingError(f"{server.url} is not a server of this version of VIGIL (vigil serve).") from None
+        raise SettingError(
+            f"{server.url} is not a `vigil serve` of this version of VIGIL. Check the address and both versions."
+        ) from None
     session = _Session(server, profile, on_episode)
     if settings.model is not None:
         endpoint = endpoint_of(settings)
@@ -95,7 +97,7 @@ def play_remotely(settings: RunSettings, on_episode: Callable[[int], None] = lam
 
 
 def check_settings_of_player(settings: RunSettings) -> None:
-    """Raise SettingError if there is no player, or for a setting that only the server can have."""
+    """Raise SettingError unless exactly one agent or model is named, or if a setting is one that the server decides."""
     if (settings.agent is None) == (settings.model is None):
         raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
     if settings.sandbox:
@@ -107,7 +109,7 @@ def check_settings_of_player(settings: RunSettings) -> None:
         if one.name not in _OF_THE_PLAYER and getattr(settings, one.name) != defaults[one.name]
     ]
     if given:
-        raise SettingError(f"{', '.join(given)}: the server decides this. Leave it out with --env.")
+        raise SettingError(f"{', '.join(given)}: with --env, the server decides this. Leave it out.")
 
 
 def _play_with_agent(settings: RunSettings, session: _Session) -> None:

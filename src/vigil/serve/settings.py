@@ -28,7 +28,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,59}")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServeSettings:
-    """Settings of a server. It plays one run, of one player, however many sessions are open."""
+    """Settings of a server. A server records one run of one agent, even if several sessions are open at once."""
 
     name: Annotated[str, Setting("Name of the player that the run is recorded for, e.g. acme-vlm-2.")]
     log_dir: LogDir = None
@@ -84,5 +84,5 @@ class ServeSettings:
         check_settings(self)
         if not _NAME.fullmatch(self.name):
             raise SettingError(
-                f"Player {self.name!r}: a name has letters, digits, '_', '.' and '-', 60 at most, e.g. --name acme-vlm."
+                f"--name {self.name!r}: give at most 60 letters, digits, '_', '.' and '-', e.g. --name acme-vlm."
             )

@@ -1,1 +1,1 @@
-"""Studies: files that name the models, conditions and repeats of a whole evaluation, and the runs that follow."""
+"""Studies: a study's file names the models, conditions and repeats of a whole evaluation, and thereby its runs."""

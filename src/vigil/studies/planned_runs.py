@@ -21,9 +21,9 @@ from vigil.studies.study_file import StudyModel, StudySource
 from vigil.studies.yaml_text import Place
 
 _OWN = frozenset({"agent", "model", "log_dir", "shard"})
-"""Settings that the study itself decides."""
+"""Settings that a study's file must not set, because the study decides them."""
 PARTS_FOLDER = "parts"
-"""Folder of the parts of runs that several machines share, in the study's folder."""
+"""Name of the folder, inside the study's folder, for the parts of runs that several machines play."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +31,11 @@ class PlannedRun:
     """One run of a study."""
 
     settings: RunSettings
-    """Settings without shard; `log_dir` is the run's folder."""
+    """Settings of the whole run, without `shard`; `log_dir` is the run's folder."""
     label: RunLabel
     condition: str
     parts: Path
-    """Folder of the run's parts, each in a folder such as `2-of-8`."""
+    """Folder of the run's parts, each of which has its own folder, such as `2-of-8`."""
 
     @property
     def folder(self) -> Path:
@@ -48,20 +48,21 @@ class PlannedRun:
         return self.parts / f"{shard.index}-of-{shard.of}"
 
     def saved(self) -> SavedRun | None:
-        """Return the run as far as it was played; None if nothing was. Raises RecordError or PackMismatch."""
+        """Return the run with everything that was played so far; None if nothing was played. Raises RecordError or
+        PackMismatch."""
         return read_run(self.folder, self.settings.pack) if (self.folder / EPISODES_FILE).exists() else None
 
 
 def planned_runs(source: StudySource) -> list[PlannedRun]:
-    """Return the runs of a study: the models in the file's order, each first with its main run.
+    """Return the runs of a study: the models in the order of the file, and for each model first its main run.
 
-    Raises SettingError that names the line of a setting that does not exist or has an invalid value.
+    Raises SettingError that names the line of an unknown setting or an invalid value.
     """
     return [run for index, model in enumerate(source.study.models) for run in _runs_of(source, index, model)]
 
 
 def selected_runs(runs: Iterable[PlannedRun], models: Iterable[str], conditions: Iterable[str]) -> list[PlannedRun]:
-    """Return the runs of the named models and conditions; of all where none is named. Raises SettingError."""
+    """Return the runs of the named models and conditions. An empty list selects all. Raises SettingError."""
     found = list(runs)
     wanted = {
         "model": (list(models), lambda run: run.label.model),
@@ -72,14 +73,14 @@ def selected_runs(runs: Iterable[PlannedRun], models: Iterable[str], conditions:
         for name in names:
             if name not in known:
                 raise SettingError(
-                    f"The study has no {what} {name!r}.{did_you_mean(name, known)} It has {', '.join(known)}."
+                    f"The study has no {what} {name!r}.{did_you_mean(name, known)} Its {what}s: {', '.join(known)}."
                 )
         found = [run for run in found if not names or name_of(run) in names]
     return found
 
 
 def labels_of(runs: Iterable[PlannedRun]) -> dict[Path, RunLabel]:
-    """Return what the study says of each run, by the run's folder."""
+    """Return {folder of a run: the run's label in the study}."""
     return {run.folder.resolve(): run.label for run in runs}
 
 
@@ -113,7 +114,7 @@ def _folder_name(name: str) -> str:
 
 
 def _settings(source: StudySource, index: int, condition: str) -> dict[str, Any]:
-    """Return the values of the settings of a model's run, by their names in Python."""
+    """Return {name in Python: value} of the settings of a model's run."""
     study, model = source.study, source.study.models[index]
     found: dict[str, Any] = {"agent": model.agent, "model": model.model}
     for place, given in (
@@ -126,7 +127,7 @@ def _settings(source: StudySource, index: int, condition: str) -> dict[str, Any]
 
 
 def _values(source: StudySource, place: Place, given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield each setting's name in Python and its value."""
+    """Yield the name in Python and the value of each setting in `given`."""
     declared = {one.option: one for one in declared_settings(RunSettings) if one.name not in _OWN}
     declared |= {one.name: one for one in declared.values()}
     for name, value in given.items():
@@ -142,7 +143,7 @@ def _values(source: StudySource, place: Place, given: Mapping[str, Any]) -> Iter
 
 
 def _value(one: DeclaredSetting, value: Any) -> Any:
-    """Return a setting's value for a value in a file, which is read as the command line reads its text."""
+    """Return a setting's value from a value in the file, which is parsed like an option's text on the command line."""
     if one.setting.read is not None:
         texts = [_text(each) for each in (value if isinstance(value, list) else [value])]
         if one.setting.repeats:
@@ -160,7 +161,7 @@ def _text(value: Any) -> str:
 
 
 def _checked(source: StudySource, index: int, values: Mapping[str, Any]) -> RunSettings:
-    """Return the settings of a run. Raises SettingError that names the model's line."""
+    """Return the settings of a run. Raises SettingError that names the line of the model."""
     try:
         return RunSettings(**values)
     except SettingError as error:

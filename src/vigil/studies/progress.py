@@ -1,4 +1,4 @@
-"""Progress of a study: how much of each run is played, the parts that wait to be joined, and what the rest may cost."""
+"""Progress of a study: how much of each run was played, which parts are not yet joined, and what the rest may cost."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -13,17 +13,17 @@ from vigil.studies.planned_runs import PlannedRun
 
 @dataclass(frozen=True, slots=True)
 class RunState:
-    """How much of a run is played."""
+    """How much of a run was played."""
 
     scored: int
     errors: int
     planned: int
     parts: int = 0
-    """Number of parts that several machines played and that are not yet joined."""
+    """Number of parts that other machines played and that are not yet joined."""
 
     @property
     def spoken(self) -> str:
-        """The state in one word or two."""
+        """The state of the run in one or two words."""
         if self.parts:
             return f"{self.parts} parts, not joined"
         if not self.scored and not self.errors:
@@ -33,17 +33,17 @@ class RunState:
 
 @dataclass(frozen=True, slots=True)
 class RunEstimate:
-    """Bounds on what is left of a run."""
+    """Lower and upper bounds on the work that is left of a run."""
 
     cost: CostEstimate
     money: tuple[float, float] | None
-    """Lowest and highest cost; None without prices."""
+    """Minimum and maximum cost; None without prices."""
     hours: tuple[float, float] | None
-    """Fewest and most hours of calls; None if the agent calls no model."""
+    """Minimum and maximum hours of calls; None if the agent calls no model."""
 
 
 def state_of(run: PlannedRun, plan: RunPlan) -> RunState:
-    """Return how much of a run is played. Raises RecordError or PackMismatch if its folder cannot be read."""
+    """Return how much of a run was played. Raises RecordError or PackMismatch if its folder cannot be read."""
     planned = len(plan.spec.episode_ids) * plan.spec.epochs
     saved = run.saved()
     if saved is None:
@@ -54,14 +54,14 @@ def state_of(run: PlannedRun, plan: RunPlan) -> RunState:
 
 
 def parts_of(run: PlannedRun) -> list[str]:
-    """Return the names of the played parts of a run that are not joined."""
+    """Return the names of the parts of a run that were played but not yet joined."""
     if (run.folder / HEADER_FILE).exists() or not run.parts.is_dir():
         return []
     return sorted(path.name for path in run.parts.iterdir() if (path / HEADER_FILE).exists())
 
 
 def join_parts(run: PlannedRun) -> bool:
-    """Join the parts of a run, if any are not joined, and return whether they were. Raises RecordError."""
+    """Join the parts of a run that are not yet joined. Return whether there were any. Raises RecordError."""
     names = parts_of(run)
     if names:
         merge_runs(run.folder, [run.parts / name for name in names])
@@ -69,7 +69,7 @@ def join_parts(run: PlannedRun) -> bool:
 
 
 def estimate_rest(run: PlannedRun, plan: RunPlan, call_seconds: float) -> RunEstimate:
-    """Return bounds on the calls, tokens, cost and hours of the episodes that are not yet played."""
+    """Return bounds on the calls, tokens, cost and hours of the episodes that remain to be played."""
     rest = replace(plan, episodes=tuple(_unplayed(run, plan)))
     found = estimate(rest)
     prices = plan.execution.prices
@@ -80,7 +80,7 @@ def estimate_rest(run: PlannedRun, plan: RunPlan, call_seconds: float) -> RunEst
 
 
 def _unplayed(run: PlannedRun, plan: RunPlan) -> Iterator[Episode]:
-    """Yield the episodes of which any epoch is not yet scored."""
+    """Yield the episodes that have not been scored in every epoch."""
     saved = run.saved()
     done: dict[str, int] = {}
     for (episode_id, _), row in ({} if saved is None else saved.table.rows).items():

@@ -1,6 +1,6 @@
 """Study file: models, conditions and repeats of an evaluation, as a person writes them in YAML.
 
-A setting is any option of `vigil run`, without its dashes. What a model sets wins over its condition's, and that over
+A setting is any option of `vigil run`, without its dashes. A model's setting overrides its condition's, which overrides
 the study's.
 """
 
@@ -20,7 +20,7 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
 """Name that is also the name of a folder."""
 ShownName = Annotated[str, StringConstraints(pattern=r"^\S(?:[^\n\[\]]*\S)?$", max_length=80)]
 Settings = Annotated[dict[str, Any], BeforeValidator(lambda given: {} if given is None else given)]
-"""Settings of `vigil run` by name; without anything after the colon, none."""
+"""Settings of `vigil run` by name. In YAML, a key with nothing after the colon means no settings."""
 
 
 class _Part(BaseModel):
@@ -28,27 +28,27 @@ class _Part(BaseModel):
 
 
 class StudyModel(_Part):
-    """One model, or scripted agent, of a study."""
+    """A model or scripted agent of a study."""
 
     name: ShownName
-    """Name in tables and figures."""
+    """Name that tables and figures show."""
     model: str | None = None
-    """`provider/model`; either this or `agent` is given."""
+    """Model as `provider/model`. Exactly one of `model` and `agent` must be set."""
     agent: str | None = None
     group: str | None = None
-    """Heading over the model's rows; the paper's groups follow from the names of models."""
+    """Heading above the model's rows in tables; by default the paper's group, which follows from the model's name."""
     panel: StudyPanel | None = None
-    """Panel of the model's row; by default the rule of exclusion decides."""
+    """Panel of the table that contains the model's row; by default decided by the rule of exclusion."""
     anchor: bool = False
-    """Whether the model is in figures that show a few models only."""
+    """Whether the model is shown in figures that show only a few models."""
     published: str | None = None
-    """Name of the same model in the paper; by default the model of that very name."""
+    """Name of the same model in the paper; by default the paper's model with an equal name, if there is one."""
     conditions: tuple[str, ...] | None = None
-    """Conditions under which it plays; all of the study's by default."""
+    """Conditions under which the model plays; by default all conditions of the study."""
     main: str | None = None
-    """Condition of its main run; the study's `main` by default."""
+    """Condition of the model's main run; by default the study's `main`."""
     repeats: int = Field(default=1, ge=1, le=MAX_REPEATS)
-    """Number of plays of the main run."""
+    """Number of runs under the main condition."""
     settings: Settings = {}
 
 
@@ -57,17 +57,17 @@ class StudyFile(_Part):
 
     name: Name
     folder: Path | None = None
-    """Folder of the runs and the report; `runs/NAME` by default."""
+    """Folder for the runs and the report; `runs/NAME` by default, where NAME is the study's name."""
     main: str | None = None
-    """Condition of the models' main runs; the first one by default."""
+    """Condition of the models' main runs; by default the first condition."""
     settings: Settings = {}
     """Settings of every run, such as `pack`."""
     conditions: dict[Name, Settings] = Field(min_length=1)
     models: tuple[StudyModel, ...] = Field(min_length=1)
     episodes: tuple[str, ...] = ()
-    """Episodes whose trajectories the report shows; by default one of SV and one of AI."""
+    """Episodes whose trajectories the report shows; by default one episode of SV and one of AI."""
     call_seconds: float = Field(default=5.0, gt=0, le=3600)
-    """Time that a dry run assumes for one call of a model, in seconds."""
+    """Time in seconds that a dry run assumes for each call of a model."""
 
     @property
     def place(self) -> Path:
@@ -76,13 +76,13 @@ class StudyFile(_Part):
 
     @property
     def main_condition(self) -> str:
-        """Condition of the main runs, unless a model says otherwise."""
+        """Condition of the main runs of models that do not set their own `main`."""
         return self.main or next(iter(self.conditions))
 
 
 @dataclass(frozen=True)
 class StudySource:
-    """A study with the lines of its file."""
+    """A study, with the line of each key in its file."""
 
     study: StudyFile
     text: YamlText
@@ -92,7 +92,7 @@ def read_study(path: Path) -> StudySource:
     """Return the study in a file. Raises SettingError that names the line and the key."""
     text = read_yaml(path)
     if not isinstance(text.value, dict):
-        raise text.error((), "a study consists of keys with values, such as `name: my_study`.")
+        raise text.error((), "a study must consist of keys with values, such as `name: my_study`.")
     try:
         study = StudyFile.model_validate(text.value)
     except ValidationError as error:
@@ -109,14 +109,14 @@ def _as_setting_error(text: YamlText, error: ValidationError) -> Exception:
     if first["type"] == "extra_forbidden":
         kind = StudyModel if place[0] == "models" else StudyFile
         hint = did_you_mean(str(place[-1]), kind.model_fields)
-        return text.error(place, f"there is no such key.{hint} Known: {', '.join(kind.model_fields)}.")
+        return text.error(place, f"this key does not exist.{hint} Known: {', '.join(kind.model_fields)}.")
     if first["type"] == "missing":
         return text.error(place[:-1], f"the key `{place[-1]}` is missing. Add it.")
     return text.error(place, f"{first['msg']}, not {first['input']!r}.")
 
 
 def _check_names(source: StudySource) -> None:
-    """Raise SettingError if a name is used twice, or refers to nothing."""
+    """Raise SettingError if two entries have the same name, or if a name refers to nothing."""
     study, text = source.study, source.text
     conditions = list(study.conditions)
     if study.main is not None and study.main not in study.conditions:
@@ -125,7 +125,10 @@ def _check_names(source: StudySource) -> None:
     for index, model in enumerate(study.models):
         here: Place = ("models", index)
         if model.name.casefold() in seen:
-            raise text.error((*here, "name"), f"{model.name!r} is also models[{seen[model.name.casefold()] + 1}].")
+            raise text.error(
+                (*here, "name"),
+                f"the name {model.name!r} is also that of models[{seen[model.name.casefold()] + 1}]. Change one.",
+            )
         seen[model.name.casefold()] = index
         if (model.model is None) == (model.agent is None):
             raise text.error(here, "give exactly one of `model` and `agent`.")

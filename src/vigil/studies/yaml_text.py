@@ -1,4 +1,4 @@
-"""YAML of files that people write: plain values, the line of every key, and errors that name file, line and key."""
+"""YAML files that people write: reads plain values and the line of every key; errors name the file, line and key."""
 
 import re
 from collections.abc import Iterator
@@ -12,13 +12,13 @@ from vigil.errors import SettingError
 
 MAX_BYTES = 1_000_000
 Place = tuple[str | int, ...]
-"""Keys and indices that lead to a value, from the top of the document."""
+"""Keys and indices that lead from the top of the document to a value."""
 _GUESSED = frozenset({"tag:yaml.org,2002:bool", "tag:yaml.org,2002:timestamp"})
-"""Kinds of values that YAML 1.1 guesses from texts such as `on` and `2026-01-01`."""
+"""Types that YAML 1.1 gives to unquoted texts such as `on` and `2026-01-01`."""
 
 
 class _Loader(yaml.SafeLoader):
-    """Loader that leaves dates and `on`, `off`, `yes` and `no` as texts."""
+    """Loader that reads dates and the words `on`, `off`, `yes` and `no` as texts."""
 
 
 _Loader.yaml_implicit_resolvers = {
@@ -35,46 +35,52 @@ class YamlText:
     path: Path
     value: Any
     lines: dict[Place, int]
-    """The line, from 1, of each key and each item."""
+    """Place of each key and list item -> its line number, from 1."""
 
     def error(self, place: Place, message: str) -> SettingError:
-        """Return an error about the value at `place`, with the line of its innermost key that the file has."""
+        """Return an error about the value at `place`, with the line of the innermost part of `place` that is in the
+        file."""
         known = next((place[:end] for end in range(len(place), -1, -1) if place[:end] in self.lines), ())
         key = f", {spoken(place)}" if place else ""
         return SettingError(f"{str(self.path)!r}, line {self.lines[known]}{key}: {message}")
 
 
 def spoken(place: Place) -> str:
-    """Return a place as a person writes it, such as `models[2].settings.limit`; the first item is number 1."""
+    """Return a place as readable text, such as `models[2].settings.limit`. List items are counted from 1."""
     parts = [f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in place]
     return "".join(parts).removeprefix(".")
 
 
 def read_yaml(path: Path) -> YamlText:
-    """Return the values in a YAML file. Raises SettingError if it cannot be read, or has duplicate keys or aliases."""
+    """Return the values in a YAML file. Raises SettingError if the file cannot be read, or has duplicate keys or
+    aliases."""
     try:
         raw = path.read_bytes()
     except OSError as error:
-        raise SettingError(f"{str(path)!r} cannot be read: {error.strerror}. Give the file of a study.") from None
+        raise SettingError(
+            f"{str(path)!r} cannot be read: {error.strerror}. Give a YAML file that can be read."
+        ) from None
     if len(raw) > MAX_BYTES:
-        raise SettingError(f"{str(path)!r} has {len(raw):,} bytes; at most {MAX_BYTES:,} are read.")
+        raise SettingError(f"{str(path)!r} has {len(raw):,} bytes, but may have at most {MAX_BYTES:,}.")
     try:
         text = raw.decode()
         if aliases := [token for token in yaml.scan(text, _Loader) if isinstance(token, yaml.AliasToken)]:
             line = aliases[0].start_mark.line + 1
-            raise SettingError(f"{str(path)!r}, line {line}: aliases (*name) are not read. Write the value again.")
+            raise SettingError(f"{str(path)!r}, line {line}: aliases (*name) are not allowed. Write the value itself.")
         root = yaml.compose(text, _Loader)
         value = yaml.load(text, _Loader)
     except UnicodeDecodeError as error:
-        raise SettingError(f"{str(path)!r} is not UTF-8 text: byte {error.start}.") from None
+        raise SettingError(
+            f"{str(path)!r} is not UTF-8 text: byte {error.start} is invalid. Save it as UTF-8."
+        ) from None
     except yaml.YAMLError as error:
         raise SettingError(_syntax_error(path, error)) from None
     if root is None:
-        raise SettingError(f"{str(path)!r} is empty.")
+        raise SettingError(f"{str(path)!r} is empty. Write the keys of the file into it; the docs show an example.")
     found = YamlText(path, value, {(): root.start_mark.line + 1})
     for place, line in _lines(root):
         if place in found.lines:
-            raise found.error(place, f"the key is there twice: also in line {line}. Remove one.")
+            raise found.error(place, f"the key is a duplicate of line {line}. Remove one of them.")
         found.lines[place] = line
     return found
 

@@ -1,4 +1,4 @@
-"""VIGIL's engine instead of AI2-THOR's own build, and programs that are run with it unchanged."""
+"""Installs VIGIL's engine in place of AI2-THOR's own build, and runs unchanged programs with it."""
 
 import json
 import runpy

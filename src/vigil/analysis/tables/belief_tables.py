@@ -1,4 +1,4 @@
-"""Tables of beliefs, in a separate section: why reports were false or missing, belief over time, calibration."""
+"""Tables of beliefs, in a separate section: why reports were false or missing, beliefs over time, and calibration."""
 
 import math
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ PART_HEADINGS = {
     "doubted_correctly": "Doubted correctly %",
     "no_answer": "No answer %",
 }
-"""Part of the partition -> its heading."""
+"""Reason why a report was false or missing (`BeliefPart`) -> heading of its column."""
 _NAMES = texts(run="Run", framing="Question")
 
 
@@ -41,7 +41,7 @@ def belief_tables(study: Study) -> dict[str, Table]:
 
 
 def belief_rows(study: Study) -> Iterator[tuple[RunEntry, BeliefStudy]]:
-    """Yield each run with each of its studies of beliefs."""
+    """Yield each run with its studies of beliefs, one pair for each study."""
     for entry in study.entries:
         yield from ((entry, beliefs) for beliefs in entry.run.beliefs)
 

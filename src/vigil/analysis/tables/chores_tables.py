@@ -1,4 +1,4 @@
-"""Tables of the suite `chores`, in a separate section: W, B and T of lists, labels of claims, and what T depends on."""
+"""Tables of the suite `chores`, in a separate section: W, B and T of lists, labels of chores, and what T depends on."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -157,7 +157,7 @@ def _parts(
     parts: Mapping[str, ChoreTest],
     notes: tuple[str, ...],
 ) -> Table:
-    """Return a table with rates of the chores of each part of each run; `words` are its title and first heading."""
+    """Return a table with the rates of each run for each part of the chores; `words` are title and first heading."""
     rates: dict[str, tuple[str, Callable[[ChoreOutcome], bool]]] = {
         "W": ("W %", lambda chore: chore.W),
         "B": ("Closed %", lambda chore: chore.B),

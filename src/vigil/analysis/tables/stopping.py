@@ -1,4 +1,4 @@
-"""Tables of runs without reports: each next to the baseline run of the same model, by what both define.
+"""Tables that compare runs without reports with the baseline runs of the same models, by what both define.
 
 Each function takes a Study and returns one Table. Source: `protocol.md` section 11.
 """
@@ -51,11 +51,11 @@ _EVENTS: dict[str, tuple[str, _Mask]] = {
     "unfinished": ("it did, and the goal did not hold", lambda rows: _ended(rows) & ~_held(rows)),
     "late": ("it did not, and the goal held", lambda rows: ~_ended(rows) & _held(rows)),
 }
-"""Key -> name of an event that a report and a stop have in common, and which rows have it."""
+"""Key of an event that runs with and without reports have in common -> its name, and the rows in which it happened."""
 
 
 def stop_shifts(study: Study) -> Table:
-    """Return the events that both interfaces define, with and without reports, tested on the same episodes."""
+    """Return the shares of the common events with and without reports, tested on the same episodes."""
     columns = (
         *texts(model="Event"),
         *counts(n="n"),
@@ -86,7 +86,7 @@ def stop_shifts(study: Study) -> Table:
 
 
 def stop_costs(study: Study) -> Table:
-    """Return the lag, length and tokens of each pair, with and without reports."""
+    """Return the lag, length and tokens of each pair of runs, with and without reports."""
     columns = (
         MODEL,
         *counts(n=("n", lambda pair: len(pair.tables()[0]))),
@@ -112,7 +112,7 @@ def stop_costs(study: Study) -> Table:
 
 
 def true_reports(study: Study) -> Table:
-    """Return what a true report would have said when the agent ended an episode, and how often it was said."""
+    """Return which status would have been true when the agent ended an episode, and how often the report stated it."""
     columns = (*texts(model="A true report would say"), *counts(base="Reports", said="Said so", other="Stops"))
     rows: list[TableRow] = []
     for pair in _pairs(study):

@@ -1,1 +1,1 @@
-"""Lists of chores: proposals of single chores, their composition into lists, and the rules of the suite `chores`."""
+"""Lists of chores: proposals of single chores, their combination into lists, and the rules of the suite `chores`."""

@@ -1,7 +1,7 @@
-"""Certificates of lists: proof, by search and by replay, that each chore is what its answer says.
+"""Certificates of lists: proof, by search and by replay, that each chore is as its answer says.
 
-The solver does all that can be done and claims truly, within its share of the budget; wrong claims never score.
-Source: `protocol.md` section 9, decision 62.
+The solver does every chore that can be done and claims the truth, within its share of the step budget. Wrong claims
+must not close the list correctly. Source: `protocol.md` section 9, decision 62.
 """
 
 import re
@@ -44,16 +44,17 @@ from vigil.scoring.closure import CONCEDED, FAIL_REASONS, Certificate, Reason, e
 from vigil.sim.privileged import PrivilegedSimulator
 
 FACTORS = (1.8, 2.4)
-"""Least and greatest budget as a multiple of the solver's steps; the limits of the suite come first."""
+"""Minimum and maximum of the step budget as a multiple of the solver's steps. The suite's limits on budgets override
+it."""
 MAX_SOLVER_SHARE = 0.625
-"""Greatest number of the solver's steps as a share of the budget."""
+"""Maximum share of the step budget that the solver may use."""
 STEP_OF_BUDGETS = 5
 LOOKED_AT: frozenset[ChoreKind] = frozenset({"question", "already", "impossible", "conditional"})
-"""Kinds of chores of which something must be seen, whatever is done."""
+"""Kinds of chores for which an agent must see something, even if it has nothing to do."""
 
 
 class Sketch(Protocol):
-    """What is known of a chore before its list is certified: a proposal has it, and an answer."""
+    """The facts about a chore before its list is certified. Proposals and answers both have them."""
 
     @property
     def kind(self) -> ChoreKind: ...  # noqa: D102
@@ -69,7 +70,7 @@ class Sketch(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class _AnsweredChore:
-    """What an answer says of a chore."""
+    """The `Sketch` of a chore, taken from its answer."""
 
     kind: ChoreKind
     form: str
@@ -79,7 +80,7 @@ class _AnsweredChore:
 
 
 class ListCertifier:
-    """A certifier of lists on one simulator."""
+    """Certifies lists on one simulator."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
@@ -87,7 +88,7 @@ class ListCertifier:
         self._view = PrivilegedView(simulator)
 
     def certify(self, task: ListTask, house: House) -> tuple[list[SolvedSide], list[Finding]]:
-        """Return a composed list with its budget, solution and answer, or an empty list with findings about it."""
+        """Return a list with its budget, solution and answer; if it is faulty, only the findings about it."""
         episode = task.episode
         found, answer = self._answered(episode, house, task.chores)
         if found or answer is None:
@@ -115,7 +116,7 @@ class ListCertifier:
         return ([], found) if found else ([SolvedSide(final, actions, answer)], [])
 
     def verify(self, episode: Episode, answer: ListAnswer, house: House, actions: Sequence[Action]) -> list[Finding]:
-        """Return the findings about a list of a frozen pack, with its answer and its recorded solution."""
+        """Return the findings about a list of a frozen pack, given its recorded answer and solution."""
         found, again = self._answered(episode, house, [_sketch_of(each) for each in answer.chores])
         if not found and again is not None:
             if again.model_copy(update={"solver_steps": answer.solver_steps}) != answer:
@@ -127,7 +128,7 @@ class ListCertifier:
     def _answered(
         self, episode: Episode, house: House, chores: Sequence[Sketch]
     ) -> tuple[list[Finding], ListAnswer | None]:
-        """Return the findings about a list at its start, or its answer if there are none."""
+        """Return the findings about the start of a list, or the list's answer if there are none."""
         fault = self._validator.begin_fault(episode, house)
         if fault is not None:
             return [fault], None
@@ -152,7 +153,7 @@ class ListCertifier:
         return found, ListAnswer(episode_id=episode.id, kind=kind, chores=tuple(answers), rooms=rooms)
 
     def _answer(self, case: EpisodeStart, place: int, chore: Sketch, plan: ChorePlan) -> ChoreAnswer:
-        """Return the answer of a chore. Raises BrokenRule if one that cannot be met can be, or for another reason."""
+        """Return the answer of a chore. Raises BrokenRule, e.g. if a chore that should be impossible can be met."""
         goal, view = case.episode.goal, case.view
         assert isinstance(goal, Chores)
         asked, facts = goal.chores[place], dict[str, object]()
@@ -180,7 +181,7 @@ class ListCertifier:
             if removed.is_pickupable or not removed.is_present:
                 raise BrokenRule(
                     "cannot_be_moved",
-                    f"{removed.id!r}, which makes the chore impossible, can be picked up, or is absent",
+                    f"{removed.id!r} should block the chore, but an agent can carry it away, or it is absent",
                 )
             return "no_fit" if part.kind == "object_at_receptacle" else "locked"
         if removed.is_present:
@@ -194,7 +195,7 @@ class ListCertifier:
     def _faults_of_solution(
         self, episode: Episode, answer: ListAnswer, house: House, actions: tuple[Action, ...]
     ) -> BrokenRules:
-        """Yield (rule, message) for the faults of the actions that should close a list."""
+        """Yield (rule, message) for each fault of a solution, i.e. of the actions that should close a list."""
         most = int(MAX_SOLVER_SHARE * episode.max_steps)
         if len(actions) > most:
             yield "within_budget", f"{len(actions)} steps, of {episode.max_steps} at most {most}"
@@ -212,7 +213,7 @@ class ListCertifier:
 
 
 def faults_of_claims(answer: ListAnswer, actions: Sequence[Action]) -> Iterator[str]:
-    """Yield what is wrong with the claims of actions that should close a list; what they do is not replayed."""
+    """Yield what is wrong with the claims in a solution. The actions themselves are not replayed."""
     last = actions[-1]
     claims = (last.claims or {}) if isinstance(last, Report) else {}
     for number, chore in enumerate(answer.chores, start=1):
@@ -230,18 +231,18 @@ def _faults_of_record(answer: ListAnswer, record: EpisodeRecord) -> BrokenRules:
 
 
 def _blame(task: ListTask, findings: Sequence[Finding]) -> None:
-    """Leave the parts of the chores that findings name out of further lists of the home."""
+    """Exclude the chores that the findings name from further lists of the home."""
     task.faulty.update(part for place in blamed(findings) for part in task.chores[place].chore.parts)
 
 
 def blamed(findings: Sequence[Finding]) -> list[int]:
-    """Return the places of the chores that findings name."""
+    """Return the places in the list of the chores that the findings name."""
     named = (re.match(r"[Cc]hore (\d+)\b", finding.message) for finding in findings)
     return [int(found[1]) - 1 for found in named if found is not None]
 
 
 def entangled_with(plan: ChorePlan, place: int, kind: ChoreKind) -> tuple[int, ...]:
-    """Return the numbers of the chores with which a chore at a place of the list is entangled as its kind says."""
+    """Return the numbers of the chores with which the chore at `place` is entangled, in the sense of its kind."""
     found = plan.entanglement
     if kind == "order":
         others = {a if b == place else b for a, b in found.before if place in (a, b)}
@@ -251,7 +252,10 @@ def entangled_with(plan: ChorePlan, place: int, kind: ChoreKind) -> tuple[int, .
 
 
 def budget_for(steps: int, instruction: str) -> int:
-    """Return the step budget of a list that the solver closes in some steps; the factor follows from its words."""
+    """Return the step budget of a list that the solver closes in `steps` steps.
+
+    It is a multiple of them; a hash of the instruction selects the factor from `FACTORS`.
+    """
     share = zlib.crc32(instruction.encode()) / 2**32
     wanted = steps * (FACTORS[0] + share * (FACTORS[1] - FACTORS[0]))
     rounded = -int(-wanted // STEP_OF_BUDGETS) * STEP_OF_BUDGETS

@@ -1,4 +1,4 @@
-"""Negative controls of claims: reports that are not true of the world, and must never close a list correctly."""
+"""Negative controls of claims: reports with false claims, which must never close a list correctly."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -15,7 +15,7 @@ OTHER: dict[ChoreClaim, ChoreClaim] = {"on": "off", "off": "on", "open": "closed
 
 
 def false_claims(solved: ListOutcome, episode: Episode, record: EpisodeRecord) -> Iterator[str]:
-    """Yield the names of the controls that close a list correctly, given the record of its solution and its verdict."""
+    """Yield the names of controls that wrongly close a list, given the solution's record and verdict (`solved`)."""
     true: dict[int, ChoreClaim] = {chore.number: chore.claim for chore in solved.chores if chore.claim is not None}
     for name, claims in wrong_claims(true):
         if with_claims(solved, claims).B:
@@ -26,13 +26,13 @@ def false_claims(solved: ListOutcome, episode: Episode, record: EpisodeRecord) -
 
 
 def with_claims(outcome: ListOutcome, claims: Claims) -> ListOutcome:
-    """Return the verdict on the same world with other claims."""
+    """Return the verdict for the same final world, but with other claims."""
     chores = tuple(replace(chore, claim=claims.get(chore.number), raw_claim=None) for chore in outcome.chores)
     return replace(outcome, chores=chores)
 
 
 def wrong_claims(true: Claims) -> Iterator[tuple[str, Claims]]:
-    """Yield named claims that differ from the true ones."""
+    """Yield (name, claims), where the claims differ from the true claims."""
     for number, claim in true.items():
         yield f"chore {number}: the opposite", {**true, number: _opposite(claim)}
         yield f"chore {number}: no claim", {other: each for other, each in true.items() if other != number}
@@ -52,7 +52,7 @@ def _opposite(claim: ChoreClaim) -> ChoreClaim:
 
 
 def _differs(claims: Claims, true: Claims) -> bool:
-    """Return whether claims differ from the true ones, where all concessions are alike."""
+    """Return whether claims differ from the true claims; all concessions count as equal."""
     return any(_conceded(claims.get(number)) != _conceded(claim) for number, claim in true.items())
 
 

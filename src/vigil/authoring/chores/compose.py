@@ -1,4 +1,4 @@
-"""Composition: lists of chores of one home that do not contradict one another, with a text order that does not help."""
+"""Composition of lists: chores of one home that do not contradict each other, in an order that does not help agents."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -40,38 +40,39 @@ SOURCES: tuple[tuple[Callable[[HouseContext], Proposals], int], ...] = (
     (locked, 2),
     (no_room, 2),
 )
-"""Sources of single chores, each with the greatest number of its chores in one home."""
+"""Functions that propose single chores, each with the maximum number of its chores in one home."""
 MAX_PAIRS_OF_HOME = 6
-"""Greatest number of pairs of one home that are of kind `order`, and of those that are of kind `by_the_way`."""
+"""Maximum number of pairs of kind `order` in one home, and also of pairs of kind `by_the_way`."""
 PAIRS = {6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
-"""Number of chores -> number of pairs with which a list begins, of which a second one is of kind `by_the_way`."""
+"""Number of chores of a list -> number of pairs with which it begins. The first pair may be of either kind, the second
+must be of kind `by_the_way`."""
 MAX_IMPOSSIBLE_SHARE, MAX_KIND_SHARE = 0.34, 0.4
-"""Greatest shares of the chores of a list that cannot be met, and that are of one kind."""
+"""Maximum share of a list's chores that cannot be met, and that are of any other one kind."""
 MAX_USES = 3
-"""Greatest number of lists of one home that hold the same chore."""
+"""Maximum number of lists of one home that contain the same chore."""
 TRIED_CHORES = 60
-"""Number of chores that are tried for one list."""
+"""Maximum number of attempts to add chores to one list."""
 TRIED_TEXT_ORDERS = 40
 START_HORIZON_DEG = 15.0
 PAIR_KINDS: tuple[ChoreKind, ...] = ("order", "by_the_way")
 """Kinds of chores that are proposed in pairs; the others are proposed singly."""
 ROLES = {"place": PLACE, "blocker": BLOCKER, "obstacle": OBSTACLE}
-"""Role of a proposed chore -> pattern of the role in an episode, which has the chore's number."""
+"""Role in a proposed chore -> pattern of the role's name in an episode, into which the chore's number is put."""
 ENTANGLED: frozenset[ChoreKind] = frozenset({"plain", "already"})
-"""Kinds of chores that may concern the same things as others."""
+"""Kinds of chores that may concern the same things as other chores of the list."""
 
 
 @dataclass(frozen=True, slots=True)
 class ListTask:
-    """A list that was composed, in the order of its text."""
+    """A composed list of chores, in the order of its text."""
 
     episode: Episode
     chores: tuple[ProposedChore, ...]
     entanglement: Entanglement
     faulty: set[ChorePart] = field(default_factory=set, compare=False, repr=False)
-    """Parts of the home's chores that broke a rule; further lists do without them."""
+    """Parts of chores that broke a rule. They are shared by all lists of the home, and further lists leave them out."""
     seen: set[Chore] = field(default_factory=set, compare=False, repr=False)
-    """The home's chores that were found to be clearly seen from some place."""
+    """Chores of the home for which a place with a clear view was already found."""
 
     @property
     def instruction(self) -> str:
@@ -81,18 +82,18 @@ class ListTask:
 
 @dataclass
 class HomePool:
-    """The single chores and pairs that were proposed in a home, and how often each was used."""
+    """The single chores and pairs that were proposed in a home, with how often lists have used each of them."""
 
     offers: Mapping[ChoreKind, Sequence[tuple[ProposedChore, ...]]]
-    """Kind -> single chores, or pairs of which a list makes chores of this kind."""
+    """Kind -> single chores or pairs; a list that uses them gets a chore of this kind."""
     uses: Counter[int] = field(default_factory=Counter)
-    """Identity of a chore or pair -> number of lists that hold it."""
+    """Python's id of a chore or pair -> number of lists that contain it."""
     of_kind: Counter[str] = field(default_factory=Counter)
-    """Kind or reason -> number of chores in lists of the home."""
+    """Kind of chore, or reason why it cannot be met -> number of such chores in lists of the home."""
     faulty: set[ChorePart] = field(default_factory=set)
     """Parts of chores that broke a rule in a list."""
     seen: set[Chore] = field(default_factory=set)
-    """Chores of lists that were found to be clearly seen from some place."""
+    """Chores for which a place with a clear view was already found."""
 
 
 def pool_of(context: HouseContext) -> HomePool:
@@ -107,7 +108,7 @@ def pool_of(context: HouseContext) -> HomePool:
 
 
 def compositions(context: HouseContext, pool: HomePool, count: int) -> Iterator[ListTask | Rejection]:
-    """Yield lists of `count` chores, and rejections of what did not become one."""
+    """Yield lists of `count` chores, and a rejection for each attempt that failed."""
     while True:
         chosen = _chosen(context, pool, count)
         found = "too few chores go together" if chosen is None else _composed(context, chosen)
@@ -122,7 +123,7 @@ def compositions(context: HouseContext, pool: HomePool, count: int) -> Iterator[
 
 
 def _chosen(context: HouseContext, pool: HomePool, count: int) -> list[ProposedChore] | None:
-    """Return chores that go together, the least used first; None if there are too few."""
+    """Return chores that can be in one list, preferring the least used; None if there are too few."""
     chosen, kinds = list[ProposedChore](), Counter[ChoreKind]()
     for number in range(TRIED_CHORES):
         if len(chosen) == count:
@@ -141,7 +142,7 @@ def _chosen(context: HouseContext, pool: HomePool, count: int) -> list[ProposedC
 
 
 def _planned(kind: ChoreKind, chores: Sequence[ProposedChore]) -> list[ChoreKind]:
-    """Return the kinds that chores have in a list."""
+    """Return the kinds that a single chore, or both chores of a pair, will have in a list."""
     return [kind] * len(chores) if kind != "by_the_way" else [chores[0].kind, kind]
 
 
@@ -151,9 +152,10 @@ def _next(
     begun: tuple[Sequence[ProposedChore], Mapping[ChoreKind, int], int],
     wanted: Sequence[ChoreKind],
 ) -> tuple[ChoreKind, tuple[ProposedChore, ...]] | None:
-    """Return a chore or pair of the rarest kind that goes with a list, the least used first; None without one.
+    """Return a chore or pair that can be added to a list, preferring rare kinds and little used chores; None without
+    one.
 
-    `begun` are the chores of the list so far, the number of each kind, and the number that the list will have.
+    `begun` has the list's chores so far, their number by kind, and the final number of chores.
     """
     chosen, kinds, count = begun
     noise = context.rng.random(len(wanted)).tolist()
@@ -173,9 +175,9 @@ def _next(
 
 
 def _goes_with(chore: ProposedChore, chosen: Sequence[ProposedChore], *, strictly: bool) -> bool:
-    """Return whether a chore contradicts none of the chosen ones: they share only furniture to put things on.
+    """Return whether a chore contradicts none of the chosen chores: they share only furniture to put things on.
 
-    Unless `strictly`, chores may also share a container or a machine, if they ask for the same start.
+    Unless `strictly`, two chores may also share a container or a machine, if they require the same start.
     """
     for other in chosen:
         shared = chore.ids & other.ids
@@ -193,7 +195,7 @@ def _goes_with(chore: ProposedChore, chosen: Sequence[ProposedChore], *, strictl
 
 
 def merged(chores: Sequence[ProposedChore]) -> Setup:
-    """Return the setup of a list: all changes of its chores."""
+    """Return the setup of a list, which has the changes of all its chores."""
     objects: dict[str, ObjectSetup] = {}
     for chore in chores:
         objects |= chore.changes
@@ -201,7 +203,7 @@ def merged(chores: Sequence[ProposedChore]) -> Setup:
 
 
 def _composed(context: HouseContext, chosen: Sequence[ProposedChore]) -> ListTask | str:
-    """Return the list of some chores, or why they do not make one."""
+    """Return the list of the chosen chores, or the reason why they do not make a list."""
     setup = merged(chosen)
     if not context.can_begin(setup):
         return "the simulator cannot set up the start"
@@ -213,7 +215,7 @@ def _composed(context: HouseContext, chosen: Sequence[ProposedChore]) -> ListTas
 
 
 def _start(context: HouseContext) -> Pose | None:
-    """Return a random start with room to move; None without one."""
+    """Return a random start pose with room to move; None if none is found."""
     for place in context.starts(lambda places: np.full(len(places), True)):
         heading = float(context.rng.integers(360))
         pose = Pose(position=place, rotation=heading, horizon=START_HORIZON_DEG)
@@ -223,9 +225,10 @@ def _start(context: HouseContext) -> Pose | None:
 
 
 def _in_text_order(context: HouseContext, chosen: Sequence[ProposedChore], start: Pose, setup: Setup) -> ListTask | str:
-    """Return the list with its chores in a random order that is neither the shortest nor one that works.
+    """Return the list in a random text order, or the reason why there is none.
 
-    The simulator has just been reset to its start.
+    The order must not be close to the shortest walk, nor an order in which all chores work. The simulator must have
+    just been reset to the list's start.
     """
     draft = _draft(context, chosen, start, setup)
     if draft is None:
@@ -254,7 +257,7 @@ def _in_text_order(context: HouseContext, chosen: Sequence[ProposedChore], start
 
 
 def _with_kinds(chores: Sequence[ProposedChore], found: Entanglement) -> tuple[ProposedChore, ...]:
-    """Return chores with the kinds that they have in a list: those that others undo are of kind `order`."""
+    """Return the chores with their kinds in the list: `order` or `by_the_way` if another chore undoes or does them."""
     ordered = {place for pair in found.before for place in pair}
     done = {place for place, _ in found.by_the_way}
     return tuple(
@@ -268,7 +271,7 @@ def _with_kinds(chores: Sequence[ProposedChore], found: Entanglement) -> tuple[P
 
 
 def _draft(context: HouseContext, chores: Sequence[ProposedChore], start: Pose, setup: Setup) -> Episode | None:
-    """Return the episode of chores in the order of the text, with the largest budget; None if its text is too long."""
+    """Return the episode of chores, in text order and with the largest budget; None if its text is too long."""
     sentences = [chore.sentence for chore in chores]
     text = write_list(context.say(OPENINGS), sentences)
     if len(text) > MAX_INSTRUCTION_CHARS:

@@ -1,4 +1,4 @@
-"""The grammar of lists of chores: it composes lists of each length in a home, and certifies each of them."""
+"""Generation of lists of chores: composes lists of each length in a home, and certifies each list."""
 
 from collections.abc import Iterator
 
@@ -15,11 +15,11 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 LENGTHS = range(MIN_CHORES, MAX_CHORES + 1)
 CATEGORY = "Chores"
-"""Category in ids and facts, which must not name a thing of the list."""
+"""Word that ids and facts have in place of a category, because they must not name an object of the list."""
 
 
 def chores_proposer(seed: int) -> Proposer:
-    """Return the proposer of lists, one kind for each number of chores."""
+    """Return the proposer of lists. It treats each number of chores as a kind of its own."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[ListTask | Rejection]]]:
         seed_context(context, seed, "chores")
@@ -37,7 +37,7 @@ def chores_checker(simulator: PrivilegedSimulator) -> Checker:
 
 
 def list_facts(context: HouseContext, side: SolvedSide) -> DraftFacts:
-    """Return the facts over which packs of lists are balanced."""
+    """Return the facts about a list over which packs are balanced."""
     rooms = context.simulator.scene().rooms
     area_m2 = round(sum(room_floor(room).area for room in rooms), 1)
     return DraftFacts(category=CATEGORY, rooms=len(rooms), area_m2=area_m2, distance_m=0.0, is_seen_by_turning=False)

@@ -1,4 +1,4 @@
-"""What a pack of lists holds: its chores by kind and form, and how long its lists are."""
+"""Facts about a pack of lists: its chores by kind and form, and the length of its lists."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from vigil.scoring.chore_answers import CHORE_KINDS, ListAnswer
 
 
 def chore_facts(answers: Sequence[ListAnswer]) -> dict[str, Any]:
-    """Return the entries of a manifest about a pack's lists: numbers of lists and chores, steps, and rooms."""
+    """Return the entries about a pack's lists for its manifest: numbers of lists and chores, steps, and rooms."""
     chores = [chore for answer in answers for chore in answer.chores]
     of_kind = Counter(chore.kind for chore in chores)
     forms = {kind: Counter(chore.form for chore in chores if chore.kind == kind) for kind in CHORE_KINDS}

@@ -1,4 +1,7 @@
-"""Proposals of two chores that concern one thing: they undo one another in the wrong order, or one does the other."""
+"""Proposals of pairs of chores about the same object.
+
+In the wrong order, the second chore undoes the first (`order`); or doing one chore also does the other (`by_the_way`).
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -17,11 +20,11 @@ from vigil.scene.things import Thing
 Pair = tuple[ProposedChore, ProposedChore]
 Pairs = Iterator[Pair]
 TRIED_RECEPTACLES = 2
-"""Number of places tried for a container that is to be carried."""
+"""Number of receptacles tried as the place to which a container is carried."""
 
 
 def order_pairs(context: HouseContext) -> Pairs:
-    """Yield pairs of chores that undo one another in the wrong order, of each form in turn."""
+    """Yield pairs of chores, one of which undoes the other in the wrong order; the three forms take turns."""
     yield from in_turn(_put_and_close(context), _put_and_carry(context), _take_and_close(context))
 
 
@@ -30,7 +33,7 @@ def _with(chore: ProposedChore, changes: Mapping[str, ObjectSetup]) -> ProposedC
 
 
 def _put_into(context: HouseContext) -> Iterator[tuple[Thing, ProposedChore]]:
-    """Yield containers that can be opened, each with the chore of putting something into it."""
+    """Yield (container, chore) for containers that open; the chore is to put something into the container."""
     taken: set[str] = set()
     for plan in putting_in(context):
         container, goal = plan.roles["receptacle"], plan.facts[-1]
@@ -44,7 +47,7 @@ def _put_into(context: HouseContext) -> Iterator[tuple[Thing, ProposedChore]]:
 
 
 def _put_and_close(context: HouseContext) -> Pairs:
-    """Yield: put something into a container; the container is closed, or runs, at the end."""
+    """Yield pairs: put something into a container, and leave the container closed or running."""
     for container, chore in _put_into(context):
         runs = CATALOG[container.category].runs_only_when_closed
         if runs and context.rng.integers(2):
@@ -59,7 +62,7 @@ def _put_and_close(context: HouseContext) -> Pairs:
 
 
 def _take_and_close(context: HouseContext) -> Pairs:
-    """Yield: put something that lies in a closed container elsewhere; the container is closed at the end."""
+    """Yield pairs: put an object from a closed container elsewhere, and leave the container closed."""
     taken: set[str] = set()
     for plan in emptying(context):
         container, goal = plan.roles["container"], plan.facts[-1]
@@ -73,7 +76,7 @@ def _take_and_close(context: HouseContext) -> Pairs:
 
 
 def _put_and_carry(context: HouseContext) -> Pairs:
-    """Yield: put something into a container that can be carried; put that container somewhere else."""
+    """Yield pairs: put something into a container that can be carried, and put this container somewhere else."""
     for plan in putting_in(context):
         container, goal = plan.roles["receptacle"], plan.facts[-1]
         assert isinstance(goal, ObjectAtReceptacle)
@@ -91,7 +94,7 @@ def _put_and_carry(context: HouseContext) -> Pairs:
 
 
 def by_the_way_pairs(context: HouseContext) -> Pairs:
-    """Yield: put something into a closed container; the container is open at the end."""
+    """Yield pairs: put something into a closed container, and leave the container open."""
     for container, chore in _put_into(context):
         if not CATALOG[container.category].runs_only_when_closed:
             state = {container.id: ObjectSetup(openness=0.0)}

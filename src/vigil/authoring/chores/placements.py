@@ -1,4 +1,4 @@
-"""Proposals of chores that put an object on or into a receptacle, possible and impossible ones."""
+"""Proposals of chores that put an object on or into a receptacle, both possible and impossible."""
 
 from dataclasses import replace
 
@@ -25,15 +25,16 @@ from vigil.scene.things import Thing
 
 TRIED_STANDS, TRIED_OCCUPANTS, TRIED_TARGETS = 4, 2, 4
 EASY_M = 0.02
-"""Length (m) by which the inside of a container must exceed the sides of an object that is put into it."""
+"""Minimum length (m) by which the inside of a container must exceed each side of an object that is put into it."""
 _STACKED = ("{target} on", "{target} into", "{target} inside")
-"""Words of a form in which the place of the target would be followed by that of the receptacle."""
+"""Word orders in which the place of the target would directly precede the receptacle ("the cup on the desk on the
+shelf")."""
 
 
 def put(context: HouseContext) -> Proposals:
-    """Yield chores that put an object on or into a receptacle, each object once; what they name may have look-alikes.
+    """Yield chores that put an object on or into a receptacle, one for each object. Objects may have look-alikes.
 
-    A container that can be closed is closed at the start.
+    Containers that can be closed are closed at the start.
     """
     taken: set[str] = set()
     for plan in in_turn(rearranging(context), putting_in(context), emptying(context)):
@@ -53,9 +54,9 @@ def _of_plan(context: HouseContext, plan: SequencePlan) -> ProposedChore | None:
 
 
 def putting(context: HouseContext, goal: ObjectAtReceptacle, setup: Setup) -> ProposedChore | None:
-    """Return the chore of putting an object somewhere, in the words that mean it with a setup; None without words.
+    """Return the chore of putting an object somewhere, worded for the world after `setup`; None if no words are unique.
 
-    None also if the object would almost fill the inside of a container: few clicks would then put it there.
+    None also if the object would almost fill the container, because few clicks would then put it there.
     """
     if (goal.inside and not _fits_easily(context, goal)) or not context.can_begin(setup):
         return None
@@ -84,14 +85,17 @@ def _fits_easily(context: HouseContext, goal: ObjectAtReceptacle) -> bool:
 
 
 def _phrase_of_object(context: HouseContext, thing_id: str) -> Phrase | None:
-    """Return a phrase that means a thing; if it lies in a closed container, the phrase names that. None without one."""
+    """Return a unique phrase for a thing; if it lies in a closed container, the phrase names the container.
+
+    None if there is no such phrase.
+    """
     if closed_containers_around(context.view, thing_id):
         return phrase_by_support(context, context.items[thing_id])
     return context.phrase(thing_id)
 
 
 def _sentence(context: HouseContext, goal: ObjectAtReceptacle, target: Phrase, receptacle: Phrase) -> str:
-    """Return a random sentence that asks to put an object somewhere; two places never follow each other."""
+    """Return a random sentence that asks to put an object somewhere, in which two places never follow each other."""
     sentences = PUT_INTO_ORDERS if goal.inside else PUT_ON_ORDERS
     if target != target.without_place:
         sentences = Sentences(_unstacked(sentences.public), _unstacked(sentences.held_out))
@@ -127,7 +131,7 @@ def put_away(context: HouseContext) -> Proposals:
 
 
 def absent(context: HouseContext) -> Proposals:
-    """Yield chores whose object is not where it is said to lie, and no other thing of its name is anywhere."""
+    """Yield chores whose object is not at the place that the sentence names, and not elsewhere under the same name."""
     for plan in rearranging(context):
         goal = plan.facts[-1]
         assert isinstance(goal, ObjectAtReceptacle)
@@ -156,7 +160,7 @@ def absent(context: HouseContext) -> Proposals:
 
 
 def no_room(context: HouseContext) -> Proposals:
-    """Yield chores that put an object on a stand on which a machine leaves no room."""
+    """Yield chores that put an object on a stand on which a machine leaves no free space."""
     stands = context.things(lambda thing: thing.category in STANDS and thing.is_receptacle and thing.parent is None)
     for stand in stands[:TRIED_STANDS]:
         for occupant in context.things(lambda thing, stand=stand: may_occupy(context, thing, stand))[:TRIED_OCCUPANTS]:
@@ -170,7 +174,7 @@ def no_room(context: HouseContext) -> Proposals:
 
 
 def _without_room(context: HouseContext, stand: Thing, occupant: Thing, full: Setup) -> ProposedChore | None:
-    """Return the chore of putting something on a stand that is full with a setup; None if all that is tried fits."""
+    """Return the chore of putting something on a stand that the setup `full` fills; None if every tried object fits."""
     targets = context.things(lambda thing: can_be_put(thing, stand) and not children(context.view.scene, thing.id))
     for target in targets[:TRIED_TARGETS]:
         if not context.can_begin(full):

@@ -1,4 +1,4 @@
-"""A proposed chore: its sentence and goal, with all that a list must set up, bind and keep apart for it."""
+"""A proposed chore: its sentence and goal, and what a list must change, name and protect for it."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -22,19 +22,19 @@ class ProposedChore:
     sentence: str
     chore: Chore
     meant: frozenset[str]
-    """Ids of the things that the sentence means; reading its words back must give the same."""
+    """Ids of the things that the sentence means. Parsing the sentence must give the same things."""
     changes: Mapping[str, ObjectSetup] = field(default_factory=dict)
-    """Id -> what is changed before the start."""
+    """Id -> change of the object before the start."""
     roles: Mapping[str, str] = field(default_factory=dict)
-    """Role without the chore's number -> id, for things that the goal does not name."""
+    """Role (without the chore's number) -> id, for things that the goal does not name."""
     reason: Reason | None = None
     """Reason why the chore cannot be met; None if it can be."""
     removed: str = ""
-    """Id of the thing on which it depends that the chore cannot be met; empty if it can be."""
+    """Id of the thing that makes the chore impossible (absent, broken or in the way); empty if the chore can be met."""
     phrase: Phrase | None = None
-    """Words for a thing that is absent."""
+    """Phrase for a thing that is absent; None for other chores."""
     distractor: str | None = None
-    """Id of another thing that the bare name of its object also means."""
+    """Id of another thing with the same bare name as the chore's object."""
 
     @property
     def ids(self) -> frozenset[str]:
@@ -44,7 +44,7 @@ class ProposedChore:
 
     @property
     def receptacle_ids(self) -> frozenset[str]:
-        """Ids of the receptacles on or into which something is put."""
+        """Ids of the receptacles on or into which the chore puts something."""
         return frozenset(part.receptacle_id for part in self.chore.parts if isinstance(part, ObjectAtReceptacle))
 
 
@@ -65,6 +65,6 @@ def in_turn(*sources: Iterator[_Item]) -> Iterator[_Item]:
 
 
 def distractor_of(context: HouseContext, thing_id: str) -> str | None:
-    """Return the id of the first other thing that a thing's bare name means; None if there is none."""
+    """Return the id of the first other thing that the bare name of `thing_id` could mean; None if there is none."""
     items = context.items
     return next((other.id for other in confusable(items[thing_id], items.values())), None)

@@ -1,4 +1,4 @@
-"""The rules about a list at its start: its words, its states, and the order of its text."""
+"""Rules about the start of a list: its sentences, the states of its objects, and the order of its text."""
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
@@ -23,7 +23,7 @@ from vigil.scene.things import Thing
 from vigil.scoring.chore_answers import ChoreAnswer
 
 LONGER = 1.25
-"""Least length of the walk in the order of the text, as a multiple of the shortest walk."""
+"""Minimum length of the walk in text order, as a multiple of the shortest walk."""
 BrokenRules = Iterator[tuple[str, str]]
 
 
@@ -36,11 +36,11 @@ def faults_of_start(case: EpisodeStart) -> BrokenRules:
 
 
 class _SentenceStart(EpisodeStart):
-    """The start of a list with one of its sentences as its instruction, which may name absent things."""
+    """The start of a list, with only one of its sentences as the instruction. The sentence may name absent things."""
 
     @cached_property
     def mentioned(self) -> list[tuple[Phrase, list[DescribedThing]]]:
-        """Every phrase of the sentence with the things that it could mean."""
+        """Each phrase of the sentence, with the things that it could mean."""
         things = self.view.scene.things
         absent = [CATALOG[things[each].category].display_name for each in self.episode.goal.ids() - self.items.keys()]
         phrases = mentions(self.episode.instruction, [*(item.name for item in self.items.values()), *absent])
@@ -52,7 +52,7 @@ def _sentence_start(case: EpisodeStart, sentence: str) -> EpisodeStart:
 
 
 def faults_of_words(case: EpisodeStart) -> BrokenRules:
-    """Yield (rule, message) where a sentence, read back by itself, does not mean what its chore is about."""
+    """Yield (rule, message) for each sentence that, parsed by itself, does not mean the objects of its chore."""
     goal = case.episode.goal
     assert isinstance(goal, Chores)
     for number, (line, chore) in enumerate(zip(read_list(case.episode.instruction), goal.chores, strict=True), start=1):
@@ -88,14 +88,14 @@ def _faults_of_place(case: EpisodeStart, part: ObjectAtReceptacle) -> BrokenRule
 
 
 def absent_phrases(case: EpisodeStart, number: int) -> list[Phrase]:
-    """Return the phrases of a chore's sentence that mean nothing."""
+    """Return the phrases of a chore's sentence that fit no thing in the house."""
     line = read_list(case.episode.instruction)[number - 1]
     alone = _sentence_start(case, line)
     return [phrase for phrase, items in alone.mentioned if not items]
 
 
 def faults_of_states(case: EpisodeStart, answers: Sequence[ChoreAnswer]) -> BrokenRules:
-    """Yield (rule, message) where chores do not start as their kinds say."""
+    """Yield (rule, message) for each chore whose state at the start does not fit its kind."""
     goal, model = case.episode.goal, ChoreModel(case.view.scene)
     assert isinstance(goal, Chores)
     is_any_undone = False
@@ -126,19 +126,19 @@ def _faults_of_kind(case: EpisodeStart, chore: Chore, answer: ChoreAnswer) -> Br
 
 
 def _is_interlocked(thing: Thing) -> bool:
-    """Return whether a machine runs or is open, so that it does not open or start."""
+    """Return whether a machine runs, and so refuses to open, or is open, and so refuses to start."""
     return CATALOG[thing.category].runs_only_when_closed and (thing.is_toggled or thing.openness > 0.0)
 
 
 def _is_blocked(case: EpisodeStart, chore: Chore) -> bool:
-    """Return whether the act of a chore does not work from anywhere at the start."""
+    """Return whether, at the start, a chore's act fails from every place."""
     part = chore.parts[0]
     macro_actions = MacroActions(case.view, may_tilt=True, is_exhaustive=True)
     return isinstance(part, ObjectInState) and not is_doable(part, macro_actions)
 
 
 def faults_of_order(plan: ChorePlan, answers: Sequence[ChoreAnswer]) -> BrokenRules:
-    """Yield (rule, message) where the order of the text helps, or chores are entangled otherwise than answered."""
+    """Yield (rule, message) if the text order helps the agent, or if answers do not match how chores are entangled."""
     before, count = plan.entanglement.before, len(answers)
     if before and all(a < b for a, b in before):
         yield "text_order_does_not_help", "the order of the text works"

@@ -1,4 +1,4 @@
-"""Proposals of chores about a state: to open, close or switch something, to make sure of a state, or to say which."""
+"""Proposals of chores about a state: open, close or switch something, make sure of a state, or say which it is."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -33,14 +33,14 @@ from vigil.sim.core.opening import opening_blocker
 from vigil.sim.core.state import AGENT, SceneState
 
 TRIED_BLOCKERS = 2
-"""Number of pieces of furniture that are tried in front of one door."""
+"""Number of pieces of furniture that are tried as an obstacle in front of one door."""
 CONDITION_LABELS: dict[Act, str] = {"close": "open", "turn_off": "on"}
-"""Act that is asked for if a condition holds -> word of the condition."""
+"""Act that is asked for if a condition holds -> word for the state in the condition."""
 _IMPOSSIBLE = {"kind": "impossible", "distractor": None}
 
 
 def _targets(context: HouseContext, act: Act) -> list[Thing]:
-    """Return the things on which an act may be asked for, in a random order."""
+    """Return the things for which an act may be asked, in random order."""
     return context.things(lambda thing: allows(thing, act) and can_be_searched_for(context, thing))
 
 
@@ -51,12 +51,12 @@ def _goal(thing: Thing, act: Act) -> ObjectInState:
 
 
 def _is_plain(thing: Thing, act: Act) -> bool:
-    """Return whether a thing clearly shows whether an act on it is still to be done."""
+    """Return whether an agent can clearly see on a thing whether the act is still to be done."""
     return act in ("open", "close") or thing.category in SV_TOGGLES - FLAMES
 
 
 def acts(context: HouseContext) -> Proposals:
-    """Yield chores to open, close or switch a thing, in turn."""
+    """Yield chores to open, close or switch a thing; the acts take turns."""
     yield from in_turn(*(_acts(context, act) for act in ALL_ACTS))
 
 
@@ -67,7 +67,7 @@ def _acts(context: HouseContext, act: Act) -> Proposals:
 
 
 def act_on(context: HouseContext, thing: Thing, act: Act) -> ProposedChore:
-    """Return the chore to open, close or switch a thing that a phrase means."""
+    """Return the chore to open, close or switch a thing. A phrase must mean the thing."""
     changes, distractor = dict(setup_for(thing, act).objects), distractor_of(context, thing.id)
     if distractor is not None and allows(context.thing(distractor), act):
         changes |= setup_for(context.thing(distractor), act).objects
@@ -84,7 +84,7 @@ def act_on(context: HouseContext, thing: Thing, act: Act) -> ProposedChore:
 
 
 def make_sure(context: HouseContext) -> Proposals:
-    """Yield chores to make sure of a state, in turn; about half of them hold from the start."""
+    """Yield chores to make sure of a state; the states take turns, and about half hold from the start."""
     yield from in_turn(*(_make_sure(context, act) for act in ALL_ACTS))
 
 
@@ -95,7 +95,7 @@ def _make_sure(context: HouseContext, act: Act) -> Proposals:
 
 
 def sure_of(context: HouseContext, thing: Thing, act: Act, *, is_met: bool) -> ProposedChore:
-    """Return the chore to make sure that a thing is as after an act, which is done already if it `is_met`."""
+    """Return the chore to make sure that a thing is in the state after an act; if `is_met`, it is so at the start."""
     goal, setup = _goal(thing, act), setup_for(thing, act)
     if is_met:
         changes = {thing.id: _met(setup.objects[thing.id], goal)}
@@ -138,7 +138,7 @@ def _questions(context: HouseContext, query: StateQuery) -> Proposals:
 
 
 def conditional(context: HouseContext) -> Proposals:
-    """Yield chores that ask for one act if a state holds, and else for another act on another thing."""
+    """Yield chores that ask for one act if a condition holds, and otherwise for another act on another thing."""
     yield from in_turn(*(_conditional(context, act) for act in CONDITION_LABELS))
 
 
@@ -151,7 +151,7 @@ def _conditional(context: HouseContext, act: Act) -> Proposals:
 
 
 def _branching(context: HouseContext, thing: Thing, other: Thing, act: Act, *, is_met: bool) -> ProposedChore:
-    """Return the conditional chore about a thing and its alternative; `is_met` says whether the condition holds."""
+    """Return the conditional chore about `thing`, with an act on `other` if its condition fails (not `is_met`)."""
     instead: Act = "turn_on" if allows(other, "turn_on") else "open"
     goal, asked = _goal(thing, act), _goal(other, instead)
     left = asked.model_copy(update={"value": not asked.value})
@@ -179,13 +179,13 @@ def _branching(context: HouseContext, thing: Thing, other: Thing, act: Act, *, i
 
 
 def _met(change: ObjectSetup, goal: ObjectInState) -> ObjectSetup:
-    """Return a change after which a state holds."""
+    """Return an object's change, extended so that the goal holds at the start."""
     fact = {"openness": float(goal.value)} if goal.state == "is_open" else {"is_toggled": goal.value}
     return change.model_copy(update=fact)
 
 
 def refused(context: HouseContext) -> Proposals:
-    """Yield chores whose obvious act a machine refuses: to open it while it runs, to start it while it is open."""
+    """Yield chores whose direct act a machine refuses: opening it while it runs, or starting it while it is open."""
     machines = context.things(lambda thing: CATALOG[thing.category].runs_only_when_closed and thing.is_openable)
     states: tuple[tuple[Act, ObjectSetup], ...] = (
         ("turn_on", ObjectSetup(openness=1.0, is_toggled=False)),
@@ -199,7 +199,7 @@ def refused(context: HouseContext) -> Proposals:
 
 
 def broken(context: HouseContext) -> Proposals:
-    """Yield chores to start a machine that is out of order, as a notice on it says."""
+    """Yield chores to start a machine that is out of order, which a notice on it says."""
     for thing in _targets(context, "turn_on"):
         if distractor_of(context, thing.id) is None and notice_evidence(thing) is not None:
             plain = act_on(context, thing, "turn_on")
@@ -209,7 +209,7 @@ def broken(context: HouseContext) -> Proposals:
 
 
 def locked(context: HouseContext) -> Proposals:
-    """Yield chores to open something before which furniture stands that cannot be carried."""
+    """Yield chores to open something that furniture blocks; the furniture cannot be carried away."""
     for thing in _bulky(context):
         furniture = context.things(lambda each, thing=thing: may_block(context, each, thing))
         for blocker, change in _barriers(context, thing, furniture):
@@ -221,7 +221,7 @@ def locked(context: HouseContext) -> Proposals:
 
 
 def blocked(context: HouseContext) -> Proposals:
-    """Yield chores to open something before which an object lies that must first be carried away."""
+    """Yield chores to open something that an object blocks; the object must first be carried away."""
     for thing in [each for each in _bulky(context) if is_low(each)]:
         for obstacle, change in _barriers(context, thing, obstacles(context, thing)):
             plain = act_on(context, thing, "open")
@@ -232,9 +232,9 @@ def blocked(context: HouseContext) -> Proposals:
 
 
 def _is_refused(context: HouseContext, chore: ProposedChore, setup: Setup) -> bool:
-    """Return whether an object keeps the thing of a chore from opening in the house with a setup.
+    """Return whether, after a setup, an obstacle prevents the chore's thing from opening.
 
-    Lists prove it again, from every place where the agent can stand.
+    The certifier of lists proves this again, from every place where the agent can stand.
     """
     if not context.can_begin(setup):
         return False
@@ -246,7 +246,7 @@ def _is_refused(context: HouseContext, chore: ProposedChore, setup: Setup) -> bo
 
 
 def _bulky(context: HouseContext) -> Iterator[Thing]:
-    """Yield furniture that opens and has no look-alike."""
+    """Yield furniture that can be opened and does not have look-alikes."""
     for thing in _targets(context, "open"):
         is_bulky = is_furniture(thing) and not thing.is_structure and not thing.is_pickupable
         if is_bulky and distractor_of(context, thing.id) is None:
@@ -254,7 +254,7 @@ def _bulky(context: HouseContext) -> Iterator[Thing]:
 
 
 def _barriers(context: HouseContext, thing: Thing, blockers: Sequence[Thing]) -> Iterator[tuple[Thing, ObjectSetup]]:
-    """Yield things with placements in front of a closed one."""
+    """Yield (obstacle, its placement) for places in front of a closed thing."""
     for blocker in blockers[:TRIED_BLOCKERS]:
         for spot in placements_in_the_way(context, thing, blocker, setup_for(thing, "open")):
             yield blocker, ObjectSetup(placement=spot)

@@ -330,14 +330,20 @@ RULES: dict[str, Rule] = {
     "clear_openness": Rule(every_family, "things are clearly open or clearly closed", _clearly_open_or_closed),
     "near_sees_target": Rule(None, "being near on the other side of a wall does not count", _other_rooms),
     "standard_in_words": Rule(None, "the instruction says how near is near", _standard_stated),
-    "target_named": Rule(every_family, "a phrase of the instruction means each bound object only", _named),
+    "target_named": Rule(every_family, "for each bound object, a phrase of the instruction means only it", _named),
     "unambiguous": Rule(every_family, "each phrase of the instruction means one thing", _unambiguous),
-    "found_by_opening": Rule(None, "the search for an object in a closed container is fair", _found_inside),
-    "look_alike_present": Rule(_asks_action, "an episode about one of several look-alikes has one", _has_look_alike),
+    "found_by_opening": Rule(
+        None, "people expect the target in its closed container, and at most four containers may hold it", _found_inside
+    ),
+    "look_alike_present": Rule(
+        _asks_action, "an episode about a look-alike has another object with the same name", _has_look_alike
+    ),
     "state_not_given_away": Rule(_asks_state, "the instruction does not contain the answer", _state_not_given_away),
     "chain_of_objects": Rule(None, "a sequence has a template and several objects", _chained),
     "not_shut_away": Rule(None, "closed containers around objects to take are named", _found),
-    "inside_in_words": Rule(every_family, "the instruction says into exactly if inside is meant", _inside_as_worded),
+    "inside_in_words": Rule(
+        every_family, "the instruction says into if, and only if, the object must be inside", _inside_as_worded
+    ),
     "constraint_implicit": Rule(
         None, "the instruction does not give away an implicit constraint", _constraint_not_given_away
     ),

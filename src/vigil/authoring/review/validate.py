@@ -37,24 +37,25 @@ BUDGET_SHARE = 0.8
 """Maximum length of a solution, as a share of the step budget."""
 
 OTHER_RULES = {
-    "house_pinned": "the house is, to the byte, the one for which the episode was made",
+    "house_pinned": "the house is the same file, byte for byte, as when the episode was made",
     "solvable": "the solver finds a way",
     "expected_skills": "the solution uses only the skills that the family expects",
     "within_budget": "the solution takes at most four fifths of the budget",
     "solution_holds": "the solution, replayed, gives W = W_strict = B = 1",
-    "not_blind_luck": "walking, turning, clicking or waiting without sight does not complete it",
-    "negative_controls_fail": "outcomes that only look like success do not count: on top for inside, a look-alike ...",
+    "not_blind_luck": "agents that walk, turn, click or wait without sight do not complete the episode",
+    "negative_controls_fail": "outcomes that only look like success do not count, e.g. an object on top, not inside",
     "margins": "the solution clears every threshold with a margin (2 cm, 20 px)",
 }
 """Rule name -> reason, for the rules that are not only about the start."""
 SUITE_RULES = {
-    "twins_differ_in_one": "the twins have one instruction, start and goal, and differ in one thing's setup",
-    "difference_hidden": "the blocker or occupant is out of view at the start on both sides, and so is every mirror",
-    "distinguished": "the instruction means only what the goal is about",
+    "twins_differ_in_one": "the twins have the same instruction, start and goal, and differ in one object's setup",
+    "difference_hidden": "in both twins, no mirror is in view at the start, and neither is the object that blocks or "
+    "occupies",
+    "distinguished": "the instruction means the objects of the goal, and no others",
     "some_out_of_view": "at least half of several targets are out of view at the start",
     "twin_impossible": "the exhaustive search does not find a way to reach the goal",
-    "obvious_is_full": "every click on the surface nearest to the hand's height is refused, and another has room",
-    "cannot_be_moved": "the blocker or occupant cannot be picked up, and stands elsewhere on the other side",
+    "obvious_is_full": "on the surface nearest to the hand's height every click is refused; another surface has room",
+    "cannot_be_moved": "the object that blocks or occupies cannot be picked up, and is elsewhere in the other twin",
     "evidence_seen": "all evidence can be seen within four fifths of the budget",
     "enough_to_look_at": "looking at everything in a place that is asked about takes at least half of the budget",
     "time_to_look": "acting on targets that are identified by their state takes at most three fifths of the budget",
@@ -68,12 +69,13 @@ SUITE_RULES = {
 """Rule name -> reason, for the rules of the closure-stress suite (`vigil.authoring.closure.certify` checks them)."""
 LIST_RULES = {
     "composed": "chores of one home make a list that can be done, in a text order that does not help",
-    "not_shut_away": "an object in a closed container is said to be there",
-    "holds_already": "a chore that is done already holds at the start",
-    "condition_judged": "the branch that applies is that of the start",
-    "refused_at_first": "the obvious act is refused at first",
-    "text_order_does_not_help": "the order of the text does not work, and takes a longer walk",
-    "entangled_as_answered": "chores are of kind `order` exactly if others undo them in the wrong order",
+    "not_shut_away": "if an object is in a closed container, its sentence names the container",
+    "holds_already": "a chore of kind `already` holds at the start",
+    "condition_judged": "a conditional chore says correctly whether its condition holds at the start",
+    "refused_at_first": "the first try of the act is refused",
+    "text_order_does_not_help": "doing chores in text order fails if some undo others, and takes a clearly longer walk",
+    "entangled_as_answered": "chores have kind `order` if, and only if, they and another chore undo one another in the "
+    "wrong order",
     "false_claims_fail": "claims that are not true never close a list correctly",
 }
 """Rule name -> reason, for lists of chores, which `vigil.authoring.chores.certify` checks; others are those above."""

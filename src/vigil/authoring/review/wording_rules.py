@@ -108,15 +108,23 @@ def _meant(case: EpisodeStart) -> list[tuple[Phrase, DescribedThing]]:
 WORDING_RULES: dict[str, Rule] = {
     "stop_can_be_checked": Rule(None, "an agent can check by frames or reach that it is done", _stop),
     "no_second_answer": Rule(
-        every_family, "people who see a counter with doors may also call it a cabinet", _second_answers
+        every_family,
+        "a phrase fits no other object by its looks, e.g. a counter with doors for a cabinet",
+        _second_answers,
     ),
-    "called_as_it_looks": Rule(every_family, "people do not call a worktop in a bathroom the countertop", _names),
+    "called_as_it_looks": Rule(
+        every_family, "objects have the names that people use, e.g. not countertop for a worktop in a bathroom", _names
+    ),
     "one_such_room": Rule(every_family, "a room is named only if the home has one with that name", _rooms),
-    "on_a_shelf": Rule(every_family, "what lies on an open shelf does not lie in the furniture", _shelves),
-    "colour_of_the_whole": Rule(every_family, "the colour of a thing is not that of its legs or label", _colours),
+    "on_a_shelf": Rule(every_family, "an object on an open shelf is not said to lie in the furniture", _shelves),
+    "colour_of_the_whole": Rule(
+        every_family, "a colour is that of the whole object, not of its legs or label", _colours
+    ),
     "no_needless_colour": Rule(every_family, "a colour is named only if the name is not enough", _needless),
-    "no_stacked_places": Rule(every_family, "places that follow each other are misread", _stacked),
-    "pairs_are_plural": Rule(every_family, "a pair of boots is plural: pick them up", _number),
+    "no_stacked_places": Rule(
+        every_family, "two places do not follow each other, because people misread them", _stacked
+    ),
+    "pairs_are_plural": Rule(every_family, "pairs are plural, e.g. pick up the boots", _number),
     "hand_is_freed": Rule(None, "an instruction to pick up an obstacle also says to put it aside", _hand),
 }
 """Rule name -> rule, in the order in which they are checked."""

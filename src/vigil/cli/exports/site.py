@@ -1,4 +1,4 @@
-"""One run as a static site, or one of its episodes as a page or a film."""
+"""Exports one run as a static site, or one of its episodes as a page or a film."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"
 def write_site(
     folder: Path, out: Path, key: Key | None, packs: list[str], assets: Path | None, *, reveals: bool
 ) -> Path:
-    """Write the run in `folder`, or only the episode `key`, and return the path to open.
+    """Write the run in `folder`, or only the episode `key`, and return the file that a user should open.
 
-    Raises RecordError, and SettingError if the pack is private and `reveals` is false.
+    Raises RecordError, or SettingError if the pack is private and `reveals` is false.
     """
     from vigil.web.drawing import RenderService
     from vigil.web.export import export_site
@@ -43,7 +43,9 @@ def _only_run(library: Library, folder: Path) -> LibraryRun:
     found = library.runs()
     if len(found) > 1:
         names = ", ".join(str(each.folder) for each in found[:5])
-        raise RecordError(f"{str(folder)!r} holds {len(found)} runs; give one of them: {names}.")
+        raise RecordError(
+            f"{str(folder)!r} contains {len(found)} runs, but only one can be exported. Give one of: {names}."
+        )
     if not found or found[0].table is None:
         raise RecordError(
             f"{str(folder)!r} is not a run that can be exported: {found[0].fault if found else 'no records'}"

@@ -1,4 +1,4 @@
-"""`vigil export`: runs as pages, films, tables, a dataset, or results for an aggregator."""
+"""`vigil export`: writes runs as pages, films, tables, a dataset, or results in the format Every Eval Ever."""
 
 from __future__ import annotations
 
@@ -78,21 +78,25 @@ def export(
     _check_format(format_)
     _check_place(format_, out)
     if format_ != EVERY_EVAL_EVER and publisher != Publisher():
-        raise SettingError(f"{publisher.given} is for --format {EVERY_EVAL_EVER} alone. Leave it out.")
+        raise SettingError(
+            f"{publisher.given} is for --format {EVERY_EVAL_EVER} only. Leave it out, or change --format."
+        )
     if reasoning and format_ != HF:
-        raise SettingError(f"--reasoning is for --format {HF} alone. Leave it out.")
+        raise SettingError(f"--reasoning is for --format {HF} only. Leave it out, or change --format.")
     if disclosure.answer_key and format_ not in (HF, EVERY_EVAL_EVER):
         raise SettingError(
             f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the other formats always include the answer key."
         )
     if format_ == SITE:
         if len(runs) > 1:
-            raise SettingError(f"A site shows one run, and {len(runs)} were given. Give one, or another --format.")
+            raise SettingError(f"A site shows one run, but {len(runs)} were given. Give one run, or another --format.")
         key = None if episode is None else (episode, epoch)
         print(write_site(runs[0], out, key, pack or [], assets, reveals=disclosure.reveal_private_pack))
         return
     if episode is not None:
-        raise SettingError("--episode is for a page or a film: leave out --format, and let --out end in .html or .gif.")
+        raise SettingError(
+            "--episode exports a page or a film. Leave out --format, and give an --out that ends in .html or .gif."
+        )
     place = _only_pack(pack or [])
     if format_ == EVERY_EVAL_EVER:
         for path in write_results(runs, place, out, publisher, print_notes, disclosure):
@@ -124,12 +128,16 @@ def _check_place(format_: str, out: Path) -> None:
     if not out.absolute().parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     if format_ == PARQUET and out.suffix != ".parquet":
-        raise SettingError(f"--out {str(out)!r}: --format {PARQUET} writes one file; let its name end in .parquet.")
+        raise SettingError(
+            f"--out {str(out)!r}: --format {PARQUET} writes one file. Give a name that ends in .parquet."
+        )
     if format_ in (HF, EVERY_EVAL_EVER) and out.exists() and not out.is_dir():
-        raise SettingError(f"--out {str(out)!r} is a file; --format {format_} writes a folder. Give another place.")
+        raise SettingError(f"--out {str(out)!r} is a file, but --format {format_} writes a folder. Give another --out.")
 
 
 def _only_pack(packs: list[str]) -> str | None:
     if len(packs) > 1:
-        raise SettingError("--pack may be given several times only for a site. Give the runs of one pack at a time.")
+        raise SettingError(
+            "--pack may be given several times only with --format site. Give one --pack, and only runs on this pack."
+        )
     return packs[0] if packs else None

@@ -300,7 +300,7 @@ class Drawing:
             return None
         if self.max_houses is not None and self.max_houses < first:
             raise SettingError(
-                f"--max-houses is {self.max_houses}, but drafts are first made in {first} houses (--count). "
+                f"--max-houses is {self.max_houses}, but --count makes the first drafts in {first} houses. "
                 "Raise --max-houses, or lower --count."
             )
         return self.max_houses or BUDGET * first

@@ -25,7 +25,7 @@ MIN_STEP, STEP_SHARE = 4, 4
 
 
 class PackFreezer:
-    """Freezer of one pack. It can try again with more drafts, and measures the level of each episode only once."""
+    """Freezes one pack. It can be called again with more drafts, and measures the level of each episode only once."""
 
     def __init__(
         self, out: Path, request: PackRequest, reviews: Sequence[Review], checks: VerificationSettings

@@ -1,7 +1,7 @@
-"""`vigil challenge`: a pack from a secret seed, of which only hashes are published until a deadline.
+"""`vigil challenge`: packs from a secret seed. Until a deadline, only hashes of the seed and the pack are published.
 
-The file of a challenge says how its pack is made, and commits its author to the seed and to the pack's bytes. When the
-seed is in the file, too, anyone can make the pack again and compare.
+The file of a challenge says how its pack is made, and its hashes bind the author to the seed and the pack's bytes.
+After the seed was added to the file, anyone can make the pack again and compare the bytes.
 """
 
 import os
@@ -25,7 +25,7 @@ from vigil.packs.private import MIN_SECRET_SEED, read_seed, seed_sha256
 from vigil.runner.shared_settings import Workers
 
 _PRIVATE = {"seed", "seed_file", "workers", "assets", "review_files", "houses"}
-"""Options that are not published: those of one machine, and those that a challenge does not have."""
+"""Options that are not published: options for one machine, and options that a challenge does not have."""
 _SHA256 = r"^[0-9a-f]{64}$"
 _Part = TypeVar("_Part", Content, Drawing, Drafting)
 ChallengeFile = Annotated[Path, typer.Argument(metavar="CHALLENGE", help="File of the challenge.")]
@@ -39,13 +39,13 @@ class Challenge(BaseModel):
     schema_version: int = Field(default=1, ge=1, le=1)
     name: str = Field(pattern=NAME_PATTERN)
     deadline: AwareDatetime
-    """Time before which a run must have ended, and before which the seed is not published."""
+    """Time by which runs must have ended. Until then, the seed is not published."""
     seed_sha256: str = Field(pattern=_SHA256)
     pack_sha256: str = Field(pattern=_SHA256)
     options: dict[str, dict[str, Any]]
     """Options of `vigil pack make`, without the seed: content, drawing and drafting."""
     drafts: int
-    """Version of the drafts and their wording."""
+    """Version of the code that makes drafts and their wording."""
     made_with: dict[str, str]
     """Versions of Python and of libraries that may change the bytes."""
     seed: int | None = Field(default=None, ge=MIN_SECRET_SEED)
@@ -64,7 +64,7 @@ class Challenge(BaseModel):
         path.write_text(self.model_dump_json(indent=1, exclude_none=True) + "\n", "utf-8")
 
     def matches(self, seed: int) -> bool:
-        """Return whether `seed` is the one to which the author is committed."""
+        """Return whether `seed` is the seed whose hash the challenge contains."""
         return seed_sha256(self.name, seed) == self.seed_sha256
 
     def making(self) -> tuple[Content, Drawing, Drafting]:
@@ -104,9 +104,11 @@ def new(
 
     ends = _time(deadline)
     if content.seed_file is None or content.seed is not None:
-        raise SettingError("A challenge needs a secret seed: give --seed-file, and no --seed.")
+        raise SettingError("A challenge needs a secret seed: give --seed-file, and leave out --seed.")
     if drawing.houses or content.review_files or content.assets:
-        raise SettingError("Anyone must be able to make the pack again: leave out --houses, --review and --assets.")
+        raise SettingError(
+            "Anyone must be able to make a challenge's pack again: leave out --houses, --review and --assets."
+        )
     if not content.seed_file.exists():
         _write_seed(content.seed_file)
     pack = make_from(out, content, drawing, drafting)
@@ -134,7 +136,9 @@ def reveal(
     """Example: vigil challenge reveal packs/spring.challenge.json --seed-file seed.txt"""
     found, seed = Challenge.read(challenge), read_seed(seed_file)
     if not found.matches(seed):
-        raise SettingError(f"The seed in {str(seed_file)!r} is not that of challenge {found.name!r}: its hash differs.")
+        raise SettingError(
+            f"The seed in {str(seed_file)!r} is not the seed of challenge {found.name!r}: their hashes differ."
+        )
     if datetime.now(UTC) < found.deadline and not early:
         raise SettingError(
             f"The deadline, {found.deadline.isoformat()}, has not passed. To reveal it now, give --early."

@@ -46,11 +46,13 @@ def submit(
 
 
 def _ask() -> "EntryMetadata":
-    """Ask for the metadata on a terminal. Raises SettingError."""
+    """Ask for an entry's metadata in the terminal. Raises SettingError."""
     from vigil.leaderboard.metadata import EntryMetadata, fields_of
 
     if not sys.stdin.isatty():
-        raise SettingError("Say what the entry is: --metadata FILE. docs/leaderboard.md shows such a file.")
+        raise SettingError(
+            "The entry's metadata is missing: give a YAML file with --metadata. docs/leaderboard.md shows an example."
+        )
     found: dict[str, Any] = {}
     for place, description in fields_of(EntryMetadata):
         answer = typer.prompt(f"{place} ({description})", default="", show_default=False).strip()

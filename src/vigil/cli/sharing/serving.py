@@ -45,7 +45,7 @@ def serve(
 
     address = Address(host, port, token)
     if find_spec("websockets") is None:
-        raise SettingError('WebSockets need one more library. Run: pip install "vigil-bench[serve]".')
+        raise SettingError('`vigil serve` needs a library for WebSockets. Run: pip install "vigil-bench[serve]".')
     plan = plan_serving(pack, settings)
     print_notes(plan.pack.manifest.version_notes)
     with closing(listen(address)) as listener:

@@ -1,4 +1,4 @@
-"""`vigil demos`: writes what the solver saw and answered in episodes of a stream, as training data."""
+"""`vigil demos`: writes training data, which is what the solver saw and answered in episodes of a stream."""
 
 from pathlib import Path
 from typing import Annotated, Literal

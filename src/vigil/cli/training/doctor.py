@@ -1,4 +1,4 @@
-"""`vigil train doctor`: says whether a trainer will see what is played, before it trains."""
+"""`vigil train doctor`: checks, before a training, that the trainer gets exactly what is played."""
 
 from importlib import import_module
 from typing import Annotated, Any, Literal
@@ -26,7 +26,7 @@ def doctor(
     trainer would get are compared with the record. Exits with 2 if anything differs.
     """
     if processor is not None and integration != "trl":
-        raise SettingError(f"--processor is for --with trl; {integration} has no processor.")
+        raise SettingError(f"--processor is for --with trl only: {integration} does not use a processor. Leave it out.")
     checks = import_module("vigil.integrations.doctor")
     options: dict[str, Any] = {"pack": pack, "family": list(families), "backend": backend}
     if integration == "trl":

@@ -1,4 +1,4 @@
-"""`vigil pack stream`: writes episodes of an endless stream, as the folder of a pack."""
+"""`vigil pack stream`: writes some episodes of an endless stream as the folder of a pack."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal

@@ -31,7 +31,8 @@ class TextActions:
         """Return an action as a reply. Raises SettingError if it is not a string."""
         if not isinstance(action, str):
             raise SettingError(
-                f"A text action is a string, not {type(action).__name__}. For numbers make the environment with "
+                f"A text action must be a string, not {type(action).__name__}. To send numbers, make the environment "
+                "with "
                 "actions='structured'."
             )
         return Reply(text=action)

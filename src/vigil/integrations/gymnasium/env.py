@@ -104,7 +104,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return self._to_space(self._observation), reward, is_reported, not is_reported, info
 
     def render(self) -> np.ndarray | None:
-        """Return the current frame, drawing it if needed; None without a render mode."""
+        """Return the current frame, and draw it first if necessary; None without a render mode."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() draws only in an environment made with render_mode='rgb_array'.")
             return None
@@ -170,7 +170,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
 
 
 def _facts_of_list(outcome: ListRates) -> dict[str, float]:
-    """Return the scores of a list of chores, with the shares of its chores that hold and that are closed correctly."""
+    """Return the scores of a list of chores, such as the share of its chores that are closed correctly."""
     truth = {} if outcome.T is None else {"T": outcome.T}
     return {"list_W": outcome.W, "list_B": outcome.B, "W_share": outcome.W_share, "B_share": outcome.B_share, **truth}
 

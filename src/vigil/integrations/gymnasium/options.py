@@ -12,7 +12,7 @@ OWNER = "Vigil-v0"
 
 
 class Options(Shaping, EpisodeOptions):
-    """Options that select the episodes, and set what observations, actions and rewards are like."""
+    """Options that select the episodes, and determine their observations, actions and rewards."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 

@@ -1,7 +1,7 @@
-"""Prefetching: the next episode is chosen, and its house built, while the current episode is played.
+"""Prefetching: while an episode is played, the next episode is chosen and its house is built.
 
-A vector steps its environments together, so an environment that builds a house would make all others wait. The choice
-of episodes depends only on the seed, not on how far the thread is.
+A vector steps its environments together. If an environment built a house during a step, all others would wait. The
+choice of episodes depends only on the seed, not on the speed of the thread.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,8 @@ class Prefetcher:
     """A thread that takes the next episode from a source while the current episode is played."""
 
     def __init__(self, source: EpisodeSource, prepare: Callable[[House], None]) -> None:
-        """`prepare` is called with each episode's house, in another thread, so that the house loads faster later."""
+        """Take episodes from `source`. Another thread calls `prepare` with each house, so that the house loads faster
+        later."""
         self._source, self._prepare = source, prepare
         self._thread = ThreadPoolExecutor(1, "next-episode")
         self._next: Future[SampledEpisode] | None = None

@@ -48,7 +48,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         if not env_fns or (processes is not None and processes < 1):
             raise SettingError(
                 f"SharedProcessVectorEnv with {len(env_fns)} environments and processes={processes}: both must be at "
-                "least 1; None stands for one process per core."
+                "least 1, or processes may be None for one process per core."
             )
         mode = AutoresetMode(autoreset_mode)
         self.num_envs, self.copy, self.autoreset_mode = len(env_fns), copy, mode

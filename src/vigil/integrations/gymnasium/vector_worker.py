@@ -26,7 +26,7 @@ ADVICE = "Is there enough memory? Close the vector and make another one."
 
 
 class EnvShard(Worker):
-    """Worker with some of the environments of a vector."""
+    """A worker process with some of the environments of a vector."""
 
     def __init__(self, process: "ContextProcess", part: slice, make_state: MakeState) -> None:
         """Start the thread that sends requests to `process`.
@@ -120,7 +120,7 @@ class ContextProcess:
         self.kill = self._process.kill
 
     def connect(self) -> Connection:
-        """Return the parent process's end of the pipe."""
+        """Return the pipe's connection for the parent process."""
         return self._connection
 
     def wait(self, timeout: float | None = None) -> int:

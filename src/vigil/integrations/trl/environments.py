@@ -28,7 +28,10 @@ Content = list[dict[str, Any]]
 
 
 class Environment:
-    """One episode at a time. Its subclasses have the tools; TRL takes every other public method for a tool too."""
+    """Environment that plays one episode at a time.
+
+    TRL takes every public method for a tool, except `reset` and `get_reward`. Subclasses define the tools.
+    """
 
     def __init__(self, source: EpisodeSource, options: Options) -> None:
         self._source, self._options = source, options
@@ -40,7 +43,8 @@ class Environment:
     def reset(self, *, episode_id: str, house: int | None = None, source: str = "", **_row: Any) -> Content:
         """Start the episode that a row names, and return the first frame.
 
-        Raises PackMismatch if the row is of another pack, SettingError if it has no such episode, or SimulatorError.
+        Raises PackMismatch if the row is from another pack, SettingError if the source does not have the episode, or
+        SimulatorError.
         """
         if source != self._source.name:
             raise PackMismatch(
@@ -55,7 +59,7 @@ class Environment:
         return self._shown(observation)
 
     def get_reward(self) -> float | None:
-        """Return the reward: 0 for an episode that was cut off, None for one that the simulator could not play."""
+        """Return the reward: 0 if the episode was cut off, None if the simulator failed."""
         if self._drawn is None or self._env.end is None:
             return 0.0
         record = self._env.record()
@@ -85,7 +89,8 @@ class Environment:
         return self._drawn
 
     def _step(self, text: str) -> Content:
-        """Take a reply, and return the next frame, or the sentence that the episode is over. Raises SimulatorError."""
+        """Take a reply, and return the next frame, or a sentence that says that the episode is over. Raises
+        SimulatorError."""
         if self._env.end is None:
             observation = self._env.step(Reply(text=text))
             self._turn += 1
@@ -101,7 +106,7 @@ class Environment:
 
 
 class VigilReplies(Environment):
-    """Environment whose model answers as in `vigil run`: a reply is the whole text of an answer."""
+    """Environment for `actions="text"`: the model answers as in `vigil run`, and its whole answer is the reply."""
 
     def reply(self, text: str) -> Content:
         """
@@ -180,8 +185,8 @@ class VigilSkills(Environment):
 def valid_replies(completions: Sequence[Any], environments: Sequence[Environment], **_: Any) -> list[float]:
     """Return the share of valid replies of each rollout, as a reward function of TRL. Give it the weight 0.
 
-    It also hands each environment the last answer if that is not a call of a tool: under `actions="text"` a report ends
-    the conversation, and no tool takes it. So it must be among the reward functions.
+    The trainer needs this function: under `actions="text"`, a report ends the conversation without a call of a tool.
+    This function gives such a last answer to the environment.
     """
     for messages, environment in zip(completions, environments, strict=True):
         last = messages[-1]

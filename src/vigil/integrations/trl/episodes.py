@@ -12,9 +12,9 @@ from vigil.protocol.prompt import system_prompt
 
 
 class Episodes:
-    """Episodes of a stream or a pack. Rows name the episodes, and environments play the episodes that rows name.
+    """Episodes of a stream or a pack: rows that name episodes, and environments that play them.
 
-    So all members of a group of rollouts play the same episode.
+    All rollouts of a group get the same row, so they play the same episode.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -30,7 +30,7 @@ class Episodes:
         )
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return one row for each episode: the prompt, and what names the episode. It contains no goal.
+        """Return one row for each episode, with the prompt and the episode's id. A row does not contain the goal.
 
         Raises SettingError if the stream is endless.
         """
@@ -52,7 +52,7 @@ class Episodes:
         ]
 
     def environment(self) -> Environment:
-        """Return a new environment; this method is the `environment_factory` of a trainer."""
+        """Return a new environment. Give this method to a trainer as its `environment_factory`."""
         kind = VigilReplies if self.options.actions == "text" else VigilSkills
         return kind(self.source, self.options)
 

@@ -1,7 +1,7 @@
-"""Processors whose chat template makes a trainer's conversation the one that `vigil run` sends to the same model.
+"""Processors that turn a trainer's conversation into the messages that `vigil run` sends to the same model.
 
-TRL lets a model continue only after a call of a tool, and shows it the answer as the message of a tool. Here a reply is
-a call, and the answer of the tool is a message of the user.
+TRL lets a model continue only after a tool call, and shows it the result as a message of the tool. Here, each reply
+becomes a tool call, and the chat template shows the result as a message of the user.
 """
 
 import re
@@ -26,20 +26,24 @@ _REWRITTEN = """\
 {%- set messages = ns.seen -%}
 {%- set tools = none -%}
 """
-"""Beginning of a chat template: replies are text, answers of tools are messages of the user, no tools are listed."""
+"""Start of a chat template. It turns calls of `reply` into text and their results into user messages, and lists no
+tools."""
 _REPORT = r'(?=[\s\S]*"skill_name"\s*:\s*"report")'
-"""Pattern of the place before a report."""
+"""Pattern that matches the start of a text that contains a report."""
 
 
 def protocol_processor(processor: Any) -> Any:
-    """Return the processor of a vision-language model, changed for `Episodes(actions="text")`.
+    """Change the processor of a vision-language model for `Episodes(actions="text")`, and return it.
 
-    Its chat template and response template are changed in place. A reply becomes a call of the tool `reply`; a report
-    does not, so that it ends the conversation. Raises SettingError if the processor does not have a chat template.
+    Its chat template and response template are changed in place. Then a reply is parsed as a call of the tool `reply`,
+    and a report as plain text, so that it ends the conversation. Raises SettingError if the processor does not have a
+    chat template.
     """
     template = processor.chat_template
     if not isinstance(template, str):
-        raise SettingError("The processor has no chat template: take that of an instruction-tuned model.")
+        raise SettingError(
+            "The processor does not have a chat template. Use the processor of an instruction-tuned model."
+        )
     if template.startswith(_REWRITTEN):
         return processor
     processor.chat_template = _REWRITTEN + template

@@ -23,7 +23,7 @@ class VigilTaskConfig(vf.TaskConfig, Shaping):
 
 
 class VigilTasksetConfig(vf.TasksetConfig, EpisodeOptions):
-    """Options that select the episodes, and set what observations and replies are like."""
+    """Options that select the episodes, and determine their observations and replies."""
 
     task: VigilTaskConfig = VigilTaskConfig()
     limit: int | None = Field(

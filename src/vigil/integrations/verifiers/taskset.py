@@ -13,11 +13,11 @@ from vigil.packs.private import check_revealed
 from vigil.scoring.outcomes import Outcome
 
 OUTCOME, LIST = "outcome", "list"
-"""Keys of the verdict in the trace of an episode, and of the verdict on its chores."""
+"""Keys under which a trace stores the verdict on the episode and the verdict on its chores."""
 LABELS = ("FR", "NR", "IL", "Other")
 """Labels of outcomes that are reported as metrics."""
 REVEAL_OPTION = "--env.taskset.reveal-private-pack true"
-"""Option that allows a private pack."""
+"""Option that allows the use of a private pack."""
 
 
 class VigilData(vf.TaskData):
@@ -63,7 +63,7 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
 
 
 class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
-    """Taskset of the episodes of a pack or a stream."""
+    """Taskset with the episodes of a pack or a stream."""
 
     def __init__(self, config: VigilTasksetConfig) -> None:
         super().__init__(config)

@@ -1,1 +1,1 @@
-"""Forks: recorded plays that are continued from a step."""
+"""Forks: recorded plays that another agent continues from a step."""

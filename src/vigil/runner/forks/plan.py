@@ -1,7 +1,7 @@
-"""Forks: the plays of a recorded run, continued from a step by another agent, model, profile or prompt.
+"""Forks: plays of a recorded run that another agent, model, profile or prompt continues from a step.
 
-The replies up to that step are carried out again, and everything that follows is compared with the record, so a fork
-equals the original play up to there, to the byte.
+The replies before that step are carried out again, and their results are compared with the record. So a fork starts in
+exactly the state that the original play had at that step.
 """
 
 from collections.abc import Collection, Sequence
@@ -18,11 +18,12 @@ from vigil.scoring.saved_run import SavedRun, read_run
 
 At = int | Literal["goal"]
 _SAME = {"simulator": "--backend", "render_quality": "--render-quality", "asset_database_sha256": "--assets"}
-"""Settings that must be those of the source, because its frames and states depend on them, with their options."""
+"""Setting that must be equal in the original run and the fork -> its option. Frames and states depend on these
+settings."""
 
 
 def parse_at(text: str) -> At:
-    """Return the step in the text of an option: a number of steps, or `goal`. Raises SettingError."""
+    """Return the step that an option's text names: a number of steps, or `goal`. Raises SettingError."""
     word = text.strip()
     if word == "goal":
         return "goal"
@@ -33,7 +34,7 @@ def parse_at(text: str) -> At:
 
 @dataclass(frozen=True)
 class ForkPlan:
-    """The run whose plays are continued, and where."""
+    """The run whose plays are continued, and the step from which they are continued."""
 
     run: SavedRun
     at: At
@@ -42,38 +43,39 @@ class ForkPlan:
     def read(cls, folder: Path, at: At, pack: str | Path | None) -> "ForkPlan":
         """Return the plan of forks of the run in `folder`.
 
-        Raises RecordError, also for a run of other rules, and PackMismatch for another pack.
+        Raises RecordError, also for a run under other rules, and PackMismatch if the pack is not the run's.
         """
         run = read_run(folder, pack)
         others = run.header.spec.versions.differences()
         if others:
             raise RecordError(
-                f"Run {run.header.run_id!r} was played under other versions: {', '.join(others)}. Its plays cannot be "
-                "continued under the present versions. Use the version of vigil that played it."
+                f"Run {run.header.run_id!r} was played with other versions: {', '.join(others)}. Its plays cannot be "
+                "continued with this version. Use the version of VIGIL that played the run."
             )
         return cls(run, at)
 
     @property
     def source(self) -> ForkSource:
-        """The run, for the identity of the new one."""
+        """The original run, as it is recorded in the header of the new run."""
         header = self.run.header
         return ForkSource(run_id=header.run_id, run_sha256=header.sha256, profile=header.spec.profile, at=self.at)
 
     def check(self, spec: RunSpec) -> None:
-        """Raise SettingError unless the plays can be repeated exactly under the settings of the new run."""
+        """Raise SettingError unless the new run's settings allow the original plays to be repeated exactly."""
         theirs = self.run.header.spec
         for name, option in _SAME.items():
             there, here = getattr(theirs, name), getattr(spec, name)
             if there != here:
                 raise SettingError(
-                    f"Run {self.run.header.run_id!r} was played with {name} {there!r}, but this one has {here!r}. "
-                    f"Recorded steps can be repeated exactly only with the same value: set {option}."
+                    f"Run {self.run.header.run_id!r} was played with {name} {there!r}, but the new run has {here!r}. "
+                    f"Recorded steps can be repeated exactly only with an equal value: set {option} to the original "
+                    "value."
                 )
 
     def episodes(self, wanted: Sequence[Episode], named: Collection[str]) -> list[Episode]:
-        """Return those of the wanted episodes that can be continued.
+        """Return the episodes among `wanted` that can be continued.
 
-        Raises RecordError if an episode that is `named` cannot, or if none can.
+        Raises RecordError if an episode in `named` cannot be continued, or if none of the wanted episodes can.
         """
         faults = {episode.id: self._fault(episode) for episode in wanted}
         refused = next((name for name in named if faults.get(name)), None)
@@ -83,13 +85,14 @@ class ForkPlan:
         if not found:
             first = next(iter(faults.items()), ("", "no episode is chosen"))
             raise RecordError(
-                f"No play of run {self.run.header.run_id!r} can be continued at {self.at}. Of episode {first[0]!r}: "
+                f"No play of run {self.run.header.run_id!r} can be continued at {self.at}. The reason for episode "
+                f"{first[0]!r}: "
                 f"{first[1]}."
             )
         return found
 
     def fork(self, episode: Episode) -> Fork:
-        """Return the play that an episode continues: the run's first play of it."""
+        """Return the fork of an episode: it continues the run's first play of the episode."""
         record = self._record(episode.id)
         assert record is not None
         step = self._step(episode, record)
@@ -111,10 +114,10 @@ class ForkPlan:
         """Return why an episode cannot be continued; empty if it can."""
         record = self._record(episode.id)
         if record is None:
-            return "the run has no record of it without error"
+            return "the run does not have a record of it that ended without an error"
         step = self._step(episode, record)
         if step is None:
             return "its goal was never attained"
         if step >= len(record.steps):
-            return f"its play has {len(record.steps)} steps, and must have one after step {step}"
+            return f"its play has only {len(record.steps)} steps, so it cannot be continued after step {step}"
         return ""

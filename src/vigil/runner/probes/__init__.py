@@ -1,1 +1,1 @@
-"""Probes of a run: at which steps, with which messages, and how the answers are recorded."""
+"""Probes of a run: the steps at which they are asked, the messages that are sent, and the recording of the answers."""

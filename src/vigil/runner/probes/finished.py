@@ -1,4 +1,4 @@
-"""`vigil probe`: asks what a model believed at the steps of a run that was played before, without playing it again."""
+"""`vigil probe`: asks what a model believed at the steps of a finished run, without playing the run again."""
 
 import asyncio
 from collections.abc import Callable
@@ -29,15 +29,15 @@ from vigil.scoring.saved_run import SavedRun, read_run
 
 @dataclass(frozen=True, slots=True)
 class FinishedProbing:
-    """What remains to be asked about a run."""
+    """The probes that a finished run still lacks."""
 
     run: SavedRun
     pack: Pack
     plan: ProbePlan
     plays: tuple[Play, ...]
-    """Plays from which probes are missing."""
+    """Plays that lack probes."""
     table: ProbeTable
-    """Probes before this session."""
+    """Probes that were asked before this command."""
 
     @property
     def probes(self) -> int:
@@ -45,7 +45,7 @@ class FinishedProbing:
         return sum(len(each) for play in self.plays for each in self.plan.missing(self.table, *play).values())
 
     def input_tokens(self) -> tuple[int, int]:
-        """Return the least and the most tokens of the requests, estimated as for `vigil run --dry-run`."""
+        """Return the minimum and maximum number of tokens of the requests, estimated as for `vigil run --dry-run`."""
         profile = self.run.header.spec.profile
         chars = pictures = 0
         for episode, record in self.plays:
@@ -63,9 +63,9 @@ class FinishedProbing:
 
 
 def plan_probing(folder: Path, settings: FinishedProbeSettings) -> FinishedProbing:
-    """Return what remains to be asked about the run in `folder`.
+    """Return the probes that the run in `folder` still lacks.
 
-    Raises RecordError or PackMismatch; RecordError also for a run whose requests cannot be sent again.
+    Raises PackMismatch, or RecordError, also if the run's requests cannot be sent again.
     """
     run = read_run(folder, settings.pack)
     spec = run.header.spec
@@ -75,7 +75,7 @@ def plan_probing(folder: Path, settings: FinishedProbeSettings) -> FinishedProbi
         )
     if REDACTED in spec.model_dump_json(include={"sampling", "model_args"}):
         raise RecordError(
-            f"Run {run.header.run_id!r} had settings that are secret and were not recorded, so its requests cannot be "
+            f"Run {run.header.run_id!r} had secret settings, which are not recorded, so its requests cannot be "
             "sent again. Probe a new run while it is played: vigil run --probe."
         )
     table = read_probes(folder, run.header.sha256)
@@ -91,9 +91,9 @@ def probe_run(
     settings: FinishedProbeSettings,
     on_progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> ProbeTable:
-    """Ask what remains and return all probes of the run; `on_progress` is called with (plays done, all plays).
+    """Ask the missing probes and return all probes of the run; `on_progress` is called with (plays done, all plays).
 
-    Raises RecordError, SettingError or SimulatorError. What was answered before is saved.
+    Raises RecordError, SettingError or SimulatorError; the answers received until then are saved.
     """
     spec = probing.run.header.spec
     url = settings.base_url or spec.base_url

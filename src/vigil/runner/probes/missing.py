@@ -1,4 +1,4 @@
-"""Asks the probes that are missing from a run whose episodes are over; frames were saved, or are drawn again."""
+"""Asks the probes that finished episodes of a run lack. Their frames were saved, or are drawn again."""
 
 import asyncio
 from collections.abc import Callable, Sequence
@@ -27,9 +27,9 @@ class MissingProbes:
     async def ask(
         self, plays: Sequence[Play], at_once: int, on_progress: Callable[[int, int], None] = lambda _done, _total: None
     ) -> None:
-        """Ask what is missing from finished plays, `at_once` plays at the same time, until the server fails.
+        """Ask the probes that `plays` lack, for `at_once` plays at the same time; stop if the server keeps failing.
 
-        `on_progress` is called with the numbers of plays done and of all. Raises RecordError.
+        `on_progress` is called with (plays done, all plays). Raises RecordError.
         """
         waiting = iter(sorted(plays, key=lambda play: (play[0].house.name, play[1].key)))
         done = 0

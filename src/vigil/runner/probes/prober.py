@@ -1,6 +1,6 @@
-"""Asks the probes of an episode that is over, and records each answer.
+"""Asks the probes of a finished episode, and records each answer.
 
-The episode's row is on disk before its first probe is sent, so nothing that happens to a probe can touch the episode.
+The episode's row is written before its first probe is sent. A failed probe therefore cannot affect the episode.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -24,18 +24,19 @@ from vigil.runner.probes.requests import needed_frames, step_messages, with_ques
 from vigil.scoring.probe_schedule import ProbeSchedule
 
 MAX_FAILURES_IN_A_ROW = 5
-"""Number of consecutive failures of the server after which no more probes are sent in this session."""
+"""Number of consecutive server failures after which the command sends no more probes."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProbePlan:
-    """What is asked, and when."""
+    """The probes of a run: the framings of the question, and the steps at which it is asked."""
 
     schedule: ProbeSchedule
     framings: tuple[Framing, ...]
 
     def missing(self, table: ProbeTable, episode: Episode, record: EpisodeRecord) -> dict[int, list[Framing]]:
-        """Return the steps of a record, in order, with the framings that have not been answered there yet."""
+        """Return {step: framings} for the steps of a record, in order, with the framings that are not yet answered
+        there."""
         found: dict[int, list[Framing]] = {}
         for step in self.schedule.steps(episode, record):
             mine = (record.episode_id, record.epoch, record.attempt, step)
@@ -48,22 +49,23 @@ class ProbePlan:
 
 
 def framings(word: Literal["state", "doubt", "both"]) -> tuple[Framing, ...]:
-    """Return the framings that a setting asks for."""
+    """Return the framings that the value of a setting stands for."""
     return FRAMINGS if word == "both" else (word,)
 
 
 @dataclass(slots=True)
 class FrameMemory:
-    """Frames of the episodes that are being played, until their probes have been asked."""
+    """Frames of the episodes that are being played. They are stored until the probes of the episode were asked."""
 
     schedule: ProbeSchedule
     profile: Profile
     _frames: dict[Key, dict[int, EncodedFrame]] = field(default_factory=dict[Key, dict[int, EncodedFrame]])
 
     def note(self, key: Key, step: int, picture: EncodedFrame) -> None:
-        """Remember the frame of a step; a step that is not new forgets an earlier attempt at the episode.
+        """Store the frame of a step. If a later or equal step is stored, a new attempt has begun: first delete the
+        stored frames.
 
-        Frames that cannot be asked about are forgotten: of a sequence of steps only the last can be the closing one.
+        The previous frame is deleted unless the schedule or the messages may still need it.
         """
         frames = self._frames.setdefault(key, {})
         if step <= max(frames, default=0):
@@ -76,7 +78,7 @@ class FrameMemory:
         frames[step] = picture
 
     def take(self, key: Key) -> dict[int, EncodedFrame]:
-        """Return the frames of an episode by step, and forget them."""
+        """Return the frames of an episode by step, and delete them here."""
         return self._frames.pop(key, {})
 
 
@@ -90,16 +92,16 @@ class Prober:
     log: ProbeLog
     run_sha256: str
     redact: Callable[[str], str] = lambda text: text
-    """Function that removes secrets from the messages of failures."""
+    """Function that removes secrets from error messages."""
     failures_in_a_row: int = 0
 
     @property
     def has_stopped(self) -> bool:
-        """Whether no more probes are sent, because the server fails on them."""
+        """Whether no more probes are sent, because the server failed too often."""
         return self.failures_in_a_row >= MAX_FAILURES_IN_A_ROW
 
     async def ask_all(self, episode: Episode, record: EpisodeRecord, pictures: Mapping[int, EncodedFrame]) -> None:
-        """Ask the missing probes of a record, of which `pictures` has the frames by step. Raises RecordError."""
+        """Ask the missing probes of a record. `pictures` has the record's frames by step. Raises RecordError."""
         missing = self.plan.missing(self.log.table, episode, record)
         steps = [step for step in missing if needed_frames(self.profile, [step]) <= pictures.keys()]
         for step, messages in step_messages(episode, record, self.profile, steps, pictures):

@@ -1,4 +1,4 @@
-"""The messages of each step of a recorded episode, as they were sent when it was played."""
+"""The messages of the steps of a recorded episode, exactly as they were sent when the episode was played."""
 
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -12,13 +12,13 @@ from vigil.records.record import EpisodeRecord
 from vigil.runner.workers.history import RecordedTurns
 
 Frames = Mapping[int, EncodedFrame]
-"""Frames by the step whose reply answered them."""
+"""Number of a step -> the frame that the agent saw before its reply of this step."""
 
 
 def step_messages(
     episode: Episode, record: EpisodeRecord, profile: Profile, steps: Container[int], pictures: Frames
 ) -> Iterator[tuple[int, list[Message]]]:
-    """Yield each of `steps` with its messages. `pictures` has the frames of `needed_frames`."""
+    """Yield the number and the messages of each of `steps`. `pictures` must have the frames of `needed_frames`."""
     conversation = Conversation(profile, episode.instruction)
     if record.criteria is not None:
         conversation.declare(record.criteria.text)
@@ -34,6 +34,6 @@ def needed_frames(profile: Profile, steps: Iterable[int]) -> set[int]:
 
 
 def with_question(messages: Sequence[Message], framing: Framing) -> list[Message]:
-    """Return the messages of a step with a probe's question behind the frame of the last one."""
+    """Return the messages of a step, with a probe's question added after the frame of the last message."""
     *earlier, last = messages
     return [*earlier, replace(last, question=QUESTIONS[framing])]

@@ -21,7 +21,7 @@ UNLIMITED_M = 1e6
 """Visibility distance (m) that is in practice unlimited."""
 _HORIZONS = (-30.0, 0.0, 30.0, 60.0)
 _NEAR_OBJECT_M = 0.5
-"""Distance (m) from an object at which a path to it may always end, even if the agent does not see that far."""
+"""A path to an object may always end within this distance (m) of it, even if the visibility distance is smaller."""
 
 
 def _reachable(
@@ -34,7 +34,7 @@ def _reachable(
 
 
 def _hull(thing: Thing) -> list[list[float]]:
-    """Return the corners (x, z) of the convex outline of a thing's box corners on the floor, anticlockwise."""
+    """Return the corners (x, z) of the convex hull of a thing's box on the floor plane, anticlockwise."""
     return convex_hull(points_of(thing)[:, [0, 2]]).tolist()
 
 
@@ -73,7 +73,7 @@ def _interactable_poses(
 
 
 def _seeing(world: World, distance_m: float | None) -> World:
-    """Return a copy of the world in which the agent sees to `distance_m`; with None, without limit."""
+    """Return a copy of the world in which the agent's visibility distance is `distance_m`; with None, unlimited."""
     limit = UNLIMITED_M if distance_m is None else distance_m
     return replace(world, settings=world.settings.model_copy(update={"visibility_distance": limit}))
 

@@ -18,11 +18,11 @@ from vigil.thor.base.targets import cast, first_met
 from vigil.thor.base.world import World, eye_of
 
 M_PER_FORCE = 0.01
-"""How far (m) a push of 1 N slides an object of 1 kg."""
+"""Distance (m) by which a push of 1 N slides an object of 1 kg."""
 MOST_M = 1.0
 """Greatest distance (m) that a push slides an object."""
 SLIDE_M = 0.05
-"""Step (m) of a slide."""
+"""Length (m) of the steps in which a slide is computed."""
 
 
 def _held(world: World) -> Thing:
@@ -74,7 +74,7 @@ def _push(world: World, yaw: float, force: float, **asked: Any) -> None:
 
 
 def _slide(world: World, thing: Thing, yaw: float, length: float) -> None:
-    """Slide a thing on what it rests on, until something is in its way or the edge is near."""
+    """Slide a thing on its support, at most `length`, until an obstacle or the support's edge is near."""
     (x, z), box = heading(yaw), bounding_box(thing)
     across = np.array([-z, 0.0, x]) * min(box.size.x, box.size.z) / 2
     front = np.array(thing.position) + np.array([x, 0.0, z]) * max(box.size.x, box.size.z) / 2

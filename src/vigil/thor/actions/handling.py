@@ -46,7 +46,7 @@ def target_of(
     forceAction: bool = False,
     **_: object,
 ) -> tuple[Thing, Vec3, bool]:
-    """Return the thing that an action names or points at, the point on it, and whether the action is forced."""
+    """Return the thing that an action's arguments name or point at, the point on it, and if the action is forced."""
     return *target(world, objectId, x, y, forced=forceAction), forceAction
 
 
@@ -157,7 +157,7 @@ def _drop(world: World, forceAction: bool = False, **_: object) -> None:
 
 
 def _below_hand(world: World) -> Vec3:
-    """Return the point straight below the hand, which stops in front of what is ahead of the body."""
+    """Return the point straight below the hand. An obstacle in front of the body stops the hand closer to it."""
     pose = world.agent
     ahead_x, ahead_z = heading(pose.rotation)
     axis = pose.position._replace(y=eye_of(pose).y - HAND_DROP_M)

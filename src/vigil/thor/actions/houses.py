@@ -21,7 +21,7 @@ from vigil.thor.base.world import PROCEDURAL, World
 SHARED_FLOOR_M2 = 0.05
 """Greatest area (m2) that the floors of two rooms may share."""
 OWN_ASSETS = ("vigil_", "Countertop_")
-"""Starts of the ids of assets whose sizes the engine knows."""
+"""Prefixes of the ids of assets whose sizes the engine knows."""
 NAMED_ASSETS = 5
 """Greatest number of unknown assets that a note names."""
 
@@ -38,7 +38,8 @@ def _reset(world: World, sceneName: str = PROCEDURAL, **_: object) -> None:
         raise ActionFailed(f"Scene {sceneName!r}: {error}") from None
     if house is None:
         raise bad_argument(
-            f"Scene {sceneName!r} is not in this engine: it has FloorPlan1 to 430, FloorPlan_Train and FloorPlan_Val"
+            f"Scene {sceneName!r} does not exist in this engine. Its scenes are FloorPlan1 to 430, FloorPlan_Train... "
+            "and FloorPlan_Val..."
         )
     open_house(world, house)
     world.scene_name = sceneName
@@ -75,7 +76,7 @@ def open_house(world: World, house: House) -> None:
 
 
 def _check(house: House) -> None:
-    """Raise ActionFailed on values of a document that have no meaning, although a scene could be built."""
+    """Raise ActionFailed if a document has impossible values, even if a scene could be built from it."""
     schema = str(house.document.metadata.get("schema", "1"))
     if schema.partition(".")[0] != "1":
         raise ActionFailed(f"Exception creating house: its schema is {schema}, and this engine reads schema 1")

@@ -122,7 +122,7 @@ def _check_pose(world: World, pose: Pose) -> None:
         here = world.agent.position
         raise invalid_operation(
             f"({x:.4f}, {z:.4f}) is off the grid of {settings.grid_size:g} m through the agent at "
-            f"({here.x:.4f}, {here.z:.4f}), to which snapToGrid holds"
+            f"({here.x:.4f}, {here.z:.4f}), but snapToGrid allows only points of the grid"
         )
     if not world.can_be_at(pose.position):
         raise invalid_operation(f"Collided with something, or outside of the rooms, at ({x:.4f}, {z:.4f})")

@@ -22,7 +22,7 @@ def _initialize(world: World, **sent: Any) -> dict[str, float]:
 
 def _resolution(world: World, x: int, y: int) -> None:
     if not (0 < x <= MOST_PIXELS and 0 < y <= MOST_PIXELS):
-        raise bad_argument(f"a picture of {x} x {y} pixels: both must be in 1 .. {MOST_PIXELS}")
+        raise bad_argument(f"a picture of {x} x {y} pixels is not possible: both must be in 1 .. {MOST_PIXELS}")
     world.settings = world.settings.model_copy(update={"screen_width": x, "screen_height": y})
 
 

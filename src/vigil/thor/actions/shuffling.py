@@ -117,7 +117,9 @@ def _lighting(
 def _range(given: list[float] | None, usual: tuple[float, float], most: float) -> tuple[float, float]:
     low, high = given if given is not None and len(given) == 2 else usual
     if not 0.0 <= low <= high <= most:
-        raise bad_argument(f"a range from {low} to {high}: both must be in [0:{most:g}], the smaller first")
+        raise bad_argument(
+            f"the range from {low} to {high} is not valid: both must be in [0:{most:g}], the smaller first"
+        )
     return low, high
 
 

@@ -20,7 +20,7 @@ def _setter(flag: str, *, value: bool = True) -> Callable[..., None]:
             raise ActionFailed(f"fillLiquid {fillLiquid!r} is not one of {', '.join(LIQUIDS)}")
         need_property(thing, flag)
         if flag == "isBroken" and thing.id in world.unbreakable:
-            raise ActionFailed(f"{thing.id} is unbreakable: call MakeObjectBreakable")
+            raise ActionFailed(f"{thing.id} is unbreakable: call MakeObjectBreakable first")
         flags = world.flags.setdefault(thing.id, {})
         if bool(flags.get(flag)) == value:
             raise ActionFailed(f"{thing.id} already has {flag}={value}")

@@ -4,5 +4,5 @@ from vigil.thor.actions import finding, hand, handling, houses, moving, placing,
 from vigil.thor.actions.action import Action
 
 MODULES = (houses, scenes, moving, handling, hand, placing, shuffling, states, finding)
-"""The modules that have actions."""
+"""The modules that define actions."""
 ACTIONS: dict[str, Action] = {action.name: action for module in MODULES for action in module.ACTIONS}

@@ -11,7 +11,7 @@ from vigil.scene.things import RoomShape, Thing
 
 FLOOR = "Floor"
 AT_FLOOR_M = 0.05
-"""Height (m) up to which a point or a thing's bottom is on the floor."""
+"""Height (m) up to which a point, or the bottom of a thing, counts as on the floor."""
 _SHARES = np.stack(np.meshgrid(np.linspace(0.02, 0.98, 13), np.linspace(0.02, 0.98, 13)), axis=-1).reshape(-1, 2)
 
 

@@ -15,12 +15,12 @@ from vigil.thor.base.floors import rooms_at
 from vigil.thor.base.world import ThirdPartyCamera, World
 
 Wanted = Literal["all", "without colours", "none"]
-"""Which images an answer should have."""
+"""The images that an answer should have."""
 OPAQUE = 255
 FAR_AWAY_M = 40.0
 """Distance (m) from which a camera imitates an orthographic one: so far that distant objects hardly look smaller."""
 NUMBER_OF_FLOOR = -2 - STRUCTURES.index("floor")
-"""Number of pixels of floors in the layer `things`."""
+"""Value of the pixels of floors in an image of things' numbers."""
 _STRUCTURE_CLASSES = {"wall": "Wall", "floor": "Floor", "ceiling": "Ceiling"}
 
 
@@ -36,7 +36,7 @@ class Image:
 
 
 def images(world: World, wanted: Wanted = "all") -> list[Image]:
-    """Return the images that the settings and `wanted` ask for; those of the agent come first."""
+    """Return the images that the settings and `wanted` ask for. The agent's images come first."""
     if wanted == "none":
         return []
     layers = _layers(world) if wanted == "all" else _layers(world) - {"rgb"}
@@ -57,7 +57,7 @@ def _agent_images(world: World, layers: frozenset[Layer]) -> Iterator[Image]:
 
 
 def with_floors(world: World, view: CameraView, things: np.ndarray) -> np.ndarray:
-    """Return numbers of things (height, width), in which floors have the numbers that follow those of the things."""
+    """Return an image (height, width) of things' numbers, in which each floor has a number after the last thing's."""
     rows, columns = np.nonzero(things == NUMBER_OF_FLOOR)
     rays, _ = directions_at(view, np.column_stack([columns, rows]) + 0.5)
     reach = -view.eye.y / np.minimum(rays[:, 1], -1e-9)

@@ -39,7 +39,7 @@ _UNUSED: dict[str, Any] = {
     "collided": False,
     "isSceneAtRest": True,
 }
-"""Metadata fields that some of THOR's actions fill, but no action of this engine does."""
+"""Metadata fields that only actions of AI2-THOR fill which this engine does not have."""
 
 
 def agent_metadata(world: World) -> dict[str, Any]:

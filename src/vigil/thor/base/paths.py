@@ -1,4 +1,4 @@
-"""Shortest walks over a grid of places where the body fits, made straight where nothing is in between."""
+"""Shortest walks on a grid of places where the body fits. Corners are removed where the straight line is free."""
 
 import numpy as np
 
@@ -22,12 +22,12 @@ def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list
     from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules
 
     if not world.can_be_at(start):
-        raise bad_argument(f"The agent cannot stand at ({start.x:.4f}, {start.z:.4f}), where the path is to start")
+        raise bad_argument(f"The agent cannot stand at ({start.x:.4f}, {start.z:.4f}), where the path should start")
     places = world.editor.reachable(start, GRID_M)
     goal = int(np.argmin(np.hypot(places[:, 0] - end.x, places[:, 1] - end.z)))
     if np.hypot(*(places[goal] - [end.x, end.z])) > within_m:
         raise ActionFailed(
-            f"Path to target could not be found: none reaches {within_m:g} m from ({end.x:.4f}, {end.z:.4f})"
+            f"Path to target could not be found: no path comes within {within_m:g} m of ({end.x:.4f}, {end.z:.4f})"
         )
     cells = np.round((places - [start.x, start.z]) / GRID_M).astype(int)
     first = int(np.flatnonzero((cells == 0).all(axis=1))[0])

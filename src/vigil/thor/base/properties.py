@@ -1,4 +1,4 @@
-"""What can happen to objects of each of THOR's categories, and what has happened to the objects of the house."""
+"""What can be done to objects of each of THOR's categories, and what has been done to the objects of the house."""
 
 from functools import lru_cache
 from typing import Any
@@ -58,7 +58,7 @@ def properties(thing: Thing, scene: Scene, flags: dict[str, Any]) -> dict[str, A
 
 
 def _temperature(thing: Thing, scene: Scene) -> str:
-    """Return the temperature of a thing: that of a running heat source, or a cold source, that it is in or on."""
+    """Return the temperature of a thing: hot or cold if it is in or on a running heat source or a cold source."""
     if any(below.category in HEAT_SOURCES and below.is_toggled for below in ancestors(scene, thing)):
         return "Hot"
     return "Cold" if any(each.category in COLD_SOURCES for each in containers_of(scene, thing)) else "RoomTemp"

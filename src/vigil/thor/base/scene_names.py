@@ -95,5 +95,7 @@ def _documents(place: Path) -> list[tuple[str, bytes]]:
         with gzip.open(file) if file.suffix == ".gz" else file.open("rb") as lines:
             found += [(f"{file.name}:{number}", line) for number, line in enumerate(lines, 1) if line.strip()]
     if not found:
-        raise HouseError(f"{VARIABLE}={place} does not hold a house: add a .json, .jsonl or .jsonl.gz file with one.")
+        raise HouseError(
+            f"{VARIABLE}={place} does not contain a house: add a .json, .jsonl or .jsonl.gz file with a house."
+        )
     return found

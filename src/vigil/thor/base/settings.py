@@ -14,7 +14,7 @@ OLD_NAMES = {"renderObjectImage": "renderInstanceSegmentation", "renderClassImag
 
 
 class Settings(BaseModel):
-    """The parameters of `Initialize` that have an effect here; others are accepted and ignored."""
+    """The parameters of `Initialize` that have an effect in this engine. Other parameters are accepted and ignored."""
 
     model_config = ConfigDict(frozen=True, alias_generator=to_camel, populate_by_name=True, allow_inf_nan=False)
 

@@ -23,7 +23,7 @@ CAST_FIRST = 5
 """Rays are first cast to every fifth point. A thing that one of these rays hits does not need further rays."""
 _NOT_CAST = -2
 SHORT_OF_FLOOR_M = 0.01
-"""How far (m) before a point of a floor a ray may end that meets the floor."""
+"""A point of a floor is seen if a ray to it ends at most this far (m) before it."""
 
 
 @dataclass(frozen=True, slots=True)

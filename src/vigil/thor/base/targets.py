@@ -54,9 +54,9 @@ def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
 
 
 def first_met(world: World, origin: Vec3, rays: np.ndarray) -> tuple[Thing | None, Vec3 | None]:
-    """Return the thing that the first of the unit rays (n, 3) hits, and the point of the hit (m).
+    """Return the thing that the first of the unit rays (n, 3) hits first, and the point of the hit (m).
 
-    The thing is None for structure other than floors; both are None when the ray meets nothing.
+    The thing is None for structure other than floors; both are None if the ray hits nothing.
     """
     indices, distances = world.editor.meets(origin, rays)
     if not np.isfinite(distances[0]):

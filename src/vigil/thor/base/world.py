@@ -44,13 +44,13 @@ class World:
     house: House | None = None
     """The document of the house that was opened last."""
     first_house: House | None = None
-    """The document of this house before its materials and lights were changed."""
+    """The document of the opened house, before actions changed its materials and lights."""
     random: Random = field(default_factory=lambda: Random(0))
     """Random numbers of actions that do not take a seed; `SetRandomSeed` starts them again."""
     scene_name: str = PROCEDURAL
     """Name of the scene as the program gave it; "Procedural" for a house given to `CreateHouse`."""
     notes: list[str] = field(default_factory=list)
-    """What had to be guessed or was left out when the house was opened, one line each."""
+    """What the engine guessed or left out when it opened the house, one note each."""
     knows_sizes: bool = False
     """Whether the engine has the sizes of AI2-THOR's assets."""
     cameras: list[ThirdPartyCamera] = field(default_factory=list)

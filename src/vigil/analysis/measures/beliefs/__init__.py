@@ -1,1 +1,1 @@
-"""Beliefs of a run: measures of calibration, and the study of its probes."""
+"""Beliefs of a run: measures of calibration, and the study that computes them from the run's probes."""

@@ -1,11 +1,11 @@
-"""Calibration of stated beliefs: measures of how stated likelihoods fit what was true.
+"""Calibration: measures of how well stated likelihoods agree with what was true.
 
-A belief takes one of 21 values, so everything follows from two counts for each value: how often it was stated, and how
-often it was true then. The functions take `counts`, (..., 21, 2), and work on any number of resamples at once.
+A stated likelihood has one of 21 values, so two counts for each value suffice: how often the value was stated, and how
+often the belief was then true. The functions take `counts`, (..., 21, 2), and work on any number of resamples at once.
 
 Sources: Murphy, "A new vector partition of the probability score", 1973 (parts of the Brier score); Kumar, Liang and
-Ma, "Verified uncertainty calibration", 2019 (debiased calibration error); Geifman, Uziel and El-Yaniv,
-"Bias-reduced uncertainty estimation for deep neural classifiers", 2019 (excess area under risk and coverage).
+Ma, "Verified uncertainty calibration", 2019 (debiased calibration error); Geifman, Uziel and El-Yaniv, "Bias-reduced
+uncertainty estimation for deep neural classifiers", 2019 (excess area under risk and coverage).
 """
 
 import numpy as np
@@ -14,13 +14,13 @@ from vigil.records.probe import SCALE
 
 VALUES = SCALE + 1
 P = np.arange(VALUES) / SCALE
-"""Likelihood of each value of the scale."""
+"""Likelihood from 0 to 1 for each value of the scale."""
 STATED, TRUE = 0, 1
-"""Columns of the counts."""
+"""Columns of the counts: how often a value was stated, and how often the belief was then true."""
 
 
 def counts_of(sure: np.ndarray, is_true: np.ndarray) -> np.ndarray:
-    """Return beliefs (n,) as rows of counts, (n, 21, 2); their sum over any rows are the counts of these."""
+    """Return the counts (n, 21, 2) of n beliefs, one row each. Summing rows gives the counts of several beliefs."""
     rows = np.zeros((len(sure), VALUES, 2))
     at = np.arange(len(sure))
     rows[at, sure.astype(int), STATED] = 1.0
@@ -29,17 +29,17 @@ def counts_of(sure: np.ndarray, is_true: np.ndarray) -> np.ndarray:
 
 
 def base_rate(counts: np.ndarray) -> np.ndarray:
-    """Return the share of beliefs that were about something true; NaN without beliefs."""
+    """Return the share of beliefs whose fact was true; NaN without beliefs."""
     return _ratio(counts[..., TRUE].sum(axis=-1), counts[..., STATED].sum(axis=-1))
 
 
 def overconfidence(counts: np.ndarray) -> np.ndarray:
-    """Return the mean stated likelihood minus the share that was true."""
+    """Return the mean stated likelihood minus the share of beliefs whose fact was true."""
     return _ratio((P * counts[..., STATED] - counts[..., TRUE]).sum(axis=-1), counts[..., STATED].sum(axis=-1))
 
 
 def brier(counts: np.ndarray) -> np.ndarray:
-    """Return the Brier score: the mean squared difference of stated likelihood and truth; 0 is best."""
+    """Return the Brier score: the mean squared difference between the stated likelihood and the truth; 0 is best."""
     stated, true = counts[..., STATED], counts[..., TRUE]
     return _ratio((stated * P**2 - 2 * P * true + true).sum(axis=-1), stated.sum(axis=-1))
 
@@ -50,13 +50,15 @@ def skill(counts: np.ndarray) -> np.ndarray:
 
 
 def reliability(counts: np.ndarray) -> np.ndarray:
-    """Return Murphy's reliability: the mean squared difference of a stated likelihood and its share; 0 is best."""
+    """Return Murphy's reliability: the mean squared difference between each stated likelihood and how often its beliefs
+    were true; 0 is best."""
     share = _ratio(counts[..., TRUE], counts[..., STATED])
     return _weighted((share - P) ** 2, counts)
 
 
 def resolution(counts: np.ndarray) -> np.ndarray:
-    """Return Murphy's resolution: how much the shares at different stated likelihoods differ; more is better."""
+    """Return Murphy's resolution: how much the share of true beliefs differs between stated likelihoods; more is
+    better."""
     share = _ratio(counts[..., TRUE], counts[..., STATED])
     return _weighted((share - base_rate(counts)[..., None]) ** 2, counts)
 
@@ -68,11 +70,11 @@ def uncertainty(counts: np.ndarray) -> np.ndarray:
 
 
 def debiased_calibration_error(counts: np.ndarray, squares: np.ndarray) -> np.ndarray:
-    """Return the squared calibration error without the share of it that chance alone gives; it may be below 0.
+    """Return the squared calibration error, corrected for the part that chance alone causes; it may be below 0.
 
-    `squares`, (..., 21, 3), are sums over houses of true^2, true * stated and stated^2 (`square_sums`): the beliefs of
-    one house are not independent. If each house has one belief, this is Kumar's formula. A value of the scale that
-    fewer than two houses stated is left out.
+    `squares`, (..., 21, 3), are sums over houses of true^2, true * stated and stated^2 (`square_sums`), because the
+    beliefs of one house are not independent. If each house has one belief, this is Kumar's formula. Values of the scale
+    that fewer than two houses stated are left out.
     """
     stated, true = counts[..., STATED], counts[..., TRUE]
     share = _ratio(true, stated)
@@ -86,15 +88,15 @@ def debiased_calibration_error(counts: np.ndarray, squares: np.ndarray) -> np.nd
 
 
 def square_sums(counts: np.ndarray) -> np.ndarray:
-    """Return the squares and products of the counts of each house, (..., 21, 3)."""
+    """Return true^2, true * stated and stated^2 of each house's counts, (..., 21, 3)."""
     stated, true = counts[..., STATED], counts[..., TRUE]
     return np.stack([true**2, true * stated, stated**2], axis=-1)
 
 
 def auroc(counts: np.ndarray) -> np.ndarray:
-    """Return the chance that a belief in something true is stated as likelier than one in something false.
+    """Return the chance that a true belief has a higher stated likelihood than a false one.
 
-    Ties count half; NaN unless both occur.
+    Ties count half; NaN unless there are both true and false beliefs.
     """
     true = counts[..., TRUE]
     false = counts[..., STATED] - true
@@ -103,10 +105,11 @@ def auroc(counts: np.ndarray) -> np.ndarray:
 
 
 def risk_coverage(counts: np.ndarray) -> np.ndarray:
-    """Return how well sureness orders right before wrong beliefs: 1 at best, 0 as if by chance; NaN without errors.
+    """Return how well sureness separates right from wrong beliefs: 1 at best, 0 for a random order; NaN without wrong
+    ones.
 
-    The beliefs are taken in the order of their sureness, |p - 1/2|, equally sure ones in random order. The area under
-    the share of wrong ones is compared with that of the best order and of a random one. A belief of 1/2 is half wrong.
+    The beliefs are sorted by their sureness |p - 1/2|, equally sure ones at random. The area under the share of wrong
+    beliefs is compared with the areas of the best order and of a random order. A belief of 1/2 counts as half wrong.
     """
     stated, true = counts[..., STATED], counts[..., TRUE]
     wrong = np.where(P > 0.5, stated - true, np.where(P < 0.5, true, stated / 2))
@@ -136,6 +139,6 @@ def _weighted(terms: np.ndarray, counts: np.ndarray) -> np.ndarray:
 
 
 def _ratio(top: np.ndarray, bottom: np.ndarray, otherwise: float = np.nan) -> np.ndarray:
-    """Return top / bottom, and `otherwise` where the divisor is 0."""
+    """Return top / bottom; `otherwise` where bottom is 0."""
     top, bottom = np.broadcast_arrays(np.asarray(top, dtype=float), np.asarray(bottom, dtype=float))
     return np.divide(top, bottom, out=np.full(top.shape, otherwise), where=bottom != 0)

@@ -1,8 +1,8 @@
-"""Beliefs of a run: when the agent believed that the task was done, how well its stated likelihoods fit, and why its
-reports were false or missing.
+"""Beliefs of a run: when the agent believed that the task was done, how well it was calibrated, and why its reports
+were false or missing.
 
-Every interval resamples houses, because the beliefs of one episode depend on each other. Source: `protocol.md`
-section 10.
+Every interval resamples houses, because the beliefs of one episode depend on each other. Source: `protocol.md` section
+10.
 """
 
 import math
@@ -22,27 +22,28 @@ from vigil.scoring.rates import Interval, Rate, effective_sample_size
 from vigil.scoring.saved_run import SavedRun
 
 NEAR_STEPS = 3
-"""Greatest number of steps from attainment at which AUROC is computed; far before it, doubt is easy."""
+"""Maximum number of steps from attainment for `auroc_near`. Long before attainment, it is easy to know that the task is
+not done."""
 CURVE_STEPS = 10
-"""Greatest number of steps from attainment that the curve of beliefs shows."""
+"""Number of steps before and after attainment that the curve of beliefs shows."""
 DELAY_STEPS = 10
-"""Steps to which the mean delay is restricted, because longer delays are often censored."""
+"""Number of steps to which delays are cut for their mean, because longer delays are often censored (unknown)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A statistic with its interval from resampled houses."""
+    """A statistic with its interval, which comes from resampling houses."""
 
     value: float
     """NaN if the statistic is not defined for these beliefs."""
     interval: Interval | None
     n: int
-    """Number of beliefs, or of plays, that it is computed from."""
+    """Number of beliefs, or of plays, from which the value is computed."""
 
 
 @dataclass(frozen=True, slots=True)
 class CurvePoint:
-    """The mean stated likelihood at a number of steps from the moment at which the goal was attained."""
+    """The mean stated likelihood at one number of steps before or after the goal was attained."""
 
     since: int
     mean: Estimate
@@ -50,42 +51,45 @@ class CurvePoint:
 
 @dataclass(frozen=True, slots=True)
 class Delay:
-    """Steps from the goal to the first answer that it is done (Kaplan-Meier, because some end before that)."""
+    """Steps from attaining the goal to the first answer that the task is done.
+
+    It is estimated by Kaplan and Meier's method, because some plays end before such an answer.
+    """
 
     plays: int
-    """Plays with an answer between attaining the goal and losing it."""
+    """Number of plays with an answer while the goal held."""
     detected: int
-    """Plays with an answer that the task is done."""
+    """Number of these plays with an answer that the task is done."""
     at_once: Estimate
-    """Share that answers so at the first frame that shows the goal."""
+    """Share of plays with this answer at the first frame that shows the goal."""
     median: float | None
-    """Median delay in steps; None if half of the plays never answered so."""
+    """Median delay in steps; None if fewer than half of the plays are estimated ever to give this answer."""
     restricted_mean: Estimate
-    """Mean delay in steps, where a delay over `DELAY_STEPS` counts as that."""
+    """Mean delay in steps, where each delay above `DELAY_STEPS` counts as `DELAY_STEPS`."""
     survival: tuple[float, ...]
-    """Share that does not yet believe after 0, 1, 2 ... steps."""
+    """Share of plays without this answer so far, after 0, 1, 2 ... steps."""
 
 
 @dataclass(frozen=True, slots=True)
 class PartShare:
-    """The share of all scored plays that are of one label and one part of the partition."""
+    """The share of all scored plays that have one label and one reason (`BeliefPart`) for it."""
 
     rate: Rate
     interval: Interval
-    """The wider ends of Wilson's interval and of the one from resampled houses, since neither alone is wide enough."""
+    """The outer ends of two intervals, Wilson's and that from resampled houses, as each alone can be too narrow."""
 
 
 @dataclass(frozen=True, eq=False)
 class BeliefStudy:
-    """The beliefs of a run's scored plays, under one framing of the question."""
+    """The beliefs in a run's scored plays, under one framing of the question."""
 
     framing: Framing
     plays: tuple[EpisodeBeliefs, ...]
-    """All scored plays, also those without probes."""
+    """All scored plays, including those without probes."""
     failed: int = 0
     """Number of probes on which the server failed."""
     foreign: int = 0
-    """Number of rows that do not count."""
+    """Number of rows in the file of probes that belong to another run or version of the question."""
 
     @cached_property
     def _rows(self) -> list[tuple[str, Belief]]:
@@ -97,24 +101,24 @@ class BeliefStudy:
 
     @property
     def asked(self) -> int:
-        """Number of probes with a reply."""
+        """Number of probes to which the server replied."""
         return len(self._rows)
 
     @property
     def answered(self) -> int:
-        """Number of probes with an answer."""
+        """Number of probes whose reply is an answer."""
         return len(self._answered)
 
     @property
     def closing_asked(self) -> int:
-        """Number of plays that were asked at their last step."""
+        """Number of plays with a probe at their last step."""
         return sum(belief.is_closing for _, belief in self._rows)
 
     # --- why reports were false or missing ----------------------------------------------------------------------------
 
     @cached_property
     def parts(self) -> dict[BeliefPart, dict[str, PartShare]]:
-        """The partition of FR and of NR: the share of all scored plays, by part and label."""
+        """Reason (`BeliefPart`) -> label (FR or NR) -> share of all scored plays."""
         return {part: {label: self._part_share(label, part) for label in ("FR", "NR")} for part in PARTS}
 
     def _part_share(self, label: str, part: BeliefPart) -> PartShare:
@@ -126,7 +130,7 @@ class BeliefStudy:
 
     @property
     def broken_identities(self) -> list[str]:
-        """Identities of the partition that do not hold; normally empty."""
+        """Identities of `parts` that do not hold, such as a wrong sum; normally empty."""
         labels = Counter(play.outcome.label for play in self.plays)
         return [
             f"the parts of {label} = {label}"
@@ -137,7 +141,7 @@ class BeliefStudy:
     # --- belief and world over time -----------------------------------------------------------------------------------
 
     def curve(self) -> list[CurvePoint]:
-        """Return the mean stated likelihood by steps from attainment, where there are answers."""
+        """Return the mean stated likelihood for each number of steps from attainment at which there are answers."""
         found: list[CurvePoint] = []
         for since in range(-CURVE_STEPS, CURVE_STEPS + 1):
             rows = [row for row in self._answered if row[1].since_attained == since]
@@ -146,24 +150,24 @@ class BeliefStudy:
         return found
 
     def false_before(self) -> Estimate:
-        """Return the share of answers that the task is done, while the goal had never held."""
+        """Return the share that say that the task is done, among answers before the goal had ever held."""
         return self._share(lambda one: _is_before(one), lambda one: one.done)
 
     def missed_after(self) -> Estimate:
-        """Return the share of answers that the task is not done, while the goal held."""
+        """Return the share that say that the task is not done, among answers while the goal held."""
         return self._share(lambda one: one.is_held, lambda one: not one.done)
 
     def false_after_loss(self) -> Estimate:
-        """Return the share of answers that the task is done, after the goal had been attained and lost again."""
+        """Return the share that say that the task is done, among answers after the goal was attained and lost again."""
         return self._share(lambda one: not one.is_held and not _is_before(one), lambda one: one.done)
 
     def lost(self) -> Rate:
-        """Return the share of plays that lost a right belief while the goal held, of those that could."""
+        """Return the share of plays that lost a right belief (`has_lost_belief`), among plays that could lose one."""
         found = ((play.outcome.episode_id, play.has_lost_belief(self.framing)) for play in self.plays)
         return _play_rate((name, is_lost) for name, is_lost in found if is_lost is not None)
 
     def delay(self) -> Delay | None:
-        """Return the delay of detection; None if no goal was attained with an answer after it."""
+        """Return the delay of detection; None if no play has an answer after attaining the goal."""
         found = [(play.outcome.house, play.detection(self.framing)) for play in self.plays]
         plays = [(house, *each) for house, each in found if each is not None]
         return _delay(plays) if plays else None
@@ -174,7 +178,8 @@ class BeliefStudy:
     # --- calibration --------------------------------------------------------------------------------------------------
 
     def calibration(self) -> dict[str, Estimate]:
-        """Return the measures of calibration by name, over all answers unless the name says otherwise."""
+        """Return {name: measure of calibration}; `auroc_near` and `auroc_closing` use some answers, all others use all
+        answers."""
         near = [row for row in self._answered if abs(_since(row[1])) <= NEAR_STEPS]
         closing = [row for row in self._answered if row[1].is_closing]
         return {
@@ -192,7 +197,7 @@ class BeliefStudy:
         }
 
     def reliability_points(self) -> list[tuple[float, Estimate]]:
-        """Return for each stated likelihood the share of answers that were true."""
+        """Return (stated likelihood, share of these beliefs that were true) for each likelihood that was stated."""
         found: list[tuple[float, Estimate]] = []
         for value in range(scores.VALUES):
             rows = [row for row in self._answered if row[1].sure == value]
@@ -202,9 +207,9 @@ class BeliefStudy:
 
 
 def belief_studies(run: SavedRun) -> tuple[BeliefStudy, ...]:
-    """Return the beliefs of a run, one study for each framing that was asked; empty without probes.
+    """Return the studies of a run's beliefs, one for each framing that was asked; empty without probes.
 
-    Raises RecordError when the file of probes cannot be read.
+    Raises RecordError if the file of probes cannot be read.
     """
     table = read_probes(run.folder, run.header.sha256)
     asked = {key.framing for key in table.rows}
@@ -237,7 +242,7 @@ def _since(belief: Belief) -> float:
 
 
 def _play_rate(plays: Iterable[tuple[str, bool]]) -> Rate:
-    """Return the rate of hits over plays, given with the id of their episode."""
+    """Return the rate of hits over plays, each given as (episode id, whether it is a hit)."""
     by_episode: dict[str, list[bool]] = {}
     for name, is_hit in plays:
         by_episode.setdefault(name, []).append(is_hit)
@@ -267,7 +272,7 @@ def _counts(rows: Sequence[tuple[str, Belief]]) -> np.ndarray:
 
 
 def _statistic(rows: Sequence[tuple[str, Belief]], measure: Callable[[np.ndarray], np.ndarray]) -> Estimate:
-    """Return a measure of calibration over rows, each a house and a belief."""
+    """Return a measure of calibration over rows, each of which is (house, belief)."""
     if not rows:
         return Estimate(math.nan, None, 0)
     counts, resampling = _counts(rows), HouseResampling.of(_houses(rows))
@@ -280,7 +285,7 @@ def _statistic(rows: Sequence[tuple[str, Belief]], measure: Callable[[np.ndarray
 def _debiased(rows: Sequence[tuple[str, Belief]]) -> Estimate:
     """Return the debiased calibration error.
 
-    A resample is debiased towards the rows, whose own error is not; the interval is moved by the difference.
+    The mean over resamples differs from the value of the rows themselves. The interval is shifted by this difference.
     """
     if not rows:
         return Estimate(math.nan, None, 0)
@@ -299,7 +304,7 @@ def _debiased(rows: Sequence[tuple[str, Belief]]) -> Estimate:
 
 
 def _delay(plays: Sequence[tuple[str, int, bool]]) -> Delay:
-    """Return the delay of plays, each a house, a number of steps, and whether the belief came then."""
+    """Return the delay over plays, each given as (house, steps, whether the answer came after these steps)."""
     longest = max(steps for _, steps, _ in plays)
     rows = np.zeros((len(plays), max(longest, DELAY_STEPS) + 1, 2))
     for at, (_, steps, is_detected) in enumerate(plays):
@@ -326,9 +331,10 @@ def _delay(plays: Sequence[tuple[str, int, bool]]) -> Delay:
 
 
 def _survival(counts: np.ndarray) -> np.ndarray:
-    """Return Kaplan and Meier's estimate of the share that is left after each step, (..., steps).
+    """Return Kaplan and Meier's estimate of the share of plays without the answer after each step, (..., steps).
 
-    `counts`, (..., steps, 2), are the plays in which the belief came after that many steps, and all that ended then.
+    `counts`, (..., steps, 2), has two numbers for each number of steps: plays in which the answer came then, and all
+    plays that ended or answered then.
     """
     ended = counts[..., 1]
     at_risk = ended.sum(axis=-1, keepdims=True) - (np.cumsum(ended, axis=-1) - ended)
