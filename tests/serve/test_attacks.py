@@ -302,7 +302,7 @@ def test_sessions_do_not_see_each_other(pack: Pack, tmp_path: Path) -> None:
 def test_one_run_has_one_server(pack: Pack, tmp_path: Path) -> None:
     with serving(pack, tmp_path / "run"), pytest.raises(RecordError, match="another process"):
         open_served(pack, tmp_path / "run")
-    with pytest.raises(SettingError, match="a name has letters"):
+    with pytest.raises(SettingError, match="give at most 60 letters"):
         open_served(pack, tmp_path / "other", name="../ada")
 
 
