@@ -467,7 +467,7 @@ def test_check_fails_on_a_broken_identity(write: Write, monkeypatch: pytest.Monk
     ("arguments", "says"),
     [
         (["report", "RUN", "--format", "htlm"], "Did you mean 'html'"),
-        (["report", "RUN", "--format", "csv"], "--out FOLDER"),
+        (["report", "RUN", "--format", "csv"], "give their folder with --out"),
         (["report", "RUN", "--episode", "PG-0000", "--out", "x"], "Did you mean 'PG-000'"),
         (["report", "nowhere"], "has no run.json"),
         (["figure", "planet", "RUN"], "Did you mean 'plane'"),

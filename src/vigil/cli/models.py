@@ -78,7 +78,12 @@ def models(
 
 
 def calibrate(
-    model: Annotated[str, Setting("Model whose coordinates are to be found out, as provider/model.", metavar="MODEL")],
+    model: Annotated[
+        str,
+        Setting(
+            "Model to test, as provider/model: does it give points in pixels or in a 0-1000 grid?", metavar="MODEL"
+        ),
+    ],
     base_url: BaseUrl = None,
     api_key_env: ApiKeyEnv = None,
     thinking: ThinkingOption = "default",

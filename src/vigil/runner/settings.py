@@ -362,7 +362,9 @@ class FinishedProbeSettings:
     max_connections: Annotated[
         int, Setting("Maximum number of requests that are sent to the model at the same time.", minimum=1, metavar="N")
     ] = 16
-    reply_seconds: Annotated[int, Setting("Time limit of each reply.", minimum=1, metavar="SECONDS")] = REPLY_SECONDS
+    reply_seconds: Annotated[int, Setting("Time limit of each reply of the model.", minimum=1, metavar="SECONDS")] = (
+        REPLY_SECONDS
+    )
     prices: PricesOption = None
     force: Annotated[bool, Setting("Ask although another model answers now than when the run was played.")] = False
     workers: Workers = None

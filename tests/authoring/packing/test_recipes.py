@@ -132,7 +132,7 @@ def test_more_houses_are_drawn_until_the_pack_is_complete(made: Path, tmp_path: 
     assert contents(tmp_path / "again") == contents(out)
 
 
-@pytest.mark.parametrize(("count", "said"), [((), "needs --count"), (("--count", "5"), "first made in 5 houses")])
+@pytest.mark.parametrize(("count", "said"), [((), "needs --count"), (("--count", "5"), "the first drafts in 5 houses")])
 def test_a_budget_below_the_first_houses_is_refused(
     made: Path, tmp_path: Path, count: tuple[str, ...], said: str
 ) -> None:

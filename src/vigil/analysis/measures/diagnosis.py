@@ -101,7 +101,7 @@ def causes_of_rows(rows: pd.DataFrame) -> FailureCauses:
 
 
 def causes_of_closure(outcomes: Iterable[ClosureOutcome]) -> FailureCauses:
-    """Return the possible causes of C of a run of the closure-stress suite."""
+    """Return what may explain the failures of C (correct closure) in a run of the closure-stress suite."""
     found = list(outcomes)
     endings = Counter(each.label for each in found if each.label != "closed")
     reasons = _sum_counts(each.outcome.invalid_reasons for each in found)

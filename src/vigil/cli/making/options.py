@@ -51,8 +51,10 @@ class Common:
     templates: Annotated[
         tuple[str, ...],
         Setting(
-            "Template of a sequence, constraint or other kind to which its family is limited, e.g. put_into or "
-            "obstacle; may be repeated. A name of several families limits each; families without one have all theirs.",
+            "Draft only this template of a family (a sequence, a constraint or another kind), e.g. put_into or "
+            "obstacle; "
+            "may be repeated. If several families have a template of this name, each is limited to it. Families for "
+            "which no template is named use all of theirs.",
             name="template",
             unset="all",
             read=parse_kinds,

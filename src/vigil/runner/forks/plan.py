@@ -29,7 +29,11 @@ def parse_at(text: str) -> At:
         return "goal"
     if word.isascii() and word.isdigit() and len(word) < 6:
         return int(word)
-    raise SettingError(f"--at {text!r} is not a step. Give the number of steps to carry out again, or goal.")
+    raise SettingError(
+        f"--at {text!r} is not a step. Give the number of steps to carry out again, e.g. 12; or write --at goal for "
+        "all "
+        "steps until the goal holds."
+    )
 
 
 @dataclass(frozen=True)

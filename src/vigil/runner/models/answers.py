@@ -338,7 +338,7 @@ def _append_text(texts: list[str], text: Any) -> None:
     if text is None:
         return
     if not isinstance(text, str):
-        raise TypeError(f"a text is a {type(text).__name__}")
+        raise TypeError(f"a text must be a string, but is of type {type(text).__name__}")
     texts.append(text)
 
 

@@ -46,7 +46,7 @@ class FactDifference:
 
 @dataclass(frozen=True, slots=True)
 class ComparisonSettings:
-    """Settings for the comparison."""
+    """Settings for comparing a recorded episode with what happens when its actions are played again."""
 
     frames: bool = False
     """Whether to compare the frames' pixels, too."""

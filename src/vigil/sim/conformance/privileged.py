@@ -95,10 +95,10 @@ def sees_from_anywhere(harness: Harness) -> None:
 
 
 def may_show_what_it_shows(harness: Harness) -> None:
-    """`may_be_visible` is true if it is asked about no more pixels of an object than are visible, and `is_in_frame` is
-    true if any are.
+    """`may_be_visible` is true if at least the number of pixels that it is asked about are visible of an object.
 
-    `may_be_visible` is false for more pixels than the frame has. Both are false for held or absent objects.
+    It is false for a larger number than the frame has. `is_in_frame` is true if at least one pixel of the object is
+    visible. Both are false for held or absent objects.
     """
     absent = {"Statue|1": ObjectSetup(is_absent=True)}
     harness.face(5.2, 3.1, "Fridge|1", Setup(objects=absent, held="Mug|1"))

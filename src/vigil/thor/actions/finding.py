@@ -82,7 +82,7 @@ def _read(places: list[Any]) -> list[Vec3]:
     try:
         return [from_thor(place) for place in places]
     except (KeyError, TypeError, ValueError):
-        raise bad_argument("positions must be a list of x, y and z") from None
+        raise bad_argument("positions must be a list of objects, each with the keys x, y and z") from None
 
 
 def _poses_at(
