@@ -227,8 +227,8 @@ def _start(context: HouseContext) -> Pose | None:
 def _in_text_order(context: HouseContext, chosen: Sequence[ProposedChore], start: Pose, setup: Setup) -> ListTask | str:
     """Return the list with its chores in a random order in the text, or the reason why no order fits.
 
-    The order of the text must be wrong for at least half of the pairs of chores that undo one another, and its walk must
-    be clearly longer than the shortest. The simulator must have just been reset to the list's start.
+    The order of the text must be wrong for at least half of the pairs of chores that undo one another, and its walk
+    must be clearly longer than the shortest. The simulator must have just been reset to the list's start.
     """
     draft = _draft(context, chosen, start, setup)
     if draft is None:
