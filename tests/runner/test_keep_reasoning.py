@@ -91,7 +91,7 @@ def test_a_dataset_holds_it_where_it_is_asked_for(kept: tuple[RunResult, list[by
     assert {text.partition(",")[0] for text in table["reasoning"].to_pylist()} == {SECRET_THOUGHT}
     assert "`reasoning`" in (tmp_path / "with" / "README.md").read_text()
     asked = ["export", str(kept[0].folder), "--out", str(tmp_path / "x"), "--reasoning"]
-    assert "--reasoning is for --format hf alone" in str(CliRunner().invoke(app, asked).exception)
+    assert "--reasoning is for --format hf only" in str(CliRunner().invoke(app, asked).exception)
 
 
 def test_a_file_that_is_no_such_file_is_named(kept: tuple[RunResult, list[bytes]], tmp_path: Path) -> None:
