@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterable
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, Field, ValidationError, ValidationInfo, field_validator
 
@@ -28,6 +28,8 @@ class EpisodeOptions(BaseModel):
 
     PROFILES: ClassVar[Collection[str]] = _PROFILES
     """Names of the profiles that users may choose."""
+    OWNER: ClassVar[str]
+    """Name of what takes the options, in messages."""
     pack: str | Path = Field("starter", description="name or folder of a pack, or a stream, e.g. `stream:7`")
     family: list[Family] = Field([], description="one family or more, e.g. `AI` or `AI,SI`; all if unset")
     difficulty: list[Difficulty] = Field(
@@ -91,6 +93,18 @@ class EpisodeOptions(BaseModel):
     def assets(self) -> AssetDatabase:
         """Asset database with the sizes of objects. Raises SettingError if it is invalid."""
         return AssetDatabase.from_file(None if self.asset_database is None else Path(self.asset_database))
+
+    @classmethod
+    def of(cls, given: dict[str, Any]) -> Self:
+        """Return the options with these names and values.
+
+        Raises SettingError; its message suggests a similar name if a name is unknown.
+        """
+        check_names(given, cls.model_fields, cls.OWNER)
+        try:
+            return cls.model_validate(given)
+        except ValidationError as error:
+            raise invalid_option(error, cls.OWNER) from None
 
     @property
     def condition(self) -> Profile:
