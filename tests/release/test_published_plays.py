@@ -27,7 +27,7 @@ PRESENT = {
     "vigil_closure_400_v5": (40, 36, 36),
 }
 """The same for plays of packaged packs."""
-UNCOUNTED = {"vigil_chores_200_v2", "vigil_mini_v4_stop_only"}
+UNCOUNTED = ("vigil_chores_200_v2", "vigil_mini_v4_stop_only")
 """Folders with plays to which W and B of the families do not apply."""
 
 REWORDED = {"vigil_balanced_1000_v2_2": [("vigil_drawer_seed9201_cr_51b504", 6, "invalid")]}
