@@ -207,8 +207,8 @@ def test_names_in_sentences_are_set_as_code():
 
 def test_long_texts_are_folded_in_latex():
     columns = (Column("a", "A", "text"), Column("b", "B", "text"), Column("n", "n", "count"))
-    rows = (TableRow({"a": "short", "b": "long " * 20, "n": 1}),)
-    assert r"\begin{tabular}{lp{11cm}r}" in latex(Table("t", "T", columns, rows))
+    rows = (TableRow({"a": "short", "b": "long " * 40, "n": 1}),)
+    assert r"\begin{longtable}{lp{300pt}r}" in latex(Table("t", "T", columns, rows))
 
 
 def test_the_page_needs_nothing_beside_it(mixed: Study):
@@ -420,16 +420,39 @@ def test_what_an_agent_wrote_enters_no_csv_file_as_a_formula(write: Write, tmp_p
         assert not [cell for cell in cells if cell.startswith(("=", "+", "@", "\t", "\r"))], path
 
 
-def test_a_long_table_runs_over_pages_with_its_head_on_each():
-    def of(rows: int) -> str:
-        return latex(Table("t", "T", (Column("model", "Model", "text"),), (TableRow({"model": "m"}),) * rows))
+def test_a_long_table_has_its_head_on_each_page():
+    text = latex(Table("t", "T", (Column("model", "Model", "text"),), (TableRow({"model": "m"}),)))
+    assert text.count(r"\toprule") == 2
+    assert text.index(r"\endfirsthead") < text.index(r"\endhead") < text.index("m \\\\\n\\bottomrule")
 
-    assert r"\begin{tabular}{l}" in of(60)
-    assert of(61).count(r"\toprule") == 2
-    assert r"\begin{longtable}{l}" in of(61)
-    for text in (of(60), of(61)):
-        assert text.count(r"\label{tab:t}") == 1
-        assert text.count("{") == text.count("}")
+
+def test_a_wide_table_continues_below_after_its_first_columns():
+    columns = (
+        Column("model", "Model", "text"),
+        *(Column(f"c{i}", f"Column with number {i}", "number1") for i in range(12)),
+    )
+    row = TableRow({"model": "some model", **{f"c{i}": float(i) for i in range(12)}})
+    text = latex(Table("t", "T", columns, (row,)))
+    blocks = text.split(r"\begin{longtable}")[1:]
+    assert len(blocks) == 2
+    assert all(block.count("some model & ") == 1 for block in blocks)
+    assert [text.count(f"with number {i} ") for i in range(12)] == [2] * 12
+    assert text.count(r"\label{tab:t}") == 1
+    assert "resizebox" not in text
+    assert text.count("{") == text.count("}")
+
+
+def test_the_latex_index_names_pages_that_exist(mixed: Study, tmp_path: Path):
+    write_report(mixed, tmp_path, ("latex",))
+    document = (tmp_path / "report.tex").read_text(encoding="utf-8")
+    shown = re.findall(r"\\input\{(tables/.*?)\}", document)
+    texts = [document, *((tmp_path / name).read_text(encoding="utf-8") for name in shown)]
+    labels = {label for text in texts for label in re.findall(r"\\label\{(.*?)\}", text)}
+    referred = {label for text in texts for label in re.findall(r"\\pageref\{(.*?)\}", text)}
+    assert {"tab:full_panel", "fig:outcome_partition"} <= referred <= labels
+    empty = document[document.index("do not apply to any of these runs") :]
+    assert r"\label{tab:several_plays}" in empty
+    assert "tables/several_plays.tex" not in shown
 
 
 def command(*arguments: object):

@@ -36,7 +36,7 @@ from vigil.analysis.tables.paper_style import PREAMBLE, paper_tables
 from vigil.analysis.tables.paper_style import TABLES as PAPER_TABLES
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
 from vigil.analysis.tables.table import Table
-from vigil.analysis.tables.text import LEGEND, csv_text, latex, latex_text, markdown
+from vigil.analysis.tables.text import LEGEND, csv_text, latex, latex_escaped, latex_text, markdown
 from vigil.errors import SettingError
 
 _Shown = TypeVar("_Shown")
@@ -272,12 +272,13 @@ def _files_of(report: AnalysisReport, form: Format, style: LatexStyle) -> Iterat
 
 def _latex_document(report: AnalysisReport) -> str:
     lines = [
-        r"\documentclass{article}",
+        r"\documentclass[a4paper,landscape]{article}",
         r"\usepackage[margin=2cm]{geometry}",
-        r"\usepackage{booktabs,graphicx,longtable}",
+        r"\usepackage{booktabs,graphicx,longtable,multicol}",
         r"\usepackage[table]{xcolor}",
         r"\definecolor{FRtint}{RGB}{251,224,207}\definecolor{NRtint}{RGB}{207,228,245}",
         r"\begin{document}",
+        r"\begin{multicols}{2}",
         r"\section*{VIGIL report}",
         *_latex_list("Read this first", report.warnings),
         latex_text(_summary(report)),
@@ -285,11 +286,10 @@ def _latex_document(report: AnalysisReport) -> str:
         *(line for name, sentences in report.causes.items() for line in _latex_list(name, sentences)),
         *_latex_list("What these numbers do and do not say", LIMITS),
         latex_text(LEGEND),
+        r"\end{multicols}",
+        *(line for heading in report.sections for line in _latex_section(report, heading)),
+        r"\clearpage",
         *(_latex_figure(name, report.captions[name]) for name in report.figures),
-        *(
-            r"\clearpage" * (index % 4 == 0) + rf"\input{{tables/{name}.tex}}"
-            for index, name in enumerate(report.tables)
-        ),
         r"\end{document}",
     ]
     return "\n".join(lines) + "\n"
@@ -307,10 +307,22 @@ def _paper_document(report: AnalysisReport, tables: Iterable[str]) -> str:
     return "\n".join([*PREAMBLE, r"\begin{document}", *lines, r"\end{document}"]) + "\n"
 
 
+def _latex_section(report: AnalysisReport, heading: str) -> Iterator[str]:
+    """Yield the tables under a heading, and the names of the tables that have no rows."""
+    named = {name: report.tables[name] for name in report.sections[heading]}
+    yield rf"\section*{{{latex_text(heading)}}}"
+    yield from (rf"\input{{tables/{name}.tex}}" for name, table in named.items() if table.rows)
+    unused = (name for name, table in named.items() if not table.rows)
+    empty = [rf"\texttt{{{latex_escaped(name)}}}\label{{tab:{name}}}" for name in unused]
+    if empty:
+        yield f"Tables that do not apply to any of these runs: {', '.join(empty)}."
+
+
 def _latex_figure(name: str, caption: str) -> str:
     size = r"width=\linewidth,height=.85\textheight,keepaspectratio"
     picture = rf"\includegraphics[{size}]{{figures/{name}.pdf}}"
-    return rf"\begin{{figure}}[t]\centering{picture}\caption{{{latex_text(caption)}}}\end{{figure}}"
+    labelled = rf"\caption{{{latex_text(caption)}}}\label{{fig:{name}}}"
+    return rf"\begin{{figure}}[htbp]\centering{picture}{labelled}\end{{figure}}"
 
 
 def _suite_name(run: SuiteRun) -> str:

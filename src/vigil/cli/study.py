@@ -31,6 +31,8 @@ COPY = "study.yaml"
 _LATEX = {"tectonic": (), "lualatex": ("-interaction=nonstopmode",), "pdflatex": ("-interaction=nonstopmode",)}
 """LaTeX programs, in order of preference, with their options."""
 _LATEX_SECONDS = 120
+_LATEX_PASSES = 4
+"""Maximum number of passes; page numbers and the columns of long tables are known after some of them."""
 
 StudyPath = Annotated[
     Path | None,
@@ -294,7 +296,10 @@ def _make_pdf(program: str, folder: Path) -> str:
     """Compile the report's LaTeX, and return a line with the path of the PDF or with the reason why there is none."""
     command = [program, *_LATEX[program], "report.tex"]
     try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, timeout=_LATEX_SECONDS, check=False)
+        for _ in range(_LATEX_PASSES):
+            done = subprocess.run(command, cwd=folder, capture_output=True, timeout=_LATEX_SECONDS, check=False)
+            if done.returncode or b"Rerun" not in done.stdout:
+                break
     except subprocess.TimeoutExpired:
         return f"{program} took more than {_LATEX_SECONDS} s: there is no PDF."
     if done.returncode:

@@ -12,13 +12,11 @@ from typing import Any
 from vigil.analysis.tables.paper_index import PARTS
 from vigil.analysis.tables.results import INTERVALS_ELSEWHERE
 from vigil.analysis.tables.table import DASH, WITH_INTERVAL, Column, Table, TableRow, first_number, formatted
-from vigil.analysis.tables.text import latex_escaped, latex_text, marked_cell
+from vigil.analysis.tables.text import CHARACTER_PT, GAP_PT, latex_escaped, latex_text, marked_cell
 from vigil.protocol.families import FAMILIES
 
 COLUMN_PT, PAGE_PT = 234.0, 486.0
 """Widths of one column and of the page in a paper of two columns, in points."""
-CHARACTER_PT, GAP_PT = 3.9, 4.0
-"""Mean width of a character at 7 points, and space between two columns."""
 PREAMBLE = (
     r"\documentclass[10pt,twocolumn]{article}",
     r"\usepackage[textwidth=6.75in,textheight=9.2in,columnsep=0.25in]{geometry}",

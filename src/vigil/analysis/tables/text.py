@@ -1,10 +1,11 @@
 """Text: tables as Markdown and LaTeX."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
+from vigil.analysis.tables.paper_index import ABSENT
 from vigil.analysis.tables.table import Column, Table, TableRow
 from vigil.base.markup import replace_invalid
 
@@ -34,9 +35,14 @@ _LATEX = {
     "←": r"$\leftarrow$",
     "\u00a0": "~",
 }
-ROWS_PER_PAGE = 60
-LONG_TEXT, LONG_TEXT_CM = 80, 11
-"""In LaTeX, texts with more than LONG_TEXT characters are wrapped to a width of LONG_TEXT_CM (cm)."""
+CHARACTER_PT, GAP_PT = 3.9, 4.0
+"""In LaTeX, mean width of a character at 7 points, and space between two columns."""
+LINE_PT = 725.0
+"""Width of a line of the report's LaTeX document, in points."""
+WRAPPED_PT = 300.0
+"""Width in points to which longer texts are wrapped in LaTeX."""
+MAX_REPEATED = 2
+"""Maximum number of first columns that a wide table repeats where it continues."""
 CODE = re.compile(r"`([^`]+)`")
 NO_ROWS = "No rows: this table does not apply to any of these runs."
 
@@ -57,27 +63,45 @@ def markdown(table: Table) -> str:
 
 
 def latex(table: Table) -> str:
-    """Return a table as LaTeX with booktabs, labelled `tab:NAME`. A long table may span pages (package longtable)."""
-    caption = rf"\caption{{{latex_text(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}}"
-    kinds = "".join(_tex_kind(table, column) for column in table.columns)
-    head = [r"\toprule", " & ".join(latex_escaped(column.heading) for column in table.columns) + r" \\", r"\midrule"]
-    if len(table.rows) > ROWS_PER_PAGE:
-        begin = [r"{\tiny\setlength{\tabcolsep}{2pt}", rf"\begin{{longtable}}{{{kinds}}}", caption + r" \\"]
-        lines = [
-            *begin,
-            *head,
-            r"\endfirsthead",
-            *head,
-            r"\endhead",
-            *_tex_rows(table),
+    """Return a table as LaTeX at 7 points (packages booktabs and longtable), labelled `tab:NAME`.
+
+    It may span pages. The columns for which the line has no room follow below, after the first columns again.
+    """
+    caption = rf"\caption{{{latex_text(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}} \\"
+    lines = [r"{\setlength{\tabcolsep}{2pt}\setlength{\LTcapwidth}{\linewidth}\fontsize{7}{8.4}\selectfont"]
+    for index, columns in enumerate(_blocks(table)):
+        heads = " & ".join(latex_escaped(column.heading) for column in columns) + r" \\"
+        continued = rf"\multicolumn{{{len(columns)}}}{{l}}{{\emph{{{latex_escaped(table.title)}, continued}}}} \\"
+        lines += [
+            *([r"\addtocounter{table}{-1}"] if index else []),
+            rf"\begin{{longtable}}{{{''.join(_tex_kind(table, column) for column in columns)}}}",
+            continued if index else caption,
+            *(r"\toprule", heads, r"\midrule", r"\endfirsthead"),
+            *(r"\toprule", heads, r"\midrule", r"\endhead"),
+            *_tex_rows(table, columns),
             r"\bottomrule",
-            r"\end{longtable}}",
+            r"\end{longtable}",
         ]
-    else:
-        fitted = r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{"
-        begin = [r"\begin{table}[t]", r"\centering\small", caption, rf"{fitted}\begin{{tabular}}{{{kinds}}}", *head]
-        lines = [*begin, *_tex_rows(table), r"\bottomrule", r"\end{tabular}}", r"\end{table}"]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def _blocks(table: Table) -> list[list[Column]]:
+    """Return the columns in groups that fit a line. Each group begins with the table's first columns of text."""
+    texts = [column for column in table.columns[:MAX_REPEATED] if column.kind == "text"]
+    repeated = texts if sum(_width_pt(table, column) for column in texts) < LINE_PT / 2 else []
+    blocks = [list(repeated)]
+    for column in table.columns[len(repeated) :]:
+        width = sum(_width_pt(table, each) for each in (*blocks[-1], column))
+        if width > LINE_PT and len(blocks[-1]) > len(repeated):
+            blocks.append(list(repeated))
+        blocks[-1].append(column)
+    return blocks
+
+
+def _width_pt(table: Table, column: Column) -> float:
+    cells = (len(marked_cell(table, row, column)) for row in table.rows)
+    width = CHARACTER_PT * max([len(column.heading), *cells])
+    return GAP_PT + (width if column.kind != "text" else min(width, WRAPPED_PT))
 
 
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
@@ -139,22 +163,26 @@ def latex_text(text: str) -> str:
 def _tex_kind(table: Table, column: Column) -> str:
     if column.kind not in ("text", "link"):
         return "r"
-    longest = max((len(table.cell(row, column)) for row in table.rows), default=0)
-    return rf"p{{{LONG_TEXT_CM}cm}}" if longest > LONG_TEXT else "l"
+    is_wrapped = _width_pt(table, column) >= GAP_PT + WRAPPED_PT
+    return rf"p{{{WRAPPED_PT:.0f}pt}}" if is_wrapped and column.kind == "text" else "l"
 
 
-def _tex_rows(table: Table) -> Iterator[str]:
+def _tex_rows(table: Table, columns: Sequence[Column]) -> Iterator[str]:
     for index, (group, rows) in enumerate(groupby(table.rows, key=lambda row: row.group)):
         if index:
             yield r"\midrule"
         if group:
-            yield rf"\multicolumn{{{len(table.columns)}}}{{l}}{{\emph{{{latex_escaped(group)}}}}} \\"
+            yield rf"\multicolumn{{{len(columns)}}}{{l}}{{\emph{{{latex_escaped(group)}}}}} \\"
         for row in rows:
-            yield " & ".join(_tex_cell(table, row, column) for column in table.columns) + r" \\"
+            yield " & ".join(_tex_cell(table, row, column) for column in columns) + r" \\"
 
 
 def _tex_cell(table: Table, row: TableRow, column: Column) -> str:
     text = latex_escaped(marked_cell(table, row, column))
+    if column.kind == "link" and text != ABSENT:
+        name = row.cells[column.key]
+        label = name.replace("figure-", "fig:") if name.startswith("figure-") else f"tab:{name}"
+        return rf"{text}, p.~\pageref{{{label}}}"
     if column.key in row.bold:
         text = rf"\textbf{{{text}}}"
     if column.key in row.tints:
