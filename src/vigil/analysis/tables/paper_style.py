@@ -193,14 +193,14 @@ def _text_table(table: Table) -> str:
     longest = [max([len(column.heading), *(len(row[i]) for row in cells)]) for i, column in enumerate(table.columns)]
     width = sum(CHARACTER_PT * size + GAP_PT for size in longest)
     is_wide = width > COLUMN_PT and (width - CHARACTER_PT * max(longest) > COLUMN_PT / 2 or len(longest) > 3)
-    wrapped = longest.index(max(longest))
-    kinds = "".join(
-        "X" if i == wrapped else "l" if column.kind == "text" else "r" for i, column in enumerate(table.columns)
+    kinds = ["l" if column.kind == "text" else "r" for column in table.columns]
+    kinds[max((i for i, kind in enumerate(kinds) if kind == "l"), key=longest.__getitem__)] = (
+        r">{\raggedright\arraybackslash}X"
     )
     parts = [PaperColumn(column.key, column.heading) for column in table.columns]
     lines = [(row, [latex_text(text) for text in texts]) for row, texts in zip(table.rows, cells, strict=True)]
     body = [
-        rf"\begin{{tabularx}}{{\linewidth}}{{{kinds}}}",
+        rf"\begin{{tabularx}}{{\linewidth}}{{{''.join(kinds)}}}",
         *_headers(parts),
         *_rows(lines, len(parts)),
         r"\end{tabularx}",
