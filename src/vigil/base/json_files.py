@@ -32,7 +32,8 @@ def is_array(value: object) -> TypeGuard[list[Any]]:
 
 
 def _hint(data: bytes) -> str:
-    """Return a hint if NaN or Infinity is all that is wrong with `data`; otherwise empty."""
+    """Return " (NaN and Infinity are not JSON)" if `data` is JSON apart from these two numbers; otherwise an empty
+    string."""
     try:
         from_json(data, allow_inf_nan=True)
     except ValueError:

@@ -33,7 +33,7 @@ class RunState:
 
 @dataclass(frozen=True, slots=True)
 class RunEstimate:
-    """Lower and upper bounds on the work that is left of a run."""
+    """Lower and upper bounds on the calls, tokens, cost and time that a run still needs."""
 
     cost: CostEstimate
     money: tuple[float, float] | None
