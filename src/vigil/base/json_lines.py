@@ -140,8 +140,7 @@ def dump_line(row: BaseModel, **options: Any) -> bytes:
 
 
 def append_line(path: Path, line: bytes) -> None:
-    """Append a line to a file that several processes may write to. On return, the line is on disk. Raises RecordError.
-    """
+    """Append a line to a file with several writers. On return, the line is on disk. Raises RecordError."""
     with AppendFile(path, waits=True) as file:
         file.append(line)
 

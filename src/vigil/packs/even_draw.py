@@ -11,8 +11,7 @@ from vigil.protocol.families import FAMILIES
 
 
 class SuiteEntry(BaseModel):
-    """The kind of task of a suite's episode, and the name of its pair. Episodes are drawn and ordered by these facts.
-    """
+    """The kind of task of a suite's episode, and the name of its pair. Episodes are drawn and ordered by both."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 

@@ -15,8 +15,7 @@ def newest_version(name: str, known: Iterable[str]) -> str | None:
 
 
 def newer_version(name: str, known: Iterable[str]) -> str | None:
-    """Return the newest known version of a pack, given the pack's name with any version; None if no version is known.
-    """
+    """Return the newest known version of a pack, given its name with any version; None if no version is known."""
     stem = stem_of(name)
     return newest_version(stem, known) if stem is not None else None
 

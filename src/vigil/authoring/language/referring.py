@@ -1,4 +1,4 @@
-"""Referring expressions: phrases that mean one thing to a person, and their recognition in a text.
+"""Referring expressions: phrases by which a person finds one particular thing, and their recognition in a text.
 
 A phrase is the thing's name. A colour, a support, a room or a relation to another thing is added only if several things
 have this name. A phrase fits each thing that a careful listener could take it for: "the bottle" also fits a wine
@@ -287,7 +287,8 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
 
 
 def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the items that a phrase could mean. A relation leaves one item only if it clearly holds for this item."""
+    """Return the items that a phrase could mean. If it has a relation, a single item is returned only if the relation
+    clearly holds for this item."""
     everything = list(items)
     found = [item for item in everything if fits(phrase, item)]
     if phrase.relation is None or phrase.anchor is None:

@@ -27,11 +27,11 @@ class Suite:
     grammar_place: str
     """Where the grammar is, as "module:name"; loaded at its first use, because it needs all that makes drafts."""
     kinds: tuple[str, ...]
-    """Kinds of tasks, of which a pack holds a number each."""
+    """Kinds of tasks. A pack has a certain number of tasks of each kind."""
     houses: tuple[str, ...]
     """Specs of the houses that `mixed` stands for."""
     description: str
-    """Description of a pack without one of its own."""
+    """Description of a pack for which the user gave none."""
     answers: str
     """File with the answers of a pack."""
     facts_place: str

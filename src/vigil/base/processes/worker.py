@@ -38,8 +38,7 @@ class WorkerLost(SimulatorError):
 
 
 class NoCapacity(WorkerLost):
-    """The cluster does not yet have a free CPU for the worker. Other workers must take the requests until it has one.
-    """
+    """The cluster has no free CPU for the worker yet. Until it has one, other workers must take the requests."""
 
 
 class WorkerProcess(Protocol):

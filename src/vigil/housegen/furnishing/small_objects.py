@@ -26,7 +26,8 @@ BASIN_SHARE = 0.75
 MIN_SMALL_OBJECTS, ROUNDS = 6, 3
 """A room with fewer small objects than the first number gets more of them, in at most the second number of rounds."""
 UNTIDINESS_SPREAD, UNTIDINESS_RANGE = 0.3, (0.5, 1.6)
-"""A room's number of small objects is multiplied by a random factor: spread of its logarithm, and its range."""
+"""Standard deviation of the logarithm, and range, of a random factor for each room. The room's number of small objects
+is multiplied by this factor."""
 TRIES = 2
 """Number of objects that are tried for each object that a surface should get, because not every object fits."""
 REPEAT_SHARE = 0.25
@@ -322,7 +323,7 @@ class _SupportedObject:
     """An object on a surface, in the surface's frame."""
 
     base: Rect
-    """Rectangle of floor plan that the object's bounding box covers."""
+    """Rectangle that the object's bounding box covers in the plan."""
     reach: Rect
     """Rectangle of the object's box and of the space that its lid or door needs."""
     height: float
