@@ -138,7 +138,7 @@ class Env:
         return observation
 
     def _step(self, reply: Reply, *, is_drawn: bool = False) -> Observation | None:
-        """Execute one reply. If `is_drawn`, draw the frame that the reply answers before that."""
+        """Execute one reply. If `is_drawn`, first draw the frame that the reply answers."""
         if self._episode is None or self._initial is None or self._end is not None:
             raise RuntimeError("Env.step: no episode has been started. Call reset first.")
         profile = self._profile_now()
@@ -223,8 +223,7 @@ class Env:
             self._initial = self._simulator.world(self._bound)
 
     def _with_pixel(self, action: AnyAction | None) -> AnyAction | None:
-        """Return an action. If it names an object, and only one object in view has this name, add a pixel of that
-        object."""
+        """Return an action. If it names an object, and only one object in view has this name, add one of its pixels."""
         if not isinstance(action, InteractPixel) or action.object is None:
             return action
         if not isinstance(self._simulator, NamesObjects):
@@ -251,8 +250,7 @@ class Env:
         return self._recorded_profile if len(self._steps) < self._recorded_steps else self.profile
 
     def _is_unconfirmed(self, action: AnyAction | None, profile: Profile, episode: Episode) -> bool:
-        """Return whether an action is a report that does not end the episode yet, but is answered by a request to look
-        again."""
+        """Return whether an action is a report that does not end the play, but leads to a request to look again."""
         is_first = not any(step.is_unconfirmed for step in self._steps)
         has_steps = len(self._steps) + 1 < episode.max_steps
         return profile.row.looks_again and isinstance(action, Report) and is_first and has_steps

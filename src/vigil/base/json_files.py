@@ -32,8 +32,7 @@ def is_array(value: object) -> TypeGuard[list[Any]]:
 
 
 def _hint(data: bytes) -> str:
-    """Return " (NaN and Infinity are not JSON)" if `data` is JSON apart from these two numbers; otherwise an empty
-    string."""
+    """Return " (NaN and Infinity are not JSON)" if `data` is JSON apart from these two; otherwise an empty string."""
     try:
         from_json(data, allow_inf_nan=True)
     except ValueError:

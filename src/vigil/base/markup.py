@@ -15,8 +15,7 @@ def replace_invalid(text: str) -> str:
 
 
 def finalize(value: Any) -> Any:
-    """Return a string with its invalid characters replaced, in the same class (such as Markup); return other values
-    unchanged.
+    """Return a string of the same class without invalid characters; other values are returned unchanged.
 
     Jinja calls this function as its `finalize`.
     """

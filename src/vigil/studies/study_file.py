@@ -38,8 +38,7 @@ class StudyModel(_Part):
     group: str | None = None
     """Heading above the model's rows in tables; by default the paper's group, which follows from the model's name."""
     panel: StudyPanel | None = None
-    """Panel (group of rows) of the table that contains the model's row; by default, the rule in the glossary decides.
-    """
+    """Panel (group of rows) of the table that contains the model's row; by default as the glossary says."""
     anchor: bool = False
     """Whether the model is shown in figures that show only a few models."""
     published: str | None = None
@@ -117,8 +116,7 @@ def _as_setting_error(text: YamlText, error: ValidationError) -> Exception:
 
 
 def _check_names(source: StudySource) -> None:
-    """Raise SettingError if two models have the same name, or if an entry names an unknown condition or published
-    model."""
+    """Raise SettingError if two models have the same name, or an entry names an unknown condition or paper model."""
     study, text = source.study, source.text
     conditions = list(study.conditions)
     if study.main is not None and study.main not in study.conditions:

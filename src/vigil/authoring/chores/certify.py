@@ -45,8 +45,7 @@ from vigil.scoring.closure import CONCEDED, FAIL_REASONS, Certificate, Reason, e
 from vigil.sim.privileged import PrivilegedSimulator
 
 FACTORS = (1.8, 2.4)
-"""Minimum and maximum of the step budget as a multiple of the solver's steps. The suite's limits on budgets take
-precedence."""
+"""Minimum and maximum of the step budget as a multiple of the solver's steps; the suite's limits take precedence."""
 MAX_SOLVER_SHARE = 0.625
 """Maximum share of the step budget that the solver may use."""
 STEP_OF_BUDGETS = 5
@@ -55,8 +54,7 @@ LOOKED_AT: frozenset[ChoreKind] = frozenset({"question", "already", "impossible"
 
 
 class Sketch(Protocol):
-    """The facts about a chore that certifying needs. A proposed chore has them, and so has the recorded answer of a
-    chore."""
+    """The facts about a chore that certifying needs. Both a proposed chore and the recorded answer of one have them."""
 
     @property
     def kind(self) -> ChoreKind: ...  # noqa: D102
@@ -90,8 +88,7 @@ class ListCertifier:
         self._view = PrivilegedView(simulator)
 
     def certify(self, task: ListTask, house: House) -> tuple[list[SolvedSide], list[Finding]]:
-        """Return (list with its budget, solution and answer; no findings). If the list is faulty: (nothing; the
-        findings)."""
+        """Return a list with its budget, solution and answer, and no findings; for a faulty list, only findings."""
         episode = task.episode
         found, answer = self._answered(episode, house, task.chores)
         if found or answer is None:
@@ -247,8 +244,7 @@ def blamed(findings: Sequence[Finding]) -> list[int]:
 def entangled_with(plan: ChorePlan, place: int, kind: ChoreKind) -> tuple[int, ...]:
     """Return the numbers (from 1) of the other chores with which the chore at index `place` is entangled.
 
-    For the kind `order`, these are the chores that undo it, or that it undoes; otherwise, the chores that do it by the
-    way.
+    For the kind `order`, they undo the chore or the chore undoes them; for other kinds, doing them also does the chore.
     """
     found = plan.entanglement
     if kind == "order":

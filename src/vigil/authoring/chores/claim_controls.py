@@ -15,8 +15,7 @@ OTHER: dict[ChoreClaim, ChoreClaim] = {"on": "off", "off": "on", "open": "closed
 
 
 def false_claims(solved: ListOutcome, episode: Episode, record: EpisodeRecord) -> Iterator[str]:
-    """Yield the names of false claims that wrongly close a list, given the record and verdict (`solved`) of its
-    solution."""
+    """Yield the names of false claims that wrongly close a list; `solved` is the verdict of the solution's record."""
     true: dict[int, ChoreClaim] = {chore.number: chore.claim for chore in solved.chores if chore.claim is not None}
     for name, claims in wrong_claims(true):
         if with_claims(solved, claims).B:

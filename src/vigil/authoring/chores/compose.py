@@ -70,8 +70,7 @@ class ListTask:
     chores: tuple[ProposedChore, ...]
     entanglement: Entanglement
     faulty: set[ChorePart] = field(default_factory=set, compare=False, repr=False)
-    """Goal parts of chores that broke a rule. All lists of the home share this set, and later lists leave such chores
-    out."""
+    """Goal parts of chores that broke a rule. All lists of the home share this set; later lists avoid these parts."""
     seen: set[Chore] = field(default_factory=set, compare=False, repr=False)
     """Chores of the home for which a place with a clear view was already found."""
 
@@ -153,8 +152,7 @@ def _next(
     begun: tuple[Sequence[ProposedChore], Mapping[ChoreKind, int], int],
     wanted: Sequence[ChoreKind],
 ) -> tuple[ChoreKind, tuple[ProposedChore, ...]] | None:
-    """Return a chore or pair that can be added to a list, preferring rare kinds and little used chores; None if there
-    is none.
+    """Return a chore or pair that can be added to a list, preferring rare kinds and little used chores; or None.
 
     `begun` has the list's chores so far, their number by kind, and the final number of chores.
     """

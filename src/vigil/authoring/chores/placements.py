@@ -96,8 +96,7 @@ def _phrase_of_object(context: HouseContext, thing_id: str) -> Phrase | None:
 
 
 def _sentence(context: HouseContext, goal: ObjectAtReceptacle, target: Phrase, receptacle: Phrase) -> str:
-    """Return a random sentence that asks to put an object somewhere; the words for two places never directly follow
-    each other."""
+    """Return a random sentence that asks to put an object somewhere, without two places in direct succession."""
     sentences = PUT_INTO_ORDERS if goal.inside else PUT_ON_ORDERS
     if target != target.without_place:
         sentences = Sentences(_unstacked(sentences.public), _unstacked(sentences.held_out))

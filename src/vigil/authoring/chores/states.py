@@ -95,8 +95,7 @@ def _make_sure(context: HouseContext, act: Act) -> Proposals:
 
 
 def sure_of(context: HouseContext, thing: Thing, act: Act, *, is_met: bool) -> ProposedChore:
-    """Return the chore to make sure of the state that `act` brings about; if `is_met`, the thing has this state at the
-    start."""
+    """Return the chore to make sure of the state that `act` brings about; if `is_met`, the state holds at the start."""
     goal, setup = _goal(thing, act), setup_for(thing, act)
     if is_met:
         changes = {thing.id: _met(setup.objects[thing.id], goal)}

@@ -16,8 +16,7 @@ PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
 }
 """Kind -> the function that proposes its tasks in a house."""
 FAMILY: Family = "SI"
-"""Family that drafts files record when a house is finished, as the suite needs one. The suite's episodes are of SI, or
-of CR if they have a constraint."""
+"""Family that drafts files record when a house is finished. The suite's episodes are of SI, or of CR if constrained."""
 
 
 def closure_proposer(seed: int) -> Proposer:

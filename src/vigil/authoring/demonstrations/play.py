@@ -45,8 +45,7 @@ class Example:
     feedback: Feedback | None
     """Feedback on the previous action (all False at the first step); None if the profile has no feedback."""
     messages: tuple[Message, ...]
-    """Messages of the request. The last one has the current picture; earlier ones have the pictures that the profile
-    keeps."""
+    """Messages of the request: the last has the current picture, earlier ones have pictures that the profile keeps."""
     action: Action
     thought: str
     answer: str
@@ -187,8 +186,7 @@ class Demonstrator:
         )
 
     def _false_ones(self, shown: Sequence[Example], wanted: Sequence[tuple[Example, Fault, str]]) -> list[Example]:
-        """Return those corrections in `wanted` whose report is false. A report of success may be true if the goal holds
-        early."""
+        """Return those corrections in `wanted` whose report is false. (Success may be true if the goal holds early.)"""
         found: list[Example] = []
         for example, fault, false in wanted:
             before = [each.answer for each in shown[: example.step - 1]]

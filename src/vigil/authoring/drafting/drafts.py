@@ -73,8 +73,7 @@ class Header(_Line):
     forms: Forms = "public"
     """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
     templates: tuple[str, ...] = Field(default=(), exclude_if=lambda names: not names)
-    """Kinds of episodes that are drafted in families that have one of them; other families have all their kinds. The
-    field is written if it is not empty."""
+    """Kinds of episodes that are drafted; families with none of these have all their kinds. Written if not empty."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
     is_seed_secret: bool = False
@@ -339,8 +338,7 @@ class DraftsWriter:
 
 
 def draft_id(episode: Episode, category: str, house: House, secret: int | None = None) -> str:
-    """Return an id: the form of the paper's ids, then the family and a hash of the draft, so that equal drafts have
-    equal ids.
+    """Return an id: the paper's form of id, then the family and a hash, so that equal drafts have equal ids.
 
     If a `secret` seed is given, the id reveals nothing to readers who do not know the seed.
     """

@@ -92,8 +92,7 @@ class Grammar:
     shares_limits: bool = True
     """Whether a family's limits in a house are divided among its kinds. If False, each kind has the whole limit."""
     facts_of: Callable[[HouseContext, SolvedSide], DraftFacts] | None = None
-    """Function that returns the facts about a valid proposal's first side; None to use `facts_of`, which needs a
-    target."""
+    """Function that returns the facts about a valid proposal's first side; None to use `facts_of` below."""
 
 
 def seed_context(context: HouseContext, seed: int, label: str) -> None:
@@ -151,7 +150,7 @@ class GenerationSettings:
     """Whether names of houses and episodes must not reveal the seed."""
     grammar: Grammar = FAMILY_GRAMMAR
     templates: tuple[str, ...] = ()
-    """Kinds of episodes that are drafted in families that have one of them; other families have all their kinds."""
+    """Kinds of episodes that are drafted. Families with none of these kinds have all their kinds."""
 
     @property
     def secret(self) -> int | None:
@@ -330,10 +329,7 @@ def named_draft(kind: str, side: SolvedSide, facts: DraftFacts, house: House, se
 
 
 def facts_of(context: HouseContext, side: SolvedSide) -> DraftFacts:
-    """Return the facts about an episode's target and house that are used to balance packs.
-
-    The simulator is reset to the episode's start.
-    """
+    """Return the facts that are used to balance packs. The simulator is reset to the episode's start."""
     episode, last = side.episode, side.actions[-1]
     context.simulator.reset(episode.start, episode.setup)
     target = context.thing(episode.goal.object_id)

@@ -18,11 +18,9 @@ NEXT_TO_M, LOOSELY_NEXT_TO_M = 0.35, 1.2
 LEVEL_M = 0.25
 """Maximum difference (m) between the heights of the undersides of two things that are next to each other."""
 CLOSEST_M, FARTHER_BY_M, FARTHER_BY = 2.0, 0.8, 2.0
-"""Maximum gap (m) of the closest thing, and the minimum difference (m) and factor by which all other gaps are larger.
-"""
+"""Maximum gap (m) of the closest thing, and minimum difference (m) and factor by which all other gaps are larger."""
 COVERED, PARTLY_COVERED = 0.75, 0.1
-"""Minimum shares of a thing that are below another thing if everybody, or if only some people, would call it under that
-thing."""
+"""Minimum shares of a thing under another thing for everybody, or for only some people, to say "under"."""
 
 
 @dataclass(frozen=True, slots=True)

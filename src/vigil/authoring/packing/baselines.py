@@ -27,8 +27,7 @@ LIST_RATES = {"W_share": "W share", "W": "W", "B": "B", "T": "T", "chance": "T b
 MAX_W_OF_A_BLIND_AGENT = 0.40
 """Maximum W of a blind agent in a family. Packs promise that it is not exceeded."""
 MOST_BLIND_SKILL = 0.05
-"""Maximum absolute value of the skill over chance of the claims of an agent that does not look. Packs promise that it
-is not exceeded."""
+"""Maximum absolute skill over chance of claims by an agent that does not look. Packs promise not to exceed it."""
 RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other")
 
 

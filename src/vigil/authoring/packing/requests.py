@@ -47,7 +47,7 @@ class PackRequest:
     starts: int = 1
     """Number of start poses drawn for each draft; the hardest is used."""
     templates: tuple[str, ...] = ()
-    """Kinds of episodes that are drafted in families that have one of them; other families have all their kinds."""
+    """Kinds of episodes that are drafted. Families with none of these kinds have all their kinds."""
 
     @property
     def suite(self) -> SuiteName | None:

@@ -19,8 +19,7 @@ MAX_NEIGHBOURS = 2
 
 
 def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement]:
-    """Yield placements of a thing in the middle of each level surface: surfaces in a receptacle if `inside`, else on
-    it."""
+    """Yield placements of a thing in the middle of each level surface in a receptacle; if not `inside`, on it."""
     for surface, frame in level_surfaces(receptacle):
         if surface.is_inside == inside:
             yield _placement(frame.shift, thing, receptacle)

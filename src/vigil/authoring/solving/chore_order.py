@@ -30,11 +30,9 @@ from vigil.scene.supports import furniture_of, surface_named
 from vigil.scene.things import Scene, Thing
 
 MAX_ENTANGLED = 6
-"""Maximum number of chores that concern the same things. If there are more, trying all their orders would take too
-long."""
+"""Maximum number of chores that concern the same things; trying all orders of more chores would take too long."""
 TOUR_CELL_M, FAR_M = 0.2, 1000.0
-"""Size (m) of the cells on which walks between chores are measured, and length (m) of a walk to an unreachable thing.
-"""
+"""Size (m) of the cells on which walks between chores are measured, and length (m) of a walk to unreachable things."""
 Fact = tuple[str, str]
 """A changeable fact: "open", "on" or "at", with the id of the thing."""
 Facts = Mapping[Fact, object]
@@ -186,7 +184,7 @@ def _concerned(model: ChoreModel, chore: Chore) -> set[str]:
 
 
 def _does_all(model: ChoreModel, chores: Sequence[Chore], order: Sequence[int]) -> bool:
-    """Return whether all chores hold once they are done in this order. States that questions ask for must not change."""
+    """Return whether all chores hold after this order of doing them. States asked for by questions must not change."""
     facts = model.initial
     asked = [_queried(chores[place].question) for place in order]
     for place in order:

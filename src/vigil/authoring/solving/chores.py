@@ -1,5 +1,4 @@
-"""Solver of lists of chores. It does all chores that can be done, in an order found by search, and reports the truth
-about each chore."""
+"""Solver of lists of chores: it does all that can be done, in an order found by search, and makes true claims."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -30,11 +29,9 @@ from vigil.scene.things import Thing
 from vigil.scoring.closure import Evidence
 
 PLACE = "place_{}"
-"""Role of the thing on which, according to a chore's sentence, the chore's object lies. The chore's number is put in.
-"""
+"""Role of the thing on which the object of a chore lies, according to the sentence; the chore's number is put in."""
 BLOCKER = "blocker_{}"
-"""Role of the furniture that makes a chore impossible: it keeps a thing from opening, or leaves no room on a
-receptacle."""
+"""Role of the furniture that keeps a chore's thing from opening, or leaves no room on a chore's receptacle."""
 OBSTACLE = "obstacle_{}"
 """Role of the object that must be carried away before a chore's thing can open."""
 
@@ -102,8 +99,7 @@ def _concession_of(place: int, conceded: Mapping[int, Status]) -> Status:
 
 
 def plan_chores(episode: Episode, view: PrivilegedView, conceded: Collection[int]) -> ChorePlan:
-    """Return the order of a list's chores with the shortest walk; `conceded` are the indices of chores that cannot be
-    met.
+    """Return the order of chores with the shortest walk; `conceded` are the indices of chores that cannot be met.
 
     Raises Unsolvable if no order does all other chores.
     """
@@ -198,8 +194,7 @@ def _look(episode: Episode, place: int, macro_actions: MacroActions) -> Iterator
 
 
 def check_looks(episode: Episode, places: Iterable[int], view: PrivilegedView) -> None:
-    """Raise UnsolvableChore if the agent cannot clearly see the evidence for one of the chores with the indices
-    `places`.
+    """Raise UnsolvableChore if the agent cannot clearly see the evidence for a chore whose index is in `places`.
 
     `view` is in the state of the episode's start.
     """
@@ -218,8 +213,7 @@ def check_looks(episode: Episode, places: Iterable[int], view: PrivilegedView) -
 
 
 def _achieve(part: ObjectInState | ObjectAtReceptacle, macro_actions: MacroActions) -> Iterator[Action]:
-    """Yield the actions that bring about a part of a chore. A machine that refuses the act is first closed or turned
-    off."""
+    """Yield the actions that bring about a part of a chore. If need be, the machine is first closed or turned off."""
     things = macro_actions.view.scene.things
     machine = things[_stood_at(part)]
     if CATALOG[machine.category].runs_only_when_closed:

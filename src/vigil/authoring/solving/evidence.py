@@ -32,8 +32,7 @@ EVIDENCE_DISTANCE_M = (0.5, 4.0)
 FAR_COST = 4.0
 """Cost, as a length of walk (m), of each metre between a view and the thing, if views from close by are preferred."""
 CLEAR_STATE_PX, STATE_WITHIN_M = 200, 3.5
-"""Minimum pixels that clearly show a state, and maximum distance (m) from the thing of the views that are tried for it.
-"""
+"""Minimum pixels that clearly show a state, and maximum distance (m) from the thing of views that are tried for it."""
 MAX_LOOKS = 80
 """Greatest number of views tried for evidence."""
 NOTICE_READABLE_M = 2.0
@@ -41,8 +40,7 @@ NOTICE_READABLE_M = 2.0
 BELOW_EYES_M = 0.2
 """Least height (m) of the eyes above a surface that can be seen from above."""
 SPOT_SHARES, SPOT_ABOVE_M = (-0.3, 0.3), 0.002
-"""Offsets from the middle of a surface (shares of its size), and height (m) above it, of points that serve as evidence.
-"""
+"""Offsets from a surface's middle (shares of its size), and height (m) above it, of points that serve as evidence."""
 PARTLY_OPEN = (0.12, 0.25)
 """Least and greatest openness of partly open things; the protocol calls a thing closed below 0.1."""
 MIN_GAP_M = 0.04
@@ -50,8 +48,7 @@ MIN_GAP_M = 0.04
 SPREAD = 0.05
 """Greatest difference between the openness of a partly open thing and the least visible openness."""
 FREE_SHARE = 0.8
-"""Minimum movement of points that may be evidence, as a share of the largest movement. These points are at the free
-edge of a door."""
+"""Points that are evidence move at least this share of the largest movement, so they are at a door's free edge."""
 DRAWERS_AND_DOORS = frozenset(
     {"Cabinet", "ClothesDryer", "Drawer", "Fridge", "Microwave", "Safe", "Stove", "WashingMachine"}
 )
@@ -159,8 +156,7 @@ def is_partly_open(openness: float) -> bool:
 
 
 def random_partial_openness(thing: Thing, rng: np.random.Generator) -> float:
-    """Return a random openness, in whole hundredths, at which a thing is partly open and its gap is just wide enough to
-    see."""
+    """Return a random openness, in whole hundredths, at which a thing is partly open and its gap is just visible."""
     least = _min_partial_openness(thing)
     return round(float(rng.uniform(least, least + SPREAD)), 2)
 

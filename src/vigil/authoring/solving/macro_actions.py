@@ -149,8 +149,7 @@ class MacroActions:
         return [_targets_on(receptacle, [each], inside=each[0].is_inside) for each in surfaces]
 
     def _has_height(self, targets: "PlacementTargets") -> bool:
-        """Return whether the held object fits below what is above one of the surfaces; the simulator refuses other
-        surfaces.
+        """Return whether one of the surfaces has enough free height above it for the held object.
 
         True if nothing is held.
         """
@@ -207,8 +206,7 @@ class MacroActions:
         raise Unsolvable(f"The way to {viewpoint.corners[-1]} is blocked.")
 
     def placing_pixel(self, viewpoint: Viewpoint, targets: "PlacementTargets") -> tuple[int, int] | None:
-        """Return a pixel of the frame at a viewpoint on which a click places the held object at a target; None if there
-        is none."""
+        """Return a pixel, in the frame at a viewpoint, where a click places the held object at a target; or None."""
         view, held = self.view, self.view.held
         if held is None:
             return None

@@ -22,8 +22,7 @@ from vigil.scene.partitions import OPENNESS_SAMPLES, Partitions
 from vigil.scene.things import Scene, Thing
 
 HOVER_M = 0.02
-"""Greatest height (m) of an object above its support, and greatest distance (m) of a drawer from its place in
-furniture."""
+"""Greatest height (m) of an object above its support, and greatest distance (m) of a drawer from its usual place."""
 WALL_M = 0.1
 """A thing at most this far (m) from a wall counts as hanging on the wall."""
 OUTSIDE_M = 0.02
@@ -117,8 +116,7 @@ def _rooms(house: House) -> list[Fault]:
 
 
 def _extent(house: House) -> list[Fault]:
-    """Return a fault for each thing too far from the origin, each wall without length or height, and each openness
-    outside 0..1."""
+    """Return a fault for each thing too far away, wall without length or height, and openness outside 0..1."""
     document = house.document
     named = [(room.id, point) for room in document.rooms for point in room.floor_polygon]
     named += [(wall.id, point) for wall in document.walls for point in wall.polygon]

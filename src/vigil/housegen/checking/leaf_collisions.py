@@ -50,8 +50,7 @@ class LeafCollisions:
 
 @lru_cache(maxsize=4096)
 def drawn_triangles(asset: Asset) -> tuple[tuple[str | None, np.ndarray], ...]:
-    """Return a (joint, triangles) pair for the body, whose joint is None, and for each moving part. Triangles are (n,
-    3, 3)."""
+    """Return (joint, triangles (n, 3, 3)) for the body, whose joint is None, and for each moving part."""
     found: dict[str | None, list[np.ndarray]] = {}
     for part in asset.parts:
         if part.shown != "on" and len(part.mesh.faces):

@@ -135,8 +135,7 @@ WALL_PREFERENCES: dict[str, tuple[float, float]] = {
     "prefers corners": (0.7, 0.1),
     "other": (0.2, 0.3),
 }
-"""Name of a group -> (score of a place in a corner, score of a place in the middle of a wall). NOISE is added to
-scores."""
+"""Name of a group -> (score of a place in a corner, score of a place in the middle of a wall); NOISE is added."""
 NOISE = 0.5
 """Upper limit of the random number that is added to each place's score."""
 FACING, ASIDE_PER_M, TOO_NEAR_PENALTY, AHEAD_PER_M = 3.0, 1.5, 5.0, 0.15

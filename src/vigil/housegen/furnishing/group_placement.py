@@ -28,7 +28,7 @@ ALONG_STEP_M, ACROSS_STEP_M = 0.15, 0.3
 ACROSS_SHIFT_M = 0.25
 """Largest random offset (m) of the grid of places away from walls."""
 TRIES = 14
-"""Number of places, the best first, at which a group is tested for whether an agent can still walk through the room."""
+"""Number of places, the best first, that are tested for whether an agent can still walk through the room."""
 
 
 @dataclass(slots=True)
@@ -43,8 +43,8 @@ class GroupMember:
     """Index of the member on which this member stands; None if this member stands on the floor."""
 
     def rects(self) -> list[Rect]:
-        """Return the rectangles that the member covers: one for its box or, if it is a countertop, one for each
-        straight part."""
+        """Return the rectangles that the member covers: one for its box or, for a countertop, one for each straight
+        part."""
         if self.model.category != "CounterTop":
             return [self.rect()]
         corners = [np.asarray(solid.polygon) for solid in self.model.asset.solids if solid.joint is None]

@@ -147,8 +147,7 @@ def obstacle_blocked(context: HouseContext) -> Drafts:
 
 
 def _starts_with_routes(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
-    """Yield start poses with a distant target in view, each with points (n, 2) in x, z on the shortest walk to the
-    target."""
+    """Yield start poses with a distant target in view, and points (n, 2) in x, z on the shortest walk to the target."""
     if not context.can_begin(setup):
         return
     see = is_in_view(context)

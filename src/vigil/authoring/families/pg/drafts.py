@@ -17,8 +17,8 @@ from vigil.protocol.goals import TargetGrounded
 
 CLEAR_PX_BY_SIZE: dict[TargetSize, int] = {"large": 4000, "medium": 800, "small": 180}
 HARD_PX_BY_SIZE: dict[TargetSize, int] = {"large": 1000, "medium": 200, "small": SMALL_START_PX}
-"""Size class -> minimum visible pixels of a target. CLEAR_PX_BY_SIZE is for starts at which people see the target
-clearly, HARD_PX_BY_SIZE for hard starts (for small targets, the minimum of the rules)."""
+"""Minimum visible pixels of a target by size class: CLEAR_PX_BY_SIZE for starts that show it clearly to a person,
+HARD_PX_BY_SIZE for hard starts (for small targets, the minimum of the rules)."""
 POINT = Sentences(
     public=(
         "Point at {target}.",

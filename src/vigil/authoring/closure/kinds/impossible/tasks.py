@@ -94,8 +94,7 @@ def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, mov
 
 
 def may_block(context: HouseContext, thing: Thing, target: Thing) -> bool:
-    """Return whether a piece of furniture may keep a target from opening: nothing is on it, and it is in the target's
-    room."""
+    """Return whether furniture may keep a target from opening: nothing is on it, and it is in the target's room."""
     is_kind = thing.category in BLOCKERS and not thing.is_pickupable and thing.parent is None
     is_bare, room_at = not children(context.view.scene, thing.id), context.view.room_at
     return is_kind and is_bare and thing.id != target.id and room_at(thing.position) == room_at(target.position)

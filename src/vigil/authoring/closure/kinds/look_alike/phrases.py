@@ -34,8 +34,7 @@ def by_bearing(name: str, other: str, *, is_inside: bool) -> str:
 
 
 def referents_in(instruction: str, items: Iterable[DescribedThing], view: PrivilegedView) -> set[str]:
-    """Return the ids of the things that a phrase of this module in an instruction means; empty if it has no such
-    phrase."""
+    """Return the ids of the things that an instruction means by a phrase of this module; empty if it has none."""
     everything, things = list(items), view.scene.things
     names = "|".join(re.escape(name) for name in sorted({item.name for item in everything}, key=lambda n: (-len(n), n)))
     if found := re.search(rf"\bthe (?P<which>larger|smaller) (?P<name>{names})\b", instruction):
