@@ -37,7 +37,7 @@ class RunEstimate:
 
     cost: CostEstimate
     money: tuple[float, float] | None
-    """Minimum and maximum cost; None without prices."""
+    """Minimum and maximum cost; None if no prices are known."""
     hours: tuple[float, float] | None
     """Minimum and maximum hours of calls; None if the agent calls no model."""
 

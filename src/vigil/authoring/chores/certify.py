@@ -54,7 +54,7 @@ LOOKED_AT: frozenset[ChoreKind] = frozenset({"question", "already", "impossible"
 
 
 class Sketch(Protocol):
-    """The facts about a chore that certifying needs. Both a proposed chore and the recorded answer of one have them."""
+    """The facts about a chore that certifying needs. A proposed chore and a recorded answer both have these facts."""
 
     @property
     def kind(self) -> ChoreKind: ...  # noqa: D102
@@ -244,7 +244,8 @@ def blamed(findings: Sequence[Finding]) -> list[int]:
 def entangled_with(plan: ChorePlan, place: int, kind: ChoreKind) -> tuple[int, ...]:
     """Return the numbers (from 1) of the other chores with which the chore at index `place` is entangled.
 
-    For the kind `order`, they undo the chore or the chore undoes them; for other kinds, doing them also does the chore.
+    For the kind `order`, they undo this chore or are undone by it; for other kinds, doing one of them does this chore,
+    too.
     """
     found = plan.entanglement
     if kind == "order":

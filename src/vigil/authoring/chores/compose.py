@@ -82,10 +82,10 @@ class ListTask:
 
 @dataclass
 class HomePool:
-    """The single chores and pairs that were proposed in a home, with how often lists have used each of them."""
+    """The single chores and pairs that were proposed in a home, and how often lists have used each of them."""
 
     offers: Mapping[ChoreKind, Sequence[tuple[ProposedChore, ...]]]
-    """Kind -> single chores or pairs; a list that uses them gets a chore of this kind."""
+    """Kind of chore -> the single chores or pairs from which a list can get a chore of this kind."""
     uses: Counter[int] = field(default_factory=Counter)
     """Python's id of a chore or pair -> number of lists that contain it."""
     of_kind: Counter[str] = field(default_factory=Counter)

@@ -19,7 +19,7 @@ CATEGORY = "Chores"
 
 
 def chores_proposer(seed: int) -> Proposer:
-    """Return the proposer of lists. It treats each number of chores as a kind of its own."""
+    """Return the proposer of lists. It treats lists of each length as a separate kind of task."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[ListTask | Rejection]]]:
         seed_context(context, seed, "chores")

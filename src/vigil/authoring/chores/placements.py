@@ -1,4 +1,4 @@
-"""Proposals of chores that put an object on or into a receptacle, both possible and impossible."""
+"""Proposals of chores, possible and impossible, that put an object on or into a receptacle."""
 
 from dataclasses import replace
 

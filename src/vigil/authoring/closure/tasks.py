@@ -30,7 +30,7 @@ class ClosureTask:
     kind: Kind
     episodes: tuple[Episode, ...]
     removed: str = ""
-    """Id of the object in which the twins differ; empty without twins."""
+    """Id of the object in which the twins differ; empty if the task has no twins."""
     evidence: tuple[Evidence, ...] = ()
     """Evidence that shows which of the twins an episode is."""
     form: str = ""

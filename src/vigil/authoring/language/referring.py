@@ -107,7 +107,7 @@ class DescribedThing:
     alternative_names: tuple[str, ...] = ()
     """Other names that people who see the thing may use."""
     has_misleading_name: bool = False
-    """Whether people would not use the thing's name for it in its place."""
+    """Whether people would not use the thing's name where it is, e.g. "countertop" in a bathroom."""
     is_room_one: bool = True
     """Whether the name of the thing's room is unique in the home."""
     box: Box | None = None

@@ -108,7 +108,7 @@ def _at(cells: np.ndarray, worlds: ControlWorlds) -> list[SyntheticStep] | None:
 
 
 def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Return a row in which the look-alike is observable but the target is not visible; None if this is impossible."""
+    """Return a step at which the look-alike is observable but the target is not visible; None if this is impossible."""
     look_alike = worlds.look_alike
     if look_alike is None:
         return None
@@ -125,12 +125,12 @@ def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
 def _applied_to(
     thing: Thing | None, goal: ObjectInState | ObjectHeld, worlds: ControlWorlds
 ) -> list[SyntheticStep] | None:
-    """Return a row in which `thing`, not the target, is as the goal requires; None if this is impossible."""
+    """Return a step after which `thing`, not the target, is as the goal requires; None if this is impossible."""
     return None if thing is None or not _allows(thing, goal) else _attained(thing.id, goal, worlds)
 
 
 def _attained(object_id: str, goal: Goal, worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Return a row in which a thing is in the state that the goal requires; for goals without a state, in the hand.
+    """Return a step after which a thing is in the state that the goal requires; for goals without a state, in the hand.
 
     Everything else is as at the reset. None if this is impossible.
     """

@@ -19,7 +19,7 @@ MAX_NEIGHBOURS = 2
 
 
 def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement]:
-    """Yield placements of a thing in the middle of each level surface in a receptacle; if not `inside`, on it."""
+    """Yield placements in the middle of each level surface: those inside a receptacle if `inside`, else those on it."""
     for surface, frame in level_surfaces(receptacle):
         if surface.is_inside == inside:
             yield _placement(frame.shift, thing, receptacle)

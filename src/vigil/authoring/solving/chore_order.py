@@ -134,9 +134,9 @@ class Entanglement:
     """Which chores of a list do or undo one another."""
 
     before: frozenset[tuple[int, int]]
-    """Pairs of indices in the list: the first chore must be done before the second, which it would undo otherwise."""
+    """Pairs of indices in the list: the first chore must be done before the second, because it undoes the second."""
     by_the_way: frozenset[tuple[int, int]]
-    """Pairs of indices (chore, other): doing the other chore also does the chore, which does not hold at the start."""
+    """Pairs (a, b) of indices: chore a does not hold at the start, but holds once chore b is done."""
 
 
 def entanglement(model: ChoreModel, chores: Sequence[Chore], doable: Sequence[int]) -> Entanglement | None:
@@ -204,7 +204,7 @@ def _queried(question: ReportStatus | None) -> Fact | None:
 
 
 def _done_by_others(model: ChoreModel, chores: Sequence[Chore], group: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Yield pairs (chore that does not hold at the start, other chore that does it when it is done)."""
+    """Yield pairs (a, b) of indices: chore a does not hold at the start, but holds once chore b is done."""
     for place in group:
         if model.is_done(chores[place], model.initial):
             continue
@@ -282,6 +282,6 @@ def walk_lengths(view: PrivilegedView, stops: Sequence[tuple[str, str]]) -> np.n
 
 
 def _near(box: Box, cells: np.ndarray, reachable: np.ndarray) -> np.ndarray:
-    """Return the mask (n,) of the reachable cells (n, 2) within reach of a box, or nearest to it."""
+    """Return the mask (n,) of the reachable cells (n, 2) within reach of a box, or else of those nearest to it."""
     away = np.where(reachable, box_distances(box, cells), np.inf)
     return reachable & (away <= max(REACH_M, float(away.min(initial=np.inf)) + TOUR_CELL_M))

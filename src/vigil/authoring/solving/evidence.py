@@ -26,7 +26,7 @@ from vigil.scoring.closure import Evidence, is_in_picture
 EVIDENCE_PX = 300
 """Minimum visible pixels at which an agent clearly sees the state of a thing, or sees that the thing blocks a door."""
 EVIDENCE_MARGIN_PX = 20
-"""Number of pixels by which a view that is found must exceed the minimum."""
+"""Number of visible pixels beyond the minimum that a view must show when views are searched for."""
 EVIDENCE_DISTANCE_M = (0.5, 4.0)
 """Minimum and maximum distance (m) from a thing of the places from which views of its evidence are tried."""
 FAR_COST = 4.0
@@ -117,7 +117,7 @@ def viewpoint_showing_state(view: PrivilegedView, thing_id: str, query: StateQue
 
 
 def _query(thing: Thing, points: np.ndarray, most_m: float, far_cost: float) -> ViewpointQuery:
-    """Return the query for views of points (n, 3) from at most `most_m` from a thing."""
+    """Return the query for viewpoints that show points (n, 3) of a thing from at most `most_m` metres."""
     box = body_box(thing)
 
     def near(places: np.ndarray) -> np.ndarray:
@@ -128,7 +128,7 @@ def _query(thing: Thing, points: np.ndarray, most_m: float, far_cost: float) -> 
 
 
 def _viewpoint_where(view: PrivilegedView, query: ViewpointQuery, is_good: Callable[[Pose], bool]) -> Viewpoint | None:
-    """Return the first viewpoint of a query that is good; None if there is none."""
+    """Return the first good viewpoint of a query; None if none is good."""
     tried = islice(viewpoints(view, view.walks(), query), MAX_LOOKS)
     return next((viewpoint for viewpoint in tried if is_good(viewpoint.pose)), None)
 
@@ -146,7 +146,7 @@ def shows_all(view: PrivilegedView, pose: Pose, evidence: Sequence[Evidence]) ->
 
 
 def can_be_partly_open(thing: Thing) -> bool:
-    """Return whether a thing can be partly open so that it visibly differs from a closed one."""
+    """Return whether a thing can be partly open so that it visibly differs from a closed thing."""
     return thing.category in DRAWERS_AND_DOORS and _min_partial_openness(thing) + SPREAD <= PARTLY_OPEN[1]
 
 

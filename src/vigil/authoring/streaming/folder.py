@@ -48,7 +48,7 @@ class StreamHeader(BaseModel):
     first: int
     last: int | None
     suite: Literal["chores"] | None = Field(default=None, exclude_if=lambda suite: suite is None)
-    """Suite of the episodes; omitted for those of the families."""
+    """Suite of the episodes; omitted for episodes of the families."""
 
 
 def header_of(stream: Stream) -> StreamHeader:

@@ -247,7 +247,7 @@ class Worker:
         self._end(SHUTDOWN_TIMEOUT_S)
 
     def _answer(self, request: Request) -> Any:
-        """Return a request's answer. If the process dies, ask a new one. Raises WorkerLost or the request's error."""
+        """Return a request's answer. If the process dies, start a new one. Raises WorkerLost or the request's error."""
         for left in range(self._settings.attempts - 1, -1, -1):
             try:
                 return self._ask(request)

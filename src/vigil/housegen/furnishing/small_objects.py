@@ -108,10 +108,10 @@ ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
     ("Bathroom", "WashingMachine"): _TOILETRIES,
     ("Bathroom", "ClothesDryer"): _TOILETRIES,
 }
-"""(kind of room, category of a support) -> categories that may lie there, in addition to those of the catalogue."""
+"""(kind of room, category of a support) -> categories of objects that may lie there, although not in the catalogue."""
 
 ALSO_WEIGHT = 0.5
-"""Weight of the categories in ALSO_ON; the catalogue gives a category the weight 0.67 on its first support."""
+"""Weight of categories in ALSO_ON. In the catalogue, a category has the weight 0.67 on the first of its supports."""
 
 USUAL_OBJECTS: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
     "Kitchen": (

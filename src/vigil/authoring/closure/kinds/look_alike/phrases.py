@@ -14,7 +14,7 @@ from vigil.scene.supports import children, surface_named
 from vigil.scene.things import Thing
 
 SIZE_RATIO, VOLUME_RATIO = 1.2, 1.6
-"""Minimum ratio of the longest sides, and minimum ratio of the volumes, of two things for one to be clearly larger."""
+"""Minimum ratios of the longest sides and of the volumes of two things at which the first is clearly larger."""
 STATES = ("open", "closed", "burning", "not burning")
 
 
