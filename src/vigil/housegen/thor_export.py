@@ -27,7 +27,8 @@ from vigil.protocol.house import Door, House, HouseObject, Window
 from vigil.scene.outlines import floor_of, footprint
 
 OVERSIZE = 1.6
-"""Weight of too large sides in a comparison of sizes; too small sides have weight 1. Too large objects hit others."""
+"""Weight of sides that are too large, when sizes are compared; sides that are too small have weight 1. Objects that are
+too large may hit their neighbours."""
 AT_WALL_M = 0.35
 """An object whose back is at most this far (m) from a wall stands at the wall and stays there."""
 SLIDES = tuple(sign * step / 20 for step in range(16) for sign in (1, -1))

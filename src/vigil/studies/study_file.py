@@ -1,7 +1,7 @@
 """Study file: models, conditions and repeats of an evaluation, as a person writes them in YAML.
 
-A setting is any option of `vigil run`, without its dashes. A model's setting overrides its condition's, which overrides
-the study's.
+A setting is any option of `vigil run`, without its dashes. A value given for a model overrides the value given for its
+condition, and this overrides the value given for the whole study.
 """
 
 from dataclasses import dataclass

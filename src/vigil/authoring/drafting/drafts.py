@@ -73,7 +73,7 @@ class Header(_Line):
     forms: Forms = "public"
     """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
     templates: tuple[str, ...] = Field(default=(), exclude_if=lambda names: not names)
-    """Kinds of episodes that are drafted; families with none of these have all their kinds. Written if not empty."""
+    """Kinds of episodes to draft. A family that has none of these kinds gets all its kinds. Written if not empty."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
     is_seed_secret: bool = False

@@ -150,7 +150,7 @@ class GenerationSettings:
     """Whether names of houses and episodes must not reveal the seed."""
     grammar: Grammar = FAMILY_GRAMMAR
     templates: tuple[str, ...] = ()
-    """Kinds of episodes that are drafted. Families with none of these kinds have all their kinds."""
+    """Kinds of episodes to draft. A family that has none of these kinds gets all its kinds."""
 
     @property
     def secret(self) -> int | None:

@@ -269,7 +269,7 @@ class HouseContext:
         return self.hardest(poses(), thing)
 
     def hardest(self, poses: Iterator[Pose], thing: Thing) -> Pose | None:
-        """Return the hardest of the first `compared_starts` poses for an episode about a thing; None without a pose."""
+        """Return the hardest of the first `compared_starts` poses for an episode about a thing; None for no poses."""
         found = list(islice(poses, self.compared_starts))
         if len(found) < 2:
             return next(iter(found), None)

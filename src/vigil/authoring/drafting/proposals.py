@@ -124,7 +124,7 @@ def is_seen(min_px: int) -> VisibilityTest:
 
 
 def is_in_view(context: HouseContext) -> VisibilityTest:
-    """Return the test that the start shows the object to act on clearly; a hard start needs only the rules' minimum."""
+    """Return the test that the start clearly shows the object to act on; a hard start needs only the rules' minimum."""
     return is_seen(HARD_PX if context.prefers_hard_starts else CLEAR_PX)
 
 
@@ -192,7 +192,7 @@ def setup_for(thing: Thing, act: Act | None) -> Setup:
 
 
 def with_laptop_open(thing: Thing, change: ObjectSetup) -> ObjectSetup:
-    """Return `change`. It also opens a laptop, because a closed laptop does not show whether it is on."""
+    """Return `change`; a laptop is also opened by it, because a closed laptop does not show whether it is on."""
     return change.model_copy(update={"openness": 1.0}) if thing.category == "Laptop" else change
 
 

@@ -20,7 +20,7 @@ LEVEL_M = 0.25
 CLOSEST_M, FARTHER_BY_M, FARTHER_BY = 2.0, 0.8, 2.0
 """Maximum gap (m) of the closest thing, and minimum difference (m) and factor by which all other gaps are larger."""
 COVERED, PARTLY_COVERED = 0.75, 0.1
-"""Minimum shares of a thing under another thing for everybody, or for only some people, to say "under"."""
+"""Minimum share of a thing that must be below another thing for everybody, and for some people, to say "under"."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,7 @@ from vigil.scene.things import Thing
 STOPPED_SHORT_M = (0.03, 0.4)
 """Minimum and maximum distance (m) beyond the goal's threshold at which the agent stops short."""
 NEAR_OTHER_M = 1.2
-"""Maximum distance (m) from the look-alike in the control in which the agent approaches the look-alike."""
+"""Maximum distance (m) between the agent and the look-alike, in the control in which it approaches the look-alike."""
 LOOK_M = (0.8, 2.5)
 """Minimum and maximum distance (m) from which the agent looks at the look-alike."""
 TRIED_NEIGHBOURS = 4

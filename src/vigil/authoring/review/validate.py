@@ -219,7 +219,7 @@ class Validator:
         return self._env.record()
 
     def _blind_record(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
-        """Return the record of an agent without sight. It is not replayed if it only reports, which changes nothing."""
+        """Return the record of an agent without sight; without a replay if it only reports, which changes nothing."""
         if all(isinstance(action, Report) for action in actions):
             return record_of(record, (), "success")
         return self._replay(episode, actions)

@@ -1,4 +1,4 @@
-"""Order of chores: which chores of a list do or undo one another, and the order with the shortest walk that does all.
+"""Order of chores: which chores of a list do or undo one another, and which possible order has the shortest walk.
 
 The simulator is not used to try orders. Chores that concern the same things are tried in all orders on a model with a
 few facts (`ChoreModel`). The shortest walk in a possible order is then found by dynamic programming over sets of
@@ -184,7 +184,7 @@ def _concerned(model: ChoreModel, chore: Chore) -> set[str]:
 
 
 def _does_all(model: ChoreModel, chores: Sequence[Chore], order: Sequence[int]) -> bool:
-    """Return whether all chores hold after this order of doing them. States asked for by questions must not change."""
+    """Return whether all chores hold if they are done in this order. States that questions ask for must not change."""
     facts = model.initial
     asked = [_queried(chores[place].question) for place in order]
     for place in order:

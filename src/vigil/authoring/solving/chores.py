@@ -29,7 +29,7 @@ from vigil.scene.things import Thing
 from vigil.scoring.closure import Evidence
 
 PLACE = "place_{}"
-"""Role of the thing on which the object of a chore lies, according to the sentence; the chore's number is put in."""
+"""Name of the role of the thing on which a chore's sentence says that its object lies; `{}` is the chore's number."""
 BLOCKER = "blocker_{}"
 """Role of the furniture that keeps a chore's thing from opening, or leaves no room on a chore's receptacle."""
 OBSTACLE = "obstacle_{}"
@@ -49,7 +49,7 @@ class ChorePlan:
     """The order in which to do the chores of a list."""
 
     order: tuple[int, ...]
-    """Indices of all chores of the list in this order, including chores for which the agent only looks at something."""
+    """Indices of all chores in the order in which the agent does them, or only looks at something for them."""
     entanglement: Entanglement = field(repr=False)
     walk_m: float
     """Length (m) of the walk, on a coarse grid."""

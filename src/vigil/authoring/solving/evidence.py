@@ -28,7 +28,7 @@ EVIDENCE_PX = 300
 EVIDENCE_MARGIN_PX = 20
 """Number of visible pixels beyond the minimum that a view must show when views are searched for."""
 EVIDENCE_DISTANCE_M = (0.5, 4.0)
-"""Minimum and maximum distance (m) from a thing of the places from which views of its evidence are tried."""
+"""Minimum and maximum distance (m) between a thing and the places from which its evidence may be viewed."""
 FAR_COST = 4.0
 """Cost, as a length of walk (m), of each metre between a view and the thing, if views from close by are preferred."""
 CLEAR_STATE_PX, STATE_WITHIN_M = 200, 3.5

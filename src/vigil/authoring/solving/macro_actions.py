@@ -206,7 +206,8 @@ class MacroActions:
         raise Unsolvable(f"The way to {viewpoint.corners[-1]} is blocked.")
 
     def placing_pixel(self, viewpoint: Viewpoint, targets: "PlacementTargets") -> tuple[int, int] | None:
-        """Return a pixel, in the frame at a viewpoint, where a click places the held object at a target; or None."""
+        """Return a pixel in a viewpoint's frame on which a click places the held object at a target; None if none is
+        found."""
         view, held = self.view, self.view.held
         if held is None:
             return None

@@ -122,7 +122,7 @@ class WorkerSettings:
     """File for the output of the process; None if the output goes where this process prints."""
     start: StartProcess = LocalProcess
     attempts: int = 1
-    """Maximum number of processes that try a request: if one dies, the next one tries it. Then the request fails."""
+    """Maximum number of processes that try a request, one after the other. If all of them die, the request fails."""
     advice: str = ""
     """Advice to the user, added to the message about a process that has ended."""
     fault: Callable[[str], Exception] | None = None

@@ -43,8 +43,7 @@ class GroupMember:
     """Index of the member on which this member stands; None if this member stands on the floor."""
 
     def rects(self) -> list[Rect]:
-        """Return the rectangles that the member covers: one for its box or, for a countertop, one for each straight
-        part."""
+        """Return the rectangles that the member covers: its box's, or one for each straight part of a countertop."""
         if self.model.category != "CounterTop":
             return [self.rect()]
         corners = [np.asarray(solid.polygon) for solid in self.model.asset.solids if solid.joint is None]

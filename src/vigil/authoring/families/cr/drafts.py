@@ -50,7 +50,7 @@ MOVED_M = 0.5
 OBSTACLE_PX = 800
 """Minimum number of visible pixels of an obstacle at the start."""
 LOW_M = 0.3
-"""Height (m) of a drawer's bottom below which an obstacle can block it; a higher drawer passes over most obstacles."""
+"""Obstacles can block only drawers whose bottom is below this height (m); higher drawers pass over most obstacles."""
 TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS = 4, 12, 5
 TRIED_HELD = 2
 """Number of objects that are tried as the object in the hand, for each target."""
@@ -64,8 +64,8 @@ TRIED_FAR_PLACES = 40
 FACING_SPREAD_DEG = 25.0
 """Maximum angle (deg) between a start's heading and the direction of its target."""
 NEAR_TARGET_M, BEFORE_START_M, SPOT_STEP_M = 1.2, 0.7, 0.1
-"""Distances (m): from the end of the walk to the target, from the start to the first place tried for an obstacle, and
-between tried places."""
+"""Distances (m): between the target and the end of the walk, between the start and the first place tried for an
+obstacle, and between tried places."""
 GAPS_M = (0.04, 0.12, 0.25)
 """Gaps (m) that are tried between the front of a target and an obstacle."""
 SHIFTS = (0.0, 0.3, -0.3)
