@@ -75,7 +75,7 @@ class Candidate:
 
 
 CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
-"""Function that replays candidates. It returns a dict of those with findings: id of the first side -> findings."""
+"""Function that replays candidates. For those with findings, it returns id of the first side -> findings."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -73,7 +73,7 @@ def notice_evidence(machine: Thing) -> Evidence | None:
 
 
 def surface_evidence(support: Thing, surface_name: str | None) -> tuple[Evidence, ...]:
-    """Return points spread over a surface, which show what lies on it; empty if it cannot be seen from above."""
+    """Return the evidence of what lies on a surface: points spread over it; empty if it cannot be seen from above."""
     for surface, frame in level_surfaces(support):
         if surface.name == surface_name:
             shares = [(x * surface.size_x, SPOT_ABOVE_M, z * surface.size_z) for x in SPOT_SHARES for z in SPOT_SHARES]
