@@ -104,9 +104,9 @@ def play(episode: Episode, env: Env, agent: Agent, *, run_id: str = "", epoch: i
 def save_run(folder: str | Path, pack: Pack, records: Iterable[EpisodeRecord], env: Env, *, agent: str) -> Path:
     """Write the records of a run, and return the run's folder.
 
-    The records are those of episodes of `pack` that the agent named `agent` played in `env`. `vigil view`, `score`,
-    `report` and `verify` open the folder like any other run. `folder` is new or empty. Raises SettingError for a record
-    of another pack's episode, and RecordError if the folder already holds a run.
+    The agent named `agent` must have played the records' episodes, which belong to `pack`, in `env`. `vigil view`,
+    `score`, `report` and `verify` open the folder like any other run. `folder` is new or empty. Raises SettingError for
+    a record of another pack's episode, and RecordError if the folder already holds a run.
     """
     path, found = Path(folder), list(records)
     if (path / EPISODES_FILE).exists():

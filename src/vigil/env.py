@@ -49,8 +49,8 @@ class Env:
     ) -> None:
         """Play on `simulator`, in the houses that `house_of` returns for episodes; `clock` gives the times in records.
 
-        A house that is already loaded is not loaded again. `recorded_profile` is that of an episode's first steps if
-        they are those of another play; None for `profile`.
+        A house that is already loaded is not loaded again. `recorded_profile` is the profile of the steps that are
+        repeated from an earlier play at the start of an episode; by default, `profile`.
         """
         self.profile = profile
         self._recorded_profile = recorded_profile or profile
@@ -90,8 +90,8 @@ class Env:
     def reset(self, episode: Episode, recorded_steps: int = 0) -> Observation | None:
         """Start `episode` and return the first observation; None if the simulator failed.
 
-        The first `recorded_steps` steps are shown and read under the profile of the play that they come from. Raises
-        HouseError or EpisodeError for an invalid house or episode.
+        The first `recorded_steps` steps repeat an earlier play, so the profile of that play (`recorded_profile`) holds
+        for them. Raises HouseError or EpisodeError for an invalid house or episode.
         """
         self._episode = episode
         self._recorded_steps = recorded_steps
@@ -120,8 +120,8 @@ class Env:
     def replay(self, recorded: StepRecord) -> Observation | None:
         """Carry out a step of another play again and return the next observation; None when the episode is over.
 
-        The step becomes a step of this episode, to the byte. Raises RecordError if anything happens otherwise than
-        recorded, the pixels of a frame that was looked at included.
+        The recorded step is added unchanged to this episode. Raises RecordError if its outcome now differs from the
+        record; if the agent had looked at the frame, the frame's pixels are compared, too.
         """
         observation = self._step(recorded.reply, is_drawn=recorded.frame_sha256 is not None)
         if self._end == "error":
@@ -138,7 +138,7 @@ class Env:
         return observation
 
     def _step(self, reply: Reply, *, is_drawn: bool = False) -> Observation | None:
-        """Execute one reply, after drawing the frame that it answers, if `is_drawn`."""
+        """Execute one reply. If `is_drawn`, first draw the frame that the reply answers."""
         if self._episode is None or self._initial is None or self._end is not None:
             raise RuntimeError("Env.step: no episode has been started. Call reset first.")
         profile = self._profile_now()
@@ -223,7 +223,7 @@ class Env:
             self._initial = self._simulator.world(self._bound)
 
     def _with_pixel(self, action: AnyAction | None) -> AnyAction | None:
-        """Return an action; one that names an object gets a pixel of it, if it is the only one of that name in view."""
+        """Return an action. If it names an object, and only one object in view has this name, add one of its pixels."""
         if not isinstance(action, InteractPixel) or action.object is None:
             return action
         if not isinstance(self._simulator, NamesObjects):
@@ -250,7 +250,7 @@ class Env:
         return self._recorded_profile if len(self._steps) < self._recorded_steps else self.profile
 
     def _is_unconfirmed(self, action: AnyAction | None, profile: Profile, episode: Episode) -> bool:
-        """Return whether an action is a report that is answered by a request to look again."""
+        """Return whether an action is a report that does not end the play, but leads to a request to look again."""
         is_first = not any(step.is_unconfirmed for step in self._steps)
         has_steps = len(self._steps) + 1 < episode.max_steps
         return profile.row.looks_again and isinstance(action, Report) and is_first and has_steps
@@ -304,8 +304,9 @@ class Env:
 
 
 def feedback_after(effect: Effect | None, profile: Profile) -> Feedback | None:
-    """Return what an agent is shown about its last action, of which `effect` is None if it did not act; None if the
-    profile does not show it.
+    """Return the feedback that an agent gets about its last action; None if the profile does not show feedback.
+
+    `effect` is the action's effect in the world; None if it was not an act in the world, e.g. invalid or a report.
     """
     if not profile.has_feedback:
         return None
@@ -314,7 +315,8 @@ def feedback_after(effect: Effect | None, profile: Profile) -> Feedback | None:
 
 
 def cues_after(last: StepRecord | None, profile: Profile, max_steps: int) -> Cues | None:
-    """Return what an agent is shown next to the frame after step `last` (None at the start); None for nothing."""
+    """Return what is shown next to the frame after step `last` (None at the start): the number of remaining steps, and
+    a request to look again. None if nothing is shown."""
     row = profile.row
     if not row.shows_remaining_steps and not row.looks_again:
         return None

@@ -64,7 +64,7 @@ class SimulatorError(InfrastructureError):
 
 
 class ModelAPIError(InfrastructureError):
-    """A model's provider failed: transport, rate limit, outage, or no image support."""
+    """A failure of a model's provider: transport, rate limit, outage, or no image support."""
 
 
 def first_error(error: "ValidationError", root: str = "the document") -> str:

@@ -65,7 +65,7 @@ def file_sha256(path: Path, what: str, error: type[InputError] = SettingError) -
 
 
 def is_inside(path: Path, folder: Path) -> bool:
-    """Whether `path` lies in `folder` after the links in both paths are resolved."""
+    """Return whether `path` lies in `folder` after the links in both paths are resolved."""
     return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 

@@ -1,7 +1,7 @@
 """Strict JSON: the only reader of JSON files that may come from outside this package.
 
-It accepts only standard JSON (no NaN, Infinity or lone surrogates), nested at most 201 levels deep. This is the fixed
-limit of the parser: it does not depend on Python's stack, and the project's files nest far less.
+It accepts only standard JSON (no NaN, Infinity or lone surrogates), nested at most 201 levels deep. The parser sets
+this limit, which does not depend on Python's stack. The project's own files are much less deep.
 """
 
 from typing import Any, TypeGuard
@@ -32,7 +32,7 @@ def is_array(value: object) -> TypeGuard[list[Any]]:
 
 
 def _hint(data: bytes) -> str:
-    """Return a hint if NaN or Infinity is all that is wrong with `data`; otherwise empty."""
+    """Return " (NaN and Infinity are not JSON)" if `data` is JSON apart from these two; otherwise an empty string."""
     try:
         from_json(data, allow_inf_nan=True)
     except ValueError:

@@ -140,13 +140,13 @@ def dump_line(row: BaseModel, **options: Any) -> bytes:
 
 
 def append_line(path: Path, line: bytes) -> None:
-    """Append a line to a file that several processes may write to; it is on disk on return. Raises RecordError."""
+    """Append a line to a file with several writers. On return, the line is on disk. Raises RecordError."""
     with AppendFile(path, waits=True) as file:
         file.append(line)
 
 
 def is_being_written(path: Path) -> bool | None:
-    """Whether a process has the file open for appending; None if this cannot be found out.
+    """Return whether a process has the file open for appending; None if this cannot be found out.
 
     The check holds the writer's lock for a moment, so repeat it only when the file has changed.
     """
@@ -201,7 +201,7 @@ class AppendFile:
         self._is_repaired, self.lines = True, Lines((), b"")
 
     def append(self, *lines: bytes) -> None:
-        """Append lines, each with its newline. On return all of them are on disk; on RecordError none is."""
+        """Append lines, each with its newline. On return all lines are on disk; if RecordError is raised, none is."""
         self.repair_tail()
         before = os.fstat(self._file.fileno()).st_size
         try:
@@ -319,7 +319,7 @@ def _make_folder(folder: Path) -> bool:
 
 
 def _is_same_file(path: Path, file: BinaryIO) -> bool:
-    """Whether the file at `path` is still the file that was opened as `file`."""
+    """Return whether the file at `path` is still the file that was opened as `file`."""
     try:
         return os.path.samestat(path.stat(), os.fstat(file.fileno()))
     except FileNotFoundError:

@@ -69,7 +69,7 @@ def object_end(text: str, start: int) -> int:
 
 
 def is_one_value(text: str) -> bool:
-    """Whether the whole text, without surrounding white space, is one JSON value."""
+    """Return whether the whole text, without surrounding white space, is one JSON value."""
     text = text.strip()
     if text.startswith(("{", "[")):
         end, deepest = extent(text, 0)

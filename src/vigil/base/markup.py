@@ -5,7 +5,7 @@ from typing import Any
 
 _INVALID = re.compile("[^\t\n\r\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Pattern of the characters to replace: those that XML 1.0 forbids (lone surrogates, U+FFFE, U+FFFF ...), and control
-characters, which it allows."""
+characters, although XML 1.0 allows some of them."""
 REPLACEMENT = "\ufffd"
 
 
@@ -15,7 +15,10 @@ def replace_invalid(text: str) -> str:
 
 
 def finalize(value: Any) -> Any:
-    """Return a value with its invalid characters replaced. A string keeps its type. Jinja calls this as `finalize`."""
+    """Return a string of the same class without invalid characters; other values are returned unchanged.
+
+    Jinja calls this function as its `finalize`.
+    """
     if not isinstance(value, str) or (text := replace_invalid(value)) == value:
         return value
     return type(value)(text)

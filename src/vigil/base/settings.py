@@ -34,8 +34,8 @@ class Setting:
     env: str | None = None
     """Environment variable that sets the value if the option is not given."""
     read: str | Callable[[Any], Any] | None = None
-    """Function that parses the option's text, or a list of texts if the option `repeats`. Raises SettingError.
-    It may be the name "module:function" of a function whose module loads much."""
+    """Function that parses the option's text, or a list of texts if the option `repeats`. Raises SettingError. The name
+    "module:function" stands for a function whose large module is loaded only when the function is needed."""
     repeats: bool = False
     """Whether the option may be given several times. If so, `read` gets the list of all texts."""
     is_option: bool = True

@@ -10,7 +10,7 @@ from vigil.records.record import EpisodeRecord, StepRecord
 
 
 def steps_with_feedback(record: EpisodeRecord, profile: Profile) -> Iterator[tuple[Feedback | None, StepRecord]]:
-    """Yield each step with the feedback that was shown with its frame (None without feedback)."""
+    """Yield each step with the feedback that was shown with its frame; the feedback is None if the profile has none."""
     for before, step in zip([None, *record.steps], record.steps, strict=False):
         shown = None
         if before is not None and profile.has_feedback:

@@ -54,7 +54,7 @@ _Row = dict[str, Any]
 
 
 def has_frames(run: SavedRun) -> bool:
-    """Whether a run saved any frame."""
+    """Return whether a run saved any frame."""
     return next((run.folder / FRAMES_FOLDER).glob("*/*.png"), None) is not None
 
 

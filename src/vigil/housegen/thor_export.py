@@ -27,7 +27,8 @@ from vigil.protocol.house import Door, House, HouseObject, Window
 from vigil.scene.outlines import floor_of, footprint
 
 OVERSIZE = 1.6
-"""How much more a side that is too large counts than a side that is too small; larger objects hit their neighbours."""
+"""Weight of sides that are too large, when sizes are compared; sides that are too small have weight 1. Objects that are
+too large may hit their neighbours."""
 AT_WALL_M = 0.35
 """An object whose back is at most this far (m) from a wall stands at the wall and stays there."""
 SLIDES = tuple(sign * step / 20 for step in range(16) for sign in (1, -1))
@@ -132,7 +133,7 @@ class _Exporter:
         """Give an object and its children THOR's assets; return whether there is an asset for its category.
 
         If there is none, list the ids of the object and its children as left out. `above` is the box of the object's
-        carrier before and after its own replacement; None without a carrier.
+        carrier before and after its own replacement; None if there is no carrier.
         """
         entry = self.thor.look_up(node.asset_id, node.name_in_house)
         before = after = Box(center=node.position.vec, size=entry.size, yaw=node.rotation.y)
@@ -175,7 +176,7 @@ class _Exporter:
         return min(choices, key=lambda choice: (_size_difference(size, choice[1]), choice[0]), default=None)
 
     def _resized_in_place(self, before: Box, size: Vec3) -> Box:
-        """Return the box with the new size of an object on the floor or a wall; the box is in the room, if possible."""
+        """Return the new box, with size `size`, of an object on the floor or a wall; in the room, if possible."""
         (dx, dz), (x, y, z) = heading(before.yaw), before.center
         back = shapely.Point(x - dx * before.size.z / 2, z - dz * before.size.z / 2)
         if any(floor.exterior.distance(back) < AT_WALL_M for floor in self.floors):
@@ -243,9 +244,9 @@ def _size_difference(size: Vec3, other: Vec3) -> float:
 
 
 def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box:
-    """Return the box with the new size of an object that is on or in a carrier.
+    """Return the new box, with size `size`, of an object that is on or in a carrier.
 
-    The carrier has been replaced: `below` is the carrier's box before that, and `holder` its box now.
+    The carrier has been replaced: `below` was the carrier's box before, and `holder` is its box now.
     """
     x, z = rotate_floor(before.center.x - below.center.x, before.center.z - below.center.z, -below.yaw)
     dx, dz = rotate_floor(x * holder.size.x / below.size.x, z * holder.size.z / below.size.z, holder.yaw)

@@ -1,4 +1,4 @@
-"""Even draw: orders episodes so that the first N, for any N, are spread evenly over families or kinds of a suite."""
+"""Even draw: orders episodes so that any first N are spread evenly over families or, in a suite, over kinds of task."""
 
 import hashlib
 from collections import deque
@@ -11,7 +11,7 @@ from vigil.protocol.families import FAMILIES
 
 
 class SuiteEntry(BaseModel):
-    """The kind and pair of an episode of a suite. Episodes are drawn and ordered by these facts."""
+    """The kind of task of a suite's episode, and the name of its pair. Episodes are drawn and ordered by both."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
@@ -27,8 +27,8 @@ def draw_evenly(episodes: Iterable[Episode]) -> list[Episode]:
 
 
 def balanced_units(episodes: Iterable[Episode], entries: Mapping[str, SuiteEntry]) -> Iterator[list[Episode]]:
-    """Yield units (single episodes or two twins). Each unit is of the family or kind that has the fewest episodes so
-    far.
+    """Yield the episodes in units: one episode or two twins. The next unit always comes from the family (in a suite,
+    from the kind of task) that has the fewest episodes so far.
 
     If several families have equally few episodes, the first of them in the table of families is taken. Within a family,
     units are sorted by the SHA-256 of their ids: a pseudo-random order that is the same on every machine. So the first

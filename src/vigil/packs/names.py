@@ -9,13 +9,13 @@ _VERSIONED = re.compile(r"(?P<stem>.+?)_v(?P<version>\d+(?:_\d+)*)")
 
 
 def newest_version(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name with the highest version whose stem (name without version) is `name`, or None."""
+    """Return the newest of the known names whose stem (name without version) is `name`; None if there is none."""
     versions = {version_of(each): each for each in known if stem_of(each) == name}
     return versions[max(versions)] if name and versions else None
 
 
 def newer_version(name: str, known: Iterable[str]) -> str | None:
-    """Return the newest known version of the pack whose versioned name is `name`; None if there is none."""
+    """Return the newest known version of a pack, given its name with any version; None if no version is known."""
     stem = stem_of(name)
     return newest_version(stem, known) if stem is not None else None
 

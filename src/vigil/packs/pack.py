@@ -37,7 +37,7 @@ CHORE_ANSWERS = "chores.jsonl"
 CHORES_SUITE: Literal["chores"] = "chores"
 """Value of `meta.suite` in the manifest of a pack of lists of chores."""
 CHORES_BUDGETS = (40, 240)
-"""Smallest and largest step budget of a list of chores."""
+"""Smallest and largest step budget of a list of chores (an episode with several numbered chores)."""
 MAX_CACHED_HOUSES = 16
 """Number of houses that a pack caches in memory. Other houses are read from disk again when they are needed."""
 _Line = TypeVar("_Line", bound=BaseModel)
@@ -54,7 +54,7 @@ class Selection:
 
 
 class AssetSizes(Protocol):
-    """The part of an asset database that a pack needs to check that it was made with the same database."""
+    """What a pack needs of a database of AI2-THOR's assets, to check that the pack was made with the same database."""
 
     @property
     def sha256(self) -> str | None:
@@ -369,7 +369,7 @@ def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
 
 
 def invalid_limit(max_steps: int) -> int:
-    """Return the number of invalid replies that a list of chores with a step budget allows: three tenths of it."""
+    """Return how many invalid replies a list of chores allows: three tenths of its step budget `max_steps`."""
     return max_steps * 3 // 10
 
 

@@ -27,7 +27,7 @@ _SEED = re.compile(r"[0-9]{1,300}")
 
 
 def is_private(meta: Mapping[str, Any]) -> bool:
-    """Whether the pack whose manifest has this `meta` is private: its seed and content must stay secret."""
+    """Return whether the pack whose manifest has this `meta` is private: its seed and content must stay secret."""
     return SEED_SHA256 in meta
 
 
@@ -51,12 +51,12 @@ def redact_ids(remarks: Iterable[str], ids: Iterable[str]) -> list[str]:
 
 
 def is_secret(seed: int) -> bool:
-    """Whether a seed is so long that it cannot be found by trying all seeds."""
+    """Return whether a seed is so long that it cannot be found by trying all seeds."""
     return seed >= MIN_SECRET_SEED
 
 
 def seed_sha256(name: str, *seeds: int) -> str:
-    """Return the SHA-256 of the text "NAME SEED", with one or more seeds.
+    """Return the SHA-256 of the text "NAME SEED", or "NAME SEED SEED ..." for several seeds.
 
     The hash commits the author to the secret seed. When the seed is published, anyone can check that it is the same
     seed.
@@ -65,12 +65,18 @@ def seed_sha256(name: str, *seeds: int) -> str:
 
 
 def secret_name(seed: int, kind: str, what: bytes) -> str:
-    """Return the name of a house or episode, e.g. `house_1f0c...`. Without the seed, the name reveals nothing."""
+    """Return a name such as `house_1f0c...` for the house or episode (`kind`) that `what` identifies.
+
+    Without the seed, the name reveals nothing.
+    """
     return f"{kind}_{_keyed(seed, kind, what).hex()[:NAME_DIGITS]}"
 
 
 def secret_subseed(seed: int, kind: str, what: bytes) -> int:
-    """Return a 128-bit seed for one part of a pack, derived from the secret seed. It reveals no other seed."""
+    """Return a 128-bit seed for the part of a pack that `kind` and `what` identify, derived from the secret seed.
+
+    The new seed does not reveal any other seed.
+    """
     return MIN_SECRET_SEED + int.from_bytes(_keyed(seed, f"seed of {kind}", what)[:16], "big")
 
 

@@ -114,7 +114,7 @@ def _folder_name(name: str) -> str:
 
 
 def _settings(source: StudySource, index: int, condition: str) -> dict[str, Any]:
-    """Return {name in Python: value} of the settings of a model's run."""
+    """Return {name in Python: value} for the settings of a model's run under a condition."""
     study, model = source.study, source.study.models[index]
     found: dict[str, Any] = {"agent": model.agent, "model": model.model}
     for place, given in (

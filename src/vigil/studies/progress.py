@@ -33,11 +33,11 @@ class RunState:
 
 @dataclass(frozen=True, slots=True)
 class RunEstimate:
-    """Lower and upper bounds on the work that is left of a run."""
+    """Lower and upper bounds on the calls, tokens, cost and time that a run still needs."""
 
     cost: CostEstimate
     money: tuple[float, float] | None
-    """Minimum and maximum cost; None without prices."""
+    """Minimum and maximum cost; None if no prices are known."""
     hours: tuple[float, float] | None
     """Minimum and maximum hours of calls; None if the agent calls no model."""
 

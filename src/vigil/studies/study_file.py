@@ -1,7 +1,7 @@
 """Study file: models, conditions and repeats of an evaluation, as a person writes them in YAML.
 
-A setting is any option of `vigil run`, without its dashes. A model's setting overrides its condition's, which overrides
-the study's.
+A setting is any option of `vigil run`, without its dashes. A value given for a model overrides the value given for its
+condition, and this overrides the value given for the whole study.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class StudyModel(_Part):
     group: str | None = None
     """Heading above the model's rows in tables; by default the paper's group, which follows from the model's name."""
     panel: StudyPanel | None = None
-    """Panel of the table that contains the model's row; by default decided by the rule of exclusion."""
+    """Panel (group of rows) of the table that contains the model's row; by default as the glossary says."""
     anchor: bool = False
     """Whether the model is shown in figures that show only a few models."""
     published: str | None = None
@@ -116,7 +116,7 @@ def _as_setting_error(text: YamlText, error: ValidationError) -> Exception:
 
 
 def _check_names(source: StudySource) -> None:
-    """Raise SettingError if two entries have the same name, or if a name refers to nothing."""
+    """Raise SettingError if two models have the same name, or an entry names an unknown condition or paper model."""
     study, text = source.study, source.text
     conditions = list(study.conditions)
     if study.main is not None and study.main not in study.conditions:

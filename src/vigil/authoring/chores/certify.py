@@ -1,7 +1,8 @@
 """Certificates of lists: proof, by search and by replay, that each chore is as its answer says.
 
-The solver does every chore that can be done and claims the truth, within its share of the step budget. Wrong claims
-must not close the list correctly. Source: `protocol.md` section 9, decision 62.
+The solver does every chore that can be done, reports the truth about each chore, and needs only a part of the step
+budget for this. A report with a wrong claim (statement about one chore) must not close the list correctly. Source:
+`protocol.md` section 9, decision 62.
 """
 
 import re
@@ -44,8 +45,7 @@ from vigil.scoring.closure import CONCEDED, FAIL_REASONS, Certificate, Reason, e
 from vigil.sim.privileged import PrivilegedSimulator
 
 FACTORS = (1.8, 2.4)
-"""Minimum and maximum of the step budget as a multiple of the solver's steps. The suite's limits on budgets override
-it."""
+"""Minimum and maximum of the step budget as a multiple of the solver's steps; the suite's limits take precedence."""
 MAX_SOLVER_SHARE = 0.625
 """Maximum share of the step budget that the solver may use."""
 STEP_OF_BUDGETS = 5
@@ -54,7 +54,7 @@ LOOKED_AT: frozenset[ChoreKind] = frozenset({"question", "already", "impossible"
 
 
 class Sketch(Protocol):
-    """The facts about a chore before its list is certified. Proposals and answers both have them."""
+    """The facts about a chore that certifying needs. A proposed chore and a recorded answer both have these facts."""
 
     @property
     def kind(self) -> ChoreKind: ...  # noqa: D102
@@ -88,7 +88,7 @@ class ListCertifier:
         self._view = PrivilegedView(simulator)
 
     def certify(self, task: ListTask, house: House) -> tuple[list[SolvedSide], list[Finding]]:
-        """Return a list with its budget, solution and answer; if it is faulty, only the findings about it."""
+        """Return a list with its budget, solution and answer, and no findings; for a faulty list, only findings."""
         episode = task.episode
         found, answer = self._answered(episode, house, task.chores)
         if found or answer is None:
@@ -236,13 +236,17 @@ def _blame(task: ListTask, findings: Sequence[Finding]) -> None:
 
 
 def blamed(findings: Sequence[Finding]) -> list[int]:
-    """Return the places in the list of the chores that the findings name."""
+    """Return the indices of those chores of the list that the findings name."""
     named = (re.match(r"[Cc]hore (\d+)\b", finding.message) for finding in findings)
     return [int(found[1]) - 1 for found in named if found is not None]
 
 
 def entangled_with(plan: ChorePlan, place: int, kind: ChoreKind) -> tuple[int, ...]:
-    """Return the numbers of the chores with which the chore at `place` is entangled, in the sense of its kind."""
+    """Return the numbers (from 1) of the other chores with which the chore at index `place` is entangled.
+
+    For the kind `order`, they undo this chore or are undone by it; for other kinds, doing one of them does this chore,
+    too.
+    """
     found = plan.entanglement
     if kind == "order":
         others = {a if b == place else b for a, b in found.before if place in (a, b)}
@@ -254,7 +258,7 @@ def entangled_with(plan: ChorePlan, place: int, kind: ChoreKind) -> tuple[int, .
 def budget_for(steps: int, instruction: str) -> int:
     """Return the step budget of a list that the solver closes in `steps` steps.
 
-    It is a multiple of them; a hash of the instruction selects the factor from `FACTORS`.
+    The budget is a multiple of `steps`; a hash of the instruction selects the factor from `FACTORS`.
     """
     share = zlib.crc32(instruction.encode()) / 2**32
     wanted = steps * (FACTORS[0] + share * (FACTORS[1] - FACTORS[0]))

@@ -15,7 +15,7 @@ OTHER: dict[ChoreClaim, ChoreClaim] = {"on": "off", "off": "on", "open": "closed
 
 
 def false_claims(solved: ListOutcome, episode: Episode, record: EpisodeRecord) -> Iterator[str]:
-    """Yield the names of controls that wrongly close a list, given the solution's record and verdict (`solved`)."""
+    """Yield the names of false claims that wrongly close a list; `solved` is the verdict of the solution's record."""
     true: dict[int, ChoreClaim] = {chore.number: chore.claim for chore in solved.chores if chore.claim is not None}
     for name, claims in wrong_claims(true):
         if with_claims(solved, claims).B:
@@ -52,7 +52,7 @@ def _opposite(claim: ChoreClaim) -> ChoreClaim:
 
 
 def _differs(claims: Claims, true: Claims) -> bool:
-    """Return whether claims differ from the true claims; all concessions count as equal."""
+    """Return whether claims differ from the true claims. All concessions ("cannot be done") count as equal."""
     return any(_conceded(claims.get(number)) != _conceded(claim) for number, claim in true.items())
 
 

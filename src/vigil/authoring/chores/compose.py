@@ -44,10 +44,10 @@ SOURCES: tuple[tuple[Callable[[HouseContext], Proposals], int], ...] = (
 MAX_PAIRS_OF_HOME = 6
 """Maximum number of pairs of kind `order` in one home, and also of pairs of kind `by_the_way`."""
 PAIRS = {6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
-"""Number of chores of a list -> number of pairs with which it begins. The first pair may be of either kind, the second
-must be of kind `by_the_way`."""
+"""Number of chores of a list -> number of pairs that are chosen for it before any single chores. The first pair may be
+of either kind, the second must be of kind `by_the_way`."""
 MAX_IMPOSSIBLE_SHARE, MAX_KIND_SHARE = 0.34, 0.4
-"""Maximum share of a list's chores that cannot be met, and that are of any other one kind."""
+"""Maximum share of a list's chores that cannot be met, and maximum share of each other kind of chore."""
 MAX_USES = 3
 """Maximum number of lists of one home that contain the same chore."""
 TRIED_CHORES = 60
@@ -70,7 +70,7 @@ class ListTask:
     chores: tuple[ProposedChore, ...]
     entanglement: Entanglement
     faulty: set[ChorePart] = field(default_factory=set, compare=False, repr=False)
-    """Parts of chores that broke a rule. They are shared by all lists of the home, and further lists leave them out."""
+    """Goal parts of chores that broke a rule. All lists of the home share this set; later lists avoid these parts."""
     seen: set[Chore] = field(default_factory=set, compare=False, repr=False)
     """Chores of the home for which a place with a clear view was already found."""
 
@@ -82,16 +82,16 @@ class ListTask:
 
 @dataclass
 class HomePool:
-    """The single chores and pairs that were proposed in a home, with how often lists have used each of them."""
+    """The single chores and pairs that were proposed in a home, and how often lists have used each of them."""
 
     offers: Mapping[ChoreKind, Sequence[tuple[ProposedChore, ...]]]
-    """Kind -> single chores or pairs; a list that uses them gets a chore of this kind."""
+    """Kind of chore -> the single chores or pairs from which a list can get a chore of this kind."""
     uses: Counter[int] = field(default_factory=Counter)
     """Python's id of a chore or pair -> number of lists that contain it."""
     of_kind: Counter[str] = field(default_factory=Counter)
     """Kind of chore, or reason why it cannot be met -> number of such chores in lists of the home."""
     faulty: set[ChorePart] = field(default_factory=set)
-    """Parts of chores that broke a rule in a list."""
+    """Goal parts of chores that broke a rule in a list."""
     seen: set[Chore] = field(default_factory=set)
     """Chores for which a place with a clear view was already found."""
 
@@ -152,8 +152,7 @@ def _next(
     begun: tuple[Sequence[ProposedChore], Mapping[ChoreKind, int], int],
     wanted: Sequence[ChoreKind],
 ) -> tuple[ChoreKind, tuple[ProposedChore, ...]] | None:
-    """Return a chore or pair that can be added to a list, preferring rare kinds and little used chores; None without
-    one.
+    """Return a chore or pair that can be added to a list, preferring rare kinds and little used chores; or None.
 
     `begun` has the list's chores so far, their number by kind, and the final number of chores.
     """
@@ -175,7 +174,7 @@ def _next(
 
 
 def _goes_with(chore: ProposedChore, chosen: Sequence[ProposedChore], *, strictly: bool) -> bool:
-    """Return whether a chore contradicts none of the chosen chores: they share only furniture to put things on.
+    """Return whether a chore can be in a list with the chosen chores: they share only furniture to put things on.
 
     Unless `strictly`, two chores may also share a container or a machine, if they require the same start.
     """
@@ -227,8 +226,9 @@ def _start(context: HouseContext) -> Pose | None:
 def _in_text_order(context: HouseContext, chosen: Sequence[ProposedChore], start: Pose, setup: Setup) -> ListTask | str:
     """Return the list with its chores in a random order in the text, or the reason why no order fits.
 
-    The order of the text must be wrong for at least half of the pairs of chores that undo one another, and its walk
-    must be clearly longer than the shortest. The simulator must have just been reset to the list's start.
+    So that the order of the text does not help agents, it must be wrong for at least half of the pairs of chores that
+    undo one another, and a walk in this order must be clearly longer than the shortest walk. The simulator must have
+    just been reset to the list's start.
     """
     draft = _draft(context, chosen, start, setup)
     if draft is None:

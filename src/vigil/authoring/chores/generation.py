@@ -19,7 +19,7 @@ CATEGORY = "Chores"
 
 
 def chores_proposer(seed: int) -> Proposer:
-    """Return the proposer of lists. It treats each number of chores as a kind of its own."""
+    """Return the proposer of lists. It treats lists of each length as a separate kind of task."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[ListTask | Rejection]]]:
         seed_context(context, seed, "chores")
@@ -37,7 +37,7 @@ def chores_checker(simulator: PrivilegedSimulator) -> Checker:
 
 
 def list_facts(context: HouseContext, side: SolvedSide) -> DraftFacts:
-    """Return the facts about a list over which packs are balanced."""
+    """Return the facts about a list that are used to balance packs."""
     rooms = context.simulator.scene().rooms
     area_m2 = round(sum(room_floor(room).area for room in rooms), 1)
     return DraftFacts(category=CATEGORY, rooms=len(rooms), area_m2=area_m2, distance_m=0.0, is_seen_by_turning=False)

@@ -1,4 +1,4 @@
-"""Proposals of chores that put an object on or into a receptacle, both possible and impossible."""
+"""Proposals of chores, possible and impossible, that put an object on or into a receptacle."""
 
 from dataclasses import replace
 
@@ -54,9 +54,10 @@ def _of_plan(context: HouseContext, plan: SequencePlan) -> ProposedChore | None:
 
 
 def putting(context: HouseContext, goal: ObjectAtReceptacle, setup: Setup) -> ProposedChore | None:
-    """Return the chore of putting an object somewhere, worded for the world after `setup`; None if no words are unique.
+    """Return the chore of putting an object somewhere, worded for the world after `setup`.
 
-    None also if the object would almost fill the container, because few clicks would then put it there.
+    Return None if no wording is unambiguous, or if the object would almost fill the container, because few clicks would
+    then put it there.
     """
     if (goal.inside and not _fits_easily(context, goal)) or not context.can_begin(setup):
         return None
@@ -95,7 +96,7 @@ def _phrase_of_object(context: HouseContext, thing_id: str) -> Phrase | None:
 
 
 def _sentence(context: HouseContext, goal: ObjectAtReceptacle, target: Phrase, receptacle: Phrase) -> str:
-    """Return a random sentence that asks to put an object somewhere, in which two places never follow each other."""
+    """Return a random sentence that asks to put an object somewhere, without two places in direct succession."""
     sentences = PUT_INTO_ORDERS if goal.inside else PUT_ON_ORDERS
     if target != target.without_place:
         sentences = Sentences(_unstacked(sentences.public), _unstacked(sentences.held_out))

@@ -28,7 +28,7 @@ class ProposedChore:
     roles: Mapping[str, str] = field(default_factory=dict)
     """Role (without the chore's number) -> id, for things that the goal does not name."""
     reason: Reason | None = None
-    """Reason why the chore cannot be met; None if it can be."""
+    """Reason why the chore cannot be met; None if it can be met."""
     removed: str = ""
     """Id of the thing that makes the chore impossible (absent, broken or in the way); empty if the chore can be met."""
     phrase: Phrase | None = None

@@ -138,7 +138,7 @@ def _is_blocked(case: EpisodeStart, chore: Chore) -> bool:
 
 
 def faults_of_order(plan: ChorePlan, answers: Sequence[ChoreAnswer]) -> BrokenRules:
-    """Yield (rule, message) if the text order helps the agent, or if answers do not match how chores are entangled."""
+    """Yield (rule, message) if the text order helps the agent, or if answers misstate how chores affect each other."""
     before, count = plan.entanglement.before, len(answers)
     if before and all(a < b for a, b in before):
         yield "text_order_does_not_help", "the order of the text works"

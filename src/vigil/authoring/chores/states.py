@@ -67,7 +67,7 @@ def _acts(context: HouseContext, act: Act) -> Proposals:
 
 
 def act_on(context: HouseContext, thing: Thing, act: Act) -> ProposedChore:
-    """Return the chore to open, close or switch a thing. A phrase must mean the thing."""
+    """Return the chore to open, close or switch a thing. There must be a phrase that means only this thing."""
     changes, distractor = dict(setup_for(thing, act).objects), distractor_of(context, thing.id)
     if distractor is not None and allows(context.thing(distractor), act):
         changes |= setup_for(context.thing(distractor), act).objects
@@ -95,7 +95,7 @@ def _make_sure(context: HouseContext, act: Act) -> Proposals:
 
 
 def sure_of(context: HouseContext, thing: Thing, act: Act, *, is_met: bool) -> ProposedChore:
-    """Return the chore to make sure that a thing is in the state after an act; if `is_met`, it is so at the start."""
+    """Return the chore to make sure of the state that `act` brings about; if `is_met`, the state holds at the start."""
     goal, setup = _goal(thing, act), setup_for(thing, act)
     if is_met:
         changes = {thing.id: _met(setup.objects[thing.id], goal)}
@@ -199,7 +199,7 @@ def refused(context: HouseContext) -> Proposals:
 
 
 def broken(context: HouseContext) -> Proposals:
-    """Yield chores to start a machine that is out of order, which a notice on it says."""
+    """Yield chores to start a machine that is out of order; a notice on the machine says so."""
     for thing in _targets(context, "turn_on"):
         if distractor_of(context, thing.id) is None and notice_evidence(thing) is not None:
             plain = act_on(context, thing, "turn_on")

@@ -112,7 +112,7 @@ class Certifier:
         house: House,
         recorded: tuple[Action, ...] | None,
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Return the actions that close the second side correctly, and findings about it. May raise BrokenRule."""
+        """Return the actions that close the second side correctly, and findings about this side. Raises BrokenRule."""
         if CLOSURE_KINDS[task.kind].has_branches:
             return self._solve_side(task, second, house, recorded)
         actions = recorded or self._show_evidence_and_report(second, answer)

@@ -20,7 +20,7 @@ MIN_TARGETS = 2
 """Minimum number of targets of a task about several things."""
 ALL_ACTS: tuple[Act, ...] = ("turn_off", "close", "turn_on", "open")
 FINISHED_STATE: dict[Act, ObjectSetup] = {"turn_off": ObjectSetup(is_toggled=False), "close": ObjectSetup(openness=0.0)}
-"""Act that an instruction can ask for everything in a place -> state of a thing on which the act is not needed."""
+"""Act that an instruction can ask for with "everything" -> state in which a thing does not need the act."""
 LIGHTS = frozenset({"CeilingLamp", "LightSwitch"})
 """Categories that may stay on when everything else must be off."""
 HOME = "this home"

@@ -7,7 +7,7 @@ from vigil.scoring.closure import SUITE, ClosureAnswer, closure_answers
 
 
 def expected_reports_of_pack(pack: Pack) -> dict[str, str]:
-    """Return episode id -> text; empty for a pack that is not of a suite. Raises PackMismatch if it was changed."""
+    """Return episode id -> text; empty for a pack that is not of a suite. Raises PackMismatch if a file has changed."""
     if pack.manifest.suite == CHORES_SUITE:
         return {name: expected_claims(answer) for name, answer in list_answers(pack.folder).items()}
     if pack.manifest.suite != SUITE:

@@ -16,7 +16,7 @@ PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
 }
 """Kind -> the function that proposes its tasks in a house."""
 FAMILY: Family = "SI"
-"""Family under which drafts files record a finished house. The suite's episodes are of SI, or of CR if constrained."""
+"""Family that drafts files record when a house is finished. The suite's episodes are of SI, or of CR if constrained."""
 
 
 def closure_proposer(seed: int) -> Proposer:

@@ -34,8 +34,8 @@ MIN_M2 = 1e-6
 def fits_on(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool = True) -> bool:
     """Return whether a thing can be put anywhere on a receptacle in the current state.
 
-    If `may_clear` is True, all other objects that can be carried are first taken away. Then one of them, such as a
-    tray, may be put between the thing and the receptacle.
+    If `may_clear` is True, all other objects that can be carried are first taken away. Then one of these objects, such
+    as a tray, may be put between the thing and the receptacle.
     """
     thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
     gone = {thing_id, *(each.id for each in contents(scene, thing_id))}
@@ -84,7 +84,8 @@ def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterabl
 
 
 def _bearing(stand: Thing, receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Return the level surfaces of a stand on which a thing counts as on the receptacle that holds the stand."""
+    """Return the level surfaces of a stand, such as a tray on the receptacle, on which a thing is still on the
+    receptacle."""
     return [each for each in level_surfaces(stand) if not ends_lying_on(stand, each[0], receptacle)]
 
 

@@ -20,7 +20,7 @@ NEAR_M = (0.7, 4.0)
 BY_NAME = "named"
 """Form of a task about several things with the same name. In the other forms, a state identifies the things."""
 FLAMES = frozenset({"Candle"})
-"""Categories that people do not call on or off."""
+"""Categories whose state people do not call "on" or "off"."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class ClosureTask:
     kind: Kind
     episodes: tuple[Episode, ...]
     removed: str = ""
-    """Id of the object in which the twins differ; empty without twins."""
+    """Id of the object in which the twins differ; empty if the task has no twins."""
     evidence: tuple[Evidence, ...] = ()
     """Evidence that shows which of the twins an episode is."""
     form: str = ""

@@ -45,7 +45,7 @@ class Example:
     feedback: Feedback | None
     """Feedback on the previous action (all False at the first step); None if the profile has no feedback."""
     messages: tuple[Message, ...]
-    """Messages of the request. The last message has the current picture, earlier ones those that the profile keeps."""
+    """Messages of the request: the last has the current picture, earlier ones have pictures that the profile keeps."""
     action: Action
     thought: str
     answer: str
@@ -186,7 +186,7 @@ class Demonstrator:
         )
 
     def _false_ones(self, shown: Sequence[Example], wanted: Sequence[tuple[Example, Fault, str]]) -> list[Example]:
-        """Return the corrections of `wanted` whose report is false. Success may be true, as the goal may hold early."""
+        """Return those corrections in `wanted` whose report is false. (Success may be true if the goal holds early.)"""
         found: list[Example] = []
         for example, fault, false in wanted:
             before = [each.answer for each in shown[: example.step - 1]]

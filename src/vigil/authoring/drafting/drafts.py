@@ -73,7 +73,7 @@ class Header(_Line):
     forms: Forms = "public"
     """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
     templates: tuple[str, ...] = Field(default=(), exclude_if=lambda names: not names)
-    """Kinds of episodes to which their families are limited. The field is written if there are any."""
+    """Kinds of episodes to draft. A family that has none of these kinds gets all its kinds. Written if not empty."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
     is_seed_secret: bool = False
@@ -164,13 +164,13 @@ class ListDraft(_Line):
 
     line: Literal["chores"] = "chores"
     kind: str
-    """Kind of the list, by its number of chores."""
+    """Kind of the list; it depends only on the number of chores."""
     drafts: tuple[Draft, ...] = Field(min_length=1, max_length=1)
     answers: tuple[ListAnswer, ...] = Field(min_length=1, max_length=1)
 
     @property
     def group(self) -> str:
-        """The kind of the list, of which packs hold a number."""
+        """The kind of the list. Packs take a certain number of lists of each group."""
         return self.kind
 
 
@@ -338,7 +338,7 @@ class DraftsWriter:
 
 
 def draft_id(episode: Episode, category: str, house: House, secret: int | None = None) -> str:
-    """Return an id in the form of the paper, followed by family and hash, so that equal drafts have equal ids.
+    """Return an id: the paper's form of id, then the family and a hash, so that equal drafts have equal ids.
 
     If a `secret` seed is given, the id reveals nothing to readers who do not know the seed.
     """

@@ -21,7 +21,7 @@ def can_hold(receptacle: Thing, thing: Thing) -> bool:
 
 
 def can_be_put(thing: Thing, receptacle: Thing) -> bool:
-    """Return whether a thing may be a target to put at a receptacle: it can be held there and is not there yet."""
+    """Return whether a task may ask to put a thing at a receptacle: it can be held there and is not there yet."""
     is_free = thing.is_pickupable and is_target(thing) and thing.parent != receptacle.id
     return is_free and can_hold(receptacle, thing)
 

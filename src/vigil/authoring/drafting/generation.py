@@ -92,7 +92,7 @@ class Grammar:
     shares_limits: bool = True
     """Whether a family's limits in a house are divided among its kinds. If False, each kind has the whole limit."""
     facts_of: Callable[[HouseContext, SolvedSide], DraftFacts] | None = None
-    """Function that returns the facts about a valid proposal's first side; None for those about its target."""
+    """Function that returns the facts about a valid proposal's first side; None to use `facts_of` below."""
 
 
 def seed_context(context: HouseContext, seed: int, label: str) -> None:
@@ -150,7 +150,7 @@ class GenerationSettings:
     """Whether names of houses and episodes must not reveal the seed."""
     grammar: Grammar = FAMILY_GRAMMAR
     templates: tuple[str, ...] = ()
-    """Kinds of episodes to which their families are limited; other families have all their kinds."""
+    """Kinds of episodes to draft. A family that has none of these kinds gets all its kinds."""
 
     @property
     def secret(self) -> int | None:
@@ -329,7 +329,7 @@ def named_draft(kind: str, side: SolvedSide, facts: DraftFacts, house: House, se
 
 
 def facts_of(context: HouseContext, side: SolvedSide) -> DraftFacts:
-    """Return the facts over which packs are balanced. The simulator is reset to the episode's start."""
+    """Return the facts that are used to balance packs. The simulator is reset to the episode's start."""
     episode, last = side.episode, side.actions[-1]
     context.simulator.reset(episode.start, episode.setup)
     target = context.thing(episode.goal.object_id)

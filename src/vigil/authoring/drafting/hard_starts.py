@@ -24,7 +24,7 @@ _NO_DIFFICULTY = LevelMeasures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=0, containers=0, occlusion=0.0, slack=1.0,
     reference_words=0,
 )  # fmt: skip
-"""Measures of an imaginary episode whose index is 0."""
+"""Measures of an imaginary episode whose difficulty index is 0."""
 
 
 def naming_cost(item: DescribedThing, items: Iterable[DescribedThing]) -> float:

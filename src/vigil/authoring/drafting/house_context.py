@@ -128,7 +128,7 @@ class HouseContext:
         return True
 
     def with_open_doors(self, setup: Setup) -> Setup:
-        """Return a setup that also opens the closed doors between rooms, except doors that it already changes."""
+        """Return a setup that also opens the closed doors between rooms, except doors that `setup` already changes."""
         doors = [door for door in self.house.document.doors if door.joins_rooms]
         doors = [door for door in doors if door.openable and (door.openness or 0.0) < OPENED_BELOW]
         opened = {door.id: ObjectSetup(openness=1.0) for door in doors}
@@ -269,7 +269,7 @@ class HouseContext:
         return self.hardest(poses(), thing)
 
     def hardest(self, poses: Iterator[Pose], thing: Thing) -> Pose | None:
-        """Return the hardest of the first `compared_starts` poses for an episode about a thing; None without poses."""
+        """Return the hardest of the first `compared_starts` poses for an episode about a thing; None for no poses."""
         found = list(islice(poses, self.compared_starts))
         if len(found) < 2:
             return next(iter(found), None)

@@ -38,8 +38,8 @@ HALF_VIEW_DEG = 53.0
 def drafts_among_look_alikes(context: HouseContext, asking: Callable[[HouseContext], Ask]) -> Drafts:
     """Yield a draft for each object that has a start and that a phrase distinguishes from its look-alikes.
 
-    `asking` returns how the family asks for a thing. If the family's goal follows from an act, the act is a random one
-    of those that the object allows; objects that allow no act are left out.
+    `asking` returns how the family asks for a thing. If the family's goal follows from an act, the act is drawn at
+    random from those that the object allows; objects that allow no act are left out.
     """
     ask = asking(context)
     for thing in context.shuffled(_wanted(context, in_view=FAMILIES[ask.family].visible_at_start)):

@@ -31,7 +31,7 @@ TRIED = 6
 MAX_QUOTED_CHARS = 300
 """Maximum number of characters of a reply that a rejection quotes."""
 RULES = ("reply_parses", "draft_fits_schema", "kind_known", "things_known", "can_be_set_up")
-"""Rules that a model's idea may break before it is a draft; for drafts see `vigil.authoring.review.validate`."""
+"""Rules that an idea may break before it becomes a draft. Rules about drafts: `vigil.authoring.review.validate`."""
 
 
 class Idea(BaseModel):

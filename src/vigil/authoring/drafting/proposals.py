@@ -31,7 +31,7 @@ NEVER_TARGETS = frozenset(
         *("Blinds", "Curtains", "TowelHolder", "HandTowelHolder"),
     }
 )
-"""Categories that are poor targets: parts of the building, and things that are numerous, plain or hidden by content."""
+"""Categories that are poor targets: parts of the building, and things that are numerous, plain or often covered."""
 UNCLEAR_WHEN_OPEN = frozenset(
     {"Book", "Blinds", "Curtains", "ShowerCurtain", "Kettle", "TVStand", "Desk", "SideTable", "CoffeeTable"}
 )
@@ -124,7 +124,7 @@ def is_seen(min_px: int) -> VisibilityTest:
 
 
 def is_in_view(context: HouseContext) -> VisibilityTest:
-    """Return the test that the start shows the object to act on clearly; a hard start needs only the rules' minimum."""
+    """Return the test that the start clearly shows the object to act on; a hard start needs only the rules' minimum."""
     return is_seen(HARD_PX if context.prefers_hard_starts else CLEAR_PX)
 
 
@@ -180,7 +180,7 @@ def acts_for(thing: Thing) -> list[Act]:
 
 
 def setup_for(thing: Thing, act: Act | None) -> Setup:
-    """Return the setup in which an act on a thing is still needed, e.g. closed for "open"; empty without an act."""
+    """Return the setup in which an act on a thing is still needed, e.g. closed for "open"; empty if `act` is None."""
     changes: dict[Act | None, ObjectSetup] = {
         "open": ObjectSetup(openness=0.0),
         "close": ObjectSetup(openness=1.0),
@@ -192,7 +192,7 @@ def setup_for(thing: Thing, act: Act | None) -> Setup:
 
 
 def with_laptop_open(thing: Thing, change: ObjectSetup) -> ObjectSetup:
-    """Return the change; for a laptop, also open it, because a closed laptop does not show whether it is on."""
+    """Return `change`; a laptop is also opened by it, because a closed laptop does not show whether it is on."""
     return change.model_copy(update={"openness": 1.0}) if thing.category == "Laptop" else change
 
 

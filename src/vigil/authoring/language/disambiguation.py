@@ -28,11 +28,11 @@ NEVER_ANCHORS = frozenset(
 )
 """Categories that are too flat, too high, too numerous or too easily moved to say where another thing is."""
 ANCHOR_M = 0.2
-"""Minimum longest side (m) of an anchor: in "the box next to the desk", the desk is the anchor."""
+"""Minimum length (m) of the longest side of an anchor, e.g. of the desk in "the box next to the desk"."""
 MIN_ANCHOR_SHARE = 0.7
 """Minimum length of an anchor, as a share of the length of the located thing: a lamp does not locate a desk."""
 LARGE_M = 0.6
-"""Minimum longest side (m) of a landmark, which is an anchor for a whole room."""
+"""Minimum length (m) of the longest side of a landmark, which is an anchor for a whole room."""
 LANDMARK_M = 3.0
 """Maximum gap (m) between a thing and its anchor."""
 COVERING_FURNITURE = frozenset({"Desk", "DiningTable", "CoffeeTable", "SideTable", "Bed", "Sink"})

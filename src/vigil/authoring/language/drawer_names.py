@@ -60,7 +60,7 @@ def fits(said: str, name: str, furniture_fits: Callable[[str, str], bool]) -> bo
     """Return whether `said` and `name` are drawers, and a listener could understand `said` as the drawer called `name`.
 
     `furniture_fits` decides the same for two names of furniture. If a TV stand may be called a dresser, "the top drawer
-    of the dresser" may be that of the TV stand.
+    of the dresser" may mean the drawer of the TV stand.
     """
     which, _, whole = said.partition(OF)
     drawer, _, of = name.partition(OF)

@@ -1,4 +1,4 @@
-"""Referring expressions: phrases that mean one thing to a person, and their recognition in a text.
+"""Referring expressions: phrases by which a person finds one particular thing, and their recognition in a text.
 
 A phrase is the thing's name. A colour, a support, a room or a relation to another thing is added only if several things
 have this name. A phrase fits each thing that a careful listener could take it for: "the bottle" also fits a wine
@@ -107,7 +107,7 @@ class DescribedThing:
     alternative_names: tuple[str, ...] = ()
     """Other names that people who see the thing may use."""
     has_misleading_name: bool = False
-    """Whether people would not use the thing's name for it in its place."""
+    """Whether people would not use the thing's name where it is, e.g. "countertop" in a bathroom."""
     is_room_one: bool = True
     """Whether the name of the thing's room is unique in the home."""
     box: Box | None = None
@@ -185,7 +185,7 @@ def items_as_seen(scene: Scene) -> dict[str, DescribedThing]:
 
 
 _description_facts = attrgetter("position", "rotation", "parent", "surface", "is_toggled", "is_present")
-"""Function that returns the facts about a thing that can change, and on which its description depends."""
+"""Function that returns those changeable facts about a thing on which its description depends."""
 
 
 def description_key(scene: Scene) -> Hashable:
@@ -287,7 +287,8 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
 
 
 def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the items that a phrase could mean. A relation leaves one item only if it clearly holds for this item."""
+    """Return the items that a phrase could mean. If it has a relation, a single item is returned only if the relation
+    clearly holds for this item."""
     everything = list(items)
     found = [item for item in everything if fits(phrase, item)]
     if phrase.relation is None or phrase.anchor is None:

@@ -14,13 +14,13 @@ from vigil.base.geometry import Box, Vec3
 from vigil.scene.outlines import footprint
 
 NEXT_TO_M, LOOSELY_NEXT_TO_M = 0.35, 1.2
-"""Maximum gap (m) between things: to be clearly next to each other, and for only some people to call them so."""
+"""Maximum gaps (m) between two things that everybody, and that only some people, would call next to each other."""
 LEVEL_M = 0.25
 """Maximum difference (m) between the heights of the undersides of two things that are next to each other."""
 CLOSEST_M, FARTHER_BY_M, FARTHER_BY = 2.0, 0.8, 2.0
-"""Maximum gap (m) of the closest thing. All other gaps must be larger by at least this difference (m) and factor."""
+"""Maximum gap (m) of the closest thing, and minimum difference (m) and factor by which all other gaps are larger."""
 COVERED, PARTLY_COVERED = 0.75, 0.1
-"""Minimum share of a thing that is below another: to be clearly under it, and for only some people to call it under."""
+"""Minimum share of a thing that must be below another thing for everybody, and for some people, to say "under"."""
 
 
 @dataclass(frozen=True, slots=True)

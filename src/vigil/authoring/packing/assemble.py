@@ -39,10 +39,10 @@ def assemble(
 ) -> tuple[Pack, dict[str, list[Finding]]]:
     """Freeze a pack into `out`. Return the pack, and the findings about candidates that were left out, by id.
 
-    `previous` is one of `files`; its episodes are selected first. `levels` has the drafts' levels by id. A request for
-    levels needs them, and the pack stores the levels of its episodes. Raises TooFewDrafts if there are fewer drafts
-    than requested, and EpisodeError if levels are missing. Raises SettingError if a drafts file is invalid, the folder
-    is not empty or the name is invalid.
+    `previous` is one of `files`; its episodes are selected first. `levels` has the drafts' difficulty levels by id;
+    they are required if the request sets levels, and the pack stores those of its episodes. Raises TooFewDrafts if
+    there are fewer drafts than requested, and EpisodeError if levels are missing. Raises SettingError if a drafts file
+    is invalid, the folder is not empty or the name is invalid.
     """
     check_can_freeze(out, request.name)
     for file in files:
@@ -154,7 +154,7 @@ def _family_facts(chosen: Sequence[Candidate], read: Sequence[DraftsContent], re
 
 
 def _count_rejected(read: Sequence[DraftsContent], reviews: Sequence[Review]) -> int:
-    """Return the number of drafts that a reviewer rejected. If one twin is rejected, both count."""
+    """Return the number of drafts that a reviewer rejected. If one twin is rejected, both twins count."""
     named = {review.episode_id for review in reviews}
     tasks = [task for each in read for task in each.tasks if any(draft.episode.id in named for draft in task.drafts)]
     judged = [{apply_reviews(draft.episode, reviews).provenance.reviewed for draft in task.drafts} for task in tasks]

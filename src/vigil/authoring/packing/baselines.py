@@ -21,13 +21,13 @@ BLIND_AGENTS = ("noop", "random", "sweep", "forward", "centre", "explore", "poin
 AGENTS = (*BLIND_AGENTS, "never_report", "premature", "solver")
 """Baseline agents in the order of the table: first the blind agents, then the privileged agents."""
 LIST_AGENTS = ("claim_success", "claim_fail", "claim_coin")
-"""Baseline agents on lists of chores, which do not look and claim about every chore."""
+"""Baseline agents on lists of chores. They look at nothing, but make a claim about every chore."""
 LIST_RATES = {"W_share": "W share", "W": "W", "B": "B", "T": "T", "chance": "T by chance", "skill": "skill over chance"}
 """Score of lists of chores -> its name in the table."""
 MAX_W_OF_A_BLIND_AGENT = 0.40
 """Maximum W of a blind agent in a family. Packs promise that it is not exceeded."""
 MOST_BLIND_SKILL = 0.05
-"""Greatest skill over chance, in size, of the claims of an agent that does not look. Packs promise it."""
+"""Maximum absolute skill over chance of claims by an agent that does not look. Packs promise not to exceed it."""
 RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other")
 
 

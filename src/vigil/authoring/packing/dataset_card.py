@@ -56,7 +56,7 @@ def card_of(pack: Pack) -> str:
 
 
 def _budgets(pack: Pack) -> dict[str, list[str]]:
-    """Return family -> ranges of the budgets of steps and invalid replies, where episodes have budgets of their own."""
+    """Return family -> ranges of the budgets of steps and invalid replies, for families with several budgets."""
     found: dict[str, list[str]] = {}
     for family in {episode.family for episode in pack.episodes}:
         budgets = [(each.max_steps, each.max_invalid) for each in pack.episodes if each.family == family]

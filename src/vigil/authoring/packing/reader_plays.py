@@ -20,7 +20,7 @@ from vigil.scoring.rates import wilson
 PLAYS = "plays.json"
 PLAYS_SCHEMA = 1
 Cause = Literal["agent", "picture", "wording", "world"]
-"""Cause of a failure: the player, the picture, the wording of the instruction, or the simulated world."""
+"""Cause of a failure: the reader (agent), the picture, the wording of the instruction, or the simulated world."""
 CAUSES: tuple[Cause, ...] = get_args(Cause)
 
 
@@ -31,12 +31,12 @@ class ReaderPlay(BaseModel):
 
     episode_id: str
     reader: str
-    """Name of the player, the same in all plays of this player."""
+    """Name of the reader, the same in all plays of this reader."""
     group: str
     """Level of difficulty of the episode; in a pack of closure stress, its kind."""
     steps: int = Field(ge=0)
     status: Status | None
-    """Reported status; None if the player did not report."""
+    """Reported status; None if the reader did not report."""
     W: bool
     B: bool
     C: bool | None = None

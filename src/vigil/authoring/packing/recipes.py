@@ -1,7 +1,8 @@
 """Recipes: the houses, seed and options from which a pack is made, and the SHA-256 that the pack must have.
 
-A recipe does not contain houses of third-party datasets. It names each by its position in the dataset and its hash, so
-that everyone who has the dataset can make a pack with the same bytes. Packaged recipes are in `vigil/data/recipes`.
+A recipe does not contain houses of third-party datasets. It identifies each house by its position in the dataset and
+its hash, so that everyone who has the dataset can make a pack with the same bytes. Packaged recipes are in
+`vigil/data/recipes`.
 """
 
 import sys
@@ -72,7 +73,7 @@ class Recipe(BaseModel):
     forms: Forms = "public"
     """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
     templates: tuple[str, ...] = Field(default=(), exclude_if=lambda names: not names)
-    """Kinds of episodes to which their families are limited; written if there are any."""
+    """Kinds of episodes to draft. A family that has none of these kinds gets all its kinds. Written if not empty."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
     suite: SuiteName | None = None
@@ -183,9 +184,10 @@ def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], Non
 
 
 def _file(dataset: str, given: Sequence[str], is_only_one: bool) -> Path:
-    """Return the file in `given` that has a dataset's name; if the recipe has only one dataset, a single file will do.
+    """Return the file in `given` that has the name of a dataset.
 
-    Raises SettingError if there is no such file.
+    If `is_only_one`, the recipe has one dataset only, and a single file is returned whatever its name. Raises
+    SettingError if there is no such file.
     """
     same = [place for place in given if Path(place).name == dataset]
     if not same and is_only_one and len(given) == 1:

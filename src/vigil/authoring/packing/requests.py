@@ -28,7 +28,7 @@ class PackRequest:
     aliases: tuple[str, ...] = ()
     families: tuple[Family, ...] = tuple(FAMILIES)
     tasks: Mapping[str, int] = field(default_factory=dict)
-    """Kind of a suite -> number of tasks; empty for a pack of families. Twins are one task."""
+    """Kind of task in the suite -> number of such tasks; empty for a pack of families. Twins are one task."""
     is_seed_secret: bool = False
     """Whether the pack reveals only the hash of its seed."""
     backend: str = "mujoco"
@@ -47,7 +47,7 @@ class PackRequest:
     starts: int = 1
     """Number of start poses drawn for each draft; the hardest is used."""
     templates: tuple[str, ...] = ()
-    """Kinds of episodes to which their families are limited; other families have all their kinds."""
+    """Kinds of episodes to draft. A family that has none of these kinds gets all its kinds."""
 
     @property
     def suite(self) -> SuiteName | None:

@@ -27,7 +27,7 @@ FOUND_BY_TURNING = 0.4
 """Maximum share of searches (VS, SI) in which the target can be found by turning at the start."""
 UPPER_LEVELS: tuple[Level, ...] = ("hard", "extreme")
 CLEAR_PX = 400
-"""If the first frame that shows a target has more than this number of its pixels, the target counts as clear."""
+"""A target counts as clear if the first frame that shows it has more than this number of its pixels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class Candidate:
 
 
 CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
-"""Function that replays candidates. It returns id of a candidate's first side -> findings, if there are findings."""
+"""Function that replays candidates. For those with findings, it returns id of the first side -> findings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,8 +112,9 @@ def candidates(
 ) -> list[Candidate]:
     """Return all tasks, each id once, sorted by id, except tasks with a side that a reviewer rejected.
 
-    `previous` is the file of `files` with the drafts of the previous version. `levels` has the measured levels by id.
-    Raises EpisodeError if two different drafts have the same id, SettingError if a file is invalid.
+    `previous` is the one of `files` that has the drafts of the pack's previous version. `levels` has the measured
+    levels of difficulty by id. Raises EpisodeError if two different drafts have the same id, SettingError if a file is
+    invalid.
     """
     by_id: dict[str, list[Review]] = defaultdict(list)
     for review in reviews:
@@ -302,7 +303,7 @@ class ListBalance:
 
 
 def _chore_kinds(candidate: Candidate) -> list[str]:
-    """Return the kinds of a list's chores; those that cannot be met also by reason."""
+    """Return the kind of each chore of a list; for a chore that cannot be met, the reason instead."""
     chores = [chore for answer in candidate.task.answers if isinstance(answer, ListAnswer) for chore in answer.chores]
     return [chore.reason or chore.kind for chore in chores]
 

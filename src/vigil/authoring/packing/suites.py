@@ -25,13 +25,13 @@ class Suite:
 
     name: SuiteName
     grammar_place: str
-    """Where the grammar is, as "module:name"; loaded at its first use, because it needs all that makes drafts."""
+    """Where the grammar is, as "module:name". It is loaded at its first use, because it imports much code."""
     kinds: tuple[str, ...]
-    """Kinds of tasks, of which a pack holds a number each."""
+    """Kinds of tasks. A pack has a certain number of tasks of each kind."""
     houses: tuple[str, ...]
     """Specs of the houses that `mixed` stands for."""
     description: str
-    """Description of a pack without one of its own."""
+    """Description of a pack for which the user gave none."""
     answers: str
     """File with the answers of a pack."""
     facts_place: str
@@ -78,7 +78,7 @@ KINDS_IN_WORDS = "; ".join(f"{name}: {', '.join(suite.kinds)}" for name, suite i
 
 
 def suite_of_kind(kind: str) -> SuiteName:
-    """Return the name of the suite to which a kind of tasks belongs. Raises ValueError for another name."""
+    """Return the name of the suite to which a kind of tasks belongs. Raises ValueError for an unknown kind."""
     for name, suite in SUITES.items():
         if kind in suite.kinds:
             return name

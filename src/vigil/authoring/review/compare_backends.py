@@ -16,7 +16,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 SAME_M, SAME_DEG, SAME_OPENNESS = 1e-3, 0.01, 1e-3
 """Distances (m), angles (deg) and openness count as equal if they differ by at most these values."""
 SAME_CLICK_M = 0.01
-"""Distances (m) of two clicks count as equal if they differ by at most this."""
+"""Distances (m) from the agent to clicked points count as equal if they differ by at most this."""
 KINDS = {
     "pose": "where the agent is and looks",
     "place": "where a thing is, and how it is turned",

@@ -35,11 +35,11 @@ class ControlWorlds:
         """The nearest other thing that people may mistake for the target; None if there is none."""
 
     def from_reset(self, rows: list[SyntheticStep] | None, status: Status = "success") -> EpisodeRecord | None:
-        """Return a record with these rows after the reset, closed by a report; None if `rows` is None."""
+        """Return a record: the reset, the steps `rows`, and a report; None if `rows` is None."""
         return None if rows is None else record_of(self.record, rows, status)
 
     def after_solution(self, rows: list[SyntheticStep] | None) -> EpisodeRecord | None:
-        """Return a record with these rows after the solution, closed by a report of success; None if `rows` is None."""
+        """Return a record: the solution, the steps `rows`, and a report of success; None if `rows` is None."""
         return None if rows is None else record_of(self.record, rows, "success", after_solution=True)
 
     def undone(self, setup: Setup, pose: Pose | None = None) -> EpisodeRecord | None:
@@ -66,7 +66,7 @@ class ControlWorlds:
             yield self.episode.start.model_copy(update={"position": place, "rotation": yaw})
 
     def click_on(self, things: list[Thing]) -> list[SyntheticStep] | None:
-        """Return the row of a click on the first of these things for which the click is not near the target.
+        """Return a step: the click on the first of these things for which the click is not near the target.
 
         None if there is no such thing.
         """
@@ -81,7 +81,8 @@ class ControlWorlds:
         return None
 
     def _look_alike(self) -> Thing | None:
-        """Return the nearest other thing of the target's category, or else the nearest with an easily confused name.
+        """Return the nearest other thing of the target's category, or else the nearest thing with an easily confused
+        name.
 
         None if there is no such thing.
         """

@@ -56,7 +56,7 @@ class EpisodeStart:
         return self.at_reset(self.episode.goal)
 
     def at_reset(self, goal: Goal) -> GoalRow:
-        """Return the truth and progress of a goal about bound objects at the reset."""
+        """Return whether a goal about bound objects holds at the reset, and its progress."""
         now = datetime.fromtimestamp(0, UTC)
         record = EpisodeRecord(
             run_id="",

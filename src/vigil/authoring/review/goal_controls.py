@@ -34,7 +34,7 @@ from vigil.scene.things import Thing
 STOPPED_SHORT_M = (0.03, 0.4)
 """Minimum and maximum distance (m) beyond the goal's threshold at which the agent stops short."""
 NEAR_OTHER_M = 1.2
-"""Maximum distance (m) from the look-alike in the control in which the agent approaches the look-alike."""
+"""Maximum distance (m) between the agent and the look-alike, in the control in which it approaches the look-alike."""
 LOOK_M = (0.8, 2.5)
 """Minimum and maximum distance (m) from which the agent looks at the look-alike."""
 TRIED_NEIGHBOURS = 4
@@ -108,7 +108,7 @@ def _at(cells: np.ndarray, worlds: ControlWorlds) -> list[SyntheticStep] | None:
 
 
 def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Return a row in which the look-alike is observable but the target is not visible; None if this is impossible."""
+    """Return a step at which the look-alike is observable but the target is not visible; None if this is impossible."""
     look_alike = worlds.look_alike
     if look_alike is None:
         return None
@@ -125,12 +125,12 @@ def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
 def _applied_to(
     thing: Thing | None, goal: ObjectInState | ObjectHeld, worlds: ControlWorlds
 ) -> list[SyntheticStep] | None:
-    """Return a row in which `thing`, not the target, is as the goal requires; None if this is impossible."""
+    """Return a step after which `thing`, not the target, is as the goal requires; None if this is impossible."""
     return None if thing is None or not _allows(thing, goal) else _attained(thing.id, goal, worlds)
 
 
 def _attained(object_id: str, goal: Goal, worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Return a row in which a thing is in the state that the goal requires; for goals without a state, in the hand.
+    """Return a step after which a thing is in the state that the goal requires; for goals without a state, in the hand.
 
     Everything else is as at the reset. None if this is impossible.
     """

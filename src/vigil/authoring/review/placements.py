@@ -19,7 +19,7 @@ MAX_NEIGHBOURS = 2
 
 
 def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement]:
-    """Yield placements of a thing in the middle of each level surface of a receptacle (`inside` or on it)."""
+    """Yield placements in the middle of each level surface: those inside a receptacle if `inside`, else those on it."""
     for surface, frame in level_surfaces(receptacle):
         if surface.is_inside == inside:
             yield _placement(frame.shift, thing, receptacle)
@@ -28,7 +28,7 @@ def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[
 def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Iterator[Placement]:
     """Yield placements inside a receptacle, or inside something in it, that do not count as on the receptacle.
 
-    There is one placement for each category: in a drawer, in a microwave, in a sink.
+    There is at most one placement for each category of container, e.g. one in a drawer and one in a microwave.
     """
     found: dict[str, Placement] = {}
     for bearer in (receptacle, *contents(scene, receptacle.id)):

@@ -61,7 +61,7 @@ class Review(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What one reviewer's verdicts on one episode say together."""
+    """The outcome of all verdicts of one reviewer on one episode."""
 
     judgement: Judgement | None = None
     instruction: str | None = None
@@ -78,7 +78,7 @@ class Agreement:
     agree: int
     """Number of episodes on which both reviewers gave the same verdict."""
     kappa: float | None
-    """Cohen's kappa; None if there are no such episodes, or if chance alone would give full agreement."""
+    """Cohen's kappa; None if `both` is 0, or if chance alone would give full agreement."""
     disputed: tuple[str, ...]
     """Ids of the episodes that one reviewer approved and the other rejected."""
 
@@ -91,7 +91,7 @@ def episode_sha256(episode: Episode) -> str:
 
 
 def append_review(path: Path, review: Review) -> None:
-    """Append a review to a file. It is on disk on return; several writers may append. Raises RecordError."""
+    """Append a review to a file; several writers may append. On return, the review is on disk. Raises RecordError."""
     append_line(path, dump_line(review, exclude_defaults=True))
 
 

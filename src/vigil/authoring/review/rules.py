@@ -62,7 +62,7 @@ class Rule:
     """A rule about an episode's start."""
 
     is_for: Callable[[Family], bool] | None
-    """Function that returns whether the rule applies to a family; None if families list it (`FamilySpec.rules`)."""
+    """Function that returns whether the rule applies to a family; None if it applies to families that list it."""
     reason: str
     faults: Callable[[EpisodeStart], Faults]
     """Function that yields a message for each way in which an episode breaks the rule."""

@@ -49,7 +49,7 @@ class SyntheticWorlds:
         return self.simulator.world(self.episode.bound_ids()) if self.set_up(setup, pose) else None
 
     def row(self, setup: Setup, pose: Pose | None = None) -> list[SyntheticStep] | None:
-        """Return one row with the world in a setup; None if the setup is impossible."""
+        """Return a list of one step, which has the world in a setup; None if the setup is impossible."""
         world = self.world(setup, pose)
         return None if world is None else [SyntheticStep(world)]
 
@@ -67,9 +67,8 @@ def changed_setup(setup: Setup, object_id: str, **facts: object) -> Setup:
 def record_of(
     base: EpisodeRecord, rows: Sequence[SyntheticStep], status: Status, *, after_solution: bool = False
 ) -> EpisodeRecord:
-    """Return a record that consists of the start of `base`, these rows and a report. If `after_solution` is True, the
-    actions of `base` without its report come before the rows.
-    """
+    """Return a record that consists of the start of `base`, the steps `rows` and a report. If `after_solution` is True,
+    the actions of `base` without its report come before the steps."""
     steps = list(base.steps[:-1]) if after_solution else []
     closing = SyntheticStep(
         (rows[-1] if rows else SyntheticStep(base.worlds[0])).world, Report(status=status, summary="")

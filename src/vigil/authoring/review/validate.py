@@ -78,7 +78,7 @@ LIST_RULES = {
     "wrong order",
     "false_claims_fail": "claims that are not true never close a list correctly",
 }
-"""Rule name -> reason, for lists of chores, which `vigil.authoring.chores.certify` checks; others are those above."""
+"""Rule name -> reason, for the rules that only lists of chores have (`vigil.authoring.chores.certify` checks them)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +127,7 @@ class Validator:
     """Validates episodes on one simulator."""
 
     def __init__(self, simulator: PrivilegedSimulator, *, is_draft: bool = False, profile: str = BASELINE) -> None:
-        """With `is_draft`, also apply the rules about wording, which frozen packs may predate.
+        """With `is_draft`, also apply the rules about wording. Frozen packs may be older than these rules.
 
         Solutions are replayed under `profile`.
         """
@@ -219,7 +219,7 @@ class Validator:
         return self._env.record()
 
     def _blind_record(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
-        """Return the record of an agent without sight. Agents that only report are not replayed: nothing changes."""
+        """Return the record of an agent without sight; without a replay if it only reports, which changes nothing."""
         if all(isinstance(action, Report) for action in actions):
             return record_of(record, (), "success")
         return self._replay(episode, actions)

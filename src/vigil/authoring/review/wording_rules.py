@@ -24,7 +24,7 @@ STACKED = re.compile(
 )
 """Pattern of two places in succession: "put it in the sink in the kitchen", "the stool in the bedroom in your hand"."""
 ONE_PAIR = re.compile(r"\bpair of \w+,? (?:which|that) \w+s\b|\bpair of \w+\b[^.;]*?\b(?:pick|put|move|take|find) it\b")
-"""Pattern of a pair with a verb or pronoun in the singular."""
+"""Pattern of "pair of" things with a verb or pronoun in the singular ("a pair of boots that stands")."""
 ASIDE = re.compile(r"\b(?:aside|away|down|elsewhere|somewhere else|out of the way)\b")
 """Pattern of words that say where an obstacle is put, so that the hand is free afterwards."""
 

@@ -1,7 +1,8 @@
-"""Order of chores: what each needs, changes and undoes by the simulator's rules, and the shortest order that holds.
+"""Order of chores: which chores of a list do or undo one another, and which possible order has the shortest walk.
 
-Nothing is walked or clicked here: chores that concern the same things are tried in all orders on a few facts. The
-shortest walk through all chores in an order that holds is then found over sets of chores.
+The simulator is not used to try orders. Chores that concern the same things are tried in all orders on a model with a
+few facts (`ChoreModel`). The shortest walk in a possible order is then found by dynamic programming over sets of
+chores.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,16 +30,16 @@ from vigil.scene.supports import furniture_of, surface_named
 from vigil.scene.things import Scene, Thing
 
 MAX_ENTANGLED = 6
-"""Greatest number of chores that concern the same things; more are not tried in all orders."""
+"""Maximum number of chores that concern the same things; trying all orders of more chores would take too long."""
 TOUR_CELL_M, FAR_M = 0.2, 1000.0
-"""Size (m) of the cells on which the walks between chores are measured, and length where no place is reachable."""
+"""Size (m) of the cells on which walks between chores are measured, and length (m) of a walk to unreachable things."""
 Fact = tuple[str, str]
 """A changeable fact: "open", "on" or "at", with the id of the thing."""
 Facts = Mapping[Fact, object]
 
 
 class Refused(Exception):
-    """An act is refused in a state of the facts."""
+    """Error for an act that the simulator would refuse while the given facts hold."""
 
 
 class ChoreModel:
@@ -62,7 +63,7 @@ class ChoreModel:
                 yield ("at", thing.id), (thing.parent, surface is not None and surface.is_inside)
 
     def holds(self, part: ChorePart, facts: Facts) -> bool:
-        """Return whether a part of a chore holds; a question always does."""
+        """Return whether a part of a chore holds; a part that is a question always holds."""
         if isinstance(part, ReportStatus):
             return True
         if isinstance(part, ObjectAtReceptacle):
@@ -130,16 +131,16 @@ def _openness(thing: Thing) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Entanglement:
-    """What the chores of a list do to one another."""
+    """Which chores of a list do or undo one another."""
 
     before: frozenset[tuple[int, int]]
-    """Pairs of places in the list, of which the first must be done before the second."""
+    """Pairs of indices in the list: the first chore must be done before the second, because it undoes the second."""
     by_the_way: frozenset[tuple[int, int]]
-    """Pairs (chore, other): the chore, which does not hold at the start, holds once the other one was done."""
+    """Pairs (a, b) of indices: chore a does not hold at the start, but holds once chore b is done."""
 
 
 def entanglement(model: ChoreModel, chores: Sequence[Chore], doable: Sequence[int]) -> Entanglement | None:
-    """Return what the doable chores (places in the list) do to one another; None if no order does them all."""
+    """Return which of the chores with the indices `doable` do or undo one another; None if no order does them all."""
     before: set[tuple[int, int]] = set()
     by_the_way: set[tuple[int, int]] = set()
     for group in _groups(model, chores, doable):
@@ -155,7 +156,7 @@ def entanglement(model: ChoreModel, chores: Sequence[Chore], doable: Sequence[in
 
 
 def _groups(model: ChoreModel, chores: Sequence[Chore], doable: Sequence[int]) -> list[list[int]]:
-    """Return the places of chores, grouped so that chores of two groups have no thing in common."""
+    """Return the indices of chores, grouped so that chores of two groups have no thing in common."""
     groups: list[tuple[set[str], list[int]]] = []
     for place in doable:
         ids, members = _concerned(model, chores[place]), [place]
@@ -167,9 +168,9 @@ def _groups(model: ChoreModel, chores: Sequence[Chore], doable: Sequence[int]) -
 
 
 def _concerned(model: ChoreModel, chore: Chore) -> set[str]:
-    """Return the ids of the things that a chore needs or changes: also the closed containers around its objects.
+    """Return the ids of the things that a chore needs or changes, including the closed containers around its objects.
 
-    A receptacle on which something is only put does not matter, unless it can be moved.
+    A receptacle on which something is only put is left out, unless the receptacle can be moved.
     """
     found: set[str] = set()
     for part in chore.parts:
@@ -183,7 +184,7 @@ def _concerned(model: ChoreModel, chore: Chore) -> set[str]:
 
 
 def _does_all(model: ChoreModel, chores: Sequence[Chore], order: Sequence[int]) -> bool:
-    """Return whether chores done in an order all hold at the end, and no state that is asked for was changed."""
+    """Return whether all chores hold if they are done in this order. States that questions ask for must not change."""
     facts = model.initial
     asked = [_queried(chores[place].question) for place in order]
     for place in order:
@@ -203,7 +204,7 @@ def _queried(question: ReportStatus | None) -> Fact | None:
 
 
 def _done_by_others(model: ChoreModel, chores: Sequence[Chore], group: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Yield the pairs of a chore that does not hold, and another one after which it does."""
+    """Yield pairs (a, b) of indices: chore a does not hold at the start, but holds once chore b is done."""
     for place in group:
         if model.is_done(chores[place], model.initial):
             continue
@@ -218,8 +219,8 @@ def _done_by_others(model: ChoreModel, chores: Sequence[Chore], group: Sequence[
 def shortest_order(lengths: np.ndarray, before: frozenset[tuple[int, int]]) -> tuple[list[int], float]:
     """Return the order of n chores with the shortest walk, and its length (m).
 
-    `lengths` (n + 1, n) has the walk from the end of each chore, in the last row from the start, to and through each
-    chore. Every pair of `before` is kept.
+    Row i of `lengths` (n + 1, n) has the walks from the end of chore i to each chore; the last row has those from the
+    start. For each pair in `before`, the first chore comes before the second.
     """
     count = lengths.shape[1]
     first = [sum(1 << a for a, b in before if b == place) for place in range(count)]
@@ -252,10 +253,10 @@ def length_of(lengths: np.ndarray, order: Sequence[int]) -> float:
 
 
 def walk_lengths(view: PrivilegedView, stops: Sequence[tuple[str, str]]) -> np.ndarray:
-    """Return the lengths (n + 1, n) in metres of the walks between chores, as `shortest_order` takes them.
+    """Return the lengths (n + 1, n) in metres of the walks between chores, as `shortest_order` needs them.
 
-    `stops` are the ids of the things at which each chore begins and ends. Lengths are those on a coarse grid, to the
-    reachable places within reach of a thing, or nearest to it.
+    `stops` are the ids of the things at which each chore begins and ends. Walks are measured on a coarse grid. A walk
+    to a thing ends at a reachable place within reach of the thing; if there is none, at the nearest reachable place.
     """
     things, plan = view.scene.things, view.plan()
     coarse = WalkableMap(plan.roomy, plan.tight, TOUR_CELL_M)
@@ -268,7 +269,7 @@ def walk_lengths(view: PrivilegedView, stops: Sequence[tuple[str, str]]) -> np.n
         return [float(lengths[near[begin]].min(initial=FAR_M)) for begin, _ in stops]
 
     def row_from(thing_id: str) -> list[float]:
-        """Return the walks from the reachable place that is nearest to a thing."""
+        """Return the lengths (m) of the walks from the reachable place that is nearest to a thing."""
         position, mask = things[thing_id].position, near[thing_id]
         if not mask.any():
             return row(from_start)
@@ -281,6 +282,6 @@ def walk_lengths(view: PrivilegedView, stops: Sequence[tuple[str, str]]) -> np.n
 
 
 def _near(box: Box, cells: np.ndarray, reachable: np.ndarray) -> np.ndarray:
-    """Return the mask (n,) of the reachable cells (n, 2) within reach of a box, or nearest to it."""
+    """Return the mask (n,) of the reachable cells (n, 2) within reach of a box, or else of those nearest to it."""
     away = np.where(reachable, box_distances(box, cells), np.inf)
     return reachable & (away <= max(REACH_M, float(away.min(initial=np.inf)) + TOUR_CELL_M))

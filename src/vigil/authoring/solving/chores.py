@@ -1,4 +1,4 @@
-"""Solver of lists of chores: it does all that can be done, in an order found by search, and claims truly."""
+"""Solver of lists of chores: it does all that can be done, in an order found by search, and makes true claims."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -29,15 +29,15 @@ from vigil.scene.things import Thing
 from vigil.scoring.closure import Evidence
 
 PLACE = "place_{}"
-"""Role of the thing on which the object of a chore, given by its number, is said to lie."""
+"""Name of the role of the thing on which a chore's sentence says that its object lies; `{}` is the chore's number."""
 BLOCKER = "blocker_{}"
-"""Role of the furniture that keeps the thing of a chore from opening, or leaves no room on it."""
+"""Role of the furniture that keeps a chore's thing from opening, or leaves no room on a chore's receptacle."""
 OBSTACLE = "obstacle_{}"
-"""Role of the object that must be carried away before the thing of a chore opens."""
+"""Role of the object that must be carried away before a chore's thing can open."""
 
 
 class UnsolvableChore(Unsolvable):
-    """The solver finds no way to do the chore at a place of a list."""
+    """Error for a list with a chore, at index `place`, that the solver finds no way to do."""
 
     def __init__(self, place: int, message: str) -> None:
         super().__init__(f"Chore {place + 1}: {message}")
@@ -46,10 +46,10 @@ class UnsolvableChore(Unsolvable):
 
 @dataclass(frozen=True, slots=True)
 class ChorePlan:
-    """The order in which to do a list."""
+    """The order in which to do the chores of a list."""
 
     order: tuple[int, ...]
-    """Places in the list of all chores: also those at which there is only something to look at."""
+    """Indices of all chores in the order in which the agent does them, or only looks at something for them."""
     entanglement: Entanglement = field(repr=False)
     walk_m: float
     """Length (m) of the walk, on a coarse grid."""
@@ -60,7 +60,7 @@ class ChorePlan:
 def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Action]:
     """Yield the actions that do all chores of a list that can be done, and the report with true claims.
 
-    Raises UnsolvableChore if there is no way to do one.
+    Raises UnsolvableChore if there is no way to do one of these chores.
     """
     goal, view = episode.goal, macro_actions.view
     assert isinstance(goal, Chores)
@@ -99,9 +99,9 @@ def _concession_of(place: int, conceded: Mapping[int, Status]) -> Status:
 
 
 def plan_chores(episode: Episode, view: PrivilegedView, conceded: Collection[int]) -> ChorePlan:
-    """Return the order of a list's chores with the shortest walk; `conceded` are the places of those not to be met.
+    """Return the order of chores with the shortest walk; `conceded` are the indices of chores that cannot be met.
 
-    Raises Unsolvable if no order does all others.
+    Raises Unsolvable if no order does all other chores.
     """
     goal = episode.goal
     assert isinstance(goal, Chores)
@@ -116,7 +116,7 @@ def plan_chores(episode: Episode, view: PrivilegedView, conceded: Collection[int
 
 
 def concession(chore: Chore, macro_actions: MacroActions) -> Status | None:
-    """Return the status that concedes a chore that cannot be met in the current state; None if it can be."""
+    """Return the status to claim for a chore that cannot be met in the current state; None if the chore can be met."""
     view = macro_actions.view
     for part in chore.parts:
         thing = view.scene.things[part.object_id]
@@ -138,12 +138,12 @@ def _is_interlocked(thing: Thing) -> bool:
 
 
 def _has_only_movable(view: PrivilegedView, part: ObjectAtReceptacle) -> bool:
-    """Return whether all that stands on a receptacle can be carried, so that there is room or can be made."""
+    """Return whether all things on a receptacle can be carried away, so that the agent can make room."""
     return all(child.is_pickupable or child.is_drawer for child in children(view.scene, part.receptacle_id))
 
 
 def _can(part: ObjectInState | ObjectAtReceptacle, macro_actions: MacroActions) -> bool:
-    """Return whether a part of a chore can be brought about in the current state, which remains as it was."""
+    """Return whether a part of a chore can be brought about in the current state. The state is not changed."""
     view = macro_actions.view
     try:
         with view.rollback():
@@ -188,13 +188,13 @@ def _do(episode: Episode, place: int, macro_actions: MacroActions, *, was_held: 
 
 
 def _look(episode: Episode, place: int, macro_actions: MacroActions) -> Iterator[Action]:
-    """Yield the walks to where it is seen that a chore cannot be met, holds already, or which branch applies."""
+    """Yield the walks to places from which the agent sees why a chore needs no act, or which branch of it applies."""
     for evidence in evidence_of(episode, place, macro_actions.view):
         yield from macro_actions.go(viewpoint_showing(macro_actions.view, evidence, FAR_COST))
 
 
 def check_looks(episode: Episode, places: Iterable[int], view: PrivilegedView) -> None:
-    """Raise UnsolvableChore if what some chores of a list are about cannot be seen as clearly as they need it.
+    """Raise UnsolvableChore if the agent cannot clearly see the evidence for a chore whose index is in `places`.
 
     `view` is in the state of the episode's start.
     """
@@ -213,7 +213,7 @@ def check_looks(episode: Episode, places: Iterable[int], view: PrivilegedView) -
 
 
 def _achieve(part: ObjectInState | ObjectAtReceptacle, macro_actions: MacroActions) -> Iterator[Action]:
-    """Yield the actions that bring about a part of a chore, after what its machine needs."""
+    """Yield the actions that bring about a part of a chore. If need be, the machine is first closed or turned off."""
     things = macro_actions.view.scene.things
     machine = things[_stood_at(part)]
     if CATALOG[machine.category].runs_only_when_closed:
@@ -227,9 +227,10 @@ def _achieve(part: ObjectInState | ObjectAtReceptacle, macro_actions: MacroActio
 
 
 def evidence_of(episode: Episode, place: int, view: PrivilegedView) -> list[tuple[Evidence, ...]]:
-    """Return what shows that a chore cannot be met, or holds already, or which branch applies; each in one view.
+    """Return the evidence that a chore cannot be met, or holds already, or which branch of it applies.
 
-    `view` is in the state of the episode's start, or in one in which the chore's things are as they were.
+    Each tuple is to be seen in one view. `view` is in the state of the episode's start, or in another state in which
+    the chore's things have not changed.
     """
     goal = episode.goal
     assert isinstance(goal, Chores)

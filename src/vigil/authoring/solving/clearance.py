@@ -123,7 +123,7 @@ class RoutesTo:
     def waypoint(self, place: Point2, clearances: np.ndarray) -> Point2 | None:
         """Return the farthest point on the route from `place` that can be reached straight at little extra cost.
 
-        None without a route. `clearances` are the clearances that the agent assumes.
+        None if there is no route. `clearances` are the clearances that the agent assumes.
         """
         entry = self._entry(place)
         if entry is None:

@@ -1,4 +1,4 @@
-"""Evidence: what must be seen of a thing to know something of it, and viewpoints from which it is clearly seen.
+"""Evidence: what an agent must see of a thing to know a fact about it, and viewpoints that show it clearly.
 
 Partly open doors and drawers are here, too: their gap is visible from close by and easily missed from afar.
 """
@@ -24,15 +24,15 @@ from vigil.scene.things import Thing
 from vigil.scoring.closure import Evidence, is_in_picture
 
 EVIDENCE_PX = 300
-"""Least visible pixels of a thing that clearly show its state, or that it blocks a door."""
+"""Minimum visible pixels at which an agent clearly sees the state of a thing, or sees that the thing blocks a door."""
 EVIDENCE_MARGIN_PX = 20
-"""Visible pixels beyond the least ones in a view that is looked for."""
+"""Number of visible pixels beyond the minimum that a view must show when views are searched for."""
 EVIDENCE_DISTANCE_M = (0.5, 4.0)
-"""Distances (m) from a thing between which views of its evidence are looked for."""
+"""Minimum and maximum distance (m) between a thing and the places from which its evidence may be viewed."""
 FAR_COST = 4.0
-"""Cost (m of walk) of each metre from a thing, in a search for views from close by."""
+"""Cost, as a length of walk (m), of each metre between a view and the thing, if views from close by are preferred."""
 CLEAR_STATE_PX, STATE_WITHIN_M = 200, 3.5
-"""Least pixels that clearly show a state, and greatest distance (m) from the thing in a view that is looked for."""
+"""Minimum pixels that clearly show a state, and maximum distance (m) from the thing of views that are tried for it."""
 MAX_LOOKS = 80
 """Greatest number of views tried for evidence."""
 NOTICE_READABLE_M = 2.0
@@ -40,15 +40,15 @@ NOTICE_READABLE_M = 2.0
 BELOW_EYES_M = 0.2
 """Least height (m) of the eyes above a surface that can be seen from above."""
 SPOT_SHARES, SPOT_ABOVE_M = (-0.3, 0.3), 0.002
-"""Offsets from a surface's middle (shares of its size) and height (m) of the points that are evidence."""
+"""Offsets from a surface's middle (shares of its size), and height (m) above it, of points that serve as evidence."""
 PARTLY_OPEN = (0.12, 0.25)
 """Least and greatest openness of partly open things; the protocol calls a thing closed below 0.1."""
 MIN_GAP_M = 0.04
-"""Least distance (m) by which the free edge of a partly open thing has moved."""
+"""Minimum distance (m) by which the free edge of a partly open thing must have moved."""
 SPREAD = 0.05
 """Greatest difference between the openness of a partly open thing and the least visible openness."""
 FREE_SHARE = 0.8
-"""Least movement of a point that may be evidence, as a share of the farthest; such points are at a door's free edge."""
+"""Points that are evidence move at least this share of the largest movement, so they are at a door's free edge."""
 DRAWERS_AND_DOORS = frozenset(
     {"Cabinet", "ClothesDryer", "Drawer", "Fridge", "Microwave", "Safe", "Stove", "WashingMachine"}
 )
@@ -73,7 +73,7 @@ def notice_evidence(machine: Thing) -> Evidence | None:
 
 
 def surface_evidence(support: Thing, surface_name: str | None) -> tuple[Evidence, ...]:
-    """Return the evidence of what lies on a surface: points spread over it; empty if it is not seen from above."""
+    """Return the evidence of what lies on a surface: points spread over it; empty if it cannot be seen from above."""
     for surface, frame in level_surfaces(support):
         if surface.name == surface_name:
             shares = [(x * surface.size_x, SPOT_ABOVE_M, z * surface.size_z) for x in SPOT_SHARES for z in SPOT_SHARES]
@@ -87,8 +87,8 @@ def surface_evidence(support: Thing, surface_name: str | None) -> tuple[Evidence
 def viewpoint_showing(view: PrivilegedView, evidence: Sequence[Evidence], far_cost: float = 0.0) -> Viewpoint:
     """Return the nearest viewpoint that clearly shows all evidence at once.
 
-    `far_cost` is the cost of each metre from the thing, as a length of walk (m), where views from close by are
-    preferred. Raises Unsolvable if there is none.
+    If `far_cost` is set, views from close by are preferred: it is the cost, as a length of walk (m), of each metre
+    between the viewpoint and the thing. Raises Unsolvable if no viewpoint is found.
     """
     thing = view.scene.things[evidence[0].object_id]
     spots = [each.spot for each in evidence if each.object_id == thing.id and each.spot is not None]
@@ -117,7 +117,7 @@ def viewpoint_showing_state(view: PrivilegedView, thing_id: str, query: StateQue
 
 
 def _query(thing: Thing, points: np.ndarray, most_m: float, far_cost: float) -> ViewpointQuery:
-    """Return the query for views of points (n, 3) from at most `most_m` from a thing."""
+    """Return the query for viewpoints that show points (n, 3) of a thing from at most `most_m` metres."""
     box = body_box(thing)
 
     def near(places: np.ndarray) -> np.ndarray:
@@ -128,7 +128,7 @@ def _query(thing: Thing, points: np.ndarray, most_m: float, far_cost: float) -> 
 
 
 def _viewpoint_where(view: PrivilegedView, query: ViewpointQuery, is_good: Callable[[Pose], bool]) -> Viewpoint | None:
-    """Return the first viewpoint of a query that is good; None without one."""
+    """Return the first good viewpoint of a query; None if none is good."""
     tried = islice(viewpoints(view, view.walks(), query), MAX_LOOKS)
     return next((viewpoint for viewpoint in tried if is_good(viewpoint.pose)), None)
 
@@ -146,7 +146,7 @@ def shows_all(view: PrivilegedView, pose: Pose, evidence: Sequence[Evidence]) ->
 
 
 def can_be_partly_open(thing: Thing) -> bool:
-    """Return whether a thing can be partly open so that it visibly differs from a closed one."""
+    """Return whether a thing can be partly open so that it visibly differs from a closed thing."""
     return thing.category in DRAWERS_AND_DOORS and _min_partial_openness(thing) + SPREAD <= PARTLY_OPEN[1]
 
 
@@ -156,13 +156,13 @@ def is_partly_open(openness: float) -> bool:
 
 
 def random_partial_openness(thing: Thing, rng: np.random.Generator) -> float:
-    """Return a random openness (hundredths) at which a thing is partly open, little above the least visible one."""
+    """Return a random openness, in whole hundredths, at which a thing is partly open and its gap is just visible."""
     least = _min_partial_openness(thing)
     return round(float(rng.uniform(least, least + SPREAD)), 2)
 
 
 def _min_partial_openness(thing: Thing) -> float:
-    """Return the least openness (hundredths) at which a partly open thing has a visible gap."""
+    """Return the smallest openness, in whole hundredths, at which a partly open thing has a visible gap."""
     return max(PARTLY_OPEN[0], math.ceil(100 * PARTLY_OPEN[0] * MIN_GAP_M / gap_m(thing)) / 100)
 
 

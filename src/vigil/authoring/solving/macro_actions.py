@@ -149,7 +149,7 @@ class MacroActions:
         return [_targets_on(receptacle, [each], inside=each[0].is_inside) for each in surfaces]
 
     def _has_height(self, targets: "PlacementTargets") -> bool:
-        """Return whether the held object is low enough for any of the surfaces: the simulator refuses all others.
+        """Return whether one of the surfaces has enough free height above it for the held object.
 
         True if nothing is held.
         """
@@ -206,8 +206,8 @@ class MacroActions:
         raise Unsolvable(f"The way to {viewpoint.corners[-1]} is blocked.")
 
     def placing_pixel(self, viewpoint: Viewpoint, targets: "PlacementTargets") -> tuple[int, int] | None:
-        """Return a pixel of the frame at a viewpoint: a click on it places the held object at a target. None if none
-        does."""
+        """Return a pixel in a viewpoint's frame on which a click places the held object at a target; None if none is
+        found."""
         view, held = self.view, self.view.held
         if held is None:
             return None

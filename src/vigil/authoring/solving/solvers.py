@@ -151,9 +151,9 @@ class PrivilegedAgent:
 
 
 def privileged_agent(name: str, episode: Episode, simulator: PrivilegedSimulator) -> PrivilegedAgent:
-    """Return the privileged agent of a name for one episode.
+    """Return the privileged agent called `name` for one episode.
 
-    Raises SettingError if the name is unknown, or if the agent plays lists of chores and the episode is not one.
+    Raises SettingError if the name is unknown, or if the agent plays lists of chores and the episode is not a list.
     """
     if name not in PRIVILEGED:
         raise SettingError(f"Privileged agent {name!r} does not exist. Choose one of: {', '.join(PRIVILEGED)}.")

@@ -1,8 +1,8 @@
 """Difficulty of streamed episodes: one measured fact, and two bounds that divide it into three grades.
 
 The bounds (`FamilySpec.grading`) divide each family of `vigil_balanced_1000_v1_2` into three shares that are as equal
-as whole numbers of actions allow. Pointing is graded by the size of its target, state verification, which takes one
-action, by the distance of the target, and lists of chores by their number of chores.
+as whole numbers of actions allow. Three kinds of episodes are graded by another fact: pointing by the size of its
+target, state verification (which takes one action) by the distance of the target, and lists of chores by their length.
 """
 
 from collections.abc import Iterable
@@ -17,7 +17,7 @@ from vigil.protocol.goals import Chores
 Difficulty = Literal["easy", "medium", "hard"]
 DIFFICULTIES: tuple[Difficulty, ...] = get_args(Difficulty)
 LISTS = (5, 7)
-"""Greatest numbers of chores of an easy and of a medium list."""
+"""Maximum number of chores of an easy list, and of a medium list."""
 OF_SIZE: dict[TargetSize, Difficulty] = {"large": "easy", "medium": "medium", "small": "hard"}
 
 

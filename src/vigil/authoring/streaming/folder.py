@@ -48,7 +48,7 @@ class StreamHeader(BaseModel):
     first: int
     last: int | None
     suite: Literal["chores"] | None = Field(default=None, exclude_if=lambda suite: suite is None)
-    """Suite of the episodes; omitted for those of the families."""
+    """Suite of the episodes; omitted for episodes of the families."""
 
 
 def header_of(stream: Stream) -> StreamHeader:
@@ -68,7 +68,8 @@ def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda
     """Write the first `count` episodes into the folder `out`, and return the pack.
 
     The folder may be missing, empty, or have fewer episodes of the same stream. Raises SettingError if it has other
-    content, or if the stream has fewer episodes. Raises RecordError if a file cannot be written, or SimulatorError.
+    content, or if the stream has fewer episodes. Raises RecordError if a file cannot be written, and SimulatorError if
+    a house cannot be made.
     """
     header = header_of(stream)
     is_grown = _check_folder(out, header, count)

@@ -58,7 +58,7 @@ class StreamSettings:
     is_seed_secret: bool = False
     """Whether houses and episodes must not reveal the seed."""
     suite: Literal["chores"] | None = None
-    """Suite of the episodes; None for those of the families."""
+    """Suite of the episodes; None for episodes of the families."""
 
     @property
     def label(self) -> str:

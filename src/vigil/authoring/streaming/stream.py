@@ -86,9 +86,9 @@ class Stream:
     ) -> None:
         """Make a stream. Houses are made when the stream is read.
 
-        Without `families` or `difficulties` it has all of them; with a `suite` it has episodes of that. With 0
-        `workers`, houses are made in this process. With `is_seed_secret`, houses and episodes do not reveal the seed.
-        Raises SettingError.
+        By default, the stream has all families and difficulties. With a `suite`, its episodes are those of the suite
+        instead. With 0 `workers`, houses are made in this process. With `is_seed_secret`, houses and episodes do not
+        reveal the seed. Raises SettingError.
         """
         if first < 0 or (last is not None and last <= first):
             raise SettingError(f"Houses {first} to {last} of a stream: expected 0 <= FIRST < END.")

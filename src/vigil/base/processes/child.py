@@ -26,7 +26,7 @@ END_AFTER_S = 15.0
 POLL_END = getattr(select, "POLLRDHUP", 0)
 """Flag for a poll that reports only that the other end of a connection has closed.
 
-Where the flag does not exist, a poll still reports this for a socket pair, but not for a TCP connection.
+On systems without this flag, a poll still reports the end of a socket pair, but not of a TCP connection.
 """
 
 MakeState = Callable[[], Any]

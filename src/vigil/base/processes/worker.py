@@ -38,7 +38,7 @@ class WorkerLost(SimulatorError):
 
 
 class NoCapacity(WorkerLost):
-    """The cluster does not have a free CPU for the worker yet. Until then, other workers must take the requests."""
+    """The cluster has no free CPU for the worker yet. Until it has one, other workers must take the requests."""
 
 
 class WorkerProcess(Protocol):
@@ -122,7 +122,7 @@ class WorkerSettings:
     """File for the output of the process; None if the output goes where this process prints."""
     start: StartProcess = LocalProcess
     attempts: int = 1
-    """Number of processes to which a request is sent, one after the other, if they die. Then the request fails."""
+    """Maximum number of processes that try a request, one after the other. If all of them die, the request fails."""
     advice: str = ""
     """Advice to the user, added to the message about a process that has ended."""
     fault: Callable[[str], Exception] | None = None
@@ -166,7 +166,7 @@ class Worker:
         self._has_answered = False
         self._is_closed = self._is_killed = False
         self._lock = threading.Lock()
-        """Lock for the two flags, and for starting the process."""
+        """Lock for `_is_closed` and `_is_killed`, and for starting the process."""
         self._process: WorkerProcess | None = None
         self._connection: Connection | None = None
         self._requests: Requests = requests or queue.SimpleQueue()
@@ -247,7 +247,7 @@ class Worker:
         self._end(SHUTDOWN_TIMEOUT_S)
 
     def _answer(self, request: Request) -> Any:
-        """Return a request's answer. If the process dies, ask a new one. Raises WorkerLost or the request's error."""
+        """Return a request's answer. If the process dies, start a new one. Raises WorkerLost or the request's error."""
         for left in range(self._settings.attempts - 1, -1, -1):
             try:
                 return self._ask(request)

@@ -17,7 +17,7 @@ from vigil.scoring.summary import LIBRARY_REPLIES, RunScores, summarise
 
 _Json = dict[str, Any]
 _GENERATION_ARGS = ("temperature", "top_p", "top_k", "max_tokens")
-"""Sampling settings that the schema has fields for; the others are additional details."""
+"""Sampling settings that the schema has fields for; other settings are exported as additional details."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ MAKERS: Mapping[str, str] = {
     "mistral": "mistralai",
     "grok": "xai",
 }
-"""Provider that serves only its own models -> the developer's name in the database."""
+"""Provider that serves only models of one developer -> the developer's name in the Every Eval Ever database."""
 ENGINES = frozenset({"vllm", "sglang", "ollama", "lmstudio", "llama-cpp"})
 """Names of those providers that are inference engines, which users run themselves."""
 NO_MODELS: Mapping[AgentKind, str] = {
@@ -60,7 +60,10 @@ class Identity:
 
 
 def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
-    """Return the identity of a run's model. `developer` replaces the one in the model's name. Raises SettingError."""
+    """Return the identity of a run's model. `developer` replaces the developer that the model's name states, if any.
+
+    Raises SettingError.
+    """
     spec = header.spec
     if spec.agent_kind != "model":
         raise SettingError(

@@ -18,7 +18,7 @@ from vigil.scoring.saved_run import SavedRun
 
 SCHEMA_VERSION = "0.3.0"
 JOINED_METRIC = "overall/B"
-"""Name of the result in the aggregate file to which the samples' scores belong."""
+"""Name of the aggregate file's result whose value is the mean of the samples' scores."""
 _Json = dict[str, Any]
 
 
@@ -84,7 +84,7 @@ def _messages(episode: Episode, record: EpisodeRecord, spec: RunSpec) -> list[_J
 
 
 def has_exact_prompt(spec: RunSpec) -> bool:
-    """Whether this version of VIGIL has exactly the prompt that was used in the run."""
+    """Return whether this version of VIGIL has exactly the prompt that was used in the run."""
     return policy_sha256(spec.profile) == spec.prompt_policy_sha256
 
 
@@ -101,7 +101,7 @@ def _answer(step: StepRecord) -> _Json:
 
 
 def _attribution(record: EpisodeRecord, last: int) -> list[_Json]:
-    """Return the place of the report, which is the last message of the dialogue; empty if there was no report."""
+    """Return where the report is: in message `last`, the last one of the dialogue. Empty if there was no report."""
     action = record.steps[-1].action if record.steps else None
     if not isinstance(action, Report):
         return []

@@ -32,7 +32,7 @@ class AssetModel:
 
     @property
     def rect(self) -> Rect:
-        """Rectangle of the asset's box, in the asset's frame."""
+        """Rectangle that the asset's bounding box covers in the plan, in the asset's frame."""
         return -self.size.x / 2, -self.size.z / 2, self.size.x / 2, self.size.z / 2
 
     @cached_property
@@ -99,7 +99,7 @@ class PlacedObject:
         return self.position.y + self.model.size.y / 2
 
     def to_floor_point(self, x: float, z: float) -> tuple[float, float]:
-        """Return the floor point (m) in the house's frame of a point (x, z) in the asset's frame."""
+        """Return the floor point (m, house's frame) where the point (x, z) of the asset's frame lies."""
         dx, dz = rotate_floor(x, z, self.yaw)
         return self.position.x + dx, self.position.z + dz
 
@@ -126,7 +126,7 @@ class PlacedObject:
 
 
 def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
-    """Return the rectangle, with sides along the axes, around `rect` turned by `yaw` (deg) and then moved by (x, z)."""
+    """Turn `rect` by `yaw` (deg), move it by (x, z), and return the rectangle with sides along the axes around it."""
     corners = [rotate_floor(rect[i], rect[j], yaw) for i in (0, 2) for j in (1, 3)]
     xs, zs = [corner[0] for corner in corners], [corner[1] for corner in corners]
     return x + min(xs), z + min(zs), x + max(xs), z + max(zs)
@@ -136,7 +136,7 @@ def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
 def swing_of(model: AssetModel) -> Block | None:
     """Return the block (asset's frame) through which the asset's moving parts move; None if nothing opens.
 
-    Flaps and lids without solids count only if no moving part of the asset has solids.
+    Moving parts that are only drawn, and have no solid that can hit anything, count only if no moving part has a solid.
     """
     joints = {joint.name: joint for joint in model.asset.joints}
     moving = [(joints[solid.joint], solid_corners(solid)) for solid in model.asset.solids if solid.joint in joints]

@@ -13,7 +13,7 @@ GENERATOR_VERSION = "7"
 STREAM_VERSION = "4"
 """Earliest version of the generator that draws the same random numbers as this one for the same seed and spec.
 
-Houses of all versions since then differ only in how the drawn objects are made.
+Since that version, the same objects are chosen for a house; only the shapes that are made for them have changed.
 """
 
 Item = TypeVar("Item")

@@ -22,7 +22,7 @@ from vigil.scene.partitions import OPENNESS_SAMPLES, Partitions
 from vigil.scene.things import Scene, Thing
 
 HOVER_M = 0.02
-"""Greatest height (m) of an object above its support, and greatest distance (m) of a drawer from where it belongs."""
+"""Greatest height (m) of an object above its support, and greatest distance (m) of a drawer from its usual place."""
 WALL_M = 0.1
 """A thing at most this far (m) from a wall counts as hanging on the wall."""
 OUTSIDE_M = 0.02

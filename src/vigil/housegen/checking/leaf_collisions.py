@@ -19,12 +19,12 @@ OPENNESS_SAMPLES = tuple(step / 24 for step in range(25))
 SKIN_M = 0.002
 """Two things that overlap to at most this depth (m) only touch."""
 PARALLEL = 1e-12
-"""An edge counts as parallel to a triangle's plane if its product (m^3) with the triangle's normal is below this; the
-normal is not of unit length."""
+"""An edge counts as parallel to a triangle's plane if the product of the edge (m) and the triangle's normal is below
+this (m^3). The unit is m^3 because the length of this normal is an area."""
 
 
 class LeafCollisions:
-    """Collisions between the leaves, lids and drawers of a scene's things, as drawn, and other things."""
+    """Collisions of the leaves, lids and drawers of a scene, in the shapes that are drawn, with other things."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -50,7 +50,7 @@ class LeafCollisions:
 
 @lru_cache(maxsize=4096)
 def drawn_triangles(asset: Asset) -> tuple[tuple[str | None, np.ndarray], ...]:
-    """Return (joint, triangles) for the body and each joint; triangles (n, 3, 3) are those of its solid parts."""
+    """Return (joint, triangles (n, 3, 3)) for the body, whose joint is None, and for each moving part."""
     found: dict[str | None, list[np.ndarray]] = {}
     for part in asset.parts:
         if part.shown != "on" and len(part.mesh.faces):

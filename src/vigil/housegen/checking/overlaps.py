@@ -64,7 +64,8 @@ class SolidOverlaps:
     def _nearby_solids(self, moving: list[Prism], thing: Thing) -> list[int]:
         """Return the indices of the solids that are near a thing's leaves and may stop them.
 
-        The thing is inside its carriers, so solids of carriers that the leaves overlap from the start are left out.
+        A thing may stand in a carrier, e.g. in a cabinet. So solids of carriers that the leaves overlap from the start
+        are left out.
         """
         if not moving:
             return []

@@ -31,7 +31,7 @@ LEAST_SHARE = 0.9
 JAMB_M = 0.08
 """Width (m) that a door's frame takes away from each side of the door's hole."""
 BEHIND_M = 0.01
-"""The strip through a door reaches this far (m) into the floor for the body's axis on both sides of the door."""
+"""How far (m) the strip of floor that leads through a door overlaps the walkable floor of the rooms on both sides."""
 
 
 @dataclass(slots=True, eq=False)
@@ -43,9 +43,9 @@ class WalkableGrid:
     zs: np.ndarray
     """z (m) of the nodes (rows, columns)."""
     space: shapely.Geometry
-    """Floor where the body's axis can be, ignoring all things."""
+    """Floor where the vertical axis of the agent's body could be if there were no things."""
     obstacles: shapely.Geometry
-    """Floor where the body's axis cannot be because things are in the way."""
+    """Floor where the vertical axis of the agent's body cannot be because things are in the way."""
     free: np.ndarray
     """Whether the body fits at each node."""
     main: np.ndarray

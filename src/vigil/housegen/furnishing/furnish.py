@@ -119,7 +119,8 @@ MIN_ROOM_M2 = {
 }
 """Name of a piece or group of furniture -> area (m2) that a room must exceed to get it."""
 LONG_RUNS, SHORT_RUNS = ((10,), (8,)), ((6,), (3, 3), (5,), (4,))
-"""Widths (ft) of the counters in a kitchen run. The long runs are tried first, then the short runs in this order."""
+"""Widths (ft) of the counters in a kitchen run (a row of counters). The long runs are tried first, then the short runs
+in this order."""
 WALL_PREFERENCES: dict[str, tuple[float, float]] = {
     "corner run": (1.0, 0.0),
     "kitchen run": (0.2, 0.6),
@@ -134,9 +135,9 @@ WALL_PREFERENCES: dict[str, tuple[float, float]] = {
     "prefers corners": (0.7, 0.1),
     "other": (0.2, 0.3),
 }
-"""Name of a group -> (score of a place in a corner, score of a place in the middle of a wall); compare with NOISE."""
+"""Name of a group -> (score of a place in a corner, score of a place in the middle of a wall); NOISE is added."""
 NOISE = 0.5
-"""Size of the random amount that is added to each place's score."""
+"""Upper limit of the random number that is added to each place's score."""
 FACING, ASIDE_PER_M, TOO_NEAR_PENALTY, AHEAD_PER_M = 3.0, 1.5, 5.0, 0.15
 """Score of a place opposite a piece of furniture. A place gains the first number if it faces the piece. It loses the
 second for each metre to the side, the third if it is too near, and the fourth for each metre of distance."""

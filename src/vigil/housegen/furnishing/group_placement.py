@@ -28,7 +28,7 @@ ALONG_STEP_M, ACROSS_STEP_M = 0.15, 0.3
 ACROSS_SHIFT_M = 0.25
 """Largest random offset (m) of the grid of places away from walls."""
 TRIES = 14
-"""Number of the best places that are tested for whether an agent can still walk through the room."""
+"""Number of places, the best first, that are tested for whether an agent can still walk through the room."""
 
 
 @dataclass(slots=True)
@@ -43,7 +43,7 @@ class GroupMember:
     """Index of the member on which this member stands; None if this member stands on the floor."""
 
     def rects(self) -> list[Rect]:
-        """Return the rectangles that the member covers: its box's, or for a countertop those of its straight parts."""
+        """Return the rectangles that the member covers: its box's, or one for each straight part of a countertop."""
         if self.model.category != "CounterTop":
             return [self.rect()]
         corners = [np.asarray(solid.polygon) for solid in self.model.asset.solids if solid.joint is None]
@@ -165,7 +165,7 @@ def free_anchors(floor: Floor, rng: np.random.Generator) -> list[Anchor]:
 
 
 def rects_at(rects: list[Rect], anchors: list[Anchor]) -> np.ndarray:
-    """Return the rectangles of a group when it is at each of the anchors (anchors, rects, 4)."""
+    """Return the group's rectangles (anchors, rects, 4) when the group is at each of the anchors."""
     if not rects:
         return np.empty((len(anchors), 0, 4))
     turned = {yaw: np.asarray([turned_rect(rect, 0.0, 0.0, yaw) for rect in rects]) for yaw in {a.yaw for a in anchors}}

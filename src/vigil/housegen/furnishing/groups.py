@@ -45,7 +45,7 @@ SCREEN_OVERHANG_M = 0.1
 SCREEN_BACK_M = 0.02
 """A television is this far (m) behind the middle of its stand."""
 TWO_SEATS_M = 1.25
-"""Length (m) of a table above which each long side has two seats."""
+"""A table longer than this (m) has two seats on each long side."""
 LONG_SIDES_FIRST = 0.7
 """Share of tables away from walls that get chairs at their long sides first, before their ends."""
 COUNTER_FRONT_M = 0.8

@@ -69,7 +69,7 @@ def _overlap(one: Block, two: Block, gap: float) -> bool:
 
 
 def _hits_parent(swing: Block, own: Block, parent: PlacedObject | None) -> bool:
-    """Return whether a leaf of an object hits the object's parent, ignoring solids of the parent around the object.
+    """Return whether an object's leaf hits the object's parent; solids of the parent around the object are ignored.
 
     `swing` is the block that the leaf moves through, and `own` is the object's block.
     """

@@ -26,7 +26,8 @@ BASIN_SHARE = 0.75
 MIN_SMALL_OBJECTS, ROUNDS = 6, 3
 """A room with fewer small objects than the first number gets more of them, in at most the second number of rounds."""
 UNTIDINESS_SPREAD, UNTIDINESS_RANGE = 0.3, (0.5, 1.6)
-"""A room's number of small objects is multiplied by a random factor: spread of its logarithm, and its range."""
+"""Standard deviation of the logarithm, and range, of a random factor for each room. The room's number of small objects
+is multiplied by this factor."""
 TRIES = 2
 """Number of objects that are tried for each object that a surface should get, because not every object fits."""
 REPEAT_SHARE = 0.25
@@ -107,10 +108,10 @@ ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
     ("Bathroom", "WashingMachine"): _TOILETRIES,
     ("Bathroom", "ClothesDryer"): _TOILETRIES,
 }
-"""(kind of room, category of a support) -> categories that may lie there, in addition to those of the catalogue."""
+"""(kind of room, category of a support) -> categories of objects that may lie there, although not in the catalogue."""
 
 ALSO_WEIGHT = 0.5
-"""Weight of the categories in ALSO_ON; the catalogue gives a category the weight 0.67 on its first support."""
+"""Weight of categories in ALSO_ON. In the catalogue, a category has the weight 0.67 on the first of its supports."""
 
 USUAL_OBJECTS: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
     "Kitchen": (
@@ -322,7 +323,7 @@ class _SupportedObject:
     """An object on a surface, in the surface's frame."""
 
     base: Rect
-    """Rectangle of floor plan that the object's bounding box covers."""
+    """Rectangle that the object's bounding box covers in the plan."""
     reach: Rect
     """Rectangle of the object's box and of the space that its lid or door needs."""
     height: float

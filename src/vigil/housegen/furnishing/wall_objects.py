@@ -95,7 +95,7 @@ class Span(NamedTuple):
     bottom: float
     top: float
     gap: float = 0.0
-    """Distance (m) from the wall at which the obstacle begins; a flatter object can hang behind it."""
+    """Distance (m) from the wall at which the object begins; a flatter object can hang behind it."""
 
 
 class WallObjectPlacer:

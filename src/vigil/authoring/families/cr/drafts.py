@@ -50,12 +50,12 @@ MOVED_M = 0.5
 OBSTACLE_PX = 800
 """Minimum number of visible pixels of an obstacle at the start."""
 LOW_M = 0.3
-"""Height (m) below which an obstacle can block a drawer; a higher drawer passes over most obstacles."""
+"""Obstacles can block only drawers whose bottom is below this height (m); higher drawers pass over most obstacles."""
 TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS = 4, 12, 5
 TRIED_HELD = 2
 """Number of objects that are tried as the object in the hand, for each target."""
 MAX_HELD_M = 0.45
-"""Limit of the longest side (m) of an object that may be in the hand at the start."""
+"""Objects whose longest side exceeds this (m) are not put into the hand at the start."""
 START_AWAY_M = (0.9, 4.0)
 """Minimum and maximum distance (m) from the target to the start, unless an obstacle must lie in between."""
 FAR_START_AWAY_M = (2.2, 6.0)
@@ -64,8 +64,8 @@ TRIED_FAR_PLACES = 40
 FACING_SPREAD_DEG = 25.0
 """Maximum angle (deg) between a start's heading and the direction of its target."""
 NEAR_TARGET_M, BEFORE_START_M, SPOT_STEP_M = 1.2, 0.7, 0.1
-"""Distances (m): from the end of the walk to the target, from the start to the first place tried for an obstacle, and
-between tried places."""
+"""Distances (m): between the target and the end of the walk, between the start and the first place tried for an
+obstacle, and between tried places."""
 GAPS_M = (0.04, 0.12, 0.25)
 """Gaps (m) that are tried between the front of a target and an obstacle."""
 SHIFTS = (0.0, 0.3, -0.3)
@@ -147,7 +147,7 @@ def obstacle_blocked(context: HouseContext) -> Drafts:
 
 
 def _starts_with_routes(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
-    """Yield start poses with a distant target in view, each with points (n, 2) in x, z on the shortest walk to it."""
+    """Yield start poses with a distant target in view, and points (n, 2) in x, z on the shortest walk to the target."""
     if not context.can_begin(setup):
         return
     see = is_in_view(context)
@@ -206,9 +206,10 @@ def obstacles(context: HouseContext, target: Thing) -> list[Thing]:
 
 
 def placements_in_the_way(context: HouseContext, target: Thing, obstacle: Thing, setup: Setup) -> Iterator[Placement]:
-    """Yield placements of an obstacle in front of a target where its outline covers only bare floor.
+    """Yield placements of an obstacle in front of a target, at which the obstacle covers only bare floor.
 
-    The house has the setup only while the floor is checked. When a placement is yielded, the house is reset without it.
+    The house has the setup only while the floor is checked. When a placement is yielded, the house is reset without the
+    setup.
     """
     deep = target.asset.size.z / 2 + obstacle.asset.size.z / 2
     for gap in GAPS_M:

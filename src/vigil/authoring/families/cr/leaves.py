@@ -32,11 +32,11 @@ from vigil.scene.things import Thing
 LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Drawer", "Safe", "Stove")
 LIGHT_FURNITURE = ("Chair", "Stool", "GarbageCan", "LaundryHamper", "HousePlant", "VacuumCleaner")
 HEAVY_FURNITURE = ("Ottoman", "FloorLamp", "RoomDecor", "Cart", "ArmChair", "DogBed", "SideTable", "CoffeeTable")
-"""Furniture that may be put next to an open leaf and cannot be carried. Heavy furniture stays in its room."""
+"""Categories of furniture that cannot be carried, and that may be put next to an open leaf in the same room."""
 MIN_ROOM_M2 = 0.2
 """Area (m2) below which a separate part of the free floor is ignored."""
 GAP_M = 2 * BODY_RADIUS_M
-"""Width (m) of a gap below which the agent's body does not pass."""
+"""Minimum width (m) of a gap through which the agent's body can pass."""
 AROUND_M, STEP_M = 1.0, 0.12
 """Furniture is put at most this far (m) from the floor that a leaf sweeps; step (m) of the grid of tried places."""
 TRIED_PLACES, TRIED_FURNITURE, MAX_SETUPS = 400, 4, 2
@@ -134,7 +134,7 @@ def _places(context: HouseContext, swung: BaseGeometry) -> np.ndarray:
 
 
 def _is_split(open_: BaseGeometry, shut: BaseGeometry) -> bool:
-    """Return whether the floor with the leaf open has two separate parts that are one part when it is closed."""
+    """Return whether the floor with the leaf open has two separate parts that are one part when the leaf is closed."""
     inside = [part.representative_point() for part in _rooms(open_)]
     if len(inside) < 2:
         return False

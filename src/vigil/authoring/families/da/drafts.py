@@ -16,7 +16,8 @@ from vigil.protocol.goals import NEAR_M, AgentNearTarget
 from vigil.scene.things import Thing
 
 APPROACHED_M = (0.15, 1.9)
-"""Minimum and maximum longest side (m) of a target. Smaller things are hard to see; larger things are always near."""
+"""Minimum and maximum length (m) of a target's longest side. Smaller things are hard to see, larger things are always
+near."""
 APPROACH = Sentences(
     public=(
         "Walk up to {target}: come to within about one and a half metres of {it}, near enough to touch {it}, and stop "

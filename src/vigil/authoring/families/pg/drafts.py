@@ -17,8 +17,8 @@ from vigil.protocol.goals import TargetGrounded
 
 CLEAR_PX_BY_SIZE: dict[TargetSize, int] = {"large": 4000, "medium": 800, "small": 180}
 HARD_PX_BY_SIZE: dict[TargetSize, int] = {"large": 1000, "medium": 200, "small": SMALL_START_PX}
-"""Minimum visible pixels of a target by size class: CLEAR_PX_BY_SIZE if it must be clear to a person, HARD_PX_BY_SIZE
-at a hard start (the rules' minimum for small targets)."""
+"""Minimum visible pixels of a target by size class: CLEAR_PX_BY_SIZE for starts that show it clearly to a person,
+HARD_PX_BY_SIZE for hard starts (for small targets, the minimum of the rules)."""
 POINT = Sentences(
     public=(
         "Point at {target}.",

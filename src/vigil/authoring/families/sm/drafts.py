@@ -16,7 +16,7 @@ from vigil.protocol.family import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import ObjectAtReceptacle, ObjectInState
 
 START_AWAY_M = (0.7, 4.0)
-"""Minimum and maximum distance (m) from the first object to act on to the start."""
+"""Minimum and maximum distance (m) between the start and the first object to act on."""
 _INSIDE = {"into": "into", "in_": "in"}
 """Name of a slot -> its word if the object is put inside."""
 MOVED = ("target", "second")
@@ -83,8 +83,8 @@ def sequence_forms(template: str, forms: Forms, *, inside: bool) -> tuple[str, .
 def is_wordy(phrases: dict[str, Phrase]) -> bool:
     """Return whether these phrases (by role) are too much for one sentence.
 
-    They are if a phrase names a support, if the phrase for a moved object names a room, or if two phrases name the same
-    room.
+    This is so if a phrase names a support, if the phrase for a moved object names a room, or if two phrases name the
+    same room.
     """
     rooms = [phrase.room for phrase in phrases.values() if phrase.room is not None]
     is_placed = any(phrase.support is not None for phrase in phrases.values())

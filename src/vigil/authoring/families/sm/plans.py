@@ -69,7 +69,7 @@ class SequencePlan:
 
     @property
     def goal(self) -> Goal:
-        """The goal: the facts at the end. Its chain has all facts before the last fact."""
+        """The goal: the facts that must hold at the end. Its `chain` has all facts before the last one, in order."""
         goal = AllOf(object_id=self.ends[0].object_id, parts=self.ends) if self.ends else self.facts[-1]
         return goal.model_copy(update={"chain": self.facts[:-1]})
 
@@ -250,7 +250,7 @@ def receptacles_for(context: HouseContext, target: Thing, without: set[str | Non
 
 
 def _suits(receptacle: Thing, target: Thing) -> bool:
-    """Return whether people would put a target on or into a receptacle, and whether the receptacle can hold it."""
+    """Return whether people would put a target on or into a receptacle, and the receptacle can hold the target."""
     is_usual = receptacle.category in TABLES or (target.category in SOFT and receptacle.category in SEATS)
     is_usual = is_usual or target.category in PUT_INTO.get(receptacle.category, ())
     return receptacle.is_receptacle and is_usual and can_hold(receptacle, target)

@@ -16,7 +16,7 @@ from vigil.protocol.goals import ObjectInState
 from vigil.scene.things import Thing
 
 MIN_SEARCHED_SIZE_M = 0.1
-"""Minimum longest side (m) of an object that may be the target of a search."""
+"""Minimum length (m) of the longest side of an object that may be the target of a search."""
 SEARCH = Sentences(
     public=(
         "Find {target}. You are done once {it_is} in the picture.",

@@ -179,9 +179,9 @@ class _AblatedSolver:
             yield Navigate(mode="turn_right", magnitude=QUARTER_DEG)
 
     def _next_place(self) -> Sequence[Point2] | None:
-        """Return the corners of the walk to the nearest place not looked around at (without memory: a random place).
+        """Return the corners of the walk to the nearest place where the agent has not looked around yet.
 
-        None if there is no such place.
+        Without memory, the place is random. None if there is no such place.
         """
         walks = self._view.walks()
         can_go = np.isfinite(walks.lengths)

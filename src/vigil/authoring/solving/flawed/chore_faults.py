@@ -1,6 +1,6 @@
 """Agents that do lists of chores as the solver does, with one known fault each.
 
-They test whether the analysis recognizes each fault; they are never baselines of a table. All have hidden sight.
+They test whether the analysis recognizes each fault; they are never baselines of a table. All of them use hidden state.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -24,7 +24,7 @@ _ACTS: dict[tuple[str, bool], Intent] = {
 
 
 def _other_claims(change: Callable[[Chores, Claims], Claims]) -> FaultScript:
-    """Return the script of an agent that does all that can be done, and claims otherwise than it should."""
+    """Return the script of an agent that does all chores that can be done, but alters its claims with `change`."""
 
     def script(episode: Episode, view: PrivilegedView) -> Iterator[Action]:
         goal = _goal_of(episode)
@@ -38,7 +38,7 @@ def _other_claims(change: Callable[[Chores, Claims], Claims]) -> FaultScript:
 
 
 def _claim_what_was_tried(episode: Episode, view: PrivilegedView) -> Iterator[Action]:
-    """Yield a play that tries each chore once, and claims success of what it tried and failure of all else."""
+    """Yield a play that tries each chore once, and claims success of those that it did and failure of all others."""
     goal, macro_actions = _goal_of(episode), _macro_actions(episode, view)
     hopeless = {
         number: chore

@@ -42,7 +42,7 @@ MAX_TARGETS = 5
 MIN_TARGETS_BY_STATE = 3
 """Minimum number of targets if the instruction identifies them by their state ("everything that is on")."""
 MIN_CANDIDATES: dict[Act, tuple[int, int]] = {"turn_off": (5, 9), "close": (8, 14)}
-"""Act -> minimum numbers of things that may need the act, in a room and in the home: the agent must look for them."""
+"""Act -> minimum numbers of things, in a room and in the home, that may need the act, so that the agent must search."""
 TRIED_STARTS, FACING_SPREAD_DEG = 40, 40.0
 """Number of places tried for a start, and maximum angle (deg) between the start's heading and the first target."""
 TRIED_CHOICES = 3

@@ -80,7 +80,7 @@ def _task(context: HouseContext, episode: Episode, goal: ObjectInState, other: T
 
 
 def order_it_again(context: HouseContext, target: Thing, act: Act) -> str:
-    """Return the order about the thing that was just named with the part that opens."""
+    """Return an order, such as "close it", to act on the thing that the sentence has just named."""
     if act in ("open", "close"):
         return VERBS[act][int(context.rng.integers(len(VERBS[act])))].format("it")
     return order_slots(act, target.category, "", context.rng)["order_it"]

@@ -94,7 +94,7 @@ def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, mov
 
 
 def may_block(context: HouseContext, thing: Thing, target: Thing) -> bool:
-    """Return whether a piece of furniture may keep a target from opening: it is bare, and in the target's room."""
+    """Return whether furniture may keep a target from opening: nothing is on it, and it is in the target's room."""
     is_kind = thing.category in BLOCKERS and not thing.is_pickupable and thing.parent is None
     is_bare, room_at = not children(context.view.scene, thing.id), context.view.room_at
     return is_kind and is_bare and thing.id != target.id and room_at(thing.position) == room_at(target.position)
@@ -133,7 +133,7 @@ def takes_enough_room(stand: Thing, occupant: Thing) -> bool:
 
 
 def may_occupy(context: HouseContext, thing: Thing, stand: Thing) -> bool:
-    """Return whether a machine may leave no room on a stand, on which it does not stand yet."""
+    """Return whether a thing is a machine that may fill a stand: it has nothing on it, and is not on the stand yet."""
     is_bare = not children(context.view.scene, thing.id) and not thing.is_structure
     return thing.category in OCCUPANTS and not thing.is_pickupable and is_bare and thing.parent != stand.id
 

@@ -14,7 +14,7 @@ from vigil.scene.supports import children, surface_named
 from vigil.scene.things import Thing
 
 SIZE_RATIO, VOLUME_RATIO = 1.2, 1.6
-"""Minimum ratio of the longest sides, and minimum ratio of the volumes, of two things for one to be clearly larger."""
+"""Minimum ratios of the longest sides and of the volumes of two things at which the first is clearly larger."""
 STATES = ("open", "closed", "burning", "not burning")
 
 
@@ -34,7 +34,7 @@ def by_bearing(name: str, other: str, *, is_inside: bool) -> str:
 
 
 def referents_in(instruction: str, items: Iterable[DescribedThing], view: PrivilegedView) -> set[str]:
-    """Return the ids of the things that a phrase of this module in an instruction means; empty without a phrase."""
+    """Return the ids of the things that an instruction means by a phrase of this module; empty if it has none."""
     everything, things = list(items), view.scene.things
     names = "|".join(re.escape(name) for name in sorted({item.name for item in everything}, key=lambda n: (-len(n), n)))
     if found := re.search(rf"\bthe (?P<which>larger|smaller) (?P<name>{names})\b", instruction):

@@ -32,7 +32,7 @@ def out_of_sight(context: HouseContext) -> Tasks:
 
 
 def may_go_in(context: HouseContext, thing: Thing, container: Thing) -> bool:
-    """Return whether people would put a thing that bears nothing into a container, in which it is not yet."""
+    """Return whether people would put a thing into a container that does not hold it yet. Nothing may be on it."""
     suits = thing.category in BELONGS_IN[container.category] and can_be_put(thing, container)
     return suits and not children(context.view.scene, thing.id)
 
