@@ -109,7 +109,8 @@ def frame_stub(
 ) -> str:
     """Return the JSON that accompanies a frame, including its feedback.
 
-    With a `number` the frame is named by it instead of its role, so that the text never changes.
+    If a `number` is given, it identifies the frame in the text, instead of the role. The text then stays the same when
+    the frame is no longer the current one.
     """
     size = {"width": FRAME_WIDTH, "height": FRAME_HEIGHT}
     if number is not None:
