@@ -77,7 +77,7 @@ class Prices(BaseModel):
     output: float = Field(ge=0)
 
     def cost(self, tokens: Tokens) -> float | None:
-        """Return the cost of those tokens that are known; None if no reply has known tokens."""
+        """Return the cost of the known tokens; None if no reply has known tokens."""
         return self.cost_of(tokens.input, tokens.output) if tokens.reported else None
 
     def cost_of(self, input_tokens: int, output_tokens: int) -> float:

@@ -14,7 +14,7 @@ from vigil.protocol.actions import STATUSES, InvalidAction, Reply, ReplyPolicy, 
 from vigil.protocol.replies import ReplyFault, read_object
 
 Framing = Literal["state", "doubt"]
-"""How a probe asks: `state` asks whether the task is done; `doubt` first asks what could be wrong with that."""
+"""How a probe asks: `state` asks whether the task is done; `doubt` first asks what could speak against this."""
 FRAMINGS: tuple[Framing, ...] = get_args(Framing)
 SCALE = 20
 """Maximum of `sure`; the minimum is 0. The scale is coarse because models use the values of a coarse scale more evenly.
@@ -84,7 +84,8 @@ def question_sha256(framing: Framing) -> str:
 
 
 def read_probe_answer(reply: Reply, policy: ReplyPolicy = "strict") -> ProbeAnswer | InvalidAction:
-    """Return the answer in a reply to a probe, or why there is none. `policy` applies as for a reply of a step."""
+    """Return the answer in a reply to a probe, or the reason why the reply has no answer. `policy` is the run's reply
+    policy."""
     return read_object(reply, (), _answer_of, policy)
 
 

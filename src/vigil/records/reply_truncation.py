@@ -15,9 +15,9 @@ RECORDED_REASONING_BYTES = 1024 * 1024
 def truncate_for_record(reply: Reply, answer: str) -> Reply:
     """Return `reply` as a record stores it: whole, or with `cut` set if it is far longer than any valid answer.
 
-    The whole reply is always what is parsed. The stored part parses to the same result, because the record also has
-    the length of the whole. The beginning of the reasoning can be dropped, because its closing marker suffices to
-    recognize it. `answer` is the text without reasoning.
+    During a run, the whole reply is parsed. If the stored part is parsed later, the result is the same, because the
+    record also has the length of the whole reply. The beginning of the reasoning can be dropped, because its closing
+    marker suffices to recognize it. `answer` is the text without reasoning.
     """
     raw = reply.raw
     if len(raw) <= RECORDED_ANSWER_BYTES:
