@@ -40,7 +40,8 @@ TEMPLATE_SWITCH = ThinkingSwitch.body(
     {"chat_template_kwargs": {"enable_thinking": True, "thinking": True}},
     {"chat_template_kwargs": {"enable_thinking": False, "thinking": False}},
 )
-"""Switch that sets arguments of a chat template. Both names are sent; a template reads the name that it knows."""
+"""Switch that sets arguments of a chat template. Two names of the argument are sent, because templates know one or the
+other."""
 
 
 @dataclass(frozen=True, slots=True)
