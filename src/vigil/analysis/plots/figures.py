@@ -331,7 +331,8 @@ def _own_point(axes: Axes, entry: RunEntry, colour: str) -> PointLabel:
 
 
 def name_points(axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[float, float]] = ()) -> None:
-    """Write labels next to their points; under the axes, the names of those that have room for a number only."""
+    """Write labels next to their points. Where there is no room for a label, write a number, and explain it under the
+    axes."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     before, axis = len(axes.texts), axes.get_xlabel()

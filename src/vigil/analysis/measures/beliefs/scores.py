@@ -105,11 +105,12 @@ def auroc(counts: np.ndarray) -> np.ndarray:
 
 
 def risk_coverage(counts: np.ndarray) -> np.ndarray:
-    """Return how well sureness separates right from wrong beliefs: 1 at best, 0 for a random order; NaN without wrong
-    ones.
+    """Return how well sureness separates right from wrong beliefs: 1 at best, 0 for a random order; NaN if no belief is
+    wrong.
 
-    The beliefs are sorted by their sureness |p - 1/2|, equally sure ones at random. The area under the share of wrong
-    beliefs is compared with the areas of the best order and of a random order. A belief of 1/2 counts as half wrong.
+    The beliefs are sorted by their sureness |p - 1/2|; beliefs of equal sureness are in random order. The area under
+    the share of wrong beliefs is compared with the areas of the best order and of a random order. A belief of 1/2
+    counts as half wrong.
     """
     stated, true = counts[..., STATED], counts[..., TRUE]
     wrong = np.where(P > 0.5, stated - true, np.where(P < 0.5, true, stated / 2))
