@@ -32,7 +32,7 @@ class PlayReader:
         self.timing_faults: Counter[str] = Counter()
 
     def facts(self, record: EpisodeRecord) -> dict[str, Any]:
-        """Return hashes of a play's replies, without and with their times, and whether it repeats the solution."""
+        """Return hashes of a play's replies, without and with their times, and whether they repeat the solution."""
         replies = hashlib.sha256()
         for step in record.steps:
             replies.update(f"{len(step.reply.text)}\n{step.reply.text}\n".encode())
