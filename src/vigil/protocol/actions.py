@@ -199,7 +199,7 @@ class Report(_Action):
     raw_claims: dict[int, str] = Field(default_factory=dict[int, str], exclude_if=lambda words: not words)
 
     def __hash__(self) -> int:
-        """Return a hash that leaves out the claims, because dicts have none."""
+        """Return a hash that leaves out the claims, because dicts cannot be hashed."""
         return hash((self.status, self.summary, self.raw_status))
 
 

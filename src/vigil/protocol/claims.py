@@ -11,7 +11,7 @@ from vigil.base.json_files import is_object
 from vigil.protocol.actions import ChoreClaim, Report
 
 ARGUMENT: Final = "claims"
-"""Name of the argument of `report`."""
+"""Name of the argument of `report` that has the claims."""
 CLAIM_LINE = f"- {ARGUMENT} (object, required): Claim about each chore, by its number (Table claims)"
 CLAIM_TABLE = (
     "Table claims:",

@@ -57,7 +57,8 @@ class _Goal(BaseModel):
     constraint: Constraint | None = None
     """Constraint that must be resolved in addition to the goal; only in CR."""
     chain: tuple["ChainLink", ...] = ()
-    """Conditions to be met in this order before the goal itself. They count only for progress; only in SM."""
+    """Conditions to be met in this order before the goal itself. They count only for progress. Only the family SM
+    (sequential manipulation) has them."""
 
     def ids(self) -> set[str]:
         """Return the ids of all objects that occur in the goal, its constraint or its chain."""
@@ -66,7 +67,7 @@ class _Goal(BaseModel):
 
 
 class TargetGrounded(_Goal):
-    """The last `ground` click is on the target."""
+    """The last click with the intent `ground`, which only points, is on the target."""
 
     kind: Literal["target_grounded"] = "target_grounded"
 
@@ -79,8 +80,8 @@ class AgentNearTarget(_Goal):
 
 
 class ObjectInState(_Goal):
-    """The target is open, closed, on or off, as required. If `is_visible` is required, the target has been seen at any
-    moment so far."""
+    """The target is open, closed, on or off, as required. If `is_visible` is required, it is enough that the target was
+    seen at any moment so far."""
 
     kind: Literal["object_state"] = "object_state"
     state: Literal["is_visible", "is_open", "is_toggled"]

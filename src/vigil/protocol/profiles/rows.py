@@ -48,7 +48,7 @@ class ProfileRow:
     """What distinguishes a profile from the baseline."""
 
     short: str
-    """Name on the command line."""
+    """Short name of the profile, for the command line."""
     help: str
     has_feedback: bool = False
     """Whether the agent gets `too_far` and `path_blocked` after each action."""
@@ -81,7 +81,7 @@ class ProfileRow:
 
     @property
     def name(self) -> str:
-        """Full name, as in records."""
+        """Full name of the profile, as in records."""
         return f"pure_rgb_dialogue_history_{self.short}"
 
     @property
