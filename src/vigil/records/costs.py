@@ -62,7 +62,7 @@ class RunTokens:
         self._effective: dict[Hashable, Tokens] = {}
 
     def add(self, key: Hashable, tokens: Tokens) -> None:
-        """Add the tokens of a row that becomes the effective row for its key and supersedes any earlier row."""
+        """Add the tokens of a row; it supersedes any earlier row with the same `key` (episode and epoch)."""
         self.total += tokens
         self.superseded += self._effective.get(key, Tokens())
         self._effective[key] = tokens

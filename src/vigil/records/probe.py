@@ -1,8 +1,8 @@
 """Probes: questions about what an agent believes at a step, asked separately from the episode.
 
-A probe is the same request as the step's, with a question added after the frame. Its answer is not an action, uses no
-step and is never part of the history. The questions are frozen: `question_sha256` identifies the question, its scale
-and its place in the request. Source: `protocol.md` section 10; `docs/beliefs.md`.
+A probe repeats the request of the step and adds a question after the frame. Its answer is not an action, uses no step
+and is never part of the history. The questions are frozen: `question_sha256` identifies the question, its scale and its
+place in the request. Source: `protocol.md` section 10; `docs/beliefs.md`.
 """
 
 import hashlib

@@ -1,7 +1,8 @@
 """`probes.jsonl`: the answers to the probes of a run, in a file next to the run's records.
 
-A row belongs to one step of one effective record. The first row of a probe that is not an error counts. A probe whose
-rows are all errors is asked again. `vigil.scoring.beliefs` compares the rows with the world.
+A row belongs to one step of one effective record (the record that counts for its episode and epoch). If a probe has
+several rows, the first row without an error counts. A probe whose rows are all errors is asked again.
+`vigil.scoring.beliefs` compares the rows with the world.
 """
 
 from collections.abc import Iterable

@@ -94,7 +94,7 @@ class EpisodeRecord(_Record):
 
     schema_version: int = SCHEMA_VERSION
     versions: Versions = Versions()
-    """Versions of rules, shapes and grammar under which the episode was played."""
+    """Versions of the rules, of objects' shapes and of the reply grammar under which the episode was played."""
     run_id: str
     run_sha256: str = ""
     """Hash of the run to which the record belongs (`RunHeader.sha256`); empty for a record outside a run."""
@@ -115,8 +115,8 @@ class EpisodeRecord(_Record):
     has_report: bool = Field(default=True, exclude_if=lambda is_so: is_so)
     """Whether the agent could report; False under a profile that has `stop` instead. Omitted if it is True."""
     criteria: Reply | None = Field(default=None, exclude_if=lambda reply: reply is None)
-    """The model's reply to the question, before its first step, what it must see before it reports. None, and omitted,
-    if the profile does not ask."""
+    """The model's statement, made before its first step, of what it must see before it reports. None, and omitted, if
+    the profile does not ask for this."""
 
     @model_validator(mode="after")
     def _is_consistent(self) -> "EpisodeRecord":
@@ -209,7 +209,7 @@ class RunSpec(_Record):
     model_args: dict[str, Any] = Field(default_factory=dict)
     profile: Profile = Field(default_factory=Profile)
     versions: Versions = Versions()
-    """Versions (rules, shapes, grammar) of the package that plays the run."""
+    """Versions (of the rules, objects' shapes and the reply grammar) of the package that plays the run."""
     prompt_policy: str
     """Version string of the prompt (`vigil.protocol.prompt.policy_version`)."""
     prompt_policy_sha256: str
@@ -257,7 +257,8 @@ class RunSpec(_Record):
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of the settings that must not change in a run's folder: all except the address, program and episodes.
+        """SHA-256 of the settings that must not change in a run's folder: all except the server's address, the
+        program's files and the episodes.
 
         Settings with their default values are left out, so that a later version with more settings computes the same
         hash.
@@ -372,7 +373,8 @@ class RunHeader(_Record):
 
     @property
     def pack_folder(self) -> str:
-        """Folder of the pack when the run started, or of a pack that was published with it; empty if not recorded."""
+        """Folder of the pack when the run started, or of the pack that was published together with the run; empty if
+        not recorded."""
         return self.host.get("pack_folder", "")
 
     @property
@@ -431,7 +433,7 @@ class RowResolver:
 
 
 def effective_records(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:
-    """Return the effective row of each key, sorted by key."""
+    """Return the effective row of each key (episode and epoch), sorted by key."""
     rows = RowResolver()
     return dict(sorted({record.key: record for record in records if rows.accept(record)}.items()))
 
