@@ -4,8 +4,8 @@ How an episode of the suite is stored:
 
 - `Episode` (family SI, goal `chores`) holds all that W depends on: `goal.chores[k - 1]` is chore k, and line k of the
   instruction (`vigil.base.numbered_list`) says it in words. Records, replay and `vigil verify` need nothing else.
-- `chores.jsonl`, next to `episodes.jsonl`, holds one `ListAnswer` for each episode: what is hidden even from W. A chore
-  that cannot be met has a `reason`; its goal stands in the episode like any other, and never holds.
+- `chores.jsonl`, next to `episodes.jsonl`, holds one `ListAnswer` for each episode: the facts on which W does not
+  depend. A chore that cannot be met has a `reason` there; its goal is in the episode like any other, and never holds.
 - The manifest has `meta.suite: "chores"`.
 
 Source: `protocol.md` section 9.

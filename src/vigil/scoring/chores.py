@@ -196,8 +196,8 @@ class ListOutcome:
         return sum(chore.undone for chore in self.chores)
 
     def lag(self, chore: ChoreOutcome) -> int | None:
-        """Return the number of steps from the one after which a chore first held to the report. None unless the chore
-        holds and is claimed."""
+        """Return the number of steps between the step after which a chore first held and the report. None unless the
+        chore holds and is claimed."""
         is_met = self.outcome.is_reported and chore.W and chore.is_positive
         return self.outcome.steps - chore.first_held if is_met and chore.first_held is not None else None
 

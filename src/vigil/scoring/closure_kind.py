@@ -17,7 +17,7 @@ class ClosureKind:
     position: int
     """Position in tables, counted from 1."""
     tasks: str | Callable[..., Any]
-    """Function that makes tasks, and rejections of tasks, from a `HouseContext`."""
+    """Function that yields tasks, or the reasons why proposed tasks were rejected, for a `HouseContext`."""
     sides: tuple[str, ...] = ()
     """Names of the two sides, e.g. `possible` and `impossible`: each twin of a pair is one side. Empty if the kind has
     no twins. The first side satisfies the families' rules."""
