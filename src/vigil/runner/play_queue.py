@@ -1,4 +1,5 @@
-"""Queue of the assignments that remain. It prevents a worker from playing both twins of a pair in succession."""
+"""Queue of the assignments that remain. It prevents a worker from playing both twins of a pair (episodes whose houses
+differ in one object) in succession."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping

@@ -96,7 +96,7 @@ class ProgressCounter:
         self._reasons: Counter[str] = Counter()
         """Number of invalid replies for each reason, in all sessions of the run."""
         self._clicks = self._clicks_out_of_frame = 0
-        """Number of all clicks, and number of clicks outside the frame or in fractions."""
+        """Number of all clicks, and number of clicks that are outside the frame or have fractions as coordinates."""
         self._has_warned_of_invalid_replies = self._has_warned_of_cut = self._has_warned_of_coordinates = False
         self._started = time.monotonic()
         for record in records:

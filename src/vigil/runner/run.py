@@ -100,7 +100,7 @@ class _RunSession:
         ]
 
     def unprobed(self) -> list[Play]:
-        """Return the plays of earlier sessions from which probes are missing."""
+        """Return the plays of earlier sessions that still lack probes."""
         asked = self.plan.execution.probes
         if self.probes is None or asked is None:
             return []

@@ -221,7 +221,7 @@ class RunSettings:
     probe_framing: ProbeFraming = "state"
     backend: Backend = "mujoco"
     simulator_factory: "SimulatorFactory | None" = None
-    """Function that makes a custom simulator; `backend` is then only its name in the header. It must be picklable."""
+    """Picklable function that makes a custom simulator; `backend` is then only the simulator's name in the header."""
     asset_database: AssetFile = None
     reply_seconds: Annotated[
         int, Setting("Time limit of each reply of a model or program.", minimum=1, metavar="SECONDS")
@@ -327,8 +327,8 @@ class VerifySettings:
     backend: str | None = None
     """Simulator; None for the simulator of the run."""
     exact: bool | None = None
-    """Whether numbers must be bit-identical. If None, they must be only on a machine whose facts `SAME_HOST` equal
-    those of the run's machine."""
+    """Whether numbers must be bit-identical. None requires this only on a machine whose facts (`SAME_HOST`) equal those
+    of the run's machine."""
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:

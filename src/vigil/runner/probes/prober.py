@@ -77,7 +77,7 @@ class FrameMemory:
         frames[step] = picture
 
     def take(self, key: Key) -> dict[int, EncodedFrame]:
-        """Return the frames of an episode by step, and delete them here."""
+        """Remove the frames of an episode, and return them by step."""
         return self._frames.pop(key, {})
 
 

@@ -18,9 +18,9 @@ class EpisodeObserver:
     """Callbacks that report on an episode while it is played."""
 
     on_first_frame: Callable[[], None] = lambda: None
-    """Called before the agent is shown the first frame."""
+    """Function that is called before the agent is shown the first frame."""
     on_reply: Callable[[Observation, Reply], object] = lambda _observation, _reply: None
-    """Called with each observation and the agent's reply to it, before the reply is carried out."""
+    """Function that is called with each observation and the agent's reply to it, before the reply is carried out."""
 
 
 @dataclass(frozen=True, slots=True)
