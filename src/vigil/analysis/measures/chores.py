@@ -282,7 +282,7 @@ def _split(run: ChoresRun, parts: Mapping[str, Callable[[ListOutcome, ChoreOutco
 # --- what kind of agent it is ---------------------------------------------------------------------------------------
 
 OFTEN, SELDOM = 0.8, 0.2
-"""A run does something often if its share is above the first value, and seldom if it is below the second."""
+"""Limits in `tendencies`: a share above the first value counts as often, and a share below the second as seldom."""
 CHANCE_SKILL = 0.05
 """Skill of T below which a run counts as making its claims independently of the chores."""
 

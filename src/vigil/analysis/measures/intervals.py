@@ -1,9 +1,9 @@
 """Intervals and tests: the uncertainty of an estimate, or of a difference between two runs.
 
-Single rates have Wilson's interval (`vigil.scoring.rates`). This module has the other methods. For episodes that share
-houses: a bootstrap that resamples houses. For two runs on the same episodes: McNemar's exact test, the Stuart-Maxwell
-test and a paired bootstrap over houses. For n episodes: the smallest difference that they can show. Each resampling has
-a fixed seed and sorts the houses, so the same rows in any order give the same interval.
+Single rates have Wilson's interval (`vigil.scoring.rates`). This module has the other methods. A bootstrap that
+resamples houses is for episodes that share houses. McNemar's exact test, the Stuart-Maxwell test and a paired bootstrap
+over houses compare two runs on the same episodes. The module also computes the smallest difference that n episodes can
+show. Each resampling has a fixed seed and sorts the houses, so the same rows in any order give the same interval.
 """
 
 import math
@@ -127,7 +127,8 @@ class HouseResampling:
     def interval(self, draws: np.ndarray, centre: float) -> Interval | None:
         """Return the interval of a statistic from its values in the resamples; None if they are all equal.
 
-        Resamples in which the statistic is not defined (NaN) are left out. `centre` is its value in the rows.
+        Resamples in which the statistic is not defined (NaN) are left out. `centre` is the statistic's value in the
+        rows.
         """
         tail, known = tail_share(self.houses), draws[np.isfinite(draws)]
         if not len(known):

@@ -1,4 +1,4 @@
-"""Pairs of runs on lists of chores, with and without claims: does having to itemise make reports more truthful?"""
+"""Pairs of runs on lists of chores, with and without claims: do claims about each chore make reports more truthful?"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

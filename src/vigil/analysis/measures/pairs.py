@@ -46,7 +46,8 @@ KEY = ["episode_id", "epoch"]
 
 @dataclass(frozen=True)
 class Pair:
-    """Two runs that differ in one thing; `base` has the baseline's profile or prompt, or does not think."""
+    """Two runs that differ in one thing; `base` has the baseline's profile or prompt, or is the one without thinking.
+    """
 
     kind: PairKind
     base: Run

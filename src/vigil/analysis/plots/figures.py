@@ -64,7 +64,8 @@ def outcome_partition(study: Study) -> Figure | None:
 
 
 def belief_closure(study: Study) -> Figure | None:
-    """Draw (a) the mean belief lag and (b) the shares of actions after attainment; both are sorted by B."""
+    """Draw (a) the mean belief lag (steps from goal to report) and (b) the shares of actions after attainment, sorted
+    by B."""
     entries = [entry for entry in study.shown_runs() if entry.overall.counts["W"]]
     if not entries:
         return None

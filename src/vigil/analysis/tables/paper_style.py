@@ -71,7 +71,7 @@ COLUMNS: dict[str, tuple[PaperColumn, ...]] = {
     ),
     "open_repeat_robustness": (*_MODEL, *_columns(W="W", B="B", Delta="Δ", FR="FR", NR="NR")),
 }
-"""Table -> its columns in the paper; the paper's other tables have all their columns."""
+"""Name of a table -> its columns in the paper. Tables that are not listed have the same columns in the paper."""
 IN_STEPS = ("mean_steps", "lag")
 """Columns in steps. Their intervals have one decimal; intervals in percent have no decimals."""
 NAME_PT = 92.0
@@ -181,7 +181,7 @@ def _stacked_intervals(
 
 
 def _name_kind(longest: int) -> str:
-    """Return the kind of the column of names: wrapped if the longest name is too wide."""
+    """Return the LaTeX type of the column of names: wrapped if the longest name is too wide."""
     if CHARACTER_PT * longest <= NAME_PT:
         return "l"
     return rf">{{\raggedright\arraybackslash}}p{{{NAME_PT:.0f}pt}}"

@@ -74,7 +74,7 @@ def debiased_calibration_error(counts: np.ndarray, squares: np.ndarray) -> np.nd
 
     `squares`, (..., 21, 3), are sums over houses of true^2, true * stated and stated^2 (`square_sums`), because the
     beliefs of one house are not independent. If each house has one belief, this is Kumar's formula. Values of the scale
-    that fewer than two houses stated are left out.
+    that were stated in fewer than two houses are left out.
     """
     stated, true = counts[..., STATED], counts[..., TRUE]
     share = _ratio(true, stated)
