@@ -139,8 +139,7 @@ _INSTEAD: dict[SkillName, tuple[SkillName, tuple[Argument, ...]]] = {
         ),
     ),
 }
-"""Skill -> the skill that replaces it: `report` in profiles without reports, `interact_pixel` in those without pixels.
-"""
+"""Skill -> the skill that replaces it: `report` in profiles without reports, the other in profiles without pixels."""
 
 
 @cache

@@ -57,8 +57,7 @@ class _Goal(BaseModel):
     constraint: Constraint | None = None
     """Constraint that must be resolved in addition to the goal; only in CR."""
     chain: tuple["ChainLink", ...] = ()
-    """Conditions to be met in this order before the goal itself. They count only for progress. Only the family SM
-    (sequential manipulation) has them."""
+    """Conditions to be met in this order before the goal; they count only for progress. Only the family SM has them."""
 
     def ids(self) -> set[str]:
         """Return the ids of all objects that occur in the goal, its constraint or its chain."""
@@ -170,8 +169,7 @@ class Chore(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     parts: tuple[ChorePart, ...] = Field(min_length=1, max_length=MAX_CHORE_PARTS)
-    """Conditions that must hold at the end. A conditional chore also requires that the objects of its other branch are
-    unchanged."""
+    """Conditions that must hold at the end; in a conditional chore, also that its other branch was not carried out."""
     condition: ObjectInState | None = None
     """The state on which a conditional chore depends; it is judged at the reset."""
     is_met: bool | None = None
@@ -404,8 +402,7 @@ def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
 
 
 def displacement_m(constraint: Constraint, moment: Moment) -> float:
-    """Return the object's distance (m) from its place at the reset. While the object is held, return the required
-    distance."""
+    """Return the object's distance (m) from its place at the reset; if it is held, return the required distance."""
     state, first = moment.world.objects[constraint.object_id], moment.initial.objects[constraint.object_id]
     if state.is_held:
         return constraint.distance_m or 0.0

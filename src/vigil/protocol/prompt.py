@@ -109,8 +109,7 @@ def frame_stub(
 ) -> str:
     """Return the JSON that accompanies a frame, including its feedback.
 
-    If a `number` is given, it identifies the frame in the text, instead of the role. The text then stays the same when
-    the frame is no longer the current one.
+    If `number` is given, it replaces the role, so that the text stays the same when the frame is no longer current.
     """
     size = {"width": FRAME_WIDTH, "height": FRAME_HEIGHT}
     if number is not None:

@@ -123,8 +123,7 @@ def read_object(
 ) -> _Read | InvalidAction:
     """Return what `build` reads in the one JSON object of a reply, or why that object is missing or wrong.
 
-    Use this function for replies to questions that do not ask for an action. It is as strict as `read_reply`. `keys`
-    are the required keys.
+    This is for questions that do not ask for an action; it is as strict as `read_reply`. `keys` are required.
     """
     return _meaning(reply, split_reasoning(reply.text)[0], _Form(keys, build), policy)
 

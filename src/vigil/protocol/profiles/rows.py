@@ -35,8 +35,7 @@ NAMING_LINES = (
         "object is seen, or several are.",
     ),
 )
-"""Pairs: a line of the paper's prompt about pixels, and the line that replaces it in a profile where agents name
-objects."""
+"""Pairs: a line of the paper's prompt about pixels, and the line that replaces it in a profile without pixels."""
 STOP_LINE = "- no arguments: ends the episode. Nothing else is said about the task, and no step follows."
 MAX_IMAGE_HISTORY = 20
 EVERYTHING = 1_000_000
@@ -53,11 +52,9 @@ class ProfileRow:
     has_feedback: bool = False
     """Whether the agent gets `too_far` and `path_blocked` after each action."""
     looks_again: bool = False
-    """Whether the first report does not end the episode but is answered by `LOOK_AGAIN`, a request to look and report
-    again. If no step is left, the first report ends the episode."""
+    """Whether the first report is only answered by `LOOK_AGAIN`; it ends the episode only if no step is left."""
     declares_criteria: bool = False
-    """Whether a model is asked before its first step (`CRITERIA_REQUEST`) to write what it must see before it reports.
-    """
+    """Whether a model first writes what it must see before it reports, when asked by `CRITERIA_REQUEST`."""
     shows_remaining_steps: bool = False
     """Whether the agent sees how many replies are left."""
     marks_click: bool = False
@@ -91,8 +88,7 @@ class ProfileRow:
 
     @property
     def is_of_conversations(self) -> bool:
-        """Whether the profile changes a model's conversation. Programs and scripts have no conversation, so they cannot
-        use it."""
+        """Whether the profile changes a model's conversation, so that programs and scripts cannot use it."""
         return self.declares_criteria or self.images > 0
 
     @property
