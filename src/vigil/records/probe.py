@@ -84,8 +84,7 @@ def question_sha256(framing: Framing) -> str:
 
 
 def read_probe_answer(reply: Reply, policy: ReplyPolicy = "strict") -> ProbeAnswer | InvalidAction:
-    """Return the answer in a reply to a probe, or the reason why the reply has no answer. `policy` is the run's reply
-    policy."""
+    """Return the answer in a reply to a probe, or why the reply has none. `policy` is the run's reply policy."""
     return read_object(reply, (), _answer_of, policy)
 
 

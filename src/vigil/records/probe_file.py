@@ -1,8 +1,7 @@
 """`probes.jsonl`: the answers to the probes of a run, in a file next to the run's records.
 
-A row belongs to one step of one effective record (the record that counts for its episode and epoch). If a probe has
-several rows, the first row without an error counts. A probe whose rows are all errors is asked again.
-`vigil.scoring.beliefs` compares the rows with the world.
+A row belongs to one step of a record that counts. If a probe has several rows, the first row without an error counts. A
+probe whose rows are all errors is asked again. `vigil.scoring.beliefs` compares the rows with the world.
 """
 
 from collections.abc import Iterable
@@ -47,8 +46,7 @@ class ProbeRecord(BaseModel):
     epoch: int = Field(ge=1)
     attempt: int = Field(ge=1)
     step: int = Field(ge=1)
-    """Number of the step whose messages the probe repeats. The frame of the step shows the world before the step's
-    reply."""
+    """Number of the step whose messages the probe repeats. The step's frame shows the world before the step's reply."""
     frame_sha256: str | None = None
     framing: Framing
     question_sha256: str

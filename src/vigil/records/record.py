@@ -115,8 +115,7 @@ class EpisodeRecord(_Record):
     has_report: bool = Field(default=True, exclude_if=lambda is_so: is_so)
     """Whether the agent could report; False under a profile that has `stop` instead. Omitted if it is True."""
     criteria: Reply | None = Field(default=None, exclude_if=lambda reply: reply is None)
-    """The model's statement, made before its first step, of what it must see before it reports. None, and omitted, if
-    the profile does not ask for this."""
+    """The model's text on what it must see before it reports; None, and omitted, if the profile does not ask for it."""
 
     @model_validator(mode="after")
     def _is_consistent(self) -> "EpisodeRecord":
@@ -373,8 +372,7 @@ class RunHeader(_Record):
 
     @property
     def pack_folder(self) -> str:
-        """Folder of the pack when the run started, or of the pack that was published together with the run; empty if
-        not recorded."""
+        """Folder of the pack when the run started, or of the pack published with the run; empty if not recorded."""
         return self.host.get("pack_folder", "")
 
     @property

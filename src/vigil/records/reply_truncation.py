@@ -7,8 +7,7 @@ from vigil.protocol.reasoning import CLOSING_MARKERS
 from vigil.protocol.replies import MAX_REPLY_BYTES
 
 RECORDED_ANSWER_BYTES = 2 * MAX_REPLY_BYTES
-"""Number of bytes, from the end of the reasoning onwards, that are stored of a reply whose answer is too long to be
-valid."""
+"""Number of bytes stored of a reply whose answer is too long to be valid. They begin where the reasoning ends."""
 RECORDED_REASONING_BYTES = 1024 * 1024
 """Number of bytes, counted back from the end, that are stored of a reply of which only the reasoning is too long."""
 
