@@ -84,8 +84,7 @@ class ChoreAnswer(_Fact):
 
 
 def list_kind(chores: int) -> str:
-    """Return the name of the kind of lists with this number of chores. A pack has about equally many lists of each
-    kind."""
+    """Return the name of the kind of lists with this number of chores; packs balance the kinds."""
     return f"chores_{chores:02d}"
 
 

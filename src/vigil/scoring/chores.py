@@ -196,8 +196,7 @@ class ListOutcome:
         return sum(chore.undone for chore in self.chores)
 
     def lag(self, chore: ChoreOutcome) -> int | None:
-        """Return the number of steps between the step after which a chore first held and the report. None unless the
-        chore holds and is claimed."""
+        """Return the steps from a chore's `first_held` to the report; None unless the chore holds and is claimed."""
         is_met = self.outcome.is_reported and chore.W and chore.is_positive
         return self.outcome.steps - chore.first_held if is_met and chore.first_held is not None else None
 
@@ -300,8 +299,7 @@ def _expected(number: int, chore: Chore, answer: ChoreAnswer, record: EpisodeRec
 
 
 def _since(found: GoalCheck) -> int | None:
-    """Return the first moment (0 is the reset) of the final period in which a goal holds; None if it does not hold at
-    the end."""
+    """Return the moment (0: reset) since which a goal holds until the end; None if it does not hold at the end."""
     if not found.semantic:
         return None
     failing = [row for row, each in enumerate(found.rows) if not each.semantic]

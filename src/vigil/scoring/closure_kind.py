@@ -19,8 +19,8 @@ class ClosureKind:
     tasks: str | Callable[..., Any]
     """Function that yields tasks, or the reasons why proposed tasks were rejected, for a `HouseContext`."""
     sides: tuple[str, ...] = ()
-    """Names of the two sides, e.g. `possible` and `impossible`: each twin of a pair is one side. Empty if the kind has
-    no twins. The first side satisfies the families' rules."""
+    """Names of the two sides (twins), e.g. `possible` and `impossible`; empty without twins. The first side satisfies
+    the families' rules."""
     may_hold_at_reset: bool = False
     """Whether the goal, or a part of it, may already hold at the reset."""
     has_branches: bool = False
@@ -44,6 +44,5 @@ class ClosureKind:
     """
 
     def exempt_of(self, form: str, template: str) -> frozenset[str]:
-        """Return the families' rules that an episode may break: the rules listed for its form or, if it has no form,
-        for its template."""
+        """Return the families' rules that an episode may break, by its form or, if it has no form, its template."""
         return self.exempt.get(form or template, self.exempt.get("", frozenset()))

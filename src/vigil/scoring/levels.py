@@ -54,8 +54,7 @@ class LevelMeasures(BaseModel):
     """Number of closed containers around the target at the reset. If the instruction does not name the target's
     container, all closed containers in which a person would look for the target count."""
     occlusion: float = Field(ge=0, le=1)
-    """Share of the target that other objects hide in the first frame of the solution that shows it; 1 if no frame shows
-    it."""
+    """Share of the target hidden by other objects in the solution's first frame that shows it; 1 if no frame does."""
     slack: float = Field(ge=0, le=1)
     """Share of the step budget that the solution leaves unused."""
     reference_words: int = Field(ge=0)

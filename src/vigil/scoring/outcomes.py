@@ -98,8 +98,7 @@ class Outcome:
     """Number of invalid replies that were cut at the token limit; they are also counted as protocol failures."""
     would_parse_leniently: int
     library_replies: int
-    """Number of replies for which only a library's version of the server's answer is known. The library may have lost
-    or joined parts of the answer."""
+    """Number of replies read from a library's version of the server's answer, which may lack or join parts."""
     too_far: int
     path_blocked: int
     retry: int

@@ -1,5 +1,4 @@
-"""Rates: the only place that defines the counts and rates of a set of scored episodes, and the equations ("identities")
-that hold between them.
+"""Rates: the only place that defines the counts and rates of scored episodes, and the equations between them.
 
 `vigil score`, the pages and every table of a report use this module. It computes on columns (one array for each fact of
 an outcome), so that a thousand episodes take hardly longer than one. Source: `protocol.md` sections 5 and 6.

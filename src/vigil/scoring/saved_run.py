@@ -220,8 +220,7 @@ SEARCH_DEPTH = 3
 
 
 def find_runs(folders: Iterable[Path]) -> list[Path]:
-    """Return the run folders among and under `folders`. Also return each of `folders` in which no run was found, so
-    that an error can name it."""
+    """Return the run folders among and under `folders`; a folder without runs is returned so that errors name it."""
     return [found for folder in folders for found in _runs_under(folder, SEARCH_DEPTH) or [folder]]
 
 
