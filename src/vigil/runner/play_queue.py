@@ -1,5 +1,4 @@
-"""Queue of the assignments that remain. It prevents a worker from playing both twins of a pair (episodes whose houses
-differ in one object) in succession."""
+"""Queue of the remaining assignments. No worker plays both twins (episodes that differ in one object) in succession."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping

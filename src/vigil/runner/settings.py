@@ -327,8 +327,7 @@ class VerifySettings:
     backend: str | None = None
     """Simulator; None for the simulator of the run."""
     exact: bool | None = None
-    """Whether numbers must be bit-identical. None requires this only on a machine whose facts (`SAME_HOST`) equal those
-    of the run's machine."""
+    """Whether numbers must be bit-identical; None: only if the facts `SAME_HOST` are those of the run's machine."""
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:

@@ -40,8 +40,7 @@ TEMPLATE_SWITCH = ThinkingSwitch.body(
     {"chat_template_kwargs": {"enable_thinking": True, "thinking": True}},
     {"chat_template_kwargs": {"enable_thinking": False, "thinking": False}},
 )
-"""Switch that sets arguments of a chat template. Two names of the argument are sent, because templates know one or the
-other."""
+"""Switch that sets an argument of a chat template, under both names that templates use for it."""
 
 
 @dataclass(frozen=True, slots=True)

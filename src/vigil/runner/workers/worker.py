@@ -109,8 +109,7 @@ class EpisodeWorker:
             self._frames.save(observation.rgb)
 
     def _as_profiled(self, agent: Agent) -> Agent:
-        """Return an agent that ends episodes as the run's profile asks: by reports or by `stop`. A program knows the
-        profile, so it is returned unchanged."""
+        """Return an agent that ends episodes as the profile asks. A program knows the profile and is not changed."""
         has_own_end = self._plan.profile.row.has_report or is_exec(self._plan.agent)
         return agent if has_own_end else StoppingAgent(agent)
 
