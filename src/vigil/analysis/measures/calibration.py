@@ -58,8 +58,7 @@ class DifficultyCalibration:
 
     @property
     def reliability(self) -> float:
-        """Reliability of the fitted difficulties: the share (0 to 1) of the true difficulties' variance that they
-        capture."""
+        """Share (0 to 1) of the variance of the true difficulties that the fitted difficulties capture."""
         return reliability(self.fit.difficulty, self.fit.difficulty_se)
 
     @property
@@ -127,8 +126,7 @@ def _facts(run: Run) -> dict[str, _EpisodeFacts]:
 
 
 def reliability(estimates: np.ndarray, errors: np.ndarray) -> float:
-    """Return the share of the true values' variance that shrunken estimates with the standard errors `errors` capture;
-    0 without estimates."""
+    """Return the share of the true values' variance that shrunken estimates capture; 0 without estimates."""
     if not len(estimates):
         return 0.0
     known = float(np.var(estimates))
@@ -136,8 +134,8 @@ def reliability(estimates: np.ndarray, errors: np.ndarray) -> float:
 
 
 def disattenuated(interval: Interval, known: float) -> Interval:
-    """Return the interval of a correlation with true values, from that with estimates; `known` is the estimates'
-    reliability.
+    """Return the interval of a correlation with true values. `interval` is the interval of the correlation with
+    estimates, and `known` the reliability of the estimates.
 
     Uncertain estimates make a correlation smaller, so each end moves away from 0; at most to -1 and 1. Source:
     Spearman, "The proof and measurement of association between two things", 1904.

@@ -27,8 +27,7 @@ MIN_CLUSTERS = 5
 PRIOR_CORRELATION = 0.1
 """Assumed correlation of two plays in one house, for data with too few plays to estimate it."""
 SHRINKAGE = 2.0
-"""Number of imaginary plays at the mean rate of all groups that are added to each group, to shrink its rate to the
-mean."""
+"""Number of imaginary plays at the mean rate of all groups that are added to each group, to shrink its rate."""
 RateWithEnds = tuple[float, float, float]
 """A rate and the ends of its interval."""
 _NO_VARIANCE = 1e-9
@@ -127,8 +126,7 @@ class HouseResampling:
     def interval(self, draws: np.ndarray, centre: float) -> Interval | None:
         """Return the interval of a statistic from its values in the resamples; None if they are all equal.
 
-        Resamples in which the statistic is not defined (NaN) are left out. `centre` is the statistic's value in the
-        rows.
+        Resamples where the statistic is not defined (NaN) are left out. `centre` is the statistic's value in the rows.
         """
         tail, known = tail_share(self.houses), draws[np.isfinite(draws)]
         if not len(known):
@@ -332,8 +330,7 @@ def _mean_cluster_size(index: np.ndarray) -> float:
 
 
 def _quantile_ratio(clusters: int) -> float:
-    """Return the factor on the number of plays with which an interval by the normal quantile is as wide as by Student's
-    t."""
+    """Return the factor on a number of plays that turns an interval by normal quantiles into one by Student's t."""
     from scipy.special import stdtrit  # noqa: PLC0415
 
     return (_normal_quantiles()[0] / float(stdtrit(clusters - 1, 1 - (1 - CONFIDENCE) / 2))) ** 2

@@ -46,8 +46,7 @@ KEY = ["episode_id", "epoch"]
 
 @dataclass(frozen=True)
 class Pair:
-    """Two runs that differ in one thing; `base` has the baseline's profile or prompt, or is the one without thinking.
-    """
+    """Two runs that differ in one thing. `base` has the baseline's profile or prompt, or does not think."""
 
     kind: PairKind
     base: Run

@@ -58,8 +58,7 @@ class RunEntry:
 
     @cached_property
     def by_houses(self) -> dict[str, Interval | None]:
-        """Intervals of all rates that account for the similarity of plays in one house; None where there are too few
-        houses."""
+        """Intervals of all rates that allow for similar plays in one house; None where there are too few houses."""
         return house_intervals(self.run.rows, (*RATES, *CONDITIONAL))
 
     @cached_property
@@ -81,9 +80,8 @@ class RunEntry:
     def panel(self) -> str:
         """The panel of the run's row.
 
-        A main run is in the panel that the study names (`main`, `extended` or `supplementary`); otherwise in `excluded`
-        if the exclusion rule removes it, or else in `main`. The panel of any other run is its role, `repeat` or
-        `condition`.
+        For a main run: the panel named by the study; otherwise `excluded` if the exclusion rule applies, or else
+        `main`. For other runs: the role, `repeat` or `condition`.
         """
         if self.role != "main":
             return self.role

@@ -1,5 +1,4 @@
-"""Figures of beliefs: how they change around attainment, how often they were true, and why reports were false or
-missing."""
+"""Figures of beliefs: their course around attainment, their truth, and why reports were false or missing."""
 
 import textwrap
 from collections.abc import Callable
@@ -64,8 +63,7 @@ def belief_curve(study: Study) -> Figure | None:
 
 
 def belief_reliability(study: Study) -> Figure | None:
-    """Draw for each stated likelihood the share of beliefs that were true; the size of a mark shows the number of
-    answers."""
+    """Draw for each stated likelihood the share of beliefs that were true; larger marks stand for more answers."""
     rows = [row for row in belief_rows(study) if row[1].answered]
     if not rows:
         return None

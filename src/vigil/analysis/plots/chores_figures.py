@@ -86,8 +86,7 @@ def interference(runs: Sequence[ChoresRun]) -> Figure | None:
 
 
 def calls_and_width(runs: Sequence[ChoresRun]) -> Figure | None:
-    """Draw half the width of the interval on T by the number of model calls, for lists and for episodes with one claim
-    each."""
+    """Draw half the width of T's interval by the number of model calls, for lists and for episodes with one claim."""
     found = [(run, width) for run in runs if (width := power(run)) is not None]
     if not found:
         return None

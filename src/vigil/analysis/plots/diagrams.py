@@ -49,8 +49,7 @@ class Example:
 
 
 def protocol_figure(examples: Mapping[Family, Example]) -> Figure:
-    """Draw the families, each with the first frame of an example and a mark at the target; families without example are
-    blank."""
+    """Draw each family with the first frame of an example, marked at the target; families without example are blank."""
     with styled():
         tiers: dict[Tier, list[Family]] = {
             tier: [code for code, spec in FAMILIES.items() if spec.tier == tier and code in PACKAGED_FAMILIES]

@@ -97,8 +97,7 @@ _paper_width: ContextVar[PaperWidth | None] = ContextVar("paper_width", default=
 
 @contextmanager
 def on_paper(width: PaperWidth | None) -> Generator[None, None, None]:
-    """Draw figures inside the block for a paper: on white, as wide as they are printed, and without titles, because
-    captions serve as titles.
+    """Draw figures inside the block for a paper: on white, as wide as they are printed, and without titles.
 
     With None, they are drawn for a screen.
     """

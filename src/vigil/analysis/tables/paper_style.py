@@ -1,5 +1,4 @@
-"""LaTeX of the paper's tables as a paper prints them: with the paper's columns, headers of two levels, text of 7
-points, and the width of one or two columns.
+"""LaTeX of the paper's tables as a paper prints them: the paper's columns, headers and text size (7 points).
 
 Intervals are in a companion table. Widths are estimated from the number of characters; a test compiles every table.
 """
@@ -153,8 +152,7 @@ def _number_table(
 
 
 def _caption(table: Table) -> str:
-    """Return the title and the first note. Leave out the sentence on where intervals are: here they are in the
-    companion table."""
+    """Return the title and the first note, without its sentence on where intervals are (in the companion table)."""
     notes = (note.replace(INTERVALS_ELSEWHERE, "").strip() for note in table.notes[:1])
     return " ".join((f"{table.title}.", *notes))
 

@@ -76,8 +76,7 @@ class PartShare:
 
     rate: Rate
     interval: Interval
-    """Interval that spans two intervals, Wilson's and the one from resampled houses, because each alone can be too
-    narrow."""
+    """Interval that spans Wilson's interval and the one from resampled houses, because each alone can be too narrow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,13 +158,12 @@ class BeliefStudy:
         return self._share(lambda one: one.is_held, lambda one: not one.done)
 
     def false_after_loss(self) -> Estimate:
-        """Return the share that say that the task is done, among the answers after the goal was attained and lost
-        again."""
+        """Return the share that say that the task is done, among the answers after the goal was lost again."""
         return self._share(lambda one: not one.is_held and not _is_before(one), lambda one: one.done)
 
     def lost(self) -> Rate:
-        """Return the share of plays that lost a right belief (`has_lost_belief`), among the plays that could lose a
-        right belief."""
+        """Return the share of plays that lost a right belief (`has_lost_belief`), among the plays in which this could
+        happen."""
         found = ((play.outcome.episode_id, play.has_lost_belief(self.framing)) for play in self.plays)
         return _play_rate((name, is_lost) for name, is_lost in found if is_lost is not None)
 
