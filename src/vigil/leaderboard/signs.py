@@ -118,8 +118,7 @@ def _equal_replies(entry: "CheckedEntry", other: "CheckedEntry") -> Iterator[str
 
 
 def _gap(public: "CheckedEntry", fresh: "CheckedEntry") -> list[str]:
-    """Return a list with a sentence on how a model's results differ between a public and a fresh pack; else an empty
-    list."""
+    """Return [a sentence that compares a model's results on a public and a fresh pack]; [] if that is not possible."""
     same = [(each.metadata.model_name, each.header.spec.profile, each.suite) for each in (public, fresh)]
     ours, theirs = (each.figures[each.ranked_by] for each in (public, fresh))
     if same[0] != same[1] or None in (*ours, *theirs):
