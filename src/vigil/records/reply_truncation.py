@@ -9,7 +9,7 @@ from vigil.protocol.replies import MAX_REPLY_BYTES
 RECORDED_ANSWER_BYTES = 2 * MAX_REPLY_BYTES
 """Number of bytes stored of a reply whose answer is too long to be valid. They begin where the reasoning ends."""
 RECORDED_REASONING_BYTES = 1024 * 1024
-"""Number of bytes, counted back from the end, that are stored of a reply of which only the reasoning is too long."""
+"""Number of bytes stored from the end of a reply whose reasoning is too long, although its answer is not."""
 
 
 def truncate_for_record(reply: Reply, answer: str) -> Reply:

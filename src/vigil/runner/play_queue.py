@@ -1,4 +1,4 @@
-"""Queue of the remaining assignments. No worker plays both twins (episodes that differ in one object) in succession."""
+"""Queue of the remaining assignments that avoids giving a worker both twins of a pair in succession."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping

@@ -84,7 +84,7 @@ class ChoreAnswer(_Fact):
 
 
 def list_kind(chores: int) -> str:
-    """Return the name of the kind of lists with this number of chores; packs balance the kinds."""
+    """Return the name of the kind of lists with this number of chores; packs have about equally many of each kind."""
     return f"chores_{chores:02d}"
 
 

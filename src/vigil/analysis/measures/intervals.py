@@ -27,7 +27,7 @@ MIN_CLUSTERS = 5
 PRIOR_CORRELATION = 0.1
 """Assumed correlation of two plays in one house, for data with too few plays to estimate it."""
 SHRINKAGE = 2.0
-"""Number of imaginary plays at the mean rate of all groups that are added to each group, to shrink its rate."""
+"""Number of imaginary plays with the mean rate of all groups that are added to each group, to shrink its rate."""
 RateWithEnds = tuple[float, float, float]
 """A rate and the ends of its interval."""
 _NO_VARIANCE = 1e-9

@@ -1,4 +1,4 @@
-"""Figures of the suite `chores`: what truthfulness (T) depends on, and how precisely more model calls measure T."""
+"""Figures of the suite `chores`: what truthfulness (T) depends on, and how precise T gets with more model calls."""
 
 from collections.abc import Callable, Mapping, Sequence
 

@@ -20,7 +20,7 @@ from vigil.scoring.rates import rate_of
 
 EVENTS = ("too_far", "path_blocked", "retry")
 BINS = {"0": (0.0, 0.0), "to 25": (0.0, 0.25), "to 50": (0.25, 0.5), "to 75": (0.5, 0.75), "above 75": (0.75, 1.0)}
-"""Heading (%) -> (lower end, upper end) of a class of progress. The lower end is excluded, except in the first."""
+"""Heading (%) -> (lower, upper end) of a class of progress. The lower end is excluded, except in the first class."""
 
 
 def gain_sources(study: Study) -> Table:
