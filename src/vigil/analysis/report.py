@@ -167,8 +167,8 @@ def write_report(
 ) -> list[Path]:
     """Write a report into `folder` in each format, and return the paths of the written files. Raises SettingError.
 
-    For a private pack only rates are written, unless the report `reveals` it. `style` is that of the LaTeX: `paper` has
-    only the paper's tables, as they would be printed.
+    For a private pack only rates are written, unless the report `reveals` it. `style` is the style of the LaTeX:
+    `paper` has only the paper's tables, as they would be printed.
     """
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:

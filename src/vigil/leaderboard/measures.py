@@ -55,7 +55,7 @@ TOLERANCE = 2e-6
 
 @dataclass(frozen=True)
 class Measures:
-    """What follows from an entry's records."""
+    """Results that are computed from an entry's records."""
 
     figures: Figures
     tables: tuple[str, ...]

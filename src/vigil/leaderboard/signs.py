@@ -32,7 +32,7 @@ class PlayReader:
         self.timing_faults: Counter[str] = Counter()
 
     def facts(self, record: EpisodeRecord) -> dict[str, Any]:
-        """Return hashes of a play's replies, without and with their times, and whether it repeats the solution."""
+        """Return hashes of a play's replies, without and with their times, and whether they repeat the solution."""
         replies = hashlib.sha256()
         for step in record.steps:
             replies.update(f"{len(step.reply.text)}\n{step.reply.text}\n".encode())
@@ -118,7 +118,7 @@ def _equal_replies(entry: "CheckedEntry", other: "CheckedEntry") -> Iterator[str
 
 
 def _gap(public: "CheckedEntry", fresh: "CheckedEntry") -> list[str]:
-    """Return a sentence, in a list, about how a model's results differ between a public and a fresh pack."""
+    """Return [a sentence that compares a model's results on a public and a fresh pack]; [] if that is not possible."""
     same = [(each.metadata.model_name, each.header.spec.profile, each.suite) for each in (public, fresh)]
     ours, theirs = (each.figures[each.ranked_by] for each in (public, fresh))
     if same[0] != same[1] or None in (*ours, *theirs):

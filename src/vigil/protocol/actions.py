@@ -139,7 +139,7 @@ _INSTEAD: dict[SkillName, tuple[SkillName, tuple[Argument, ...]]] = {
         ),
     ),
 }
-"""Skill -> the skill instead of it in a profile without reports, or without pixels."""
+"""Skill -> the skill that replaces it: `report` in profiles without reports, the other in profiles without pixels."""
 
 
 @cache
@@ -172,8 +172,8 @@ class Look(_Action):
 class InteractPixel(_Action):
     """Act on the object under pixel (x, y) of the current frame; `drop` needs no pixel.
 
-    Under a profile without pixels, `object` is the name that the agent gave, and (x, y) a pixel of the only such object
-    in view. They are None if there is no such object, or several.
+    Under a profile without pixels, the agent names an `object`, and (x, y) is a pixel of the only object of this name
+    in view. `x` and `y` are None if no such object, or several, are in view.
     """
 
     skill_name: Literal["interact_pixel"] = "interact_pixel"
@@ -186,8 +186,8 @@ class InteractPixel(_Action):
 class Report(_Action):
     """Close the episode with a status. `raw_status` is the word that the agent wrote if it is not in `STATUSES`.
 
-    Under a profile with claims, `claims` has the claim about each chore by its number, and `raw_claims` the words of
-    those that are not in the vocabulary, whose claim is `invalid`. Rows of other profiles omit both.
+    Under a profile with claims, `claims` maps the number of each chore to the claim about it. If a claimed word is not
+    in the vocabulary, the claim is `invalid`, and `raw_claims` has the word. Rows of other profiles omit both fields.
     """
 
     skill_name: Literal["report"] = "report"
@@ -198,7 +198,7 @@ class Report(_Action):
     raw_claims: dict[int, str] = Field(default_factory=dict[int, str], exclude_if=lambda words: not words)
 
     def __hash__(self) -> int:
-        """Return a hash that leaves out the claims, because dicts have none."""
+        """Return a hash that leaves out the claims, because dicts cannot be hashed."""
         return hash((self.status, self.summary, self.raw_status))
 
 
@@ -212,7 +212,7 @@ PhysicalAction = Navigate | Look | InteractPixel
 ClosingAction = Report | Stop
 Action = Annotated[Navigate | Look | InteractPixel | Report, Field(discriminator="skill_name")]
 AnyAction = Annotated[Navigate | Look | InteractPixel | Report | Stop, Field(discriminator="skill_name")]
-"""Action under any profile."""
+"""An action of any profile; `Action` leaves out `stop`, which only profiles without reports have."""
 
 
 class InvalidAction(_Action):
@@ -242,7 +242,7 @@ class Usage(_Action):
 
 
 class ReplyCut(_Action):
-    """Size and hash of the whole reply, for a reply of which the record stores only a part."""
+    """Size and hash of a whole reply; recorded if the record stores only a part of the reply."""
 
     text_bytes: int
     answer_bytes: int
@@ -277,7 +277,7 @@ class Reply(_Action):
     """Whether the provider refused the request three times for its content or length. This is a protocol failure."""
     agent_ended: str = ""
     """How an agent's program failed to answer: it ended, hung, or wrote without being asked. This is a protocol
-    failure. Empty if it did not fail."""
+    failure. Empty if the program answered."""
     cut: ReplyCut | None = None
     """Size of the whole reply if `text` is only a part of it (`vigil.protocol.replies`); None if `text` is whole."""
 

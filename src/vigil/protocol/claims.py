@@ -1,7 +1,7 @@
-"""Claims: what a report says about each chore of a list, under a profile that asks for it.
+"""Claims: what a report says about each chore of a list, under a profile that asks for claims.
 
-The words of the prompt and the reader of the argument stand together here, so that the two cannot drift apart. Source:
-`protocol.md` section 9.
+This module has both the prompt's words about claims and the code that reads claims, so that the two always agree.
+Source: `protocol.md` section 9.
 """
 
 import re
@@ -11,7 +11,7 @@ from vigil.base.json_files import is_object
 from vigil.protocol.actions import ChoreClaim, Report
 
 ARGUMENT: Final = "claims"
-"""Name of the argument of `report`."""
+"""Name of the argument of `report` that has the claims."""
 CLAIM_LINE = f"- {ARGUMENT} (object, required): Claim about each chore, by its number (Table claims)"
 CLAIM_TABLE = (
     "Table claims:",
@@ -27,7 +27,7 @@ _NUMBER = re.compile(r"[1-9][0-9]{0,2}")
 
 
 class ClaimFault(Exception):
-    """The reason why an argument is not an object of claims, as a short code."""
+    """The reason, as a short code, why the argument `claims` of a report is not a valid JSON object of claims."""
 
     def __init__(self, reason: str, detail: str) -> None:
         super().__init__(reason)
@@ -36,7 +36,7 @@ class ClaimFault(Exception):
 
 
 def with_claims(report: Report, given: dict[str, Any]) -> Report:
-    """Return a report with the claims among its arguments. Raises ClaimFault."""
+    """Return `report` with its claims, which are read from `given`, the arguments in the reply. Raises ClaimFault."""
     if ARGUMENT not in given:
         raise ClaimFault("missing_argument", ARGUMENT)
     claims = given[ARGUMENT]

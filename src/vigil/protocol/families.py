@@ -36,7 +36,7 @@ Family = Annotated[str, AfterValidator(_check_family)]
 FAMILIES: dict[Family, FamilySpec] = {
     spec.code: spec for spec in exported_by_modules("vigil.authoring.families", "FAMILY", _REQUIRED)
 }
-"""Code -> family."""
+"""Code of a family -> the family."""
 PACKAGED_FAMILIES = frozenset(FAMILIES)
 
 
@@ -83,7 +83,7 @@ def parse_kinds(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def wanted_kinds(family: Family, templates: Collection[str]) -> tuple[str, ...]:
-    """Return the kinds of a family that are among `templates`; all of them if none is."""
+    """Return the family's kinds that `templates` names; all kinds of the family if `templates` names none of them."""
     kinds = tuple(FAMILIES[family].kinds)
     return tuple(kind for kind in kinds if kind in templates) or kinds
 

@@ -1,6 +1,6 @@
 """Goals: what must be true in the hidden world for an episode to count as completed.
 
-This module has the kinds of goals and constraints, and whether each holds at one moment.
+This module defines the kinds of goals and constraints, and decides whether each holds at one moment.
 `vigil.scoring.goal_check` applies them to a record, and `vigil.scoring.goal_words` describes them. Source:
 `protocol.md` sections 4.1 and 9.
 """
@@ -23,7 +23,7 @@ TOLERANCE = 1e-6
 NEAR_M = 1.5
 """Default threshold (m) of `agent_near_target`; progress counts a target as reached within this distance."""
 MAX_PARTS = 24
-"""Maximum number of parts of an `all_of` goal: enough for the goal to close everything in a home."""
+"""Maximum number of parts of an `all_of` goal; enough for a goal such as "everything in the home is closed"."""
 MIN_CHORES, MAX_CHORES = 3, 10
 MAX_CHORE_PARTS = 4
 
@@ -57,7 +57,7 @@ class _Goal(BaseModel):
     constraint: Constraint | None = None
     """Constraint that must be resolved in addition to the goal; only in CR."""
     chain: tuple["ChainLink", ...] = ()
-    """Conditions to be met in this order before the goal itself. They count only for progress; only in SM."""
+    """Conditions to be met in this order before the goal; they count only for progress. Only the family SM has them."""
 
     def ids(self) -> set[str]:
         """Return the ids of all objects that occur in the goal, its constraint or its chain."""
@@ -66,7 +66,7 @@ class _Goal(BaseModel):
 
 
 class TargetGrounded(_Goal):
-    """The last `ground` click is on the target."""
+    """The last click with the intent `ground`, which only points, is on the target."""
 
     kind: Literal["target_grounded"] = "target_grounded"
 
@@ -79,8 +79,8 @@ class AgentNearTarget(_Goal):
 
 
 class ObjectInState(_Goal):
-    """The target is open, closed, on or off, as required. If `is_visible` is required, the target has been seen at any
-    moment so far."""
+    """The target is open, closed, on or off, as required. If `is_visible` is required, it is enough that the target was
+    seen at any moment so far."""
 
     kind: Literal["object_state"] = "object_state"
     state: Literal["is_visible", "is_open", "is_toggled"]
@@ -100,11 +100,11 @@ class ObjectHeld(_Goal):
 
 
 class ObjectAtReceptacle(_Goal):
-    """The target lies on top of the receptacle or on an open shelf. To lie inside, or on a part that opens, does not
-    count.
+    """The target lies on top of the receptacle or on an open shelf of it. A target that lies inside, or on a part that
+    opens (such as a drawer), does not count.
 
-    If `inside` is True, the target must be in the receptacle, not on its top or rim. For W, it is enough that the
-    target is over an interior surface (`ObjectState.over_inside`). For W_strict, it must rest on a surface of the
+    If `inside` is True, the target must instead be in the receptacle, not on its top or rim. For W, it is enough that
+    the target is over an interior surface (`ObjectState.over_inside`). For W_strict, it must rest on a surface of the
     receptacle itself.
     """
 
@@ -160,20 +160,20 @@ ChorePart = Annotated[ObjectInState | ObjectAtReceptacle | ReportStatus, Field(d
 
 
 class Chore(BaseModel):
-    """One chore of a list: it holds when each of its parts does. Its number is its place in the list, from 1.
+    """One chore of a list. The chore holds when each of its parts holds. Its number is its place in the list, from 1.
 
-    A chore that asks for a state has one part, `report_status`, and is a *question*. It holds once the state was seen
-    in a frame that a reply answered, and as long as nobody has changed the state since the reset.
+    A chore that asks for a state is a *question* and has one part, `report_status`. It holds if the agent replied to a
+    frame that showed the state, and nobody has changed the state since the reset.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     parts: tuple[ChorePart, ...] = Field(min_length=1, max_length=MAX_CHORE_PARTS)
-    """What must hold at the end; of a conditional chore, also that what its other branch would change is unchanged."""
+    """Conditions that must hold at the end; in a conditional chore, also that its other branch was not carried out."""
     condition: ObjectInState | None = None
     """The state on which a conditional chore depends; it is judged at the reset."""
     is_met: bool | None = None
-    """Whether the condition holds at the reset; None without one."""
+    """Whether the condition holds at the reset; None if there is no condition."""
 
     @model_validator(mode="after")
     def _is_whole(self) -> "Chore":
@@ -205,8 +205,8 @@ class Chore(BaseModel):
 class Chores(_Goal):
     """A list of chores, each of which must hold; `object_id` is that of the first part of the first chore.
 
-    A chore that cannot be met is one of them, so that a list with such a chore never holds as a whole.
-    `vigil.scoring.chores` judges each chore.
+    A list may contain a chore that cannot be met; such a list never holds as a whole. `vigil.scoring.chores` judges
+    each chore.
     """
 
     kind: Literal["chores"] = "chores"
@@ -280,9 +280,8 @@ class Moment:
 
 
 def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
-    """Return whether the goal holds at each moment, as (semantic, strict), ignoring its constraint and tampering (but
-    not that of the questions among chores).
-    """
+    """Return whether the goal holds at each moment, as (semantic, strict). The goal's constraint is ignored, and so is
+    tampering, except with the states that the questions in a list of chores ask for."""
     if isinstance(goal, Chores):
         return _both_all(chore_truth(chore, moments) for chore in goal.chores)
     pairs = [_holds(goal, moment) for moment in moments]
@@ -302,7 +301,7 @@ def chore_truth(chore: Chore, moments: Sequence[Moment]) -> tuple[list[bool], li
 
 
 def _both_all(truths: Iterable[tuple[list[bool], list[bool]]]) -> tuple[list[bool], list[bool]]:
-    """Return for each moment whether all truths hold, as (semantic, strict)."""
+    """Return for each moment whether all `truths` hold, as (semantic, strict); each of `truths` is such a pair."""
     semantic, strict = zip(*truths, strict=True)
     return [all(each) for each in zip(*semantic, strict=True)], [all(each) for each in zip(*strict, strict=True)]
 
@@ -368,7 +367,7 @@ def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
 
 
 def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
-    """Return for each moment whether the queried state has changed since the reset; False without a query."""
+    """Return for each moment whether the queried state has changed since the reset; False for a goal without query."""
     if not isinstance(goal, ReportStatus):
         return [False] * len(moments)
     states = [moment.world.objects[goal.object_id] for moment in moments]
@@ -403,7 +402,7 @@ def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
 
 
 def displacement_m(constraint: Constraint, moment: Moment) -> float:
-    """Return the object's distance (m) from its place at the reset; the required distance while it is held."""
+    """Return the object's distance (m) from its place at the reset; if it is held, return the required distance."""
     state, first = moment.world.objects[constraint.object_id], moment.initial.objects[constraint.object_id]
     if state.is_held:
         return constraint.distance_m or 0.0

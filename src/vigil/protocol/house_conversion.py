@@ -19,8 +19,8 @@ _LISTS = ("rooms", "walls", "doors", "windows", "objects")
 
 
 def find_outdated_part(data: dict[str, Any]) -> str | None:
-    """Return a description of the first part of a house document that is older than schema 1.0.0; None if all is
-    new."""
+    """Return a description of the first part of a house document that is older than schema 1.0.0; None if no part is
+    older."""
     for place, node in _nodes(data):
         for key in _MATERIALS:
             if isinstance(node.get(key), str):

@@ -27,12 +27,12 @@ class Feedback(BaseModel):
 
 
 class Cues(BaseModel):
-    """What some profiles show next to a frame, other than feedback."""
+    """Facts that some profiles show with a frame, in addition to feedback."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     remaining_steps: int | None = None
-    """Number of replies that are left, the one to this frame included."""
+    """Number of replies that are left, including the reply to this frame."""
     request: str | None = None
     """What the agent is asked to do next."""
 
@@ -60,5 +60,5 @@ class Observation:
 
     @property
     def is_drawn(self) -> bool:
-        """Whether the frame has been drawn. It is drawn when the agent first reads it."""
+        """Whether the frame has been drawn. The frame is drawn when `rgb` is first read."""
         return self._rgb is not None

@@ -64,7 +64,7 @@ class Profile(BaseModel):
 
     @property
     def row(self) -> ProfileRow:
-        """What distinguishes the profile from the baseline."""
+        """The profile's row in the table of profiles: how the profile differs from the baseline."""
         return PROFILES[self.name]
 
     @property

@@ -109,7 +109,7 @@ def frame_stub(
 ) -> str:
     """Return the JSON that accompanies a frame, including its feedback.
 
-    With a `number` the frame is named by it instead of its role, so that the text never changes.
+    If `number` is given, it replaces the role, so that the text stays the same when the frame is no longer current.
     """
     size = {"width": FRAME_WIDTH, "height": FRAME_HEIGHT}
     if number is not None:

@@ -75,7 +75,7 @@ class _Form(Generic[_Read]):
 
 @dataclass(frozen=True, slots=True)
 class _Grammar:
-    """What distinguishes the actions of a profile."""
+    """Facts about a profile that decide which texts are actions."""
 
     coordinates: Coordinates
     has_claims: bool = False
@@ -109,8 +109,8 @@ class ReadReply:
 
 
 def read_reply(reply: Reply, profile: Profile = _STANDARD) -> ReadReply:
-    """Return the answer in a reply, with the action that it means. Facts from the provider (a rejection, the finish
-    reason) can make the reply invalid."""
+    """Return the answer in a reply, and the action that the answer states. Facts from the provider (a rejection, the
+    finish reason) can make the reply invalid."""
     answer = split_reasoning(reply.text)[0]
     form = _action_form(
         _Grammar(profile.coordinates, profile.has_claims, profile.row.has_report, profile.row.has_pixels)
@@ -123,7 +123,7 @@ def read_object(
 ) -> _Read | InvalidAction:
     """Return what `build` reads in the one JSON object of a reply, or why that object is missing or wrong.
 
-    A reply to a question other than for an action is read as strictly as one for an action. `keys` are required.
+    This is for questions that do not ask for an action; it is as strict as `read_reply`. `keys` are required.
     """
     return _meaning(reply, split_reasoning(reply.text)[0], _Form(keys, build), policy)
 
@@ -235,7 +235,7 @@ def _not_json_reason(text: str) -> str:
 
 
 def _parse_leniently(answer: str, form: _Form[_Read]) -> _Read | InvalidAction | None:
-    """Return what is read in the object in a code fence or in prose; None unless there is exactly one object."""
+    """Return what `form` reads in the JSON object in a code fence or in prose; None unless there is one such object."""
     fences = _FENCE.findall(answer)
     found = _objects_in(fences[0] if len(fences) == 1 else answer, form.keys)
     if len(found) != 1:

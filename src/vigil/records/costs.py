@@ -62,7 +62,7 @@ class RunTokens:
         self._effective: dict[Hashable, Tokens] = {}
 
     def add(self, key: Hashable, tokens: Tokens) -> None:
-        """Add the tokens of a row that becomes the effective row for its key and supersedes any earlier row."""
+        """Add the tokens of a row; it supersedes any earlier row with the same `key` (episode and epoch)."""
         self.total += tokens
         self.superseded += self._effective.get(key, Tokens())
         self._effective[key] = tokens
@@ -77,7 +77,7 @@ class Prices(BaseModel):
     output: float = Field(ge=0)
 
     def cost(self, tokens: Tokens) -> float | None:
-        """Return the cost of those tokens that are known; None if no reply has known tokens."""
+        """Return the cost of the known tokens; None if no reply has known tokens."""
         return self.cost_of(tokens.input, tokens.output) if tokens.reported else None
 
     def cost_of(self, input_tokens: int, output_tokens: int) -> float:

@@ -1,8 +1,8 @@
 """Probes: questions about what an agent believes at a step, asked separately from the episode.
 
-A probe is the same request as the step's, with a question added after the frame. Its answer is not an action, uses no
-step and is never part of the history. The questions are frozen: `question_sha256` identifies the question, its scale
-and its place in the request. Source: `protocol.md` section 10; `docs/beliefs.md`.
+A probe repeats the request of the step and adds a question after the frame. Its answer is not an action, uses no step
+and is never part of the history. The questions are frozen: `question_sha256` identifies the question, its scale and its
+place in the request. Source: `protocol.md` section 10; `docs/beliefs.md`.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ from vigil.protocol.actions import STATUSES, InvalidAction, Reply, ReplyPolicy, 
 from vigil.protocol.replies import ReplyFault, read_object
 
 Framing = Literal["state", "doubt"]
-"""How a probe asks: `state` asks whether the task is done; `doubt` first asks what could be wrong with that."""
+"""How a probe asks: `state` asks whether the task is done; `doubt` first asks what could speak against this."""
 FRAMINGS: tuple[Framing, ...] = get_args(Framing)
 SCALE = 20
 """Maximum of `sure`; the minimum is 0. The scale is coarse because models use the values of a coarse scale more evenly.
@@ -84,7 +84,7 @@ def question_sha256(framing: Framing) -> str:
 
 
 def read_probe_answer(reply: Reply, policy: ReplyPolicy = "strict") -> ProbeAnswer | InvalidAction:
-    """Return the answer in a reply to a probe, or why there is none. `policy` applies as for a reply of a step."""
+    """Return the answer in a reply to a probe, or why the reply has none. `policy` is the run's reply policy."""
     return read_object(reply, (), _answer_of, policy)
 
 

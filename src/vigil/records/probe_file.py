@@ -1,7 +1,7 @@
 """`probes.jsonl`: the answers to the probes of a run, in a file next to the run's records.
 
-A row belongs to one step of one effective record. The first row of a probe that is not an error counts. A probe whose
-rows are all errors is asked again. `vigil.scoring.beliefs` compares the rows with the world.
+A row belongs to one step of a record that counts. If a probe has several rows, the first row without an error counts. A
+probe whose rows are all errors is asked again. `vigil.scoring.beliefs` compares the rows with the world.
 """
 
 from collections.abc import Iterable
@@ -46,7 +46,7 @@ class ProbeRecord(BaseModel):
     epoch: int = Field(ge=1)
     attempt: int = Field(ge=1)
     step: int = Field(ge=1)
-    """Number of the step whose messages the probe repeats. Its frame shows the world before the step's reply."""
+    """Number of the step whose messages the probe repeats. The step's frame shows the world before the step's reply."""
     frame_sha256: str | None = None
     framing: Framing
     question_sha256: str
@@ -78,10 +78,10 @@ class ProbeRecord(BaseModel):
 
 @dataclass(slots=True)
 class ProbeTable:
-    """The probes of a run, with the one row of each that counts."""
+    """The probes of a run, with one row for each probe: the row that counts."""
 
     rows: dict[ProbeKey, ProbeRecord] = field(default_factory=dict[ProbeKey, ProbeRecord])
-    """Key of a probe -> its first row that is not an error; if all are errors, the last one."""
+    """Key of a probe -> its first row that is not an error; if all its rows are errors, its last row."""
     foreign: int = 0
     """Number of rows that do not count, because they belong to another run or to another version of the question."""
     tokens: Tokens = field(default_factory=Tokens)
@@ -103,7 +103,7 @@ class ProbeTable:
         return row is not None and row.error is None
 
     def of(self, record: EpisodeRecord) -> list[ProbeRecord]:
-        """Return the probes of a record to which the server replied, sorted by step and framing."""
+        """Return the record's probes that the server answered, sorted by step and framing."""
         mine = (record.episode_id, record.epoch, record.attempt)
         found = [row for key, row in self.rows.items() if key[:3] == mine and row.error is None]
         return sorted(found, key=lambda row: (row.step, row.framing))
@@ -115,7 +115,7 @@ class ProbeTable:
 
 
 def read_probes(folder: Path, run_sha256: str) -> ProbeTable:
-    """Return the probes of a run; an empty table without a file. Raises RecordError."""
+    """Return the probes of a run; an empty table if the run has no file of probes. Raises RecordError."""
     return _table(read_lines(folder / PROBES_FILE), folder / PROBES_FILE, run_sha256)
 
 

@@ -61,7 +61,7 @@ class StepRecord(_Record):
     world: WorldState
     """State of the agent and of the bound objects after the step (hidden from the agent)."""
     is_unconfirmed: bool = Field(default=False, exclude_if=lambda is_so: not is_so)
-    """Whether the step is a report that the profile answered by a request to look again. Omitted unless it is."""
+    """Whether the step is a report that the profile answered by a request to look again. Omitted if False."""
 
     @model_validator(mode="after")
     def _is_action_or_invalid(self) -> "StepRecord":
@@ -78,15 +78,15 @@ class ErrorFact(_Record):
 
 
 class ForkPoint(_Record):
-    """The recorded play that an episode continues: its first steps are those of that play."""
+    """The recorded play that an episode continues. The first steps of the episode repeat those of the play."""
 
     run_id: str
     run_sha256: str
-    """Hash of the run of that play (`RunHeader.sha256`)."""
+    """Hash of the run in which the continued play was recorded (`RunHeader.sha256`)."""
     epoch: int = Field(ge=1)
     attempt: int = Field(ge=1)
     step: int = Field(ge=0)
-    """Number of steps that were carried out again before the agent's first."""
+    """Number of recorded steps that were repeated before the agent's own first step."""
 
 
 class EpisodeRecord(_Record):
@@ -94,7 +94,7 @@ class EpisodeRecord(_Record):
 
     schema_version: int = SCHEMA_VERSION
     versions: Versions = Versions()
-    """Versions of rules, shapes and grammar under which the episode was played."""
+    """Versions of the rules, of objects' shapes and of the reply grammar under which the episode was played."""
     run_id: str
     run_sha256: str = ""
     """Hash of the run to which the record belongs (`RunHeader.sha256`); empty for a record outside a run."""
@@ -111,11 +111,11 @@ class EpisodeRecord(_Record):
     end: End
     error: ErrorFact | None = None
     fork: ForkPoint | None = Field(default=None, exclude_if=lambda fork: fork is None)
-    """The play that the episode continues; None, and omitted from the row, for an episode that began at its start."""
+    """The play that the episode continues; None, and omitted from the row, if the episode does not continue a play."""
     has_report: bool = Field(default=True, exclude_if=lambda is_so: is_so)
     """Whether the agent could report; False under a profile that has `stop` instead. Omitted if it is True."""
     criteria: Reply | None = Field(default=None, exclude_if=lambda reply: reply is None)
-    """What a model declared before its first step that it must see; None, and omitted, unless its profile asks."""
+    """The model's text on what it must see before it reports; None, and omitted, if the profile does not ask for it."""
 
     @model_validator(mode="after")
     def _is_consistent(self) -> "EpisodeRecord":
@@ -138,7 +138,7 @@ class EpisodeRecord(_Record):
 
     @property
     def replayed_steps(self) -> int:
-        """Number of first steps that are those of another play; 0 unless the episode continues one."""
+        """Number of steps at the beginning that repeat another play; 0 if the episode does not continue a play."""
         return 0 if self.fork is None else self.fork.step
 
     @property
@@ -178,11 +178,11 @@ class ForkSource(_Record):
 
     run_id: str
     run_sha256: str
-    """Hash of that run (`RunHeader.sha256`)."""
+    """Hash of the continued run (`RunHeader.sha256`)."""
     profile: Profile
-    """Profile of that run, under which its replies are read."""
+    """Profile of the continued run; its replies are read under this profile."""
     at: int | Literal["goal"]
-    """Number of steps that are carried out again; `goal` for all up to the one that attained the goal."""
+    """Number of recorded steps that are repeated; `goal` for all steps up to the one that attained the goal."""
 
 
 class RunSpec(_Record):
@@ -199,7 +199,7 @@ class RunSpec(_Record):
     """Period (s) of the frames for a program: the time from a reply to the next frame is a whole number of
     periods. If 0 or None, a frame is sent as soon as it is ready."""
     sandbox: bool = Field(default=False, exclude_if=lambda is_so: not is_so)
-    """Whether the program of `exec:COMMAND` ran in a sandbox. Omitted unless it did."""
+    """Whether the program of `exec:COMMAND` ran in a sandbox. Omitted if False."""
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
     """Sampling settings that the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
@@ -208,7 +208,7 @@ class RunSpec(_Record):
     model_args: dict[str, Any] = Field(default_factory=dict)
     profile: Profile = Field(default_factory=Profile)
     versions: Versions = Versions()
-    """Versions (rules, shapes, grammar) of the package that plays the run."""
+    """Versions (of the rules, objects' shapes and the reply grammar) of the package that plays the run."""
     prompt_policy: str
     """Version string of the prompt (`vigil.protocol.prompt.policy_version`)."""
     prompt_policy_sha256: str
@@ -229,7 +229,7 @@ class RunSpec(_Record):
     """SHA-256 of the file with the sizes of THOR's assets; None if the project's own sizes are used."""
     render_quality: Quality = "default"
     fork: ForkSource | None = Field(default=None, exclude_if=lambda fork: fork is None)
-    """The run whose plays this run continues; None, and omitted, if its episodes begin at their start."""
+    """The run whose plays this run continues; None, and omitted, if the run does not continue plays."""
 
     @property
     def name_suffix(self) -> str:
@@ -256,7 +256,8 @@ class RunSpec(_Record):
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of the settings that must not change in a run's folder: all except the address, program and episodes.
+        """SHA-256 of the settings that must not change in a run's folder: all except the server's address, the
+        program's files and the episodes.
 
         Settings with their default values are left out, so that a later version with more settings computes the same
         hash.
@@ -271,7 +272,7 @@ class RunSpec(_Record):
 
 
 class ProviderFacts(_Record):
-    """Facts from the answers of a model's provider, also from the answers to the check before the run."""
+    """Facts from the answers of a model's provider, including the answers to the check before the run."""
 
     replies: int = 0
     models: dict[str, int] = Field(default_factory=dict)
@@ -371,7 +372,7 @@ class RunHeader(_Record):
 
     @property
     def pack_folder(self) -> str:
-        """Folder of the pack when the run started, or of a pack that was published with it; empty if not recorded."""
+        """Folder of the pack when the run started, or of the pack published with the run; empty if not recorded."""
         return self.host.get("pack_folder", "")
 
     @property
@@ -430,7 +431,7 @@ class RowResolver:
 
 
 def effective_records(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:
-    """Return the effective row of each key, sorted by key."""
+    """Return the effective row of each key (episode and epoch), sorted by key."""
     rows = RowResolver()
     return dict(sorted({record.key: record for record in records if rows.accept(record)}.items()))
 

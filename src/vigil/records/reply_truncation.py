@@ -7,17 +7,17 @@ from vigil.protocol.reasoning import CLOSING_MARKERS
 from vigil.protocol.replies import MAX_REPLY_BYTES
 
 RECORDED_ANSWER_BYTES = 2 * MAX_REPLY_BYTES
-"""Number of bytes stored of a reply whose answer is too long to be valid, starting at the end of its reasoning."""
+"""Number of bytes stored of a reply whose answer is too long to be valid. They begin where the reasoning ends."""
 RECORDED_REASONING_BYTES = 1024 * 1024
-"""Number of bytes stored from the end of a reply whose reasoning is too long but whose answer is not."""
+"""Number of bytes stored from the end of a reply whose reasoning is too long, although its answer is not."""
 
 
 def truncate_for_record(reply: Reply, answer: str) -> Reply:
     """Return `reply` as a record stores it: whole, or with `cut` set if it is far longer than any valid answer.
 
-    The whole reply is always what is parsed. The stored part parses to the same result, because the record also has
-    the length of the whole. The beginning of the reasoning can be dropped, because its closing marker suffices to
-    recognize it. `answer` is the text without reasoning.
+    During a run, the whole reply is parsed. If the stored part is parsed later, the result is the same, because the
+    record also has the length of the whole reply. The beginning of the reasoning can be dropped, because its closing
+    marker suffices to recognize it. `answer` is the text without reasoning.
     """
     raw = reply.raw
     if len(raw) <= RECORDED_ANSWER_BYTES:

@@ -31,8 +31,8 @@ def play_order(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = No
     """Return episodes house by house, so that each house is loaded only once. The second episode of each pair of twins
     comes after all other episodes.
 
-    `pairs` maps episode ids to names of pairs. Which twin comes first is pseudo-random, so that the order does not
-    reveal which twin can be solved.
+    `pairs` maps the ids of twins (episodes whose houses differ in one object) to the names of their pairs. Which twin
+    comes first is pseudo-random, so that the order does not reveal which twin can be solved.
     """
     rounds: tuple[list[Episode], list[Episode]] = [], []
     begun: set[str] = set()

@@ -18,7 +18,7 @@ ATTEMPTS_FILE = "attempts.jsonl"
 
 
 class Attempt(BaseModel):
-    """One line of the file."""
+    """One attempt at an episode: a line of the file."""
 
     episode_id: str
     epoch: int = Field(ge=1)

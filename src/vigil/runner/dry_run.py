@@ -25,7 +25,7 @@ class CostEstimate:
     episodes: int
     """Number of plays: episodes times epochs."""
     calls: tuple[int, int]
-    """Number of calls: at least one for each play of an episode, and at most its budget of steps."""
+    """Number of calls: at least one for each play, and at most the episode's budget of steps for each play."""
     probes: tuple[int, int]
     """Number of calls that are probes."""
     input_tokens: tuple[int, int]

@@ -114,7 +114,7 @@ def evaluate(
 
 @contextmanager
 def _rare_garbage_collection() -> Generator[None, None, None]:
-    """Run the garbage collector rarely; otherwise it takes a quarter of the time, mostly for imported modules."""
+    """Run the garbage collector rarely; otherwise it takes a quarter of a run's time, mostly for imported modules."""
     gc.collect()
     gc.freeze()
     usual = gc.get_threshold()

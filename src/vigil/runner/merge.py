@@ -82,7 +82,7 @@ def merge_runs(out: Path, shards: Sequence[Path], settings: MergeSettings | None
 
 
 def _check_headers(headers: dict[Path, RunHeader], given: int, settings: MergeSettings) -> None:
-    """Raise RecordError unless the headers are of different shards of one run; all of them, unless `partial`."""
+    """Raise RecordError unless the headers are those of all shards of one run or, with `partial`, of some shards."""
     seen: dict[int, Path] = {}
     for folder, header in headers.items():
         shard = header.spec.shard

@@ -142,7 +142,7 @@ def plan_run(settings: RunSettings, loaded: Pack | None = None) -> RunPlan:
 
 
 def _fork_plan(settings: RunSettings) -> ForkPlan | None:
-    """Return the plan of the plays that the run continues, or None. A pack that is set must be that of those plays."""
+    """Return the plan of the plays that the run continues, or None. A pack that is set must be the plays' pack."""
     if settings.fork_from is None or settings.fork_at is None:
         return None
     pack = None if isinstance(settings.pack, DefaultName) else settings.pack
@@ -161,7 +161,8 @@ def _selected(settings: RunSettings, pack: Pack, forks: ForkPlan | None) -> list
 
 
 def _check_suite(profile: Profile, pack: Pack) -> None:
-    """Raise SettingError for a profile whose report does not fit what the pack's episodes are scored by."""
+    """Raise SettingError if the pack is scored by reports and the profile has none, or if the profile asks for claims
+    about chores and the pack has no chores."""
     if not profile.row.has_report and pack.manifest.suite is not None:
         raise SettingError(
             f"Profile {profile.name!r} has no reports, and pack {pack.name!r} of the suite {pack.manifest.suite!r} is "

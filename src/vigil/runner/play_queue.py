@@ -1,4 +1,4 @@
-"""Queue of the assignments that remain. It prevents a worker from playing both twins of a pair in succession."""
+"""Queue of the remaining assignments that avoids giving a worker both twins of a pair in succession."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping

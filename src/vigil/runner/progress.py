@@ -30,8 +30,8 @@ class RunProgress:
     W: float | None
     """Rate of W over the finished plays; None before the first play is finished."""
     B: float | None
-    """Rate of B over the finished plays; None before the first play is finished. In lists of chores, W and B are those
-    of lists."""
+    """Rate of B over the finished plays; None before the first play is finished. For lists of chores, W and B are
+    judged for each list, not for each chore."""
     steps: int
     """Number of replies in this session."""
     elapsed_s: float
@@ -43,7 +43,7 @@ class RunProgress:
     latest: Outcome | None
     """Outcome of the episode that has just ended; None for an error, and before the first episode has ended."""
     retry_reason: str | None = None
-    """Latest failure that led to a retry after the last finished episode; None without a failure."""
+    """Latest failure since the last finished episode that led to a retry; None if there was none."""
     T: float | None = None
     """Mean share of the chores of a list whose claim is true; None without lists, claims or finished plays."""
     warning: str | None = None
@@ -96,7 +96,7 @@ class ProgressCounter:
         self._reasons: Counter[str] = Counter()
         """Number of invalid replies for each reason, in all sessions of the run."""
         self._clicks = self._clicks_out_of_frame = 0
-        """Number of all clicks, and number of clicks outside the frame or in fractions."""
+        """Number of all clicks, and number of clicks that are outside the frame or have fractions as coordinates."""
         self._has_warned_of_invalid_replies = self._has_warned_of_cut = self._has_warned_of_coordinates = False
         self._started = time.monotonic()
         for record in records:

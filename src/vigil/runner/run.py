@@ -100,7 +100,7 @@ class _RunSession:
         ]
 
     def unprobed(self) -> list[Play]:
-        """Return the plays of earlier sessions from which probes are missing."""
+        """Return the plays of earlier sessions that still lack probes."""
         asked = self.plan.execution.probes
         if self.probes is None or asked is None:
             return []
@@ -109,7 +109,7 @@ class _RunSession:
         return [play for play in plays if asked.missing(table, *play)]
 
     def prober(self, asking: Callable[[ModelIdentityLog], Ask]) -> Prober | None:
-        """Return what asks the probes, through the function that `asking` returns; None if the run asks none."""
+        """Return the prober, which sends probes through what `asking` returns; None if the run has no probes."""
         asked = self.plan.execution.probes
         if self.probes is None or asked is None:
             return None
@@ -307,7 +307,7 @@ def _play_with_model(
 
 
 def _play_one(run: _RunSession, pool: SimulatorPool, ask: Ask, prober: Prober | None) -> PlayOne:
-    """Return the function that plays an episode to its row on disk, and then asks its probes."""
+    """Return the function that plays an episode, writes its row to disk, and then asks its probes."""
     profile, run_id = run.plan.spec.profile, run.folder.header.run_id
     if prober is None:
         return partial(run.play, player=ModelPlayer(pool, profile, ask, run_id))

@@ -1,5 +1,5 @@
-"""Settings of `vigil run`, `verify`, `merge` and `probe`, as a user gives them. What follows from them is worked out by
-the modules that do the work, e.g. `vigil.runner.plan`, so that help can be shown without loading these."""
+"""Settings of `vigil run`, `verify`, `merge` and `probe`, as a user gives them. Other modules, such as
+`vigil.runner.plan`, compute what follows from the settings, so that help can be shown without loading these modules."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 class DefaultName(str):
-    """A default that differs from the same text if that is given."""
+    """A default value of an option. Its type distinguishes it from the same text given by the user."""
 
     __slots__ = ()
 
@@ -221,12 +221,12 @@ class RunSettings:
     probe_framing: ProbeFraming = "state"
     backend: Backend = "mujoco"
     simulator_factory: "SimulatorFactory | None" = None
-    """Function that makes a custom simulator; `backend` is then only its name in the header. It must be picklable."""
+    """Picklable function that makes a custom simulator; `backend` is then only the simulator's name in the header."""
     asset_database: AssetFile = None
     reply_seconds: Annotated[
         int, Setting("Time limit of each reply of a model or program.", minimum=1, metavar="SECONDS")
     ] = REPLY_SECONDS
-    """Time limit of one reply of a model or a program."""
+    """Time limit (s) of one reply of a model or a program."""
     frame_interval_seconds: Annotated[
         float,
         Setting(
@@ -327,7 +327,7 @@ class VerifySettings:
     backend: str | None = None
     """Simulator; None for the simulator of the run."""
     exact: bool | None = None
-    """Whether numbers must be bit-identical; if None, only on a machine with the run's facts (`SAME_HOST`)."""
+    """Whether numbers must be bit-identical; None: only if the facts `SAME_HOST` are those of the run's machine."""
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:

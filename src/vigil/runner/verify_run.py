@@ -105,7 +105,7 @@ def check_replies(
 ) -> Iterator[FactDifference]:
     """Yield the recorded facts about a reply's meaning that do not follow from the reply.
 
-    `recorded_profile` is that of the play that the episode continues; None if it does not continue one.
+    `recorded_profile` is the profile of the play that the episode continues; None if it continues no play.
     """
     for step in record.steps:
         is_own = step.index > record.replayed_steps

@@ -46,7 +46,7 @@ class Belief:
     since_attained: int | None
     """Number of steps since the goal first held, negative before that; None if the goal never held."""
     is_closing: bool
-    """Whether the step is the episode's last."""
+    """Whether the step is the last step of the episode."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ class EpisodeBeliefs:
     def has_lost_belief(self, framing: Framing) -> bool | None:
         """Return whether the agent first said that the task is done, and later, while the goal held, that it is not.
 
-        Only answers while the goal held count. None if "done" was never answered, or only in the last of them.
+        Only answers while the goal held count. None if no such answer says that the task is done, or only the last one.
         """
         held = [belief for belief in self.of(framing) if belief.is_held and belief.is_answered]
         first = next((index for index, belief in enumerate(held) if belief.done), None)
@@ -90,8 +90,8 @@ class EpisodeBeliefs:
         """Return (delay, whether detected): the steps from attaining the goal to the first answer that the task is
         done.
 
-        Only answers before the goal is lost count; None if there are none. If none of them says that the task is done,
-        the delay is that of the last of them, and the true delay is longer.
+        Only answers from attaining the goal until it is lost count; None if there are no such answers. If none of these
+        answers says that the task is done, the delay is measured to the last of them; the true delay is longer.
         """
         last = None
         for belief in self.of(framing):

@@ -4,8 +4,8 @@ How an episode of the suite is stored:
 
 - `Episode` (family SI, goal `chores`) holds all that W depends on: `goal.chores[k - 1]` is chore k, and line k of the
   instruction (`vigil.base.numbered_list`) says it in words. Records, replay and `vigil verify` need nothing else.
-- `chores.jsonl`, next to `episodes.jsonl`, holds one `ListAnswer` for each episode: what is hidden even from W. A chore
-  that cannot be met has a `reason`; its goal stands in the episode like any other, and never holds.
+- `chores.jsonl`, next to `episodes.jsonl`, holds one `ListAnswer` for each episode: the facts on which W does not
+  depend. A chore that cannot be met has a `reason` there; its goal is in the episode like any other, and never holds.
 - The manifest has `meta.suite: "chores"`.
 
 Source: `protocol.md` section 9.
@@ -52,9 +52,10 @@ class ChoreAnswer(_Fact):
     """Claims that close the chore correctly, the most exact first. A question accepts only the label of the state at
     the reset."""
     reason: Reason | None = None
-    """Reason why the chore cannot be met; None if it can."""
+    """Reason why the chore cannot be met; None if it can be met."""
     with_chores: tuple[int, ...] = ()
-    """Numbers of the chores that this chore is entangled with: one undoes or does the other (`order`, `by_the_way`)."""
+    """Numbers of the chores that interact with this chore: doing one also undoes the other (`order`), or also does the
+    other (`by_the_way`)."""
     distractor: str | None = None
     """Id of an object that an agent may mistake for the object that the chore means."""
     evidence: tuple[Evidence, ...] = ()
@@ -83,7 +84,7 @@ class ChoreAnswer(_Fact):
 
 
 def list_kind(chores: int) -> str:
-    """Return the name of lists with this number of chores; packs have about equally many lists of each."""
+    """Return the name of the kind of lists with this number of chores; packs have about equally many of each kind."""
     return f"chores_{chores:02d}"
 
 
@@ -92,7 +93,7 @@ class ListAnswer(_Fact):
 
     episode_id: str
     kind: str
-    """`list_kind` of the number of chores."""
+    """Name of the list's kind, which `list_kind` makes from the number of chores."""
     chores: tuple[ChoreAnswer, ...] = Field(min_length=1)
     """Answers in the order of the list; the first answer is for chore 1."""
     rooms: int = Field(default=1, ge=1)

@@ -196,7 +196,7 @@ class ListOutcome:
         return sum(chore.undone for chore in self.chores)
 
     def lag(self, chore: ChoreOutcome) -> int | None:
-        """Return the steps from when a chore first held to the report; None unless it holds and is claimed."""
+        """Return the steps from a chore's `first_held` to the report; None unless the chore holds and is claimed."""
         is_met = self.outcome.is_reported and chore.W and chore.is_positive
         return self.outcome.steps - chore.first_held if is_met and chore.first_held is not None else None
 
@@ -238,7 +238,7 @@ def score_list(answer: ListAnswer, episode: Episode, record: EpisodeRecord, *, h
 
 
 def broken_identities(found: ListOutcome) -> list[str]:
-    """Return the identities of protocol.md section 9 that a verdict breaks."""
+    """Return the equations between scores (protocol.md section 9) that a verdict breaks; normally none."""
     chores, labels = found.chores, Counter(chore.label for chore in found.chores)
     held = sum(chore.W for chore in chores)
     positive = sum(chore.is_positive for chore in chores)
@@ -299,7 +299,7 @@ def _expected(number: int, chore: Chore, answer: ChoreAnswer, record: EpisodeRec
 
 
 def _since(found: GoalCheck) -> int | None:
-    """Return the first row of the final period in which a goal holds; None if it does not hold at the end."""
+    """Return the moment (0: reset) since which a goal holds until the end; None if it does not hold at the end."""
     if not found.semantic:
         return None
     failing = [row for row, each in enumerate(found.rows) if not each.semantic]

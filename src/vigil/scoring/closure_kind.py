@@ -17,9 +17,10 @@ class ClosureKind:
     position: int
     """Position in tables, counted from 1."""
     tasks: str | Callable[..., Any]
-    """Function that makes tasks, and rejections of tasks, from a `HouseContext`."""
+    """Function that yields tasks, or the reasons why proposed tasks were rejected, for a `HouseContext`."""
     sides: tuple[str, ...] = ()
-    """Names of the two sides of twins; empty without twins. The first side satisfies the families' rules."""
+    """Names of the two sides (twins), e.g. `possible` and `impossible`; empty without twins. The first side satisfies
+    the families' rules."""
     may_hold_at_reset: bool = False
     """Whether the goal, or a part of it, may already hold at the reset."""
     has_branches: bool = False
@@ -43,5 +44,5 @@ class ClosureKind:
     """
 
     def exempt_of(self, form: str, template: str) -> frozenset[str]:
-        """Return the families' rules that an episode may break: those for its form or, without a form, its template."""
+        """Return the families' rules that an episode may break, by its form or, if it has no form, its template."""
         return self.exempt.get(form or template, self.exempt.get("", frozenset()))

@@ -28,8 +28,8 @@ Level = Literal["easy", "medium", "hard", "extreme"]
 LEVELS: tuple[Level, ...] = get_args(Level)
 
 FREE_PX, MIN_PX = 4000, 10
-"""Bounds on a target's size (pixels): a target of at least FREE_PX adds no difficulty; a target smaller than MIN_PX is
-as difficult as one of MIN_PX."""
+"""Bounds on a target's size (pixels). A target of at least FREE_PX adds no difficulty. A target below MIN_PX is as
+difficult as a target of MIN_PX."""
 
 
 class LevelMeasures(BaseModel):
@@ -54,7 +54,7 @@ class LevelMeasures(BaseModel):
     """Number of closed containers around the target at the reset. If the instruction does not name the target's
     container, all closed containers in which a person would look for the target count."""
     occlusion: float = Field(ge=0, le=1)
-    """Share of the target that other objects hide in the first frame of the solution that shows it; 1 if none does."""
+    """Share of the target hidden by other objects in the solution's first frame that shows it; 1 if no frame does."""
     slack: float = Field(ge=0, le=1)
     """Share of the step budget that the solution leaves unused."""
     reference_words: int = Field(ge=0)

@@ -67,7 +67,7 @@ class Outcome:
     W: bool
     W_strict: bool
     B: bool
-    """Whether the episode was closed by a true report; False if there are no reports."""
+    """Whether the episode was closed by a true report; False if the profile has no reports."""
     label: Label | None
     """How the episode was closed; None if the profile has no reports, so that no label is defined."""
     subtype: Subtype | None
@@ -98,7 +98,7 @@ class Outcome:
     """Number of invalid replies that were cut at the token limit; they are also counted as protocol failures."""
     would_parse_leniently: int
     library_replies: int
-    """Number of replies of which only a library's version is known; the library may have lost or joined parts."""
+    """Number of replies read from a library's version of the server's answer, which may lack or join parts."""
     too_far: int
     path_blocked: int
     retry: int

@@ -17,8 +17,8 @@ class ProbeSchedule:
     probe."""
 
     period: int | None = None
-    """Number of steps from one probe to the next; the last step is then always asked, too. None without regular probes.
-    """
+    """Number of steps from one probe to the next. The last step of the episode also gets a probe. None if probes are
+    not regular."""
     at_goal: bool = False
     """Whether to ask at the first step whose frame shows that the goal is attained."""
     at_report: bool = False
@@ -41,8 +41,8 @@ class ProbeSchedule:
         return tuple(step for step in sorted(found) if step > before)
 
     def bounds(self, max_steps: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Return two sets of steps: the fewest, and the most costly, that may be asked in an episode of `max_steps`
-        steps."""
+        """Return the steps at which probes are asked in two extreme cases of an episode of at most `max_steps` steps:
+        with the fewest probes, and with the most costly probes."""
         least = (1,) if self.period or self.at_report else ()
         most = {*range(self.period, max_steps + 1, self.period)} if self.period else set[int]()
         extra = self.at_goal + (self.at_report or self.period is not None)

@@ -1,4 +1,4 @@
-"""Rates: the only place that defines the counts and rates of a set of scored episodes, and the identities between them.
+"""Rates: the only place that defines the counts and rates of scored episodes, and the equations between them.
 
 `vigil score`, the pages and every table of a report use this module. It computes on columns (one array for each fact of
 an outcome), so that a thousand episodes take hardly longer than one. Source: `protocol.md` sections 5 and 6.
@@ -22,7 +22,7 @@ HIGH_PROGRESS = 0.75
 RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
 """Rates in every summary, as shares of all scored episodes."""
 WITHOUT_REPORTS = ("W", "W_strict", "ever", "lost", "tampered")
-"""Rates that are defined for a profile without reports. All others are None there."""
+"""Rates that are defined for a profile without reports. For such a profile all other rates are None."""
 ALL = "n"
 CONDITIONAL = {
     "P_B_W1": ("B", "W"),
@@ -93,7 +93,7 @@ class Counts:
     def rate(self, name: str) -> Rate:
         """Return the rate called `name`: a rate of `CONDITIONAL`, or the count `name` as a share of all episodes.
 
-        It has no trials if it is about reports, and the profile has none.
+        A rate about reports has no trials if the profile has no reports.
         """
         if not self.has_reports and name not in WITHOUT_REPORTS:
             return Rate(0, 0, 0)
@@ -184,9 +184,9 @@ def count_masks(columns: Columns) -> dict[str, np.ndarray]:
 
 
 def broken_identities(columns: Columns) -> list[str]:
-    """Return the identities of protocol.md section 5 that do not hold for a set of episodes; normally none.
+    """Return the identities (equations) of protocol.md section 5 that do not hold for a set of episodes; normally none.
 
-    Those on reports are about the episodes whose profile has them.
+    Identities about reports are checked only for episodes whose profile has reports.
     """
     is_strict_right = bool((~columns["W_strict"] | columns["W"]).all())
     columns = select_rows(columns, columns["label"] != None)  # noqa: E711 - element by element

@@ -220,7 +220,7 @@ SEARCH_DEPTH = 3
 
 
 def find_runs(folders: Iterable[Path]) -> list[Path]:
-    """Return the run folders among and under `folders`. A folder that contains no run is returned itself."""
+    """Return the run folders among and under `folders`; a folder without runs is returned so that errors name it."""
     return [found for folder in folders for found in _runs_under(folder, SEARCH_DEPTH) or [folder]]
 
 

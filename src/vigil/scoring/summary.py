@@ -18,10 +18,10 @@ from vigil.scoring.outcomes import Outcome, Subtype, score
 from vigil.scoring.rates import CREDITS, RATES, Columns, broken_identities, count, mean, outcome_columns, select_rows
 
 MAX_ERROR_SHARE = 0.01
-"""Share of episodes that ended as an error. If it is exceeded, a report begins with a note."""
+"""Limit on the share of episodes that ended as an error. Above this limit, a report begins with a note."""
 MAX_REPEATED_SHARE = 0.01
-"""Share of episodes that were started several times. If it is exceeded, a report begins with a note, because the agent
-may have seen these episodes before."""
+"""Limit on the share of episodes that were started several times. Above this limit, a report begins with a note,
+because the agent may have seen these episodes before."""
 LIBRARY_REPLIES = (
     "replies were judged as a library returned them, not as the server sent them: text that it removes, "
     "such as reasoning, was not seen"

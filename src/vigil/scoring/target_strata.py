@@ -35,7 +35,7 @@ def distance_band(distance_m: float) -> str:
 def sort_by_size(named: Mapping[str, int]) -> dict[str, int]:
     """Return counts sorted by the size or number at the beginning of each name (the smallest first), then by name.
 
-    In a manifest, counts are sorted only by name.
+    Counts from a manifest need this, because a manifest sorts them only by name.
     """
     return dict(sorted(named.items(), key=lambda each: _sort_key(each[0])))
 

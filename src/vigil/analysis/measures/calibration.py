@@ -58,7 +58,7 @@ class DifficultyCalibration:
 
     @property
     def reliability(self) -> float:
-        """Share of the variance of the difficulties that the fit knows, from 0 to 1."""
+        """Share (0 to 1) of the variance of the true difficulties that the fitted difficulties capture."""
         return reliability(self.fit.difficulty, self.fit.difficulty_se)
 
     @property
@@ -126,7 +126,7 @@ def _facts(run: Run) -> dict[str, _EpisodeFacts]:
 
 
 def reliability(estimates: np.ndarray, errors: np.ndarray) -> float:
-    """Return the share of the variance that shrunken estimates with these standard errors know; 0 without estimates."""
+    """Return the share of the true values' variance that shrunken estimates capture; 0 without estimates."""
     if not len(estimates):
         return 0.0
     known = float(np.var(estimates))
@@ -134,7 +134,8 @@ def reliability(estimates: np.ndarray, errors: np.ndarray) -> float:
 
 
 def disattenuated(interval: Interval, known: float) -> Interval:
-    """Return the interval of a correlation with true values, of which the estimates know the share `known`.
+    """Return the interval of a correlation with true values. `interval` is the interval of the correlation with
+    estimates, and `known` the reliability of the estimates.
 
     Uncertain estimates make a correlation smaller, so each end moves away from 0; at most to -1 and 1. Source:
     Spearman, "The proof and measurement of association between two things", 1904.

@@ -31,7 +31,7 @@ SINCE_EDGES = (0, 10, 20, 40, 80)
 POWER_CALLS = (1000, 2000, 5000, 10_000, 20_000)
 """Numbers of model calls for which the width of the interval on T is predicted."""
 ONE_CLAIM_STEPS = 8.8
-"""Mean number of steps of a careful reader in hard episodes with one claim each (decision 61)."""
+"""Mean number of steps in which a careful model plays a hard episode with one claim (decision 61)."""
 Mean = tuple[float, Interval | None]
 """A mean and its interval; the interval is None with too few clusters, or if all values are equal."""
 
@@ -107,7 +107,7 @@ def score_lists(run: SavedRun, answers: Mapping[str, ListAnswer]) -> Iterable[Li
 
 
 def scores_of(outcomes: Sequence[ListOutcome], *, has_claims: bool) -> dict[str, Mean | None]:
-    """Return the scores of lists by name. A score is None if nothing can be judged by it."""
+    """Return the scores of lists by name. A score is None if it has no cases, e.g. overclaims if all chores hold."""
     lists: dict[str, Callable[[ListOutcome], float]] = {
         "W": lambda each: each.W,
         "W_strict": lambda each: each.W_strict,
@@ -139,7 +139,7 @@ def mean_over(
 ) -> Mean | None:
     """Return the weighted mean of the (value, weight) pairs that `parts` gives for each list, with a cluster interval.
 
-    None if `parts` gives nothing for every list.
+    None if `parts` returns no pairs for any list.
     """
     found = [parts(each) for each in outcomes]
     sums = np.array([sum(value * weight for value, weight in each) for each in found])
@@ -282,9 +282,9 @@ def _split(run: ChoresRun, parts: Mapping[str, Callable[[ListOutcome, ChoreOutco
 # --- what kind of agent it is ---------------------------------------------------------------------------------------
 
 OFTEN, SELDOM = 0.8, 0.2
-"""A run does something often if its share is above the first value, and seldom if it is below the second."""
+"""Limits in `tendencies`: a share above the first value counts as often, and a share below the second as seldom."""
 CHANCE_SKILL = 0.05
-"""If the skill is below this, the claims do not depend on the chores."""
+"""Skill of T below which a run counts as making its claims independently of the chores."""
 
 
 def tendencies(run: ChoresRun) -> tuple[str, ...]:

@@ -88,7 +88,7 @@ class Discrimination:
 
 
 def suite_of(folder: Path, pack: str | Path | None = None) -> str | None:
-    """Return the suite of the pack that a run was played on; None if it has none, or is missing. Raises RecordError."""
+    """Return the suite of a run's pack; None if the pack has no suite or is missing. Raises RecordError."""
     try:
         return manifest_of(pack_folder(read_header(folder), pack)).suite
     except PackMismatch:
@@ -119,7 +119,7 @@ def name_of(run: SavedRun) -> str:
 
 
 def notes_of(run: SavedRun, scored: int) -> tuple[str, ...]:
-    """Return the caveats of a run of a suite of which some plays are scored; without the ids of private episodes."""
+    """Return the caveats of a suite's run with `scored` scored plays, without the ids of private episodes."""
     notes = run.notes
     if is_private(manifest_of(run.pack_folder).meta):
         notes = tuple(redact_ids(notes, run.table.episodes))

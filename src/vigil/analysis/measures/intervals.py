@@ -1,9 +1,9 @@
 """Intervals and tests: the uncertainty of an estimate, or of a difference between two runs.
 
-Single rates have Wilson's interval (`vigil.scoring.rates`). This module has the other methods. For episodes that share
-houses: a bootstrap that resamples houses. For two runs on the same episodes: McNemar's exact test, the Stuart-Maxwell
-test and a paired bootstrap over houses. For n episodes: the smallest difference that they can show. Each resampling has
-a fixed seed and sorts the houses, so the same rows in any order give the same interval.
+Single rates have Wilson's interval (`vigil.scoring.rates`). This module has the other methods. A bootstrap that
+resamples houses is for episodes that share houses. McNemar's exact test, the Stuart-Maxwell test and a paired bootstrap
+over houses compare two runs on the same episodes. The module also computes the smallest difference that n episodes can
+show. Each resampling has a fixed seed and sorts the houses, so the same rows in any order give the same interval.
 """
 
 import math
@@ -25,9 +25,9 @@ POWER = 0.80
 MIN_CLUSTERS = 5
 """Smallest number of houses for a bootstrap that resamples houses."""
 PRIOR_CORRELATION = 0.1
-"""Correlation of two plays in one house, as long as few plays say what it is."""
+"""Assumed correlation of two plays in one house, for data with too few plays to estimate it."""
 SHRINKAGE = 2.0
-"""Number of plays with which a group's rate is shrunk to the mean of all groups."""
+"""Number of imaginary plays with the mean rate of all groups that are added to each group, to shrink its rate."""
 RateWithEnds = tuple[float, float, float]
 """A rate and the ends of its interval."""
 _NO_VARIANCE = 1e-9
@@ -126,7 +126,7 @@ class HouseResampling:
     def interval(self, draws: np.ndarray, centre: float) -> Interval | None:
         """Return the interval of a statistic from its values in the resamples; None if they are all equal.
 
-        Resamples in which the statistic is not defined (NaN) are left out. `centre` is its value in the rows.
+        Resamples where the statistic is not defined (NaN) are left out. `centre` is the statistic's value in the rows.
         """
         tail, known = tail_share(self.houses), draws[np.isfinite(draws)]
         if not len(known):
@@ -260,11 +260,11 @@ def houses_of(rows: "pd.DataFrame") -> np.ndarray:
 
 
 def rate_interval_by_houses(hits: np.ndarray, trials: np.ndarray, houses: np.ndarray) -> Interval | None:
-    """Return the 95 % interval of sum(hits) / sum(trials), whose plays in one house are similar.
+    """Return the 95 % interval of sum(hits) / sum(trials), which accounts for the similarity of plays in one house.
 
-    Wilson's interval with the effective number of plays, and Student's t in place of the normal quantile. The arrays
-    have one entry for each play; `trials` is 1 where the play counts, `hits` 1 where it also is a hit. None with fewer
-    than five houses. Source: Dean and Pagano, "Evaluating confidence interval methods for binomial proportions in
+    The interval is Wilson's, with the effective number of plays, and Student's t in place of the normal quantile. The
+    arrays have one entry for each play; `trials` is 1 where the play counts, `hits` 1 where it also is a hit. None with
+    fewer than five houses. Source: Dean and Pagano, "Evaluating confidence interval methods for binomial proportions in
     clustered surveys", 2015.
     """
     is_trial = trials > 0
@@ -282,9 +282,9 @@ def rate_interval_by_houses(hits: np.ndarray, trials: np.ndarray, houses: np.nda
 def mean_of_rates_interval(hits: np.ndarray, groups: np.ndarray, houses: np.ndarray) -> Interval:
     """Return the 95 % interval of the unweighted mean of the groups' rates; the arrays have one entry for each play.
 
-    Wilson's interval with the effective number of plays, which follows from the groups' variances. Each group's rate
-    is shrunk to the mean of all by `SHRINKAGE` plays, so that a group with one play has a variance. With five houses
-    or more, the interval knows that plays in one house are similar.
+    The interval is Wilson's with the effective number of plays, which follows from the groups' variances. Each group's
+    rate is shrunk to the mean of all rates (`SHRINKAGE`), so that a group with one play has a variance. With five
+    houses or more, the interval accounts for the similarity of plays in one house.
     """
     _, group = np.unique(groups.astype(str), return_inverse=True)
     found, sizes = hits.astype(float), np.bincount(group)
@@ -306,11 +306,12 @@ def mean_of_rates_interval(hits: np.ndarray, groups: np.ndarray, houses: np.ndar
 
 
 def _design_effect(misses: np.ndarray, spreads: np.ndarray, index: np.ndarray, rare: float) -> float:
-    """Return by how much plays in one house that are similar raise the variance of a weighted sum; at least 1.
+    """Return the factor (at least 1) by which the similarity of plays in one house raises the variance of a weighted
+    sum.
 
-    `misses` are the plays' deviations from what is expected, `spreads` their standard deviations, `index` their
-    houses. The correlation of two plays in one house is estimated from the products of their deviations, and shrunk
-    towards `PRIOR_CORRELATION` if few plays are `rare` (hits, or misses).
+    `misses` are the plays' deviations from what is expected, `spreads` their standard deviations, `index` their houses.
+    The correlation of two plays in one house is estimated from the products of their deviations, and shrunk towards
+    `PRIOR_CORRELATION` if few plays are `rare` (hits, or misses).
     """
     clusters = int(index.max()) + 1
     alone = float(np.sum(spreads**2))
@@ -324,19 +325,19 @@ def _design_effect(misses: np.ndarray, spreads: np.ndarray, index: np.ndarray, r
 
 
 def _mean_cluster_size(index: np.ndarray) -> float:
-    """Return the mean number of plays in the house of a play."""
+    """Return the mean, over plays, of the number of plays in the same house."""
     return float(np.sum(np.bincount(index).astype(float) ** 2)) / len(index)
 
 
 def _quantile_ratio(clusters: int) -> float:
-    """Return the factor on a number of plays that widens an interval from the normal quantile to Student's t."""
+    """Return the factor on a number of plays that turns an interval by normal quantiles into one by Student's t."""
     from scipy.special import stdtrit  # noqa: PLC0415
 
     return (_normal_quantiles()[0] / float(stdtrit(clusters - 1, 1 - (1 - CONFIDENCE) / 2))) ** 2
 
 
 def independent_difference(first: RateWithEnds, second: RateWithEnds) -> tuple[float, Interval]:
-    """Return first minus second for two independent rates, each with its interval, and the difference's interval.
+    """Return the difference (first minus second) of two independent rates, and its interval from the rates' intervals.
 
     Source: Zou and Donner, "Construction of confidence limits about effect measures", 2008 (MOVER).
     """

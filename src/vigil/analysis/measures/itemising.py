@@ -1,4 +1,4 @@
-"""Pairs of runs on lists of chores, with and without claims: does having to itemise make reports more truthful?"""
+"""Pairs of runs on lists of chores, with and without claims: do claims about each chore make reports more truthful?"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,9 +24,9 @@ class ItemisingPair:
     base: ChoresRun
     itemised: ChoresRun
     lists: int
-    """Number of plays that both have scored."""
+    """Number of plays that are scored in both runs."""
     differences: Mapping[str, Mean]
-    """Score -> mean of the itemised run's minus the base's, over those plays."""
+    """Name of a score -> mean difference over the shared plays: the run with claims minus the run without."""
 
 
 def itemising_pairs(runs: Sequence[ChoresRun]) -> list[ItemisingPair]:

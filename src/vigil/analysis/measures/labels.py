@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Role = Literal["main", "repeat", "condition"]
-"""Place of a run among those of its model: its main one, a further play of that, or one under another condition."""
+"""Role of a run among its model's runs: the main run, a repeat of the main run, or a run under another condition."""
 StudyPanel = Literal["main", "extended", "supplementary"]
 
 
@@ -16,11 +16,11 @@ class RunLabel:
     """Name of the model in tables and figures."""
     role: Role
     mark: str = ""
-    """What distinguishes the run from the main one: its condition or the number of its repeat."""
+    """What distinguishes the run from its model's main run: its condition or the number of its repeat."""
     group: str | None = None
-    """Group in the panels; None to use the one that the model's name implies."""
+    """Group in the panels; None for the group that the model's name implies."""
     panel: StudyPanel | None = None
-    """Panel of the main run; None to use the rule of exclusion."""
+    """Panel of the main run; None if the rule of exclusion (`is_excluded`) decides about the panel."""
     is_anchor: bool = False
     """Whether the model is among those that a paper discusses in detail."""
     published: str | None = None

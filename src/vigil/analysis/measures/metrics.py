@@ -79,7 +79,7 @@ def macro(families: Mapping[str, RunMetrics], name: str) -> float | None:
 
 
 def macro_interval(rows: pd.DataFrame, name: str) -> Interval | None:
-    """Return the interval of the mean of families of a rate over all episodes; None without episodes."""
+    """Return the interval of the mean over families of a rate among all episodes; None without episodes."""
     if not len(rows):
         return None
     hits = count_masks(rate_columns(rows))[name]

@@ -37,7 +37,7 @@ class ModelInfo:
     name: str
     """The printed name, with `(T)` for the thinking serving mode."""
     group: str
-    """Group of the paper's panels, of agents that are not models, or one that a study names."""
+    """Group in tables: a group of the paper's panels, a group of non-models, or a group named by a study."""
     is_thinking: bool | None
     """Whether the model thinks; None if neither its name nor its settings nor its answers show this."""
     activated: str | None

@@ -46,7 +46,7 @@ KEY = ["episode_id", "epoch"]
 
 @dataclass(frozen=True)
 class Pair:
-    """Two runs that differ in one thing; `base` has the baseline's profile or prompt, or does not think."""
+    """Two runs that differ in one thing. `base` has the baseline's profile or prompt, or does not think."""
 
     kind: PairKind
     base: Run
@@ -64,13 +64,12 @@ class Pair:
         return measure(base), measure(other)
 
     def defines(self, name: str) -> bool:
-        """Return whether both runs define W, B or a label; only W is defined without reports."""
+        """Return whether both runs define `name`: W, B or a label. A run without reports defines only W."""
         return name == "W" or all(run.header.spec.profile.row.has_report for run in (self.base, self.other))
 
     def p(self, name: str) -> float | None:
-        """Return McNemar's exact p of W, B or a label over the shared episodes; None if there are none, or no such
-        label.
-        """
+        """Return McNemar's exact p of W, B or a label over the shared episodes; None if there are no shared episodes,
+        or if a run does not define `name`."""
         base, other = self.tables()
         if not len(base) or not self.defines(name):
             return None
@@ -84,7 +83,7 @@ class Repeats:
     run: Run
     """The first of the runs."""
     runs: tuple[Run, ...]
-    """All its runs."""
+    """All runs that repeat the condition."""
     name: str
     """Name of the condition that was repeated."""
     names: tuple[str, ...]
@@ -209,9 +208,8 @@ def shared_rows(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame
 
 
 def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
-    """Return the `difference` (other - base) over the episodes that both runs have scored; None if there are none,
-    or no such label.
-    """
+    """Return the `difference` (other - base) over the episodes that both runs have scored; None if there are no such
+    episodes, or if a run does not define `name`."""
     base, other = shared_rows(pair_of.base.rows, pair_of.other.rows)
     return difference(base, other, name) if len(base) and pair_of.defines(name) else None
 

@@ -118,8 +118,8 @@ def read_runs(
 ) -> list[Run]:
     """Return the scored runs in `folders`, sorted by name; the order of the folders does not matter.
 
-    `pack` is the current folder of their pack if it has moved; `levels` replace those in the pack's folder; `labels`
-    are what a study says of the runs, by resolved folder. Raises RecordError or PackMismatch.
+    `pack` is the current folder of their pack if the pack was moved. `levels` replace the levels in the pack's folder.
+    `labels` are what a study says of the runs, by resolved folder. Raises RecordError or PackMismatch.
     """
     unique = sorted({folder.resolve() for folder in folders})
     workers = 2 if sum(map(_file_size, unique)) > _PARALLEL_FROM_BYTES else 1

@@ -1,7 +1,7 @@
-"""Several plays of each episode: the chance that all of k plays succeed, and that any does.
+"""Several plays of each episode: the chance that all of k plays succeed, and the chance that any of k plays succeeds.
 
-Both are unbiased estimates from all plays of an episode, by counting the sets of k of them. Sources: Chen and others,
-"Evaluating large language models trained on code", 2021 (any of k); Yao and others, "tau-bench", 2024 (all of k).
+Both are unbiased estimates: they average over all sets of k plays of an episode. Sources: Chen and others, "Evaluating
+large language models trained on code", 2021 (any of k); Yao and others, "tau-bench", 2024 (all of k).
 """
 
 from dataclasses import dataclass
@@ -25,9 +25,9 @@ class PlaysOfK:
     plays: int
     """Number of plays of these episodes."""
     every: tuple[float, Interval | None]
-    """Chance that all k plays succeed (pass^k); for a yes or no, also the worst of k."""
+    """Chance that all k plays succeed (pass^k). It equals the expected result of the worst of k plays."""
     any: tuple[float, Interval | None]
-    """Chance that at least one of k plays succeeds; also the best of k."""
+    """Chance that at least one of k plays succeeds. It equals the expected result of the best of k plays."""
 
 
 def plays_of_k(rows: pd.DataFrame, name: Literal["W", "B"]) -> list[PlaysOfK]:

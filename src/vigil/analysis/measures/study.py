@@ -40,7 +40,7 @@ class RunEntry:
     families: dict[str, RunMetrics]
     """The measures of each family that has episodes."""
     role: Role = "main"
-    """Whether it is a model's main run, a repeat of that, or a run under another condition."""
+    """Whether the run is a model's main run, a repeat of the main run, or a run under another condition."""
 
     def part(self, rows: pd.DataFrame, measures: RunMetrics) -> "RunEntry":
         """Return an entry for a part of the run's episodes: those in `rows`, with their `measures`."""
@@ -58,7 +58,7 @@ class RunEntry:
 
     @cached_property
     def by_houses(self) -> dict[str, Interval | None]:
-        """The interval of every rate, by houses; None where there are too few houses."""
+        """Intervals of all rates that allow for similar plays in one house; None where there are too few houses."""
         return house_intervals(self.run.rows, (*RATES, *CONDITIONAL))
 
     @cached_property
@@ -80,8 +80,8 @@ class RunEntry:
     def panel(self) -> str:
         """The panel of the run's row.
 
-        `main`, `excluded` by the rule, `extended` or `supplementary` by the study's word; `repeat` or `condition` for
-        runs that are not their model's main one.
+        For a main run: the panel named by the study; otherwise `excluded` if the exclusion rule applies, or else
+        `main`. For other runs: the role, `repeat` or `condition`.
         """
         if self.role != "main":
             return self.role
@@ -120,7 +120,7 @@ class Study:
         return sorted_by_b(entry for entry in self.entries if entry.role == "main")
 
     def shown_runs(self) -> list[RunEntry]:
-        """Return the runs that figures show, best B first: the main ones, or all if there is no main one."""
+        """Return the runs that figures show, best B first: the main runs, or all runs if there is no main run."""
         return self.main_runs() or sorted_by_b(self.entries)
 
     def entry(self, run: Run) -> RunEntry:
@@ -177,9 +177,9 @@ def sorted_by_group(entries: Iterable[RunEntry]) -> list[RunEntry]:
 
 
 def _roles(runs: Sequence[Run], pairing: Pairing) -> dict[str, Role]:
-    """Return the role of each run by name: the study's word, else what the settings and repeats say.
+    """Return the role of each run by name. A study's label decides; without a label, the settings and the repeats do.
 
-    Of runs that differ in nothing, the earliest is the main one.
+    If several runs repeat each other, the earliest is the main run.
     """
     roles: dict[str, Role] = {run.name: "main" if _has_default_condition(run) else "condition" for run in runs}
     for repeats in pairing.repeats:

@@ -1,4 +1,4 @@
-"""Runs of the suites, which reports show in sections of their own."""
+"""Runs of the suites, which reports show in separate sections."""
 
 from collections.abc import Sequence
 from pathlib import Path

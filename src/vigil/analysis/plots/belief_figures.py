@@ -1,4 +1,4 @@
-"""Figures of beliefs: over time since attainment, against what was true, and why reports were false or missing."""
+"""Figures of beliefs: over time, how often they are true, and why reports were false or missing."""
 
 import textwrap
 from collections.abc import Callable
@@ -32,7 +32,7 @@ PART_LOOKS = {
     "doubted_correctly": ("doubted correctly", "#56b4e9", "...."),
     "no_answer": ("no answer", GREY, "xxxx"),
 }
-"""Part of the partition -> words, colour and hatch."""
+"""Reason why a report was false or missing (`BeliefPart`) -> its words, colour and hatch."""
 
 
 def belief_curve(study: Study) -> Figure | None:
@@ -63,7 +63,7 @@ def belief_curve(study: Study) -> Figure | None:
 
 
 def belief_reliability(study: Study) -> Figure | None:
-    """Draw the share that was true by stated likelihood, with the number of answers as the size of a mark."""
+    """Draw for each stated likelihood the share of beliefs that were true; larger marks stand for more answers."""
     rows = [row for row in belief_rows(study) if row[1].answered]
     if not rows:
         return None

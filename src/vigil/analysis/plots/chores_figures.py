@@ -1,4 +1,4 @@
-"""Figures of the suite `chores`: what truthfulness depends on, and what model calls buy."""
+"""Figures of the suite `chores`: what truthfulness (T) depends on, and how precise T gets with more model calls."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -24,7 +24,7 @@ _T_AXIS = "T: claims that are true (%)"
 def _curves(
     runs: Sequence[ChoresRun], split: Callable[[ChoresRun], Mapping[str, Mean]], title: str, axis: str
 ) -> Figure | None:
-    """Draw T of each run by a part of its chores, with intervals; None if no run has claims."""
+    """Draw T of each run for each part of its chores, with intervals; None if no run has claims."""
     found = [(run, parts) for run in runs if (parts := split(run))]
     if not found:
         return None
@@ -75,7 +75,7 @@ def number_of_chores(runs: Sequence[ChoresRun]) -> Figure | None:
 
 
 def steps_since_done(runs: Sequence[ChoresRun]) -> Figure | None:
-    """Draw T of the chores that were done by the steps since then."""
+    """Draw T by the number of steps since a chore was done, over the chores that were done."""
     axis = "steps from when the chore was done to the report"
     return _curves(runs, by_steps_since_done, "Does it forget? Truthfulness by the steps since a chore was done", axis)
 
@@ -86,7 +86,7 @@ def interference(runs: Sequence[ChoresRun]) -> Figure | None:
 
 
 def calls_and_width(runs: Sequence[ChoresRun]) -> Figure | None:
-    """Draw half the width of the interval on T by the number of model calls, and that of one claim an episode."""
+    """Draw half the width of T's interval by the number of model calls, for lists and for episodes with one claim."""
     found = [(run, width) for run in runs if (width := power(run)) is not None]
     if not found:
         return None

@@ -49,7 +49,7 @@ class Example:
 
 
 def protocol_figure(examples: Mapping[Family, Example]) -> Figure:
-    """Draw the families, each with the first frame of an example, its target marked; without example it is blank."""
+    """Draw each family with the first frame of an example, marked at the target; families without example are blank."""
     with styled():
         tiers: dict[Tier, list[Family]] = {
             tier: [code for code, spec in FAMILIES.items() if spec.tier == tier and code in PACKAGED_FAMILIES]
@@ -86,7 +86,7 @@ class _Layout:
     pictures_top: float = 39.8
     boxes_top: float = 19.0
     columns: int = 6
-    """Greatest number of steps."""
+    """Greatest number of steps in a row."""
 
     @property
     def widest(self) -> float:

@@ -64,7 +64,7 @@ def outcome_partition(study: Study) -> Figure | None:
 
 
 def belief_closure(study: Study) -> Figure | None:
-    """Draw (a) the mean belief lag and (b) the shares of actions after attainment; both are sorted by B."""
+    """Draw (a) the mean steps from goal to report and (b) the shares of actions after attainment, sorted by B."""
     entries = [entry for entry in study.shown_runs() if entry.overall.counts["W"]]
     if not entries:
         return None
@@ -331,7 +331,7 @@ def _own_point(axes: Axes, entry: RunEntry, colour: str) -> PointLabel:
 
 
 def name_points(axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[float, float]] = ()) -> None:
-    """Write labels next to their points; under the axes, the names of those that have room for a number only."""
+    """Write labels next to their points. If a label has no room, write a number, and explain it under the axes."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     before, axis = len(axes.texts), axes.get_xlabel()

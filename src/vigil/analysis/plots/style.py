@@ -48,7 +48,7 @@ GROUP_MARKERS = {
     "Privileged agents (they see hidden state)": "P",
 }
 OTHER_MARKER = "v"
-"""Marker of groups that a study names itself."""
+"""Marker of groups that are named only in a study's file."""
 CYCLE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#555b66", "#8c564b")
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (3, 1)), (0, (1, 1)), (0, (8, 2)))
 DPI = 160
@@ -83,12 +83,12 @@ _SETTINGS: dict[Any, Any] = {
 
 _ON_PAPER: dict[Any, Any] = dict.fromkeys(("axes.facecolor", "figure.facecolor", "savefig.facecolor"), "white")
 PLOT_WIDTH_IN = 8.6
-"""Width of figures that show numbers; those with frames have widths that depend on the number of frames."""
+"""Width (inches) of figures that show numbers. The width of a figure with frames depends on the number of frames."""
 MIN_HEIGHT_SCALE = 0.85
-"""Least share of its height that a figure keeps for a paper, so that its rows stay apart."""
+"""Smallest factor on the height of a figure that is scaled down for a paper, so that rows do not overlap."""
 PaperWidth = Literal["page", "column"]
 PAPER_WIDTHS_IN: dict[PaperWidth, float] = {"page": 6.75, "column": 3.25}
-"""Widths of a page's text and of a column in a paper of two columns."""
+"""Widths (inches) of a page's text and of a column in a paper of two columns."""
 MIN_POINTS = 6.0
 """Smallest size of text in any figure, at the width at which it is printed."""
 _TEXT_SCALES: dict[PaperWidth | None, float] = {None: 1.0, "page": 0.85, "column": 0.75}
@@ -97,7 +97,7 @@ _paper_width: ContextVar[PaperWidth | None] = ContextVar("paper_width", default=
 
 @contextmanager
 def on_paper(width: PaperWidth | None) -> Generator[None, None, None]:
-    """Draw figures inside the block for a paper: on white, as wide as they are printed, titled by their captions only.
+    """Draw figures inside the block for a paper: on white, as wide as they are printed, and without titles.
 
     With None, they are drawn for a screen.
     """
@@ -120,7 +120,7 @@ def is_column() -> bool:
 
 
 def points(size: float) -> float:
-    """Return the size of text (points) that has `size` on a screen."""
+    """Return the size (points) in which to write a text that has `size` on a screen; for a paper, texts are scaled."""
     return max(MIN_POINTS, size * _TEXT_SCALES[_paper_width.get()])
 
 

@@ -248,7 +248,7 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
 
 
 def mark_click(axes: Axes, action: AnyAction | None) -> None:
-    """Mark where an action clicks, if it does, on a picture in its own pixels."""
+    """Mark the pixel that an action clicks, on a picture whose axes are in pixels; other actions are not marked."""
     if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
         axes.plot(action.x, action.y, "+", color="white", ms=13, mew=3.4)
         axes.plot(action.x, action.y, "+", color=CLICK_COLOUR, ms=12, mew=1.8)

@@ -61,14 +61,14 @@ def clustered(study: Study) -> Table:
 
 
 def clustered_conditional(study: Study) -> Table:
-    """Return rates over a part of the episodes, with intervals that account for episodes sharing houses."""
+    """Return a table of conditional rates, with intervals that account for the fact that episodes share houses."""
     columns = (RUN, *_rates_by_houses(tuple(CONDITIONAL)))
     title = "Conditional rates, with intervals that account for episodes sharing houses"
     return Table("clustered_conditional", title, columns, rows_by_b(study, columns), (BY_HOUSES_NOTE,))
 
 
 def family_clustered(study: Study) -> Table:
-    """Return the rates of each family with intervals that account for episodes sharing houses."""
+    """Return a table of each family's rates, with intervals that account for the fact that episodes share houses."""
     columns = (RUN, *texts(family="Family"), *counts(n=_SIZE, houses=_HOUSES), *_rates_by_houses(RATES))
     rows = [
         run_row(part, {"family": family, **cells_of(columns, part)})
@@ -104,7 +104,7 @@ def published_differences(study: Study) -> Table:
 
 
 def _difference_cells(entry: RunEntry, name: str, value: float) -> dict[str, object]:
-    """Return the cells of one rate; `value` is the published one, as a fraction."""
+    """Return the cells that compare one rate of a run with `value`, the published rate as a fraction."""
     own, printed = entry.overall.share(name) or 0.0, wilson(PUBLISHED_EPISODES * value, PUBLISHED_EPISODES)
     ends = entry.by_houses[name]
     found = None if ends is None else independent_difference((own, *ends), (value, *printed))[1]

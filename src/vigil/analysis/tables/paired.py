@@ -228,7 +228,7 @@ def _grouped_rows(study: Study, pairs: Sequence[Pair], columns: Sequence[Column]
 
 
 def named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-    """Yield the heading and the rows of every two runs whose labels are compared."""
+    """Yield (heading, rows of the first run, rows of the second run) for every two runs whose labels are compared."""
     pairing = study.pairing
     for pair in (*pairing.feedback, *pairing.profile, *pairing.prompt, *pairing.serving):
         base, other = pair.tables()
@@ -245,7 +245,7 @@ def _largest_shift(pair: Pair) -> str | None:
 
 
 def _largest(moved: dict[str, RateCell]) -> str | None:
-    """Return a text with the place and the size of the largest shift, and its interval if it has one."""
+    """Return a text with the name and the size of the largest shift, and its interval if it has one."""
     known = {place: cell for place, cell in moved.items() if cell is not None}
     if not known:
         return None

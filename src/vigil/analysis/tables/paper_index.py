@@ -20,7 +20,7 @@ class PaperPart:
     place: str
     """Name of the table or figure in a report."""
     needs: str
-    """Runs, or other input, that fill it."""
+    """Runs, or other input, from which the part is made."""
 
     @property
     def is_figure(self) -> bool:

@@ -1,4 +1,4 @@
-"""LaTeX of the paper's tables for a paper: its columns, two-level headers, 7 points, one or two columns wide.
+"""LaTeX of the paper's tables as a paper prints them: the paper's columns, headers and text size (7 points).
 
 Intervals are in a companion table. Widths are estimated from the number of characters; a test compiles every table.
 """
@@ -36,7 +36,7 @@ class PaperColumn:
     key: str
     heading: str
     over: str = ""
-    """Heading over several columns; empty without one."""
+    """Heading over several columns; empty if there is none."""
 
 
 def _columns(**headings: str) -> tuple[PaperColumn, ...]:
@@ -68,16 +68,16 @@ COLUMNS: dict[str, tuple[PaperColumn, ...]] = {
     ),
     "open_repeat_robustness": (*_MODEL, *_columns(W="W", B="B", Delta="Δ", FR="FR", NR="NR")),
 }
-"""Table -> its columns in the paper; the paper's other tables have all their columns."""
+"""Name of a table -> its columns in the paper. Tables that are not listed have the same columns in the paper."""
 IN_STEPS = ("mean_steps", "lag")
-"""Columns in steps, whose intervals have a decimal; those in percent have none."""
+"""Columns in steps. Their intervals have one decimal; intervals in percent have no decimals."""
 NAME_PT = 92.0
-"""Largest width of a model's name; longer ones are wrapped."""
+"""Largest width (points) of a model's name; longer names are wrapped."""
 TABLES = tuple(dict.fromkeys(part.place for part in PARTS if not part.is_figure))
 
 
 def paper_tables(table: Table) -> dict[str, str]:
-    """Return the LaTeX of a table by the name of its file, and of its companion with intervals if it has any."""
+    """Return {file name: LaTeX} of a table and, if it has intervals, of its companion table with the intervals."""
     if table.name not in COLUMNS:
         return {table.name: _text_table(table)}
     columns = [(each, _column(table, each.key)) for each in COLUMNS[table.name]]
@@ -100,7 +100,7 @@ def _column(table: Table, key: str) -> Column:
 
 
 def _number(table: Table, row: TableRow, column: Column) -> str:
-    """Return a cell without its interval; a whole share is 100 without decimals."""
+    """Return a cell without its interval; a share of 100 % is written without decimals."""
     if column.kind in WITH_INTERVAL:
         text = formatted(first_number(row.cells.get(column.key)), column.kind)
     else:
@@ -109,7 +109,7 @@ def _number(table: Table, row: TableRow, column: Column) -> str:
 
 
 def _ends(row: TableRow, column: Column) -> str:
-    """Return the interval of a cell, as low and high; of W and of B for a pair."""
+    """Return the interval of a cell, as low and high; for a pair, the intervals of W and B."""
     value = row.cells.get(column.key)
     pairs = value[2:] if column.kind == "pair" and value else (value[1:],) if isinstance(value, tuple) else ()
     digits = 1 if column.key in IN_STEPS else 0
@@ -150,7 +150,7 @@ def _number_table(
 
 
 def _caption(table: Table) -> str:
-    """Return the title and the first note, without the place of intervals, which are in the companion table."""
+    """Return the title and the first note, without its sentence on where intervals are (in the companion table)."""
     notes = (note.replace(INTERVALS_ELSEWHERE, "").strip() for note in table.notes[:1])
     return " ".join((f"{table.title}.", *notes))
 
@@ -177,7 +177,7 @@ def _stacked_intervals(
 
 
 def _name_kind(longest: int) -> str:
-    """Return the kind of the column of names: wrapped if the longest name is too wide."""
+    """Return the LaTeX type of the column of names: wrapped if the longest name is too wide."""
     if CHARACTER_PT * longest <= NAME_PT:
         return "l"
     return rf">{{\raggedright\arraybackslash}}p{{{NAME_PT:.0f}pt}}"

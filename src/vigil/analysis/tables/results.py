@@ -144,7 +144,7 @@ def extended_panel(study: Study) -> Table:
 
 
 def counterfactual(study: Study) -> Table:
-    """Return B if the reports in the same trajectories followed a report policy (always, random or oracle)."""
+    """Return the B that each run would have if its reports followed a policy (always, random or oracle)."""
 
     def half_w(entry: RunEntry) -> Any:
         view = rate_cell(entry.overall.rate("W"))

@@ -163,7 +163,7 @@ def sv_statuses(study: Study) -> Table:
 
 
 def composition(study: Study) -> Table:
-    """Return rates of the compositional families next to those of the diagnostic families that they are made of."""
+    """Return rates of the compositional families next to those of the diagnostic families whose skills they combine."""
     columns = (
         RUN,
         *intervals(PG="PG W %", DA="DA W %", PGxDA="PG x DA %"),

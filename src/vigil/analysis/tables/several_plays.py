@@ -1,4 +1,4 @@
-"""The table of several plays of each episode: all of k, and any of k."""
+"""The table on several plays of each episode: the chances that all, and that any, of k plays succeed."""
 
 from vigil.analysis.measures.several_plays import plays_of_k
 from vigil.analysis.measures.study import Study

@@ -1,4 +1,4 @@
-"""Tables of what the paper's text says and its tables do not show: sources of gains in B, events, false success.
+"""Tables of results that the paper states only in its text: sources of gains in B, events, false success.
 
 Each function takes a Study and returns one Table.
 """
@@ -20,7 +20,7 @@ from vigil.scoring.rates import rate_of
 
 EVENTS = ("too_far", "path_blocked", "retry")
 BINS = {"0": (0.0, 0.0), "to 25": (0.0, 0.25), "to 50": (0.25, 0.5), "to 75": (0.5, 0.75), "above 75": (0.75, 1.0)}
-"""Heading (%) -> lower end, not included except of the first, and upper end of progress."""
+"""Heading (%) -> (lower, upper end) of a class of progress. The lower end is excluded, except in the first class."""
 
 
 def gain_sources(study: Study) -> Table:

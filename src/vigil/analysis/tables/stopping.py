@@ -1,4 +1,4 @@
-"""Tables that compare runs without reports with the baseline runs of the same models, by what both define.
+"""Tables that compare runs without reports with the baseline runs of the same models, by the measures that both define.
 
 Each function takes a Study and returns one Table. Source: `protocol.md` section 11.
 """

@@ -1,1 +1,1 @@
-"""Profiles: the table of what each shows and asks, and how a frame is marked."""
+"""Profiles: the table of what each profile shows an agent and asks of it, and the mark of a click in a frame."""

@@ -1,7 +1,7 @@
 """The table of profiles: what each shows an agent and asks of it, beyond the paper's baseline.
 
-A new profile is a row here. Each has a name of its own in every record, and a hash of the prompt that covers all text
-that the profile adds. Source: `protocol.md` sections 2.4 and 11.
+A new profile is a row here. Every record has the name of its profile, and a hash of the prompt that also covers the
+other texts of the profile. Source: `protocol.md` sections 2.4 and 11.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ STOP_LINES = (
         "Mere visibility, proximity, or an attempted action is not enough; do not stop from visual plausibility alone.",
     ),
 )
-"""Lines of the paper's prompt that speak of reports, and what stands there if there are none."""
+"""Pairs: a line of the paper's prompt about reports, and the line that replaces it in a profile without reports."""
 NAMING_LINES = (
     (
         "Use only the frame whose `role` is `current` for visibility judgments and interact_pixel targeting.",
@@ -35,11 +35,11 @@ NAMING_LINES = (
         "object is seen, or several are.",
     ),
 )
-"""Lines of the paper's prompt that speak of pixels, and what stands there if objects are named."""
+"""Pairs: a line of the paper's prompt about pixels, and the line that replaces it in a profile without pixels."""
 STOP_LINE = "- no arguments: ends the episode. Nothing else is said about the task, and no step follows."
 MAX_IMAGE_HISTORY = 20
 EVERYTHING = 1_000_000
-"""Number of past turns, or pictures, that stands for all."""
+"""Number of past turns or pictures that means "all of them"."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,22 +47,22 @@ class ProfileRow:
     """What distinguishes a profile from the baseline."""
 
     short: str
-    """Name on the command line."""
+    """Short name of the profile, for the command line."""
     help: str
     has_feedback: bool = False
     """Whether the agent gets `too_far` and `path_blocked` after each action."""
     looks_again: bool = False
-    """Whether the first report is answered by `LOOK_AGAIN` instead of ending the episode, unless no step is left."""
+    """Whether the first report is only answered by `LOOK_AGAIN`; it ends the episode only if no step is left."""
     declares_criteria: bool = False
-    """Whether a model writes before its first step what it must see, in answer to `CRITERIA_REQUEST`."""
+    """Whether a model first writes what it must see before it reports, when asked by `CRITERIA_REQUEST`."""
     shows_remaining_steps: bool = False
     """Whether the agent sees how many replies are left."""
     marks_click: bool = False
-    """Whether a frame marks the pixel of the click before it."""
+    """Whether each frame that follows a click has a mark at the clicked pixel."""
     has_report: bool = True
     """Whether the agent ends an episode by a report; otherwise by `stop`, which says nothing."""
     has_pixels: bool = True
-    """Whether the agent interacts with the object at a pixel; otherwise with one that it names."""
+    """Whether the agent interacts with an object by a pixel; if False, it names the object."""
     has_claims: bool = False
     """Whether a report has a claim about each chore of a list."""
     images: int = 0
@@ -70,25 +70,25 @@ class ProfileRow:
     is_append_only: bool = False
     """Whether a model's conversation only grows: no past turn is dropped or changed."""
     rules: tuple[str, ...] = ()
-    """Rules that the prompt has in addition, at the end of its grounding rules."""
+    """Rules that the profile adds at the end of the prompt's grounding rules."""
     replaced: tuple[tuple[str, str], ...] = ()
-    """Lines of the prompt's task block and grounding rules, and the line instead of each."""
+    """Pairs: a line of the prompt's task block or grounding rules, and the line that replaces it."""
     first_rule: str = ""
-    """Rule instead of the first grounding rule; empty for that of the paper."""
+    """Rule that replaces the paper's first grounding rule; empty if the paper's rule stays."""
 
     @property
     def name(self) -> str:
-        """Full name, as in records."""
+        """Full name of the profile, as in records."""
         return f"pure_rgb_dialogue_history_{self.short}"
 
     @property
     def is_papers(self) -> bool:
-        """Whether the profile is one of the paper's two."""
+        """Whether the profile is one of the two profiles of the paper."""
         return self.short in ("baseline", "action_feedback")
 
     @property
     def is_of_conversations(self) -> bool:
-        """Whether the profile concerns a model's conversation, which a program or a script does not have."""
+        """Whether the profile changes a model's conversation, so that programs and scripts cannot use it."""
         return self.declares_criteria or self.images > 0
 
     @property
@@ -149,6 +149,6 @@ _ROWS = (
     ),
 )
 PROFILES: dict[str, ProfileRow] = {row.name: row for row in _ROWS}
-"""Full name -> row."""
+"""Full name of a profile -> its row."""
 PROFILE_NAMES: dict[str, str] = {name: row.name for row in _ROWS for name in (row.short, row.name)}
-"""Short or full name -> full name."""
+"""Short or full name of a profile -> its full name."""

@@ -47,7 +47,8 @@ class ForkPlan:
     def read(cls, folder: Path, at: At, pack: str | Path | None) -> "ForkPlan":
         """Return the plan of forks of the run in `folder`.
 
-        Raises RecordError, also for a run under other rules, and PackMismatch if the pack is not the run's.
+        Raises RecordError if the run cannot be read or was played under other rules, and PackMismatch if `pack` is not
+        the pack of the run.
         """
         run = read_run(folder, pack)
         others = run.header.spec.versions.differences()
@@ -77,7 +78,7 @@ class ForkPlan:
                 )
 
     def episodes(self, wanted: Sequence[Episode], named: Collection[str]) -> list[Episode]:
-        """Return the episodes among `wanted` that can be continued.
+        """Return the episodes among `wanted` that can be continued; `named` are the ids that the user asked for.
 
         Raises RecordError if an episode in `named` cannot be continued, or if none of the wanted episodes can.
         """

@@ -70,7 +70,7 @@ class RequestRejected(ModelAPIError):
 def is_rejection(status: int | None, message: str) -> bool:
     """Return whether a provider's error answer rejects the request because of its content or length.
 
-    In doubt return False: the episode then counts as a failure of the infrastructure, and is played again.
+    In doubt, the result is False: the episode then counts as a failure of the infrastructure, and is played again.
     """
     if status in _OVERFLOW_STATUS and CONTEXT_OVERFLOW.search(message):
         return True

@@ -57,9 +57,10 @@ def size_hint(messages: Sequence[Message], profile: Profile) -> str:
 
 
 def find_shrunk_request(record: EpisodeRecord, profile: Profile) -> tuple[int, int] | None:
-    """Return the input tokens of two consecutive requests of which the later took fewer; None if there are none.
+    """Return the input tokens of two consecutive requests if the later one has fewer; None if no request shrank.
 
-    Only requests before the history is full are compared. These can only grow, unless the server cuts the dialogue.
+    Only requests before the history is full are compared. Their tokens can only grow, unless the server cuts the
+    dialogue.
     """
     usages = [step.reply.usage for step in record.steps[: profile.past_turns + 1]]
     inputs = [usage.input_tokens for usage in usages if usage is not None]

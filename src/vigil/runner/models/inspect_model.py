@@ -67,7 +67,7 @@ class ModelClient:
         self.ask = self.asking(identity_log)
 
     def asking(self, identity_log: ModelIdentityLog | None) -> Ask:
-        """Return the function that asks the model, whose answers are added to `identity_log`."""
+        """Return a function that asks the model, and adds each answer to `identity_log`."""
         send = sender(self.model, identity_log=identity_log, keep_reasoning=self.endpoint.keep_reasoning)
         return with_retries(send, self.endpoint.retry_policy)
 

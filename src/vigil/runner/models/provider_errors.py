@@ -14,7 +14,7 @@ from vigil.base.json_files import is_array, is_object
 
 MAX_CHARS = 1000
 _NESTING_FIELDS = ("error", "errors", "base_resp", "response", "metadata", "status", "body", "cause", "innererror")
-"""Fields whose objects may contain a message; a string counts as a message only in `error`."""
+"""Fields whose value may be an object that contains a message. Only `error` may also hold the message as a string."""
 _MESSAGE_FIELDS = ("message", "msg", "error_message", "errormessage", "error_msg", "status_msg", "error_description")
 """Fields whose texts are messages."""
 _DETAIL_FIELDS = ("detail", "details", "raw", "reason", "title", "description")

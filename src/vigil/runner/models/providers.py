@@ -40,7 +40,7 @@ TEMPLATE_SWITCH = ThinkingSwitch.body(
     {"chat_template_kwargs": {"enable_thinking": True, "thinking": True}},
     {"chat_template_kwargs": {"enable_thinking": False, "thinking": False}},
 )
-"""Switch that sets arguments of a chat template. Both names are sent; a template reads the name that it knows."""
+"""Switch that sets an argument of a chat template, under both names that templates use for it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,9 @@
 """Redaction: keys, tokens and passwords are removed from all that a run writes.
 
 Two methods are used together. The first looks for names and forms of secrets. It depends only on the text, so a run's
-name in its header does not change when a key does. The second looks for values: everything recognised as a secret, and
-every secret of the environment, is removed from free text (messages, tracebacks, the standard error of programs).
-Replies of an agent are evidence and are never changed.
+name in its header stays the same when a key is replaced. The second looks for values: everything recognised as a
+secret, and every secret of the environment, is removed from free text (messages, tracebacks, the standard error of
+programs). Replies of an agent are evidence and are never changed.
 """
 
 import base64

@@ -120,7 +120,8 @@ _Read = Callable[[int | None], AsyncGenerator[bytes]]
 
 
 def _copying(read: _Read, exchange: Exchange) -> Callable[..., AsyncGenerator[bytes]]:
-    """Return a reader like `read` (decompressed bytes of a response). Its first use copies them to `exchange`."""
+    """Return a function like `read`, which reads the decompressed bytes of a response. When it is first used, it also
+    copies the bytes to `exchange`."""
     is_read = False
 
     async def aiter_bytes(chunk_size: int | None = None) -> AsyncGenerator[bytes]:

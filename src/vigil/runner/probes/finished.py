@@ -65,7 +65,7 @@ class FinishedProbing:
 def plan_probing(folder: Path, settings: FinishedProbeSettings) -> FinishedProbing:
     """Return the probes that the run in `folder` still lacks.
 
-    Raises PackMismatch, or RecordError, also if the run's requests cannot be sent again.
+    Raises PackMismatch or RecordError, for example if the run's requests cannot be sent again.
     """
     run = read_run(folder, settings.pack)
     spec = run.header.spec

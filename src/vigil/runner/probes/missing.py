@@ -1,4 +1,4 @@
-"""Asks the probes that finished episodes of a run lack. Their frames were saved, or are drawn again."""
+"""Asks the probes that finished episodes of a run lack. The frames of these episodes were saved, or are drawn again."""
 
 import asyncio
 from collections.abc import Callable, Sequence

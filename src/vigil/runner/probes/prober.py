@@ -35,8 +35,7 @@ class ProbePlan:
     framings: tuple[Framing, ...]
 
     def missing(self, table: ProbeTable, episode: Episode, record: EpisodeRecord) -> dict[int, list[Framing]]:
-        """Return {step: framings} for the steps of a record, in order, with the framings that are not yet answered
-        there."""
+        """Return {step: framings that are not yet answered at this step} for the steps of a record, in order."""
         found: dict[int, list[Framing]] = {}
         for step in self.schedule.steps(episode, record):
             mine = (record.episode_id, record.epoch, record.attempt, step)
@@ -78,7 +77,7 @@ class FrameMemory:
         frames[step] = picture
 
     def take(self, key: Key) -> dict[int, EncodedFrame]:
-        """Return the frames of an episode by step, and delete them here."""
+        """Remove the frames of an episode, and return them by step."""
         return self._frames.pop(key, {})
 
 

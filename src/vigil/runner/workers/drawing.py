@@ -47,7 +47,7 @@ class MomentRenderer:
         self._simulator = self._moment = self._loaded_house = None
 
     def _go_to(self, moment: EpisodeMoment) -> Simulator:
-        """Bring the simulator to that moment and return it."""
+        """Bring the simulator to a moment and return it."""
         simulator = self._simulator_for(moment.render_settings)
         if self._loaded_house != moment.house_sha256:
             self._moment = self._loaded_house = None

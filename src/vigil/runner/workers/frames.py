@@ -96,7 +96,7 @@ def redraw(
 def frames_of_record(
     folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, assets: Path | None
 ) -> list[np.ndarray]:
-    """Return the frame that the agent saw before each reply, from `folder`. If any is not saved there, draw all."""
+    """Return the frame that the agent saw before each reply, from `folder`; if one is missing there, draw all again."""
     store = FrameStore(folder / FRAMES_FOLDER)
     kept = [store.frame(step.frame_sha256) for step in record.steps]
     if all(kept):

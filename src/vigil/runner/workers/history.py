@@ -13,7 +13,7 @@ from vigil.records.record import StepRecord
 
 @dataclass(frozen=True, slots=True)
 class RecordedTurns:
-    """Recorded steps, and what is needed to show them as they were shown."""
+    """Recorded steps of an episode, with the facts needed to show them to a model exactly as they were shown before."""
 
     steps: Sequence[StepRecord]
     profile: Profile

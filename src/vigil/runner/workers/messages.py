@@ -66,11 +66,12 @@ class WorkerPlan:
 
 @dataclass(frozen=True, slots=True)
 class Fork:
-    """The play that an episode continues, up to the step where it leaves it."""
+    """The play that an episode continues, up to the step from which the episode's own agent plays."""
 
     point: ForkPoint
     steps: tuple[StepRecord, ...]
-    """Steps that are carried out again. Of these, an agent may see the replies, and feedback if its profile has it."""
+    """Steps that are carried out again. The agent may see the replies of these steps, and their feedback if its profile
+    has feedback."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +95,8 @@ class EncodedObservation:
     feedback: Feedback | None
     cues: Cues | None = None
     past: tuple[EncodedFrame, ...] = ()
-    """Frames of the play that the episode continues, on its first step, if the profile keeps past frames."""
+    """On the first step of an episode that continues a play: the frames of the play, if the profile keeps past frames.
+    Otherwise empty."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,9 +18,9 @@ class EpisodeObserver:
     """Callbacks that report on an episode while it is played."""
 
     on_first_frame: Callable[[], None] = lambda: None
-    """Called before the agent is shown the first frame."""
+    """Function that is called before the agent is shown the first frame."""
     on_reply: Callable[[Observation, Reply], object] = lambda _observation, _reply: None
-    """Called with each observation and the agent's reply to it, before the reply is carried out."""
+    """Function that is called with each observation and the agent's reply to it, before the reply is carried out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class Before:
     fork: Fork | None = None
     """Play that the episode continues."""
     earlier: Sequence[Reply] | None = None
-    """The agent's replies from a process that was lost; None if it has not begun."""
+    """The agent's replies from a process that was lost; None if the agent has not begun."""
 
 
 def begin(
@@ -38,8 +38,8 @@ def begin(
 ) -> Observation | None:
     """Return the first observation of an episode that may continue another play; None if the simulator failed.
 
-    `on_past` is called with each observation before that. Raises InputError, also when the play cannot be repeated
-    exactly.
+    `on_past` is called with each observation of the continued play before the returned one. Raises InputError, also
+    when the play cannot be repeated exactly.
     """
     steps = () if fork is None else fork.steps
     observation = env.reset(episode, len(steps))
@@ -59,8 +59,8 @@ def play(
 ) -> None:
     """Play `episode` to its end in `env`, which then has the record.
 
-    The agent sees only observations and the instruction, and begins or continues after what was `before`. Failures of
-    its program end the episode as `error`. Raises InputError.
+    The replies in `before` are carried out first. The agent sees only observations and the instruction. Failures of its
+    program end the episode as `error`. Raises InputError.
     """
     observation, earlier = begin(env, episode, before.fork), before.earlier
     try:

@@ -26,8 +26,8 @@ class Player(Protocol):
     """An agent or a model that plays one episode at a time."""
 
     async def play(self, assignment: Assignment, on_first_frame: Callable[[], None]) -> EpisodeRecord:
-        """Play one episode and return its record. If something other than the agent fails, it ends as `error`. Raises
-        InputError.
+        """Play one episode and return its record. If something other than the agent fails, the episode ends as `error`.
+        Raises InputError.
 
         `on_first_frame` is called before the agent sees the first frame.
         """

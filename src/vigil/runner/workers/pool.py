@@ -164,7 +164,7 @@ class SimulatorPool:
     def live(self, assignment: Assignment, replies: Sequence[Reply] = ()) -> "LiveEpisode":
         """Return an episode for an agent in the main process; it has not begun yet.
 
-        `replies` are those that the agent gave in a process that was lost; they are carried out when it begins.
+        `replies` are the agent's replies from a process that was lost; `begin` carries them out again.
         """
         return LiveEpisode(self, assignment, next(self._sessions), replies)
 

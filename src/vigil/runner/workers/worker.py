@@ -79,7 +79,7 @@ class EpisodeWorker:
     def facts(self, drawn: Assignment | None) -> SimulatorFacts:
         """Return the backend's facts.
 
-        If `drawn` is given, draw its first frame before, to check that this machine can draw.
+        If `drawn` is given, first draw the first frame of its episode, to check that this machine can draw.
         """
         slot = self._take_slot() if drawn is None else self._slot_for(drawn)
         self._idle.append(slot)
@@ -109,7 +109,7 @@ class EpisodeWorker:
             self._frames.save(observation.rgb)
 
     def _as_profiled(self, agent: Agent) -> Agent:
-        """Return an agent that ends episodes as the run's profile asks; a program knows its profile."""
+        """Return an agent that ends episodes as the profile asks. A program knows the profile and is not changed."""
         has_own_end = self._plan.profile.row.has_report or is_exec(self._plan.agent)
         return agent if has_own_end else StoppingAgent(agent)
 

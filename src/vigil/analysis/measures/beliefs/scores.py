@@ -74,7 +74,7 @@ def debiased_calibration_error(counts: np.ndarray, squares: np.ndarray) -> np.nd
 
     `squares`, (..., 21, 3), are sums over houses of true^2, true * stated and stated^2 (`square_sums`), because the
     beliefs of one house are not independent. If each house has one belief, this is Kumar's formula. Values of the scale
-    that fewer than two houses stated are left out.
+    that were stated in fewer than two houses are left out.
     """
     stated, true = counts[..., STATED], counts[..., TRUE]
     share = _ratio(true, stated)
@@ -105,11 +105,12 @@ def auroc(counts: np.ndarray) -> np.ndarray:
 
 
 def risk_coverage(counts: np.ndarray) -> np.ndarray:
-    """Return how well sureness separates right from wrong beliefs: 1 at best, 0 for a random order; NaN without wrong
-    ones.
+    """Return how well sureness separates right from wrong beliefs: 1 at best, 0 for a random order; NaN if no belief is
+    wrong.
 
-    The beliefs are sorted by their sureness |p - 1/2|, equally sure ones at random. The area under the share of wrong
-    beliefs is compared with the areas of the best order and of a random order. A belief of 1/2 counts as half wrong.
+    The beliefs are sorted by their sureness |p - 1/2|; beliefs of equal sureness are in random order. The area under
+    the share of wrong beliefs is compared with the areas of the best order and of a random order. A belief of 1/2
+    counts as half wrong.
     """
     stated, true = counts[..., STATED], counts[..., TRUE]
     wrong = np.where(P > 0.5, stated - true, np.where(P < 0.5, true, stated / 2))

@@ -35,7 +35,7 @@ class Estimate:
     """A statistic with its interval, which comes from resampling houses."""
 
     value: float
-    """NaN if the statistic is not defined for these beliefs."""
+    """Value of the statistic; NaN if it is not defined for these beliefs."""
     interval: Interval | None
     n: int
     """Number of beliefs, or of plays, from which the value is computed."""
@@ -61,13 +61,13 @@ class Delay:
     detected: int
     """Number of these plays with an answer that the task is done."""
     at_once: Estimate
-    """Share of plays with this answer at the first frame that shows the goal."""
+    """Share of plays in which the agent says that the task is done at the first frame that shows the goal."""
     median: float | None
-    """Median delay in steps; None if fewer than half of the plays are estimated ever to give this answer."""
+    """Median delay in steps; None if, by the estimate, fewer than half of the plays ever say that the task is done."""
     restricted_mean: Estimate
     """Mean delay in steps, where each delay above `DELAY_STEPS` counts as `DELAY_STEPS`."""
     survival: tuple[float, ...]
-    """Share of plays without this answer so far, after 0, 1, 2 ... steps."""
+    """Share of plays that have not yet said that the task is done, after 0, 1, 2 ... steps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ class PartShare:
 
     rate: Rate
     interval: Interval
-    """The outer ends of two intervals, Wilson's and that from resampled houses, as each alone can be too narrow."""
+    """Interval that spans Wilson's interval and the one from resampled houses, because each alone can be too narrow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,19 +150,20 @@ class BeliefStudy:
         return found
 
     def false_before(self) -> Estimate:
-        """Return the share that say that the task is done, among answers before the goal had ever held."""
+        """Return the share that say that the task is done, among the answers before the goal first held."""
         return self._share(lambda one: _is_before(one), lambda one: one.done)
 
     def missed_after(self) -> Estimate:
-        """Return the share that say that the task is not done, among answers while the goal held."""
+        """Return the share that say that the task is not done, among the answers while the goal held."""
         return self._share(lambda one: one.is_held, lambda one: not one.done)
 
     def false_after_loss(self) -> Estimate:
-        """Return the share that say that the task is done, among answers after the goal was attained and lost again."""
+        """Return the share that say that the task is done, among the answers after the goal was lost again."""
         return self._share(lambda one: not one.is_held and not _is_before(one), lambda one: one.done)
 
     def lost(self) -> Rate:
-        """Return the share of plays that lost a right belief (`has_lost_belief`), among plays that could lose one."""
+        """Return the share of plays that lost a right belief (`has_lost_belief`), among the plays in which this could
+        happen."""
         found = ((play.outcome.episode_id, play.has_lost_belief(self.framing)) for play in self.plays)
         return _play_rate((name, is_lost) for name, is_lost in found if is_lost is not None)
 
@@ -178,8 +179,8 @@ class BeliefStudy:
     # --- calibration --------------------------------------------------------------------------------------------------
 
     def calibration(self) -> dict[str, Estimate]:
-        """Return {name: measure of calibration}; `auroc_near` and `auroc_closing` use some answers, all others use all
-        answers."""
+        """Return {name: measure of calibration} over all answers. Only `auroc_near` is limited to answers near
+        attainment, and `auroc_closing` to answers at the last step."""
         near = [row for row in self._answered if abs(_since(row[1])) <= NEAR_STEPS]
         closing = [row for row in self._answered if row[1].is_closing]
         return {
