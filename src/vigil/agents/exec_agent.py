@@ -237,7 +237,7 @@ def _split(command: str) -> list[str]:
 
 
 def _without_cut_character(line: bytes) -> str | bytes:
-    """Return a cut line without the partial character at its end, or unchanged if it is not UTF-8."""
+    """Return a cut line without the incomplete character at its end; a line that is not UTF-8 is returned unchanged."""
     try:
         return codecs.getincrementaldecoder("utf-8")().decode(line)
     except UnicodeDecodeError:

@@ -69,7 +69,7 @@ class ProgramFault(Exception):
 
 
 class Program:
-    """One running program. Methods except `close` raise ProgramFault if it ends, hangs, or writes without a request."""
+    """One running program. Methods except `close` raise ProgramFault if the program ends, hangs, or writes unasked."""
 
     def __init__(self, arguments: Sequence[str], folder: Path, timeout_s: float, redact: Redact) -> None:
         """Start the program with `folder` as its working directory. Raises OSError when it cannot be started.
@@ -182,7 +182,7 @@ class Program:
         return self.fault(if_running if self.is_running else "ended without an answer")
 
     def fault(self, what: str) -> ProgramFault:
-        """End the program, and return a ProgramFault that says `what` happened."""
+        """End the program, and return a ProgramFault whose message contains `what`."""
         self._has_begun_to_read = self.has_begun_to_read
         code = self._process.poll()
         partial_output = bytes(self._pending[:MAX_LINE_BYTES])
@@ -257,7 +257,7 @@ class WorkingFolder:
 
 
 def resolve_paths(arguments: Sequence[str], here: Path) -> list[str]:
-    """Return a command's words with absolute paths of files and folders in `here`, also within `--config=FILE`."""
+    """Return a command's words; names of files and folders in `here`, also in `--config=FILE`, are made absolute."""
     program, *words = arguments
     return [str(here / program) if "/" in program else program, *(_resolve_word(word, here) for word in words)]
 
@@ -276,10 +276,10 @@ def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
 
 
 def program_environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
-    """Return the user's environment variables for a program in `folder`, without VIGIL's, and without those for other
-    folders.
+    """Return the environment variables for a program in `folder`.
 
-    Python still finds packages that the user has installed in the home folder.
+    These are the user's variables, without those of VIGIL and those that name other folders of the user. Python still
+    finds packages that the user has installed in the home folder.
     """
     kept = {
         name: value
