@@ -58,4 +58,4 @@ class NamesObjects(Protocol):
     """A simulator in which an agent can name the object that it acts on."""
 
     def pixel_of_named(self, name: str) -> tuple[int, int] | None:
-        """Return a pixel (x, y) of the only object of a name in view; None if there is none, or several are."""
+        """Return a pixel (x, y) of the object called `name`; None unless exactly one object in view has this name."""

@@ -10,9 +10,9 @@ from vigil.sim.conformance.reference_house import DOOR, DRAWER, EAST, PANE, WEST
 
 
 def counts_visible_pixels(harness: Harness) -> None:
-    """More pixels of an object are visible from a near place than from a far one.
+    """An object has more visible pixels if the agent is near it than if the agent is far away.
 
-    No pixels are visible through a wall, or if the object is absent.
+    An object behind a wall and an absent object have no visible pixels.
     """
     harness.face(1.4, 3.2, "Apple|1")
     near = harness.state("Apple|1")

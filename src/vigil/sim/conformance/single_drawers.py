@@ -9,7 +9,7 @@ from vigil.sim.conformance.reference_house import DRAWER, DRESSER, LOWEST, SIBLI
 FRONT = (8.0, 1.5)
 """Place (x, z) of the agent in front of the dresser."""
 MOVED_M = 0.3
-"""Distance by which the dresser is moved."""
+"""Distance (m) by which the dresser is moved."""
 
 
 def open_one_by_one(harness: Harness) -> None:
@@ -34,7 +34,7 @@ def open_one_by_one(harness: Harness) -> None:
 def hold_their_own_things(harness: Harness) -> None:
     """Objects can be put into an open drawer, but not into a shut drawer.
 
-    An object in a drawer is also in its furniture.
+    An object in a drawer also counts as in the furniture that has the drawer.
     """
     holding = Setup(held="Pen|1")
     harness.face(*FRONT, DRAWER, holding)

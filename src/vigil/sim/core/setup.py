@@ -16,7 +16,7 @@ from vigil.sim.core.state import SceneState
 def apply_setup(state: SceneState, setup: Setup, house_name: str, *, checks_leaves: bool = True) -> None:
     """Change the scene as a setup says. Raises EpisodeError when the house does not allow the changes.
 
-    Without `checks_leaves`, open leaves may reach through walls and through what contains them.
+    Without `checks_leaves`, open leaves may reach through walls, and through the container that holds the thing.
     """
     wanted = things_named(setup, state.scene, house_name)
     for thing, change in wanted:
@@ -70,7 +70,7 @@ def unknown_object_message(object_id: str, scene: Scene, house_name: str) -> str
 
 
 def check_can_be_held(thing: Thing) -> None:
-    """Raise EpisodeError if a setup must not put this thing into the hand."""
+    """Raise EpisodeError if a thing cannot be held, so that a setup must not put it into the hand."""
     if not thing.is_pickupable or not thing.is_present:
         raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
 

@@ -1,4 +1,4 @@
-"""What AI2-THOR's own engine requires and this machine lacks. Nothing is started or downloaded to find this out."""
+"""Requirements of AI2-THOR's own engine that this machine does not fulfil. The check starts and downloads nothing."""
 
 import ctypes.util
 import json
