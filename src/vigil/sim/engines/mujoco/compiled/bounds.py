@@ -1,5 +1,4 @@
-"""Boxes, parallel to the house's axes, around all geoms. In a cast of rays, geoms whose boxes no ray can reach are left
-out.
+"""Boxes, parallel to the house's axes, around all geoms. A cast of rays skips geoms whose boxes no ray can reach.
 
 Meshes of walls and floors extend through a room or the whole house, so they have several boxes, one for each piece.
 """
