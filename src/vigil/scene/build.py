@@ -222,8 +222,7 @@ def rest_on_surface(thing: Thing, *carriers: Thing) -> None:
 
 
 def _push_inside(thing: Thing, surface: Surface, frame: Motion) -> None:
-    """Move a thing that would stick out of its drawer or door when closed, so that it sticks out as little as possible.
-    """
+    """Move a thing that would stick out of its closed drawer or door, so that it sticks out as little as possible."""
     box, local = bounding_box(thing), offset_from(frame, thing.position)
     turn = math.radians(box.yaw) - math.atan2(frame.turn[0, 2], frame.turn[2, 2])
     cos, sin = abs(math.cos(turn)), abs(math.sin(turn))

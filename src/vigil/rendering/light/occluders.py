@@ -23,7 +23,7 @@ class Occluders:
         return np.minimum(met, np.float32(FAR_M))
 
     def are_blocked(self, origins: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Return a mask (k, n) of the lines that are blocked: those from n origins (n, 3) to k ends (k, 3)."""
+        """Return a mask (k, n) of the lines that are blocked. The lines run from n origins (n, 3) to k ends (k, 3)."""
         way = (ends[:, None] - origins).reshape(-1, 3)
         length = np.sqrt(np.einsum("ij,ij->i", way, way))
         far = self.distances(np.tile(origins, (len(ends), 1)), way / length[:, None])
