@@ -25,7 +25,7 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """How a part moves when the asset opens: a hinge turns it, a slide shifts it, in proportion to openness."""
+    """The motion of a part when the asset opens, in proportion to openness: a hinge turns it, a slide shifts it."""
 
     name: str
     kind: Literal["hinge", "slide"]
@@ -47,7 +47,7 @@ class Part:
     material: str
     """Name of the material, which `vigil.assets.kernel.materials.material` looks up."""
     material_on: str | None = None
-    """Material while the asset is on; None if the part then looks the same."""
+    """Name of the material while the asset is on; None if the part looks the same on and off."""
     joint: str | None = None
     """Joint that carries the part; None for the body."""
     bears_open: bool = False
@@ -117,7 +117,7 @@ class Asset:
     """Lowest and highest corner of the body without moving leaves; None if the body fills the whole bounding box."""
     glow: Glow | None = None
     tags: frozenset[str] = field(default_factory=frozenset)
-    """Words that people would use for this variant, colour first, e.g. {"red", "striped"}."""
+    """Words that people would use for this variant, the colour first, e.g. {"red", "striped"}."""
 
     @property
     def can_open(self) -> bool:

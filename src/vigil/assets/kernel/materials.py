@@ -52,7 +52,7 @@ class _Kind:
     emission: float = 0.0
     alpha: float = 1.0
     colour: str = "d8d6d2"
-    """Colour that is used if the name has none."""
+    """Colour that is used if the material's name does not contain a colour."""
 
 
 _KINDS: dict[str, _Kind] = {
@@ -122,12 +122,12 @@ _METALS: dict[str, str] = {
 _COLOURS_OF = {
     "wood": _SPECIES, "planks": _SPECIES, "parquet": _SPECIES, "metal": _METALS, "brick": {"red": "9c4c3a"},
 }  # fmt: skip
-"""Kind of surface -> colours of the words that have a special meaning for this kind."""
+"""Kind of surface -> colours of the words that have a special meaning for this kind, e.g. "red" for bricks."""
 
 
 @lru_cache(maxsize=4096)
 def material(name: str, tint: Rgb | None = None) -> Material:
-    """Return the material that `name` stands for; a `tint` (r, g, b in 0..1) replaces its colour."""
+    """Return the material that `name` stands for; a `tint` (r, g, b in 0..1) replaces the material's colour."""
     kind_name, slash, variant = name.partition("/")
     if slash and kind_name in _KINDS:
         table = _COLOURS_OF.get(kind_name, {})
@@ -197,7 +197,7 @@ _KIND_WORDS: tuple[tuple[str, str], ...] = (
     ("plate", "ceramic"), ("bowl", "ceramic"), ("pot", "metal"), ("pan", "metal"), ("statue", "stone"),
     ("fertility", "stone"), ("soap", "wax"), ("basketball", "leather"),
 )  # fmt: skip
-"""(part of a name in lower case, kind); the first row whose part occurs in a name decides."""
+"""(part of a name in lower case, kind of surface); the first row whose part occurs in a name decides."""
 
 _COLOUR_WORDS: tuple[tuple[str, str], ...] = (
     ("lightblue", "8fb4d6"), ("darkgreen", "3c5a3c"), ("offwhite", "ece8dc"), ("robinegg", "9cc3c0"),

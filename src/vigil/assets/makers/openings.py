@@ -93,7 +93,7 @@ def _flush(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def _rails(builder: Builder, skin: PartStyle, x: Range, y: Range, openings: Sequence[tuple[Range, Range]]) -> None:
-    """Add a frame as thick as the leaf, with rectangular openings in one column."""
+    """Add a frame as thick as the leaf. It has rectangular openings, one above another."""
     stile = openings[0][0][0] - x[0]
     z = (-_LEAF_M / 2, _LEAF_M / 2)
     builder.block(skin, (x[0], x[0] + stile), y, z, 0.003)
@@ -163,7 +163,7 @@ def _planked(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def doorframe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a door frame without a leaf, through which one can walk."""
+    """Return a door frame without a leaf; the opening is free to walk through."""
     builder = Builder("Doorframe", size)
     finish = _door_finish(rng)
     _frame(builder, finish.material, builder.through)
@@ -230,7 +230,7 @@ def _bay(builder: Builder, material: str) -> None:
 
 
 SLAT_M, SLAT_TILT_DEG, SLAT_OVERLAP = 0.05, 72, 1.12
-"""Distance (m) between slats, their tilt (deg) while closed, and their depth as a multiple of the distance."""
+"""Distance (m) between slats, tilt (deg) of closed slats, and depth of a slat as a multiple of the distance."""
 
 
 def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:

@@ -33,8 +33,7 @@ AMBIENT, LAMP = 0.33, 1.07
 """Strengths of the light from all around and of the lamps' light. Lamps give more, because a room that is lit evenly
 from all sides looks flat."""
 ASIDE = np.array([0.6, 0.12, -0.25], np.float32)
-"""Vector (3,) whose dot product with a normal adds to a surface's light. So adjacent walls differ and ceilings are lit.
-"""
+"""Vector (3,) whose dot product with a normal adds to a surface's light: adjacent walls differ; ceilings are lit."""
 LAMP_ASIDE = np.array([0.1, 0.02, 0.0], np.float32)
 """Vector (3,) whose dot product with a normal adds to a surface's share of lamps' light, as lamps are not points."""
 LAMP_RADIUS_M = 0.2
