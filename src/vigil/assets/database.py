@@ -43,8 +43,7 @@ _NON_WORDS = re.compile(
 )
 """Parts of an id that are not words: hashes, and letters that stand between digits."""
 _MIN_SIMILARITY, _MIN_LETTERS = 0.72, 4
-"""A word counts as a misspelt category name if it has at least this similarity (0..1) to the name and this many
-letters."""
+"""Least similarity (0..1) to a category's name, and least number of letters, of a word taken for a misspelt name."""
 FALLBACK_CATEGORY = "Box"
 """Category that is shown for an asset about which nothing is known."""
 
