@@ -2,7 +2,7 @@
 
 The program gets a new folder outside the run's folder as its working directory, home and place for temporary files. It
 gets three pipes and no other open file, and the user's environment variables without those of VIGIL. So the program
-does not learn any path to hidden state, or to files that it wrote in an earlier folder.
+does not learn any path to hidden state, or to files that it wrote when it was started before.
 """
 
 import array

@@ -97,7 +97,7 @@ class StoppingAgent:
         self._agent.start(instruction)
 
     def act(self, observation: Observation) -> Reply:
-        """Return the other agent's reply, or a stop instead of its report."""
+        """Return the scripted agent's reply, or a stop if this reply is a report."""
         reply = self._agent.act(observation)
         parsed = parse_text(reply.text)
         is_report = isinstance(parsed, ParsedReply) and isinstance(parsed.action, Report)

@@ -34,7 +34,7 @@ def invisible_geoms(scene: RenderScene, state: RenderState, viewer: Viewer) -> n
 
 
 def _corners(boxes: np.ndarray, state: RenderState, geoms: np.ndarray) -> np.ndarray:
-    """Return the corners (8, n, 3), in the world, of the boxes (n, 6) around geoms (n,) posed as in a state."""
+    """Return the corners (8, n, 3), in the world, of the boxes (n, 6) around geoms (n,) in the poses of a state."""
     own = boxes[:, :3] + _SIGNS[:, None] * (boxes[:, 3:] + MARGIN_M)
     return np.einsum("kni,nji->knj", own, state.rotations[geoms]) + state.positions[geoms]
 

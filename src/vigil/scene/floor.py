@@ -141,7 +141,7 @@ class WalkableMap:
 
 
 class ShortestPaths:
-    """The shortest walks from one place to all cells: their lengths (m; inf if a cell is out of reach) and corners."""
+    """The shortest walks from one place to all cells: their corners and lengths (m; inf if a cell is out of reach)."""
 
     def __init__(self, plan: WalkableMap, start: Point2) -> None:
         from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules

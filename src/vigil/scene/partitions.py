@@ -27,7 +27,7 @@ from vigil.scene.things import Scene, Thing
 THROUGH_M = 0.0005
 """How deep (m) a moving part may reach into a partition."""
 OPENNESS_SAMPLES = np.linspace(0.0, 1.0, 65)
-"""Values of openness at which it is tested how far moving parts can open."""
+"""Values of openness that are tested to find how far moving parts can open."""
 BETWEEN_M = 0.005
 """Between two tested values of openness, a part of 4 m length reaches at most this much further (m) than at these
 values.

@@ -216,7 +216,7 @@ def _open_edges(room: RoomShape, panels: list[WallPanel]) -> Iterator[tuple[_End
 def _visible_spaces(
     space: int, sector: Sector, holes: list[tuple[_Portal, Sector]], passed: frozenset[int]
 ) -> Iterator[tuple[int, Sector]]:
-    """Yield each space that lines of sight from `space` can reach, and the part of `sector` that reaches it."""
+    """Yield each space that lines of sight from `space` can reach, and the part of `sector` in which they reach it."""
     yield space, sector
     for hole, directions in holes:
         common = sector.intersection(directions) if space in hole.sides else None

@@ -68,8 +68,8 @@ def is_inside_closed(scene: Scene, thing: Thing) -> bool:
 def containers_of(scene: Scene, thing: Thing) -> list[Thing]:
     """Return the things that contain the thing, nearest first.
 
-    A container has an interior surface on which the thing rests, or on which something below the thing in its chain of
-    supports rests. For a surface in a drawer, both the drawer and then its furniture are containers.
+    A container has an interior surface that carries the thing, directly or through other things. For a surface in a
+    drawer, the drawer is a container, and then its furniture.
     """
     hollows = (parent for parent, _ in interior_surfaces_around(scene, thing))
     return [each for parent in hollows for each in (parent, furniture_of(scene, parent)) if each is not None]

@@ -144,7 +144,7 @@ def strip(width_at: Sequence[tuple[float, float]], thickness: float, y: float = 
 
 
 def drape(width: float, height: float, waves: float, depth: float, *, thickness: float = 0.004) -> Mesh:
-    """Return hanging cloth in folds: `width` along x, `height` along y from 0, and `depth` along z about 0."""
+    """Return hanging cloth in folds: `width` along x, `height` along y from y = 0, and `depth` along z around z = 0."""
     count = max(6, round(6 * waves))
     x = np.linspace(-width / 2, width / 2, count + 1)
     swing = max(depth - thickness, 1e-4) / 2

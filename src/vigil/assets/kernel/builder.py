@@ -57,7 +57,7 @@ class Builder:
         self.glow: Glow | None = None
 
     def add(self, look: PartStyle | str, *meshes: Mesh) -> None:
-        """Add meshes with the same look; a string as `look` is the name of a material of the body."""
+        """Add meshes with the same look. If `look` is a string, it names a material, and the meshes are on the body."""
         key = PartStyle(look) if isinstance(look, str) else look
         self._meshes.setdefault(key, []).extend(meshes)
 

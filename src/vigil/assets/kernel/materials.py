@@ -2,8 +2,9 @@
 
 There are two kinds of names. The project's own names are "kind/variant": "wood/oak", "wood/#6b4a2e", "metal/brushed",
 "fabric/#aa3322", "plastic/red", "glass", "glow/#ffeecc", "screen/3", "picture/7", "print/news" (see `_KINDS`). Any
-other name is understood as a material name of AI2-THOR, from its words: "WoodFloorsCrossRED" is a red parquet,
-"bathroomTilesBlue" small blue tiles. A name without a known word is a plain colour, so every name has a material.
+other name is understood as a material name of AI2-THOR, from its words: "WoodFloorsCrossRED" means a red parquet, and
+"bathroomTilesBlue" means small blue tiles. A name without a known word means a plain colour, so every name has a
+material.
 
 Textures are neutral: the visible colour is rgba times texture. Uv (0, 0) is the bottom left of a texture, and row 0 of
 its array is the top. A mesh's uvs are metres; divided by `metres`, they count repeats. Pictures fill uv 0..1.

@@ -29,7 +29,7 @@ COLOURS = {
 CLEARLY_NEARER = 0.75
 """The nearest colour word is used only if its distance is at most this share of the distance of the next word."""
 LIGHTNESS_WEIGHT = 0.5
-"""Weight of lightness in a distance; people name the hue first, so a dark green is still green."""
+"""Weight of lightness in the distance of two colours. People name the hue first, so a dark green is still green."""
 _XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 _WHITE = np.array([0.9505, 1.0, 1.089])
 

@@ -274,7 +274,7 @@ def _options(keys: list[str], raw: Any, known: Known) -> str:
 
 
 def _option(keys: list[str], option: Any, known: Known) -> str:
-    """Return the expression of one value, or of a tuple of one value for each of several names; strings are texts."""
+    """Return the expression of one value, or of a tuple with one value for each of several names; strings are texts."""
     if len(keys) == 1:
         return text(option, known) if isinstance(option, str) else repr(option)
     if not isinstance(option, list) or len(option) != len(keys):

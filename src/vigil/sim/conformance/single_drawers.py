@@ -68,7 +68,7 @@ def stop_at_what_is_in_the_way(harness: Harness) -> None:
 
 
 def are_seen_as_part_of_their_furniture(harness: Harness) -> None:
-    """Pixels of drawers count as pixels of their dresser, and the dresser is near a click on one of its drawers."""
+    """Pixels of a drawer count as pixels of its dresser, and a click on a drawer counts as near the dresser."""
     harness.face(*FRONT, DRESSER)
     whole, parts = (
         harness.state(DRESSER).visible_px,

@@ -5,8 +5,8 @@ another thing or the agent's body than at the start, by more than a tolerance. T
 in generated houses often touch or overlap a little. The tolerance is larger for things in or on a wall. Walls, windows
 and shut doors have no tolerance: no part, not even a handle, may reach into the next room (`vigil.scene.partitions`).
 
-What lies in a drawer moves with it. If that is, for example, an open book, its cover must not hit the body of the
-drawer's furniture, or anything else.
+Things in a drawer move with the drawer. If one of them is open, for example a book, its cover must not hit the body of
+the drawer's furniture, or anything else.
 """
 
 import math

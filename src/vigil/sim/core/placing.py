@@ -250,7 +250,7 @@ def _unobstructed(
 
 
 def _container_ids(state: SceneState, receptacle: Thing) -> set[str]:
-    """Return the ids of a receptacle, of the furniture that it is part of, and of all its containers."""
+    """Return the ids of a receptacle, of its containers and, if the receptacle is a drawer, of its furniture."""
     whole = furniture_of(state.scene, receptacle)
     return {each.id for each in (receptacle, whole, *containers_of(state.scene, receptacle)) if each is not None}
 

@@ -15,7 +15,7 @@ CLIENT = "5.0.0"
 PLATFORMS = ("CloudRendering", "Linux64")
 """The client's names of the platforms on Linux."""
 METADATA_FILE, MAKER = "metadata.json", "vigil"
-"""File in a release's folder, and its value `made_by` in releases of this project's engine."""
+"""Metadata file in a release's folder, and the value of its key `made_by` if the release is this project's engine."""
 SOURCE = "http://s3-us-west-2.amazonaws.com/ai2-thor-public/builds"
 """Address from which the client downloads builds."""
 

@@ -1,4 +1,4 @@
-"""What can be done to objects of each of THOR's categories, and what has been done to the objects of the house."""
+"""What can be done to objects of each of THOR's categories, and what was done to the objects of the house so far."""
 
 from functools import lru_cache
 from typing import Any

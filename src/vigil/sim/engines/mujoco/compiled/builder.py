@@ -90,7 +90,7 @@ class ModelBuilder:
     def compile(self) -> NativeModel:
         """Return the compiled model.
 
-        Textures are drawn meanwhile, because MuJoCo releases Python's global lock while it compiles.
+        Textures are drawn while MuJoCo compiles, because MuJoCo then releases Python's global lock.
         """
         with ThreadPoolExecutor(1) as other:
             compiling = other.submit(self._spec.compile)
