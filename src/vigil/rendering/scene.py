@@ -64,7 +64,7 @@ class RenderState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderScene:
-    """The description of a scene, which does not change. Its first geoms are the structure."""
+    """The description of a scene, which does not change. Its first geoms are the structure (e.g. walls and floors)."""
 
     meshes: list[Mesh]
     """Meshes of the scene; their texture coordinates (uvs) count repeats of the texture."""

@@ -48,7 +48,7 @@ OVERHANG_M = 0.01
 LEVEL_STEP_M = 0.005
 """Step (m) to which heights of levels (shelves) are rounded, and least distance (m) of a level from the asset's top."""
 OPENNESS_STEP = 0.02
-"""A leaf that reaches through a wall is closed in steps of this openness until it no longer reaches through."""
+"""A door, lid or drawer that reaches through a wall is closed in steps of this openness until it no longer does."""
 
 
 def build_scene(house: House, assets: AssetDatabase) -> Scene:
@@ -78,7 +78,7 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
 
 
 def _close_until_clear(thing: Thing, partitions: Partitions) -> list[str]:
-    """Close a leaf that reaches through a wall until it no longer does; return a note (in a list) if this was needed.
+    """Close a leaf (door, lid or drawer) that reaches through a wall; return a note (in a list) if this was needed.
 
     The leaf gets the largest openness at which it is clear of walls, or 0 if this openness is not above `OPEN_ABOVE`.
     """

@@ -185,7 +185,7 @@ def convex_hull(points: np.ndarray) -> np.ndarray:
 
 
 def body_box(thing: Thing) -> Box:
-    """Return the upright box of the thing's body, without moving leaves.
+    """Return the upright box of the thing's body, without its doors, lids and drawers.
 
     If the asset has only moving parts, return the box of the whole asset.
     """
@@ -267,7 +267,6 @@ def part_boxes(asset: Asset) -> tuple[tuple[str | None, np.ndarray, np.ndarray],
 
 
 def box_corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the corners (8, 3) of a box. Corner i has x, y, z of `high` where bit 4, 2, 1 of i is set, else of `low`.
-    """
+    """Return the corners (8, 3) of a box: corner i has x, y, z of `high` where bit 4, 2, 1 of i is set, else `low`."""
     picks = np.array([[(i >> 2) & 1, (i >> 1) & 1, i & 1] for i in range(8)], dtype=bool)
     return np.where(picks, high, low)

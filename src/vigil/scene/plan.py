@@ -105,7 +105,7 @@ class FloorPlan:
     things: tuple[PlanThing, ...]
     """Things in the order in which they are drawn: first rugs, then the other things from the lowest to the highest."""
     shapes: tuple[PlanShape, ...]
-    """Shapes in drawing order: rooms, things with marks of their fronts, walls, openings with leaves, small objects."""
+    """Shapes in drawing order: rooms, things with marks of their fronts, walls, doors and windows, small objects."""
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:

@@ -41,7 +41,7 @@ class Simulator(Protocol):
         """Return the current egocentric frame, (480, 640, 3) uint8."""
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Return the id of the object that a click on the pixel (x right, y down) hits; None for structure and sky."""
+        """Return the id of the object that a click on the pixel (x right, y down) hits; None for a wall or the sky."""
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
         """Return the hidden state of the agent and the named objects. Raises EpisodeError on an unknown id."""

@@ -54,7 +54,7 @@ class CameraImage:
     depth: np.ndarray | None = None
     """Depth (height, width) float32 in metres along the camera's axis; inf where nothing is."""
     things: np.ndarray | None = None
-    """Index of the thing at each pixel, in the scene's order, (height, width) int32; structure and sky are negative."""
+    """Index of the thing at each pixel, in the scene's order, (height, width) int32; negative for walls and sky."""
 
 
 @runtime_checkable
@@ -65,7 +65,8 @@ class SceneEditor(PrivilegedSimulator, Protocol):
         """Put the agent, with what it holds, at a pose. Whether the body fits there is not checked."""
 
     def apply_changes(self, setup: Setup) -> None:
-        """Apply a setup to the world as it is now. Leaves that the setup opens may reach through walls and containers.
+        """Apply a setup to the world as it is now. Doors, lids and drawers that it opens may reach through walls and
+        containers.
 
         Raises EpisodeError; in that case nothing has changed.
         """
@@ -101,7 +102,8 @@ class SceneEditor(PrivilegedSimulator, Protocol):
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Return two arrays (n,) for rays along unit directions (n, 3): what each ray meets first, and how far (m).
 
-        A thing is given by its index in the scene's order. The number -1 stands for structure and for nothing.
+        A thing is given by its index in the scene's order. The number -1 stands for structure (e.g. a wall) and for
+        nothing.
         """
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], *, with_hand: bool) -> CameraImage:

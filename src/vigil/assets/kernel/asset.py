@@ -114,7 +114,7 @@ class Asset:
     joints: tuple[Joint, ...] = ()
     surfaces: tuple[Surface, ...] = ()
     body: tuple[Vec3, Vec3] | None = None
-    """Lowest and highest corner of the body without moving leaves; None if the body fills the whole bounding box."""
+    """Lowest and highest corner of the body without doors, lids and drawers; None if it fills the bounding box."""
     glow: Glow | None = None
     tags: frozenset[str] = field(default_factory=frozenset)
     """Words that people would use for this variant, the colour first, e.g. {"red", "striped"}."""

@@ -1,4 +1,7 @@
-"""Formulas in the rows of makers: arithmetic and conditions with named values, but no other Python."""
+"""Formulas in the rows of makers (`vigil.assets.kernel.rows`): arithmetic and conditions with named values.
+
+No other Python is allowed in a formula.
+"""
 
 import ast
 from collections.abc import Callable

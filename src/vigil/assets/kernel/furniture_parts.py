@@ -159,7 +159,7 @@ def add_shelves(
 ) -> None:
     """Add boards with their tops at `heights` across a space, and surfaces on these boards and on the space's floor.
 
-    The space reaches from corner `low` to corner `high`. It is behind a leaf if `needs_opening`, in a case if
+    The space reaches from corner `low` to corner `high`. It is behind a door if `needs_opening`, in a case if
     `is_inside`, and else open.
     """
     (x0, y0, z0), (x1, y1, z1) = low, high

@@ -58,7 +58,7 @@ def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: fl
 
 
 def dresser(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a chest of drawers. Things that rest at `levels` below its top are in the drawers."""
+    """Return a chest of drawers. Things that rest at `levels` (heights) below its top are in the drawers."""
     builder = Builder("Dresser", size)
     finish = wood(rng)
     fronts = _fronts(rng, wood(rng).material if rng.random() < 0.25 else finish.material)
@@ -170,7 +170,7 @@ def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> A
 
 
 def shelving_unit(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a bookcase, a shelf of cubes or an open metal rack, with boards at the `levels`."""
+    """Return a bookcase, a shelf of cubes or an open metal rack, with boards at the heights `levels`."""
     builder = Builder("ShelvingUnit", size)
     width, height, depth = size
     style = one_of(rng, ("case", "cubes", "rack", "ladder"))
@@ -221,7 +221,7 @@ def _rack(builder: Builder, rng: np.random.Generator, heights: list[float], styl
 
 
 def shelf(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a wall shelf: a board on brackets or, in a higher box, a case with boards at the `levels`."""
+    """Return a wall shelf: a board on brackets or, in a higher box, a case with boards at the heights `levels`."""
     builder = Builder("Shelf", size)
     finish = wood(rng)
     width, height, depth = size

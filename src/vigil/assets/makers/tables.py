@@ -52,7 +52,7 @@ def dining_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
 
 
 def _below(levels: Sequence[float], height: float) -> list[float]:
-    """Return those `levels` that are well below a table's top and at least 6 cm apart."""
+    """Return those `levels` (heights of shelves) that are well below a table's top and at least 6 cm apart."""
     found: list[float] = []
     for level in levels:
         if 0.025 < level < 0.9 * height and (not found or level > found[-1] + 0.06):

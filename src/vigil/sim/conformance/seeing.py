@@ -62,7 +62,7 @@ def sees_through_glass_but_clicks_it(harness: Harness) -> None:
 
 
 def clicks_agree_with_pixels(harness: Harness) -> None:
-    """A click on any pixel of an object hits the object; a click on structure without an id hits nothing (None)."""
+    """A click on any pixel of an object hits the object; a click on structure such as a wall hits nothing (None)."""
     harness.face(3.4, 3.2, "Microwave|1")
     for object_id in ("Microwave|1", "Plate|1", "CounterTop|1"):
         pixels = harness.simulator.pixels_of(object_id)

@@ -113,7 +113,7 @@ class EmbeddedSimulator:
         return self._engine.draw(state.agent, state.held)
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Return the id of the object that a click on the pixel hits; None for sky and for structure without an id."""
+        """Return the id of the object that a click on the pixel hits; None for e.g. a wall or the sky."""
         loaded = self._require_loaded()
         thing, _ = loaded.sight.click(loaded.state.agent, x, y)
         return thing.id if thing else None
@@ -211,7 +211,8 @@ class EmbeddedSimulator:
         self._flush()
 
     def apply_changes(self, setup: Setup) -> None:
-        """Apply a setup to the world as it is now. Leaves that the setup opens may reach through walls and containers.
+        """Apply a setup to the world as it is now. Doors, lids and drawers that it opens may reach through walls and
+        containers.
 
         Raises EpisodeError; in that case nothing has changed.
         """

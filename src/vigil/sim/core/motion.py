@@ -1,9 +1,9 @@
 """Where the agent's body fits and how far it can walk. The body is an upright cylinder.
 
-Obstacles are the solids of things between 0.05 and 1.8 m above the floor, with leaves at their present openness, and
-the solid parts of walls. A walk is free if the body stays clear of every obstacle. The body may already overlap an
-obstacle where the walk begins, for example a leaf that was closed against it. Such an obstacle only blocks a walk that
-would come still nearer to it, so the body can always walk away.
+Obstacles are the solid parts of walls, and the solids of things between 0.05 and 1.8 m above the floor. Leaves (doors,
+lids, drawers) count at their present openness. A walk is free if the body stays clear of every obstacle. The body may
+already overlap an obstacle where the walk begins, for example a leaf that was closed against it. Such an obstacle only
+blocks a walk that would come still nearer to it, so the body can always walk away.
 """
 
 import math

@@ -98,7 +98,8 @@ def _carried_collision(
 
 
 def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of a container of `thing` whose body an open leaf of `thing` pierces; None if there is none.
+    """Return the id of a container of `thing` whose body an open leaf (e.g. a book's cover) of `thing` pierces, or
+    None.
 
     A leaf pierces the body if it reaches deeper into the body when it is open than when it is shut.
     """

@@ -169,7 +169,7 @@ def put_down(state: SceneState, spot: FreeSpot) -> list[Thing]:
 
 
 def open_surfaces(receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Return (surface, frame) of a receptacle's level surfaces that the hand can get at now."""
+    """Return (surface, frame) of a receptacle's horizontal surfaces that the hand can reach now."""
     shut = is_shut(receptacle)
     return [(surface, frame) for surface, frame in level_surfaces(receptacle) if not (surface.needs_opening and shut)]
 

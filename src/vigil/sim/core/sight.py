@@ -250,7 +250,8 @@ class Sight:
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
         """Return the thing and the point (m) that a pixel's ray meets first; glass stops the ray.
 
-        The thing is None if the ray meets structure without an id. Both are None if it meets nothing.
+        The thing is None if the ray meets structure without an id, such as a wall. Both are None if the ray meets
+        nothing.
         """
         rays = directions(agent, np.array([[x, y]]))
         hits = self._engine.cast(agent.eye, rays, through_glass=False)

@@ -55,8 +55,8 @@ def rays_of(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
 
 
 def project(view: CameraView, points: np.ndarray) -> np.ndarray:
-    """Return the projections (n, 3) of points: x and y from the top left (0 to 1 in the image), and depth (m) along the
-    view direction."""
+    """Return the projections (n, 3) of points: x and y from the top left (0 to 1 in the image), and the depth in metres
+    along the view direction."""
     local = (points - np.array(view.eye)) @ _axes_of(view).T
     half = math.tan(math.radians(view.fovy_deg) / 2)
     depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])

@@ -121,7 +121,7 @@ def _middle(thing: Thing) -> float:
 
 
 def _onto(thing: Thing, host: Thing, rng: np.random.Generator) -> None:
-    """Put a thing on or over its host, which is already placed."""
+    """Put a thing on or over its host (the thing that carries it), which is already placed."""
     if host.category in RAILS:
         thing.position = _over_bar(thing.asset, host)
     elif host.category == "Stove" and thing.category == "StoveKnob":

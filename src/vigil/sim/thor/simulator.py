@@ -97,7 +97,7 @@ class ThorSimulator:
         return self._require_loaded().session.frame()
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Return the id of the object at a pixel; None for sky and for structure without an id."""
+        """Return the id of the object at a pixel; None for sky and for structure without an id, such as a wall."""
         thing = self._shown(x, y)
         return thing.id if thing else None
 

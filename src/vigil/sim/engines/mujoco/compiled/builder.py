@@ -70,7 +70,7 @@ class ModelBuilder:
         self._mocaps = 0
         self.materials: list[Material] = []
         self.geom_things: list[int] = []
-        """Index of the thing of each geom; -1 for structure."""
+        """Index of the thing of each geom; -1 for a geom of the structure (walls, floors, ceilings)."""
         self.geom_roles: list[int] = []
         self.shells = shells_of(scene)
         """Structural surfaces. The model's first geoms are these, in the same order; the next geom is the ground."""
