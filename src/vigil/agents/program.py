@@ -124,7 +124,8 @@ class Program:
         return self.unread() < self._sent if self._has_begun_to_read is None else self._has_begun_to_read
 
     def send(self, data: bytes, deadline: float) -> None:
-        """Write `data` to the program's input. Raises ProgramFault if not done by `deadline` (monotonic clock)."""
+        """Write `data` to the program's input. Raises ProgramFault if it is not written by `deadline` (monotonic
+        clock)."""
         left = memoryview(data)
         fd = _fileno(self._process.stdin)
         self._sent = 0

@@ -31,7 +31,7 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.protocol.replies import parse_text
 
 REPORT_PROBABILITY = 0.05
-"""Probability that a reply of `random` is a report."""
+"""Probability that a reply of the agent `random` is a report."""
 PROSE = "I would turn to the right and have a look around first."
 
 TURN_ACTIONS = tuple(Navigate(mode="turn_right", magnitude=90) for _ in range(4))

@@ -116,7 +116,7 @@ class AssetDatabase:
         return asset_id in self._known
 
     def of_category(self, category: str) -> list[tuple[str, Vec3]]:
-        """Return (id, bounding box) of each asset of a category that the database's file names."""
+        """Return (id, bounding box) of each asset in the database's file that belongs to a category."""
         return [(asset_id, size) for asset_id, (stated, size) in self._known.items() if stated == category]
 
     def look_up(self, asset_id: str, name: str) -> AssetEntry:

@@ -43,7 +43,7 @@ width of the text as a share of the sheet's width."""
 _LINES_AT = (0.21, -0.21)
 """How far the middle of each line is above the sheet's middle, as a share of the sheet's height."""
 _HEIGHTS = 9
-"""Number of heights that are tried for the sheet."""
+"""Number of heights at which the sheet's place is tried."""
 _GRID = 9
 """Number of points along each side of the sheet at which the depth of the front behind the sheet is measured."""
 _SLACK_M = 0.001

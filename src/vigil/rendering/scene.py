@@ -94,5 +94,5 @@ class RenderScene:
     """Results that the renderer computes from the scene only once."""
 
     def with_furniture(self, is_chosen: np.ndarray) -> np.ndarray:
-        """Return a mask (geoms,) of all geoms that share an object with a geom in the mask `is_chosen` (geoms,)."""
+        """Return a mask (geoms,) of all geoms whose object also has a geom in the mask `is_chosen` (geoms,)."""
         return np.isin(self.furniture, self.furniture[is_chosen])

@@ -16,8 +16,7 @@ def thor_engine(
 
     Use it as `Controller(local_executable_path=vigil.thor_engine(), scene=house)`. This function sets DISPLAY if it is
     unset, because the client requires it on Linux, although the engine does not use it. Raises SettingError on an
-    unknown backend or an invalid database. Otherwise, the engine would end at once, and the client would wait for it
-    without limit.
+    unknown backend or an invalid database, because the client would wait without limit for an engine that ends at once.
     """
     check_backend(backend, asset_database)
     return own_command(engine_options(backend, quality, asset_database))

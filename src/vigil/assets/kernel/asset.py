@@ -51,9 +51,9 @@ class Part:
     joint: str | None = None
     """Joint that carries the part; None for the body."""
     bears_open: bool = False
-    """Whether the part's pixels show if the asset is open or closed (leaf, lid, drawer front)."""
+    """Whether the part's pixels show whether the asset is open or closed (leaf, lid, drawer front)."""
     bears_toggle: bool = False
-    """Whether the part's pixels show if the asset is on or off (screen, shade, flame, indicator, water)."""
+    """Whether the part's pixels show whether the asset is on or off (screen, shade, flame, indicator, water)."""
     is_glass: bool = False
     """Whether the part is transparent; a click on it still hits the asset."""
     shown: Literal["always", "on", "off", "broken"] = "always"

@@ -241,7 +241,7 @@ def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False
 
 @dataclass(frozen=True, slots=True)
 class Fronts:
-    """What drawers and leaves look like."""
+    """The look of drawer fronts and door leaves."""
 
     front: str
     inner: str

@@ -77,7 +77,7 @@ def _facing(face: list[int], out: np.ndarray, signs: list[np.ndarray], axes: lis
 
 
 def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return signs (24, 3), face axes (24,), plain faces (12, 3) and bevel faces (32, 3)."""
+    """Return each vertex's signs (24, 3) and face axis (24,), and the triangles of faces (12, 3) and bevels (32, 3)."""
     signs, axes, index = [], [], {}
     for axis in range(3):
         for corner in _CORNERS:

@@ -207,7 +207,7 @@ class _Machine:
     builder: Builder
     shell: Finish
     front: float
-    """z of the front of the case; the door is in front of it."""
+    """Coordinate z (m) of the front of the case; the door is in front of the case."""
     middle: float
     """Height (m) of the drum's middle."""
     radius: float

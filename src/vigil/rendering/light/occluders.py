@@ -31,7 +31,7 @@ class Occluders:
 
 
 def occluders_of(geometry: Geometry, state: RenderState, geoms: np.ndarray) -> Occluders:
-    """Return the triangles of geoms that are posed as in a state."""
+    """Return the triangles of geoms in the poses of a state."""
     vertices = np.concatenate([geometry.world(state, geom)[0] for geom in geoms])
     counts = [geometry.vertex_slices[geom].stop - geometry.vertex_slices[geom].start for geom in geoms]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])

@@ -15,7 +15,7 @@ def holding(object_id: str) -> Setup:
 
 
 def reaches_a_metre_and_a_half(harness: Harness) -> None:
-    """More than 1.5 m from an object, the only interaction that is carried out is `ground`."""
+    """On an object more than 1.5 m away, the only intent that is carried out is `ground` (pointing at the object)."""
     harness.face(1.4, 4.2, "Apple|1")
     effect = harness.click("pick", "Apple|1")
     expect(effect.too_far and effect.hit == "Apple|1", f"an apple 1.75 m away was not too far: {effect}")

@@ -19,7 +19,7 @@ class AgentInScene(Protocol):
     scene: Scene
     agent: Pose
     held: str | None
-    """Id of the thing in the hand."""
+    """Id of the thing in the hand; None when the hand is empty."""
 
 
 def walk(action: Navigate, step: Callable[[float], InteractionResult]) -> Effect:

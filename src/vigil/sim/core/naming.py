@@ -46,6 +46,6 @@ def _name(thing: Thing) -> str:
 
 
 def _plain(name: str) -> str:
-    """Return a name without case, spaces and article."""
+    """Return a name in lower case, without spaces and without its article."""
     words = " ".join(name.casefold().split())
     return next((words.removeprefix(word) for word in ARTICLES if words.startswith(word)), words).replace(" ", "")

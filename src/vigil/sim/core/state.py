@@ -19,7 +19,7 @@ HAND_AHEAD_M = 0.4
 HAND_DROP_M = 0.45
 """A held object's reported position is this far (m) below the eye."""
 ROUNDED_DECIMALS = 9
-"""Number of decimals to which positions (m) and angles (deg) of things that are moved along are rounded.
+"""Number of decimals to which positions (m) and angles (deg) of things are rounded when other things move them along.
 
 This rounding is far finer than any check needs, and far coarser than floating-point errors.
 """

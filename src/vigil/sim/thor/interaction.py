@@ -125,4 +125,4 @@ _ACTIONS: dict[Intent, str] = {
     "deactivate": "ToggleObjectOff",
     "pick": "PickupObject",
 }
-"""THOR's action for each intent. It is sent with the object's id or with a pixel of the object."""
+"""THOR's action for each intent. The action is sent with the object's id or with a pixel of the object."""

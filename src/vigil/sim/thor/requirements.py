@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 BUILD = "f0825767cd50d69f666c7f282e54abfe58f1e917"
-"""Build of the engine that version 5.0.0 of the client starts."""
+"""Commit hash that names the build of the engine which version 5.0.0 of the client starts."""
 CLIENT = "5.0.0"
 """Supported version of the client."""
 PLATFORMS = ("CloudRendering", "Linux64")

@@ -26,7 +26,7 @@ class PixelCount:
     pixels: int = 0
     """Number of pixels that show the object."""
     nearest_m: float | None = None
-    """Least distance (m) from the eye to a visible point of the object; None if not visible or without depth."""
+    """Least distance (m) from the eye to a visible point of the object; None if it is not visible or not measured."""
 
 
 class SegmentedFrame:

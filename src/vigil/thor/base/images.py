@@ -29,7 +29,7 @@ class Image:
     """One image of an answer."""
 
     kind: str
-    """"image", "depth", "ids" or "classes"."""
+    """Kind of the image: "image", "depth", "ids" or "classes"."""
     is_third_party: bool
     """Whether the image is of a camera that the program added."""
     data: bytes

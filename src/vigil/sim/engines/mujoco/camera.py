@@ -29,7 +29,7 @@ from vigil.sim.scene_editor import NOTHING, STRUCTURES, CameraImage, CameraView,
 SAMPLES: dict[Quality, int] = {"default": 4, "fast": 0}
 """Number of samples for each pixel (antialiasing), by quality."""
 FOVY_DEG = 90.0
-"""Vertical field of view of the agent's camera."""
+"""Vertical field of view (deg) of the agent's camera."""
 
 
 class _Window:

@@ -35,7 +35,7 @@ class Shell:
     """A structural surface, such as the walls of a room that have the same material."""
 
     kind: str
-    """`wall`, `floor`, `ceiling`, `skirting` or `exterior`."""
+    """Kind of the surface: `wall`, `floor`, `ceiling`, `skirting` or `exterior`."""
     mesh: Mesh
     material: MaterialRef
     room_id: str | None = None
