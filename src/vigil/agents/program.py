@@ -124,8 +124,7 @@ class Program:
         return self.unread() < self._sent if self._has_begun_to_read is None else self._has_begun_to_read
 
     def send(self, data: bytes, deadline: float) -> None:
-        """Write `data` to the program's input. Raises ProgramFault if it is not written by `deadline` (monotonic
-        clock)."""
+        """Write `data` to the program's input by `deadline` (monotonic clock). Raises ProgramFault if that fails."""
         left = memoryview(data)
         fd = _fileno(self._process.stdin)
         self._sent = 0

@@ -235,10 +235,8 @@ def _names(_count: int) -> dict[str, str]:
 
 
 def _category_in(text: str) -> str | None:
-    """Return the category whose name matches the most words of `text`.
-
-    If several match equally many words, return the last ("Statue" in "Hand_Statue").
-    """
+    """Return the category whose name matches the most words of `text`. If several match equally many words, return the
+    last ("Statue" in "Hand_Statue")."""
     words, names = _words(text), _names(len(CATALOG))
     for length in range(min(_LONGEST_NAME_WORDS, len(words)), 0, -1):
         for start in range(len(words) - length, -1, -1):
@@ -255,10 +253,8 @@ def _words(text: str) -> list[str]:
 
 
 def _guessed_size(category: str, asset_id: str) -> Vec3:
-    """Return a category's typical size, unless the asset id states a size.
-
-    An id states a window's size in inches and a countertop's size in feet. A double door is twice as wide as usual.
-    """
+    """Return the size that an asset id states (a window's in inches, a countertop's in feet), or else the category's
+    typical size. A double door is twice as wide."""
     width, height, depth = CATALOG[category].typical_size
     stated = re.search(r"_(\d+)x(\d+)$", asset_id)
     if stated and category == "Window":

@@ -59,8 +59,7 @@ def body_of(asset: Asset) -> Asset:
 
 @lru_cache(maxsize=4096)
 def drawer_of(asset: Asset, name: str) -> tuple[Asset, Vec3]:
-    """Return one drawer of an asset, as an asset that is shut, and the place of its middle in the whole asset's frame
-    (m).
+    """Return one drawer of an asset, shut, as a separate asset, and the place of its middle in the whole asset (m).
 
     All drawers of a piece of furniture open equally far. (In the whole asset, where all drawers open together, lower
     drawers open farther than upper drawers.)

@@ -152,8 +152,7 @@ def _sheet(height: float, depth: float) -> Iterable[tuple[str, Mesh, str]]:
 
 
 def _strokes(line: str, number: int) -> Iterable[tuple[float, float, int, float, float]]:
-    """Yield the horizontal strokes of a line of text: x and y of the stroke's middle, number of dots, width and height
-    of a dot.
+    """Yield the horizontal strokes of a line of text: x and y of the middle, number of dots, width and height of a dot.
 
     A reader looks along -z, and so has +x on the left.
     """

@@ -32,8 +32,7 @@ from vigil.scene.walls import panels_of, place_of_opening, rooms_of
 ON_BY_DEFAULT = frozenset({"LightSwitch"})
 """Categories that are switched on unless the house says otherwise, so that rooms are lit."""
 HOVER_M = 0.07
-"""Children whose heights differ by less than this (m) rest on the same level, such as a shelf. Children in ProcTHOR's
-houses hover up to 6 cm."""
+"""Children whose heights differ by less than this (m) rest on one level, such as a shelf; some hover up to 6 cm."""
 ADAPT_M, FALL_M = 0.25, 2.0
 """Greatest distances (m) by which a child may be moved up and moved down so that it rests on a surface.
 

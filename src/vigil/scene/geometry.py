@@ -123,8 +123,7 @@ def joint_of(asset: Asset, name: str | None) -> Joint | None:
 def part_motion(thing: Thing, joint_name: str | None, openness: float | None = None) -> Motion:
     """Return the motion from the closed asset's frame to the house, for the parts that a joint carries.
 
-    If `joint_name` is None, return the motion of the asset's body. If `openness` is None, use the thing's present
-    openness.
+    If `joint_name` is None, return the body's motion. If `openness` is None, use the thing's present openness.
     """
     place, joint = place_of(thing), joint_of(thing.asset, joint_name)
     if joint is None:

@@ -83,10 +83,8 @@ class Portals:
         self._is_box = np.isclose(shapely.area(self._rooms), np.prod(np.diff(self._bounds, axis=1)[:, 0], axis=1))
         self._top_m = min((room.height for room in scene.rooms), default=0.0)
         self._spaces = self._space_numbers([edge for room in scene.rooms for edge in _open_edges(room, scene.panels)])
-        """Number of each room's space; the last entry is the number of the outside's space.
-
-        Rooms without a wall between them are one space.
-        """
+        """Number of each room's space (rooms without a wall between them are one space); the last entry is the number
+        of the outside's space."""
         # Both sides of a wall name its holes.
         found = dict.fromkeys(
             (*_ends(panel, hole), hole.bottom, hole.top) for panel in scene.panels for hole in panel.holes

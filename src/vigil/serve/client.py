@@ -50,8 +50,7 @@ class RemoteEnvironment:
     """The environment that a server at an address offers."""
 
     def __init__(self, url: str, token: str = "", patience_s: float = PATIENCE_SECONDS) -> None:
-        """Set the address. Failed requests are sent again for `patience_s` seconds. Raises SettingError on a bad
-        address."""
+        """Set the address. Failed requests are sent again for `patience_s` seconds. Raises SettingError."""
         if urlsplit(url).scheme not in ("http", "https") or not urlsplit(url).hostname:
             raise SettingError(
                 f"--env {url!r} is not the address of a server. Give an address such as http://127.0.0.1:8380."

@@ -65,8 +65,7 @@ class SceneEditor(PrivilegedSimulator, Protocol):
         """Put the agent, with what it holds, at a pose. Whether the body fits there is not checked."""
 
     def apply_changes(self, setup: Setup) -> None:
-        """Apply a setup to the world as it is now. Doors, lids and drawers that it opens may reach through walls and
-        containers.
+        """Apply a setup to the world as it is now. Doors, lids and drawers may then reach through walls and containers.
 
         Raises EpisodeError; in that case nothing has changed.
         """

@@ -19,8 +19,7 @@ SERVERS = ("FIFO", "WSGI")
 def install(options: list[str]) -> list[Path]:
     """Write the releases that AI2-THOR's client starts, and return their folders.
 
-    `options` are the engine's command-line options. Raises SettingError when AI2-THOR's own build is in one of the
-    folders.
+    `options` are the engine's options. Raises SettingError when AI2-THOR's own build is in one of the folders.
     """
     folders = [release_folder(platform) for platform in PLATFORMS]
     for folder in folders:

@@ -1,7 +1,4 @@
-"""Formulas in the rows of makers (`vigil.assets.kernel.rows`): arithmetic and conditions with named values.
-
-No other Python is allowed in a formula.
-"""
+"""Formulas in the rows of makers: arithmetic and conditions with named values. No other Python is allowed."""
 
 import ast
 from collections.abc import Callable

@@ -59,8 +59,7 @@ def _numbers(raw: Any, known: Known, sides: Sequence[str | None]) -> str:
 
 
 def _list(raw: Any, known: Known, read: Callable[[Any, Known], str]) -> str:
-    """Return the expression of a list, which is given as a formula or as entries; an entry may stand for several
-    values.
+    """Return the expression of a list: one formula, or entries. An entry may stand for several values.
 
     An entry for several values is a formula of a list, or a table with `of` (the value) and `each` (what it is repeated
     for).

@@ -122,8 +122,7 @@ def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Ran
 def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None:
     """Add a thick door with a handle outside and racks inside.
 
-    The door's hinge is at an edge of the fridge's box, so that no part of the door, not even the handle, moves beyond
-    the fridge's sides.
+    The door's hinge is at an edge of the fridge's box, so that neither the door nor its handle leaves the box's sides.
     """
     (x0, x1), (y0, y1), (z0, z1), hinge = door.x, door.y, z, door.hinge
     joint = builder.hinge(door.name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, builder.through[1]), hinge * 90.0)

@@ -40,10 +40,9 @@ def _fronts(rng: np.random.Generator, front: str) -> Fronts:
 
 
 def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: float, lowest: float = 1.0) -> float:
-    """Add legs or a base below furniture whose front is at z = `front`; return the height (m) of the top of the legs or
-    base.
+    """Add legs or a base below furniture whose front is at z = `front`; return the height (m) of their top.
 
-    This height is below `lowest`, the height of the lowest thing inside.
+    The top is below `lowest`, the height of the lowest thing inside.
     """
     rise = max(min(0.12, 0.12 * builder.height, lowest - 0.03), 0.005)
     back = -builder.depth / 2

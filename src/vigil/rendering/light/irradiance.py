@@ -165,8 +165,7 @@ def _disc_about(lamp: np.ndarray) -> np.ndarray:
 
 
 def spill_shares(outside: np.ndarray) -> np.ndarray:
-    """Return the share of a lamp's light that remains at the distances (m) `outside` from the lamp's room; 1 inside the
-    room.
+    """Return the share of a lamp's light that remains at distances (m) `outside` the lamp's room; 1 inside the room.
 
     Without this loss, light through a doorway would make a bright patch on a wall far from any visible lamp.
     """

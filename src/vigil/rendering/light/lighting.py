@@ -81,10 +81,7 @@ class BakedLight:
             start = stop
 
     def _faces(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
-        """Return the triangles (m, 3) of geoms, with the vertices of all these geoms numbered in sequence.
-
-        `counts` are the geoms' numbers of vertices.
-        """
+        """Return the triangles (m, 3) of geoms, whose vertices (`counts`: number per geom) are numbered in sequence."""
         slices, owned = self.geometry.vertex_slices, self.geometry.face_slices
         shifts = np.cumsum([0, *counts[:-1]]) - [slices[geom].start for geom in geoms]
         return np.concatenate(
@@ -240,8 +237,7 @@ def _smoothed(
 ) -> np.ndarray:
     """Return the light (n, k) averaged along `edges` (m, 2); each edge is on one surface.
 
-    Where `is_known` (n,) is False, the light is that of samples nearby; if there are none, the mean over the same
-    owner.
+    Where `is_known` (n,) is False, the light is that of samples nearby or, if there are none, the owner's mean.
     """
     light = light * is_known[:, None]
     near = smoothed(light, is_known, samples.points, edges)

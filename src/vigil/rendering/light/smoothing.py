@@ -47,8 +47,7 @@ def move_inward(samples: Samples, edges: np.ndarray) -> Samples:
 def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Return the light (n, k) at `points` (n, 3) averaged along `edges` (m, 2); each edge is on one surface.
 
-    Where `is_known` (n,) is False, the light is that of corners nearby where it is known; nan if there are no such
-    corners.
+    Where `is_known` (n,) is False, the light is that of known corners nearby; nan if there are none.
     """
     count = len(light)
     first, last = edges.T

@@ -211,8 +211,7 @@ class EmbeddedSimulator:
         self._flush()
 
     def apply_changes(self, setup: Setup) -> None:
-        """Apply a setup to the world as it is now. Doors, lids and drawers that it opens may reach through walls and
-        containers.
+        """Apply a setup to the world as it is now. Doors, lids and drawers may then reach through walls and containers.
 
         Raises EpisodeError; in that case nothing has changed.
         """
@@ -255,10 +254,7 @@ class EmbeddedSimulator:
         self._flush()
 
     def reachable(self, start: Vec3, step_m: float, yaw: float = 0.0) -> np.ndarray:
-        """Return the places (n, 2; x and z) that the body can reach on a grid through `start`.
-
-        The grid is turned by `yaw` (deg).
-        """
+        """Return the places (n, 2; x, z) that the body reaches on a grid through `start`, turned by `yaw` (deg)."""
         return self._require_loaded().state.collision_map.reachable(start, step_m, yaw)
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:

@@ -98,10 +98,9 @@ def _carried_collision(
 
 
 def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of a container of `thing` whose body an open leaf (e.g. a book's cover) of `thing` pierces, or
-    None.
+    """Return the id of a container of `thing` whose body an open leaf (e.g. a book's cover) of `thing` pierces.
 
-    A leaf pierces the body if it reaches deeper into the body when it is open than when it is shut.
+    None if there is none. A leaf pierces the body if it reaches deeper into the body than when it is shut.
     """
     if thing.openness == 0.0:
         return None

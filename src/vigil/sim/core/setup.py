@@ -16,8 +16,7 @@ from vigil.sim.core.state import SceneState
 def apply_setup(state: SceneState, setup: Setup, house_name: str, *, checks_leaves: bool = True) -> None:
     """Change the scene as a setup says. Raises EpisodeError when the house does not allow the changes.
 
-    Without `checks_leaves`, open leaves (doors, lids, drawers) may reach through walls, and through the container that
-    holds the thing.
+    Without `checks_leaves`, open leaves (doors, lids, drawers) may reach through walls and through containers.
     """
     wanted = things_named(setup, state.scene, house_name)
     for thing, change in wanted:

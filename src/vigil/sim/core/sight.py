@@ -250,8 +250,7 @@ class Sight:
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
         """Return the thing and the point (m) that a pixel's ray meets first; glass stops the ray.
 
-        The thing is None if the ray meets structure without an id, such as a wall. Both are None if the ray meets
-        nothing.
+        The thing is None if the ray meets e.g. a wall, which has no id. Both are None if the ray meets nothing.
         """
         rays = directions(agent, np.array([[x, y]]))
         hits = self._engine.cast(agent.eye, rays, through_glass=False)
@@ -309,10 +308,8 @@ class Sight:
         return {thing.id: known[thing.id] for thing in things}
 
     def may_be_visible(self, agent: Pose, thing: Thing, min_px: int) -> bool:
-        """Return whether at least `min_px` pixels of a thing would be visible if nothing else hid it.
-
-        This is faster than `see`.
-        """
+        """Return whether at least `min_px` pixels of a thing would be visible if nothing else hid it. This method is
+        faster than `see`."""
         window = self._window_of(agent, thing)
         if window is None or window.most_px < min_px:
             return min_px <= 0

@@ -46,10 +46,8 @@ def directions_at(view: CameraView, pixels: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def rays_of(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
-    """Return the unit directions (n, 3) through all pixels, row by row.
-
-    Also return the cosines (n,) of their angles to the camera's axis.
-    """
+    """Return the unit directions (n, 3) through all pixels, row by row, and the cosines (n,) of their angles to the
+    camera's axis."""
     middles = np.stack(np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5), axis=-1).reshape(-1, 2)
     return directions_at(view, middles)
 

@@ -108,10 +108,8 @@ def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:
 
 
 def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
-    """Return a pose that looks at `middle` from `reach` metres away.
-
-    The eye is at standing height, unless it would then look too steeply up or down.
-    """
+    """Return a pose that looks at `middle` from `reach` metres away. The eye is at standing height, unless it would
+    then look too steeply up or down."""
     steepest = np.sin(np.radians([-STEEPEST_UP_DEG, STEEPEST_DOWN_DEG]))
     sine = float(np.clip((EYE_HEIGHT_M - middle[1]) / reach, *steepest))
     level, yaw = reach * np.sqrt(1.0 - sine**2), np.radians(sideways_deg)

@@ -147,10 +147,8 @@ def _on_surface(asset: Asset, host: Thing, surface: Surface, aside: float, forwa
 
 
 def _top(asset: Asset, height: float) -> Surface:
-    """Return the highest surface that is not behind a door and has more free height above it than `height`.
-
-    Of several surfaces at this height, return the largest.
-    """
+    """Return the highest surface that is not behind a door and has more free height than `height`. Of several surfaces
+    at this height, return the largest."""
     free = [surface for surface in asset.surfaces if not surface.needs_opening and surface.clearance > height]
     return max(free, key=lambda surface: (round(surface.center.y, 1), surface.size_x * surface.size_z))
 

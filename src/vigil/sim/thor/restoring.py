@@ -74,8 +74,7 @@ def restore_snapshot(session: EngineSession, snapshot: ThorSnapshot) -> bool:
 
 
 def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str]) -> Iterator[list[Step]]:
-    """Yield lists of steps that restore a snapshot, one list for each kind of step. If nothing is left to do, all lists
-    are empty.
+    """Yield lists of steps that restore a snapshot, one list for each kind of step; all are empty if nothing is left.
 
     Things in `done` were restored before and may differ from the snapshot by `COARSE`, because physics may have moved
     them. All other things must be exactly equal to it.

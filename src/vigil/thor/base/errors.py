@@ -4,8 +4,7 @@
 class ActionFailed(Exception):
     """The failure of an action.
 
-    `thrown` is the name of the exception that Unity would have thrown. If it is given, the message contains this name
-    and a trace.
+    If `thrown`, the name of the exception that Unity would have thrown, is given, the message contains it and a trace.
     """
 
     def __init__(self, message: str, *, thrown: str = "", code: str | None = None) -> None:
