@@ -16,13 +16,13 @@ from vigil.protocol.reasoning import split_reasoning
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """One message of a chat. Only the last one has an image, unless the profile keeps past frames."""
+    """One message of a chat. Only a chat's last message has an image, unless the profile keeps past frames."""
 
     role: Literal["system", "user", "assistant"]
     text: str
     picture: EncodedFrame | None = None
     question: str | None = None
-    """Text behind the image; only the last message of a probe has one."""
+    """Text that follows the image; None except in the last message of a probe (a question at a recorded step)."""
 
 
 class Conversation:
@@ -40,7 +40,7 @@ class Conversation:
         return self._with_system([Message("user", CRITERIA_REQUEST)])
 
     def declare(self, answer: str) -> None:
-        """Add the criteria that the model declared; they stay before the history."""
+        """Add the criteria that the model declared. Every later request sends them before the history."""
         text = split_reasoning(answer)[0][: self._profile.history_reply_chars]
         self._opening = [Message("user", CRITERIA_REQUEST), Message("assistant", text)]
 
@@ -71,7 +71,7 @@ class Conversation:
         self._pictures.append(picture if self._profile.row.images else None)
 
     def _number(self) -> int | None:
-        """Return the number of the current frame; None if the profile names frames by their role."""
+        """Return the number of the current frame; None if the profile labels frames `current` and `past` instead."""
         return len(self._turns) + 1 if self._profile.row.is_append_only else None
 
     def _with_system(self, messages: list[Message]) -> list[Message]:

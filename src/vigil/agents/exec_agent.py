@@ -46,7 +46,7 @@ from vigil.protocol.reasoning import split_reasoning
 
 EXEC_PREFIX = "exec:"
 MAX_STDERR_CHARS = 300
-"""Maximum length of the line of standard error that a message quotes."""
+"""Maximum length (characters) of the line of standard error that a message quotes."""
 MAX_HASHED_BYTES = 64 * 1024 * 1024
 """Maximum size of a file that is hashed to identify the program; larger files are left out."""
 PROTOCOL_VERSION = 1
@@ -237,7 +237,7 @@ def _split(command: str) -> list[str]:
 
 
 def _without_cut_character(line: bytes) -> str | bytes:
-    """Return a cut line without the partial character at its end, or unchanged if it is not UTF-8."""
+    """Return a cut line without the incomplete character at its end; a line that is not UTF-8 is returned unchanged."""
     try:
         return codecs.getincrementaldecoder("utf-8")().decode(line)
     except UnicodeDecodeError:

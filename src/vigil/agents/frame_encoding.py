@@ -19,7 +19,7 @@ from vigil.protocol.profile import JPEG_QUALITY, ImageFormat
 MAX_FRAME_PIXELS = 4 * FRAME_WIDTH * FRAME_HEIGHT
 """Greatest number of pixels of an image file that `decode_frame` accepts."""
 PNG_LEVEL = 1
-"""Compression level of PNG files. It takes half the time of the usual level, and files are a quarter larger."""
+"""Compression level of PNG files. This level takes half the time of the usual level; files are a quarter larger."""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 The program gets a new folder outside the run's folder as its working directory, home and place for temporary files. It
 gets three pipes and no other open file, and the user's environment variables without those of VIGIL. So the program
-does not learn any path to hidden state, or to files that it wrote in an earlier folder.
+does not learn any path to hidden state, or to files that it wrote when it was started before.
 """
 
 import array
@@ -69,7 +69,7 @@ class ProgramFault(Exception):
 
 
 class Program:
-    """One running program. Methods except `close` raise ProgramFault if it ends, hangs, or writes without a request."""
+    """One running program. Methods except `close` raise ProgramFault if the program ends, hangs, or writes unasked."""
 
     def __init__(self, arguments: Sequence[str], folder: Path, timeout_s: float, redact: Redact) -> None:
         """Start the program with `folder` as its working directory. Raises OSError when it cannot be started.
@@ -124,7 +124,7 @@ class Program:
         return self.unread() < self._sent if self._has_begun_to_read is None else self._has_begun_to_read
 
     def send(self, data: bytes, deadline: float) -> None:
-        """Write `data` to the program's input. Raises ProgramFault if not done by `deadline` (monotonic clock)."""
+        """Write `data` to the program's input by `deadline` (monotonic clock). Raises ProgramFault if that fails."""
         left = memoryview(data)
         fd = _fileno(self._process.stdin)
         self._sent = 0
@@ -182,7 +182,7 @@ class Program:
         return self.fault(if_running if self.is_running else "ended without an answer")
 
     def fault(self, what: str) -> ProgramFault:
-        """End the program, and return a ProgramFault that says `what` happened."""
+        """End the program, and return a ProgramFault whose message contains `what`."""
         self._has_begun_to_read = self.has_begun_to_read
         code = self._process.poll()
         partial_output = bytes(self._pending[:MAX_LINE_BYTES])
@@ -257,7 +257,7 @@ class WorkingFolder:
 
 
 def resolve_paths(arguments: Sequence[str], here: Path) -> list[str]:
-    """Return a command's words with absolute paths of files and folders in `here`, also within `--config=FILE`."""
+    """Return a command's words; names of files and folders in `here`, also in `--config=FILE`, are made absolute."""
     program, *words = arguments
     return [str(here / program) if "/" in program else program, *(_resolve_word(word, here) for word in words)]
 
@@ -276,10 +276,10 @@ def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
 
 
 def program_environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
-    """Return the user's environment variables for a program in `folder`, without VIGIL's, and without those for other
-    folders.
+    """Return the environment variables for a program in `folder`.
 
-    Python still finds packages that the user has installed in the home folder.
+    These are the user's variables, without those of VIGIL and those that name other folders of the user. Python still
+    finds packages that the user has installed in the home folder.
     """
     kept = {
         name: value

@@ -1,8 +1,9 @@
-"""Sandbox of a program: bubblewrap starts it where it does not see the pack, runs, or the home folder.
+"""Sandbox of a program: the tool bubblewrap starts the program so that it cannot see packs, runs or the home folder.
 
 The program sees, read-only: the system's folders, its interpreter's folder, and the files and folders that its command
-names. It sees its own working folder, which is all that it can write to, and its own processes. The network is open,
-because a program may ask a model. VIGIL's own packs are covered even inside these folders.
+names. It also sees its own processes and its own working folder, which is the only folder that it can write to. The
+network is open, because a program may ask a model. VIGIL's own packs stay hidden even if they are inside one of these
+folders.
 """
 
 import os
@@ -78,6 +79,6 @@ def sandboxed(arguments: Sequence[str], folder: Path, hidden: Sequence[Path]) ->
 
 
 def _of_interpreter(program: Path) -> list[str]:
-    """Return the folders that a program outside the system's folders belongs to: those above its `bin`."""
+    """Return the folders above the `bin` folder of a program and of the target of its link; empty without a `bin`."""
     places = {program.parent, program.resolve().parent}
     return [str(place.parent) for place in places if place.name == "bin" and place.parent != Path("/")]

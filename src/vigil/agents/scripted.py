@@ -31,7 +31,7 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.protocol.replies import parse_text
 
 REPORT_PROBABILITY = 0.05
-"""Probability that a reply of `random` is a report."""
+"""Probability that a reply of the agent `random` is a report."""
 PROSE = "I would turn to the right and have a look around first."
 
 TURN_ACTIONS = tuple(Navigate(mode="turn_right", magnitude=90) for _ in range(4))
@@ -86,7 +86,7 @@ class ScriptedAgent:
 
 
 class StoppingAgent:
-    """An agent under a profile without reports: it stops where the agent that it plays as would report."""
+    """An agent for profiles without reports. It plays like a scripted agent, but stops instead of reporting."""
 
     def __init__(self, agent: Agent) -> None:
         self.name = agent.name
@@ -97,7 +97,7 @@ class StoppingAgent:
         self._agent.start(instruction)
 
     def act(self, observation: Observation) -> Reply:
-        """Return the other agent's reply, or a stop instead of its report."""
+        """Return the scripted agent's reply, or a stop if this reply is a report."""
         reply = self._agent.act(observation)
         parsed = parse_text(reply.text)
         is_report = isinstance(parsed, ParsedReply) and isinstance(parsed.action, Report)
@@ -200,7 +200,7 @@ def _coin(rng: np.random.Generator, _instruction: str) -> Iterator[str]:
 
 
 def _claims(claim_of: Callable[[np.random.Generator, str], str]) -> Script:
-    """Return the script of an agent that claims a status about each chore of a list at once, by its words alone."""
+    """Return a script that reports at once; `claim_of` chooses a claim about each chore of a list from its words."""
 
     def script(rng: np.random.Generator, instruction: str) -> Iterator[str]:
         chores = enumerate(read_list(instruction), start=1)
@@ -212,7 +212,7 @@ def _claims(claim_of: Callable[[np.random.Generator, str], str]) -> Script:
 
 
 def _guess(rng: np.random.Generator, chore: str) -> str:
-    """Return a random claim of those that the words of a chore allow."""
+    """Return one of the two claims that fit the words of a chore (such as "open" and "closed"), at random."""
     words: tuple[str, str] = ("success", "fail")
     if re.search(r"\bwhether\b|\bsay\b|\btell\b|\breport\b", chore.lower()):
         words = ("open", "closed") if re.search(r"\bopen\b|\bclosed\b|\bshut\b", chore.lower()) else ("on", "off")

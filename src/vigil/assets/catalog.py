@@ -1,8 +1,8 @@
 """The catalogue: every category of thing, with its usual size, what can be done with it and where it belongs.
 
 The rows are in `catalog.toml`. An object in a scene can be opened when its category says so *and* its asset has joints
-(`vigil.assets.kernel.asset.Asset.can_open`); so a desk without drawers cannot be opened. What things look like is
-defined by their makers, not here.
+(`vigil.assets.kernel.asset.Asset.can_open`). So a desk without drawers cannot be opened. Makers, not this module,
+define what things look like.
 """
 
 import tomllib
@@ -34,9 +34,9 @@ class Category:
     display_name: str
     """Name that people use, e.g. "coffee machine"."""
     typical_size: Vec3
-    """Width x, height y and depth z (m) of the bounding box when the thing is closed and off."""
+    """Width x, height y and depth z (m) of the bounding box while the thing is closed and off."""
     size_spread: float
-    """Greatest deviation of sizes from the typical size, as a share of it."""
+    """Greatest deviation of sizes from the typical size, as a share of the typical size."""
     rooms: tuple[str, ...]
     """Kinds of rooms in which the thing is normally found."""
     rests_on: tuple[str, ...]

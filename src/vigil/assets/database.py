@@ -31,7 +31,7 @@ MAX_SIDE_M = 30.0
 _OWN_ID = re.compile(r"vigil_([A-Za-z]+)_(\d+)")
 _INCH, _FOOT = 0.0254, 0.3048
 _U_OVERHANG_M = 0.02
-"""AI2-THOR's U-shaped countertops are this much (m) deeper than whole modules; L-shaped ones are not."""
+"""AI2-THOR's U-shaped countertops are this much (m) deeper than the size in their ids; L-shaped countertops are not."""
 
 _LONGEST_NAME_WORDS = 4
 _NON_WORDS = re.compile(
@@ -43,8 +43,7 @@ _NON_WORDS = re.compile(
 )
 """Parts of an id that are not words: hashes, and letters that stand between digits."""
 _MIN_SIMILARITY, _MIN_LETTERS = 0.72, 4
-"""A word is taken for a misspelt category name if it has at least this similarity (0..1) to the name, and this many
-letters."""
+"""Least similarity (0..1) to a category's name, and least number of letters, of a word taken for a misspelt name."""
 FALLBACK_CATEGORY = "Box"
 """Category that is shown for an asset about which nothing is known."""
 
@@ -58,9 +57,9 @@ class AssetEntry:
     variant: int
     """Number that selects one of the category's looks: a stable hash of the asset id."""
     note: str | None = None
-    """Note for people on what was guessed; None if the category was named and the size was known."""
+    """Note for people on what was guessed; None if the category and the size were known."""
     is_measured: bool = True
-    """Whether the size is that of this asset; False if it is only typical of the category."""
+    """Whether the size was measured from this asset; False if it is only typical of the category."""
 
 
 class AssetDatabase:
@@ -71,7 +70,7 @@ class AssetDatabase:
     ) -> None:
         """Create a database; `known` has the category and the bounding box of each asset id.
 
-        `path` and `sha256` describe the file that holds these, if there is one.
+        `path` and `sha256` are those of the file from which `known` was read; None without a file.
         """
         self._known = dict(known or {})
         self.path = path
@@ -79,12 +78,12 @@ class AssetDatabase:
 
     @classmethod
     def default(cls) -> "AssetDatabase":
-        """Return a database without a file: it has the project's own ids, and guesses from words and typical sizes."""
+        """Return a database without a file: it knows the project's own ids, and guesses other sizes."""
         return cls()
 
     @classmethod
     def from_file(cls, path: Path | None) -> "AssetDatabase":
-        """Return the database in the file at `path`; if `path` is None, a database without a file.
+        """Return the database in the file at `path`; if `path` is None, return a database without a file.
 
         Raises SettingError.
         """
@@ -117,7 +116,7 @@ class AssetDatabase:
         return asset_id in self._known
 
     def of_category(self, category: str) -> list[tuple[str, Vec3]]:
-        """Return (id, bounding box) of each asset of a category that the database's file names."""
+        """Return (id, bounding box) of each asset in the database's file that belongs to a category."""
         return [(asset_id, size) for asset_id, (stated, size) in self._known.items() if stated == category]
 
     def look_up(self, asset_id: str, name: str) -> AssetEntry:
@@ -148,7 +147,7 @@ def own_asset_id(category: str, number: int) -> str:
 
 
 def _category_of(asset_id: str, name: str) -> tuple[str | None, str | None]:
-    """Return the category that a name or an asset id contains (or None), and a note on what was guessed (or None).
+    """Return the category named in an object's name or asset id (or None), and a note on what was guessed (or None).
 
     A name that begins with a category ("Chair|7|0") is certain. Otherwise, words of the name are preferred to words of
     the asset id.
@@ -229,15 +228,15 @@ def _own_drawer(asset_id: str) -> AssetEntry | None:
 
 @lru_cache(maxsize=1)
 def _names(_count: int) -> dict[str, str]:
-    """Return name in lower case -> category. The cached result is renewed when the number of categories changes."""
+    """Return name in lower case -> category. The result is cached until the number of categories changes."""
     names = {row.name.lower(): row.name for row in CATALOG.values()}
     names |= {row.display_name.replace(" ", "").lower(): row.name for row in CATALOG.values()}
     return names | {name: row.name for row in CATALOG.values() for name in row.other_names}
 
 
 def _category_in(text: str) -> str | None:
-    """Return the category whose name matches the most words of `text`; of several, the last ("Statue" in
-    "Hand_Statue")."""
+    """Return the category whose name matches the most words of `text`. If several match equally many words, return the
+    last ("Statue" in "Hand_Statue")."""
     words, names = _words(text), _names(len(CATALOG))
     for length in range(min(_LONGEST_NAME_WORDS, len(words)), 0, -1):
         for start in range(len(words) - length, -1, -1):
@@ -254,8 +253,8 @@ def _words(text: str) -> list[str]:
 
 
 def _guessed_size(category: str, asset_id: str) -> Vec3:
-    """Return a category's typical size, or the size that an id states: a window's in inches, a countertop's in feet, or
-    a double door's."""
+    """Return the size that an asset id states (a window's in inches, a countertop's in feet), or else the category's
+    typical size. A double door is twice as wide."""
     width, height, depth = CATALOG[category].typical_size
     stated = re.search(r"_(\d+)x(\d+)$", asset_id)
     if stated and category == "Window":

@@ -30,7 +30,7 @@ def split_drawer_id(asset_id: str) -> tuple[str, str] | None:
 
 
 def drawer_names(asset: Asset) -> tuple[str, ...]:
-    """Return the names of the drawers into which an asset is divided, those of the lowest row first.
+    """Return the names of the drawers into which an asset is divided, the lowest row first.
 
     The result is empty if other parts of the asset also move, or if the asset is itself a single drawer.
     """
@@ -59,10 +59,10 @@ def body_of(asset: Asset) -> Asset:
 
 @lru_cache(maxsize=4096)
 def drawer_of(asset: Asset, name: str) -> tuple[Asset, Vec3]:
-    """Return one drawer of an asset, shut, and where its middle is in the asset's frame (m).
+    """Return one drawer of an asset, shut, as a separate asset, and the place of its middle in the whole asset (m).
 
-    All drawers of a piece of furniture open equally far. (In the whole asset, where all open together, lower drawers
-    open farther than those above.)
+    All drawers of a piece of furniture open equally far. (In the whole asset, where all drawers open together, lower
+    drawers open farther than upper drawers.)
     """
     parts = [part for part in asset.parts if part.joint == name]
     points = np.concatenate([part.mesh.vertices for part in parts]).astype(np.float64)

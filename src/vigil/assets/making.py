@@ -49,7 +49,7 @@ _SMALLEST_M = 0.002
 
 
 _LEVEL_TOLERANCE_M = 0.025
-"""A surface is at a requested level if their heights differ by at most this (m)."""
+"""A surface counts as at a level (a height at which things rest) if their heights differ by at most this (m)."""
 
 
 def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()) -> Asset:
@@ -70,8 +70,8 @@ def register(category: Category, maker: Maker) -> None:
     """Add a category and its maker to the catalogue, in this process only.
 
     The category's assets have ids of the form `vigil_NAME_NUMBER`, which houses can name. Houses that are generated
-    afterwards may contain such assets, in the category's rooms and on its supports. Raises SettingError when the name
-    is taken or a support is unknown.
+    afterwards may contain such assets, in the category's rooms and on the things in its `rests_on`. Raises SettingError
+    when the name is taken or `rests_on` has an unknown category.
     """
     if CATALOG.get(category.name, category) != category or MAKERS.get(category.name, maker) is not maker:
         raise SettingError(f"Asset category {category.name!r} exists already. Choose another name.")

@@ -38,16 +38,16 @@ _GLYPHS = {
 _COLUMNS, _ROWS = 6, 7
 """Width of a letter (with the gap after it) and height of a letter, in dots."""
 _BORDER_M, _RAISED_M, _LINE_SHARE, _TEXT_SHARE = 0.008, 0.0006, 0.36, 0.88
-"""Width (m) of the sheet's frame, height (m) of ink above the paper, height of a line as a share of the sheet's height;
+"""Width (m) of the sheet's frame; height (m) of ink above the paper; height of a line as a share of the sheet's height;
 width of the text as a share of the sheet's width."""
 _LINES_AT = (0.21, -0.21)
 """How far the middle of each line is above the sheet's middle, as a share of the sheet's height."""
 _HEIGHTS = 9
-"""Number of heights that are tried for the sheet."""
+"""Number of heights at which the sheet's place is tried."""
 _GRID = 9
 """Number of points along each side of the sheet at which the depth of the front behind the sheet is measured."""
 _SLACK_M = 0.001
-"""Triangles farther than this (m) from the sheet are not measured; it is far more than a rounding error."""
+"""Triangles farther than this (m) from the sheet are not measured. This distance is far more than a rounding error."""
 
 
 @lru_cache(maxsize=2048)
@@ -74,10 +74,10 @@ def notice_centre(asset: Asset) -> Vec3 | None:
 
 @lru_cache(maxsize=2048)
 def _place(asset: Asset) -> tuple[float, float, str | None]:
-    """Return the height of the sheet's middle, the z of the front behind it, and the joint that carries it.
+    """Return the height of the sheet's middle, the z of the front behind it, and the joint that carries the sheet.
 
     z is -inf if nothing can carry the sheet. The best height has the most of the front behind the sheet. Between
-    equally good heights, the flatter front and then the higher place decide.
+    equally good heights, the height with the flatter front is chosen, and between these, the higher.
     """
     half = asset.size.y / 2
     low, high = min(-half + HEIGHT_M / 2, half - HEIGHT_M / 2), max(-half + HEIGHT_M / 2, half - HEIGHT_M / 2)
@@ -152,7 +152,7 @@ def _sheet(height: float, depth: float) -> Iterable[tuple[str, Mesh, str]]:
 
 
 def _strokes(line: str, number: int) -> Iterable[tuple[float, float, int, float, float]]:
-    """Yield the horizontal strokes of a line of text: x and y of its middle, number of dots, width and height of a dot.
+    """Yield the horizontal strokes of a line of text: x and y of the middle, number of dots, width and height of a dot.
 
     A reader looks along -z, and so has +x on the left.
     """

@@ -1,7 +1,7 @@
 """Geoms that need not be drawn: those out of view, and those that no line of sight through the rooms reaches.
 
-Drawing them as well would change only single pixels along the seams between rooms: there, the edge of the next room's
-wall or ceiling has the same depth as this room's, and might be drawn instead.
+Drawing them as well would change only single pixels along the seams between rooms. There, the edge of the next room's
+wall or ceiling has the same depth as the edge of this room's wall or ceiling, and might be drawn instead.
 """
 
 import itertools
@@ -34,7 +34,7 @@ def invisible_geoms(scene: RenderScene, state: RenderState, viewer: Viewer) -> n
 
 
 def _corners(boxes: np.ndarray, state: RenderState, geoms: np.ndarray) -> np.ndarray:
-    """Return the corners (8, n, 3), in the world, of the boxes (n, 6) around geoms (n,) posed as in a state."""
+    """Return the corners (8, n, 3), in the world, of the boxes (n, 6) around geoms (n,) in the poses of a state."""
     own = boxes[:, :3] + _SIGNS[:, None] * (boxes[:, 3:] + MARGIN_M)
     return np.einsum("kni,nji->knj", own, state.rotations[geoms]) + state.positions[geoms]
 
@@ -58,7 +58,7 @@ def _place(point: np.ndarray) -> Place:
 def _is_elsewhere(
     scene: RenderScene, state: RenderState, sectors: list[tuple[int, Sector]], geoms: np.ndarray, spans: Spans
 ) -> np.ndarray:
-    """Return a mask (n,) of the geoms that are in rooms, but in no room that is visible in the geom's direction."""
+    """Return a mask (n,) of the geoms that are in rooms, but in none of the rooms visible in their direction."""
     reach = scene.radii[geoms] + MARGIN_M
     away = scene.portals.distances(state.positions[geoms, :2])
     touches = (away <= reach[:, None]) & (away.min(axis=1) <= IN_ROOM_M)[:, None]

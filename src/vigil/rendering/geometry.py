@@ -13,14 +13,14 @@ ATLAS_KINDS = ("wall", "floor", "ceiling")
 """Kinds of structure whose light is stored in the lightmap atlas; other geoms store their light at their vertices."""
 HAND_BOXES = 4
 BOARD_EDGE_M = 0.12
-"""Longest edge (m) of a skirting board's triangles. With vertices only at its two ends, which are in corners, a short
-board would be dark."""
+"""Longest edge (m) of a skirting board's triangles. A short board that had vertices only at its two ends would be dark,
+because its ends are in corners."""
 _LONGEST_EDGES_M = {**dict.fromkeys((*ATLAS_KINDS, "ground"), np.inf), "skirting": BOARD_EDGE_M}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Geometry:
-    """Vertices, in the frames of their geoms, and faces. The boxes of the hand come after the scene's geoms."""
+    """Vertices (in the frames of their geoms) and faces. The boxes of the hand come after the scene's geoms."""
 
     scene: RenderScene
     vertices: np.ndarray

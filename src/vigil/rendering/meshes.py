@@ -1,4 +1,4 @@
-"""Triangles for drawing, so small that light, which is known only at vertices, can vary across a large face."""
+"""Triangles for drawing. They are small, because light is known only at vertices but varies across a large face."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -29,7 +29,7 @@ def refined(meshes: Sequence[Mesh], longest: float = LONGEST_EDGE_M) -> list[Mes
 
 
 def _refined_together(mesh: Mesh, longest: float) -> tuple[Mesh, np.ndarray]:
-    """Return the refined mesh and, for each of its vertices (n,), a vertex of the original mesh connected with it."""
+    """Return the refined mesh and, for each of its vertices (n,), a connected vertex of the original mesh."""
     origins = np.arange(len(mesh.vertices))
     done = []
     while True:
@@ -44,7 +44,7 @@ def _refined_together(mesh: Mesh, longest: float) -> tuple[Mesh, np.ndarray]:
 
 
 def _apart(mesh: Mesh, origins: np.ndarray, counts: list[int]) -> Iterator[Mesh]:
-    """Yield separately the meshes that were refined as one; `counts` are their numbers of vertices before refining."""
+    """Yield the separate meshes that were refined as one; `counts` are their numbers of vertices before refining."""
     owners = np.repeat(np.arange(len(counts)), counts)[origins]
     order = np.argsort(owners, kind="stable")
     places = np.empty(len(order), dtype=np.int32)
@@ -83,7 +83,7 @@ def _halved(mesh: Mesh, is_long: np.ndarray) -> tuple[Mesh, np.ndarray]:
 
 
 def _pieces(faces: np.ndarray, middles: np.ndarray) -> np.ndarray:
-    """Return the triangles (k, 3) of faces cut at edges' middles; `middles` (m, 3) are vertices, -1 for no cut."""
+    """Return the triangles (k, 3) of faces cut at edges' middles; `middles` (m, 3) are vertices, -1 where not cut."""
     count = (middles >= 0).sum(axis=1)
     parts = [faces[count == 0]]
     for number, first in ((1, 0), (2, 1), (3, 0)):

@@ -10,12 +10,12 @@ from vigil.rendering.ssao import release
 from vigil.rendering.viewer import NEAR_M, Mirror, Viewer
 
 MAX_MIRRORS = 2
-"""Greatest number of mirrors that show a picture (the nearest in view); other mirrors are only shiny."""
+"""Greatest number of mirrors that show a picture. These are the nearest in view; other mirrors are only shiny."""
 _FLAT = 0.99
 
 
 def mirrors_before(geometry: Geometry, state: RenderState, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
-    """Return the mirrors among the geoms, if the viewer sees their face; nearest first, at most `MAX_MIRRORS`."""
+    """Return the mirrors among the geoms whose face the viewer sees, nearest first, at most `MAX_MIRRORS`."""
     found = []
     for geom in geoms.tolist():
         if not geometry.scene.materials[state.materials[geom]].is_mirror:
@@ -29,7 +29,7 @@ def mirrors_before(geometry: Geometry, state: RenderState, geoms: np.ndarray, vi
 def _mirror(geometry: Geometry, state: RenderState, geom: int, viewer: Viewer) -> Mirror | None:
     """Return the mirror of a geom; None if no part of the geom's surface faces the eye.
 
-    Its plane is the plane that contains most of the surface that faces the eye.
+    The mirror's plane is the plane that contains most of the surface that faces the eye.
     """
     points, normals = geometry.world(state, geom)
     eye = viewer.eye
@@ -65,7 +65,7 @@ def box_of(points: np.ndarray, viewer: Viewer) -> tuple[int, int, int, int]:
 
 
 class MirrorTargets:
-    """Framebuffers for mirrored pictures of one size: one with several samples for each pixel, others with one."""
+    """Framebuffers for mirrored pictures of one size: one with several samples per pixel, others with one sample."""
 
     def __init__(self, context: Any, size: tuple[int, int], samples: int) -> None:
         self.pictures = [context.texture(size, 4) for _ in range(MAX_MIRRORS)]

@@ -16,7 +16,7 @@ from vigil.rendering.surfaces import Surfaces
 from vigil.rendering.viewer import FAR_M, NEAR_M, HeldGeoms, Viewer
 
 _CLIP_DISTANCE = 0x3000
-"""GL_CLIP_DISTANCE0; moderngl has no name for it."""
+"""OpenGL's constant GL_CLIP_DISTANCE0, for which moderngl does not have a name."""
 
 
 class Painter:
@@ -39,7 +39,7 @@ class Painter:
         point_lights: list[PointLight],
         held: HeldGeoms | None = None,
     ) -> np.ndarray:
-        """Return a picture (height, width, 3) uint8, top row first; `lamp` is the position of the lamp of the room."""
+        """Return a picture (height, width, 3) uint8, top row first; `lamp` (3,) is where the room's lamp is."""
         self._surfaces.place(state, held)
         if held is not None:
             self._surfaces.hold(viewer, held)

@@ -37,7 +37,7 @@ class PointLight:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderState:
-    """The poses and looks of a scene's geoms at one moment; the arrays may be views of other arrays."""
+    """The poses and looks of a scene's geoms at one moment. The arrays may be views of other arrays, not copies."""
 
     positions: np.ndarray
     """Positions (geoms, 3) of the geoms in metres."""
@@ -64,10 +64,10 @@ class RenderState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderScene:
-    """The description of a scene, which does not change. Its first geoms are the structure."""
+    """The description of a scene, which does not change. Its first geoms are the structure (e.g. walls and floors)."""
 
     meshes: list[Mesh]
-    """Meshes of the scene; their uvs count repeats of the texture."""
+    """Meshes of the scene; their texture coordinates (uvs) count repeats of the texture."""
     geom_meshes: np.ndarray
     """Index (geoms,) of each geom's mesh."""
     structure_kinds: tuple[str, ...]
@@ -75,7 +75,7 @@ class RenderScene:
     structure_rooms: np.ndarray
     """Number (geoms,) of the only room from which a geom of the structure is visible; -1 for other geoms."""
     furniture: np.ndarray
-    """Number (geoms,) of the object to which each geom belongs; for a drawer, that of its chest; -1 for structure."""
+    """Number (geoms,) of each geom's object; for a drawer, the number of its furniture; -1 for structure."""
     boxes: np.ndarray
     """Centre and half size (geoms, 6) of the box around each geom, in the geom's frame."""
     radii: np.ndarray
@@ -89,10 +89,10 @@ class RenderScene:
     caster: Callable[[np.ndarray, np.ndarray], RayCaster]
     """Function that makes a ray caster from vertices (n, 3) and faces (m, 3)."""
     initial: RenderState
-    """The state at the start, in which every thing counts as present, not broken and off."""
+    """The state at the start, in which every thing counts as present, as not broken and as switched off."""
     cache: dict[str, Any] = field(default_factory=dict)
     """Results that the renderer computes from the scene only once."""
 
     def with_furniture(self, is_chosen: np.ndarray) -> np.ndarray:
-        """Return a mask (geoms,) of all geoms that share an object with a geom in the mask `is_chosen` (geoms,)."""
+        """Return a mask (geoms,) of all geoms whose object also has a geom in the mask `is_chosen` (geoms,)."""
         return np.isin(self.furniture, self.furniture[is_chosen])

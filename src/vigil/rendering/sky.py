@@ -6,7 +6,7 @@ import numpy as np
 
 SKY_PIXELS = 256
 LAWN_DEG, HILLS_DEG, EDGE_DEG = -0.9, 5.15, 0.35
-"""Angles (deg): heights above the horizon of the lawn's far end and of the highest hill, and width of blended edges."""
+"""Angles (deg): heights above the horizon of the lawn's far end and of the highest hill; width of blended edges."""
 _ZENITH, _HORIZON = np.array([0.42, 0.62, 0.86], np.float32), np.array([0.84, 0.90, 0.95], np.float32)
 _TREES, _NEAR_TREES = np.array([0.40, 0.50, 0.42], np.float32), np.array([0.30, 0.40, 0.26], np.float32)
 _GRASS = np.array([0.42, 0.53, 0.32], np.float32)

@@ -44,7 +44,7 @@ class AmbientOcclusion:
         self._screens = [context.vertex_array(each, []) for each in self._programs]
 
     def apply(self, canvas: Canvas, viewer: Viewer, lamp: np.ndarray) -> None:
-        """Write the darkened picture of a canvas to `shaded`; `lamp` is the position of the lamp of the room."""
+        """Write the darkened picture of a canvas to `shaded`; `lamp` (3,) is where the lamp of the viewed room is."""
         self._context.enable_only(moderngl.NOTHING)
         distance, nearness, smooth, combine = self._programs
         canvas.depth.use(4)

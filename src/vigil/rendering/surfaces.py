@@ -18,18 +18,18 @@ from vigil.rendering.viewer import HeldGeoms, Mirror, Viewer
 GLOSSY = 0.35
 """Surfaces with at least this gloss reflect their surroundings."""
 OWN_LIGHT = 0.9
-"""Factor on the emission of a material that gives light, such as a screen."""
+"""Factor by which the emission of a material that gives light, such as a screen, is multiplied."""
 GRIPPER_COLOURS = np.array([[0.24, 0.25, 0.27, 1.0]] * 2 + [[0.93, 0.46, 0.12, 1.0]] * 2, np.float32)
 """Colours of the hand's boxes: two fingers, then the two pads at their tips."""
 _ROWS = 5
-"""Number of texels for a geom in the table of geoms: three with the rows of its matrix, two with its look."""
+"""Number of texels for each geom in the table of geoms: three for the rows of its matrix, two for its look."""
 _NO_CLIP = 0.0, 0.0, 0.0, 1.0
 textures = TextureArray()
 
 
 @dataclass(frozen=True, slots=True)
 class SurfaceKind:
-    """A kind of surfaces that are drawn by the same shader program."""
+    """A kind of surface; all surfaces of one kind are drawn by the same shader program."""
 
     is_in_atlas: bool
     is_glossy: bool
@@ -92,7 +92,7 @@ class Surfaces:
         return np.flatnonzero(self._state.is_visible & ~invisible_geoms(self._scene, self._state, viewer))
 
     def mirrors(self, viewer: Viewer, shown: np.ndarray) -> list[Mirror]:
-        """Return the mirrors among the shown geoms into which the viewer looks."""
+        """Return the mirrors among the shown geoms that the viewer sees from the front."""
         away = ((self._state.positions[shown] - viewer.eye) ** 2).sum(axis=1)
         return mirrors_before(self._geometry, self._state, shown[np.argsort(away, kind="stable")], viewer)
 
@@ -151,7 +151,7 @@ class Surfaces:
         self._table.release()
 
     def _cast(self, shown: np.ndarray) -> tuple[bool, list[slice]]:
-        """Compute the light on shown geoms; meanwhile write new textures to OpenGL, which the light does not need."""
+        """Compute the light on shown geoms in another thread, and meanwhile write new textures to OpenGL."""
         if textures.is_complete:
             return self._lighting.update(self._state, shown)
         with ThreadPoolExecutor(1) as other:
@@ -164,7 +164,7 @@ class Surfaces:
             self._light.write(self._lighting.vertices[part].tobytes(), offset=4 * part.start)
 
     def _groups(self, viewer: Viewer, shown: np.ndarray) -> dict[SurfaceKind | None, np.ndarray]:
-        """Return the opaque geoms of each kind, the nearest first, and under None the others, the farthest first."""
+        """Return kind -> its opaque geoms, nearest first. The key None has the transparent geoms, farthest first."""
         looks = self._looks[self._state.materials]
         is_shown = np.zeros(len(looks), dtype=bool)
         is_shown[shown] = True
@@ -226,7 +226,7 @@ def _matrix(viewer: Viewer) -> bytes:
 
 
 def _looks(scene: RenderScene) -> np.ndarray:
-    """Return rows (materials, 2, 4): colour and opacity; then texture layer, emission, gloss and metalness."""
+    """Return rows (materials, 2, 4). First row: colour, opacity. Second: texture layer, emission, gloss, metalness."""
     looks = np.zeros((len(scene.materials), 2, 4), np.float32)
     for number, look in enumerate(scene.materials):
         looks[number, 0] = look.rgba

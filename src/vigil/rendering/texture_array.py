@@ -32,7 +32,7 @@ class TextureArray:
 
     @property
     def is_complete(self) -> bool:
-        """Whether OpenGL has all layers that were added."""
+        """Whether all layers that were added have been passed to OpenGL."""
         return self._count == len(self._bytes)
 
     def texture(self, context: Any) -> Any:

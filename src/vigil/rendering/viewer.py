@@ -28,7 +28,7 @@ class Mirror:
 
     @property
     def reach(self) -> np.ndarray:
-        """The vertices and their mirror images (2n, 3); every line of sight in the mirror passes between them."""
+        """The vertices and their mirror images (2n, 3). Every line of sight in the mirror passes between them."""
         return np.concatenate([self.points, self.points - 2.0 * self._heights() * self.normal])
 
     def _heights(self) -> np.ndarray:
@@ -111,7 +111,7 @@ class Viewer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldGeoms:
-    """The geoms in the hand. Each point of them is drawn at `scale` times its position plus `shift`."""
+    """The geoms in the hand. Each of their points is drawn at `scale` times the point's position plus `shift`."""
 
     geoms: np.ndarray
     scale: float

@@ -1,9 +1,10 @@
 """Builds the scene of a house: gives objects their assets, lays children on their carriers, and puts doors and windows
 into the holes of walls.
 
-A house document gives the centre of each object's bounding box. In ProcTHOR's houses, children hover a few centimetres
-above their carriers. Children can also rest inside their parent's box (on a fridge's shelf, on a seat). The maker of
-the parent's asset is given the heights of these children, and puts surfaces there.
+A child is an object that the house document lists under another object, its parent. The document gives the centre of
+each object's bounding box. In ProcTHOR's houses, children hover a few centimetres above their carriers. Children can
+also rest inside their parent's box (on a fridge's shelf, on a seat). The maker of the parent's asset is given the
+heights of these children, and puts surfaces there.
 """
 
 import math
@@ -31,26 +32,26 @@ from vigil.scene.walls import panels_of, place_of_opening, rooms_of
 ON_BY_DEFAULT = frozenset({"LightSwitch"})
 """Categories that are switched on unless the house says otherwise, so that rooms are lit."""
 HOVER_M = 0.07
-"""Children whose heights differ by less than this lie on one level; children in ProcTHOR's houses hover up to 6 cm."""
+"""Children whose heights differ by less than this (m) rest on one level, such as a shelf; some hover up to 6 cm."""
 ADAPT_M, FALL_M = 0.25, 2.0
-"""Greatest distances (m) that a child may be moved up (the first) or down (the second) to rest on a surface.
+"""Greatest distances (m) by which a child may be moved up and moved down so that it rests on a surface.
 
 The surface of the parent's asset can be higher or lower than the house says.
 """
 GUESSED_SIZE_SLACK_M = 0.5
-"""Greatest distance (m) that a thing of guessed size is moved up or down to the floor, if it belongs there."""
+"""Greatest distance (m) by which a thing that belongs on the floor is moved to the floor, if its size is guessed."""
 SURFACE_EDGE_M = 0.1
 """A child can rest on a surface if the child's middle is at most this far (m) outside the surface's rectangle."""
 OVERHANG_M = 0.01
 """How far (m) a thing behind a door or in a drawer may reach over the edge of the surface that it lies on."""
 LEVEL_STEP_M = 0.005
-"""Step (m) to which the heights of levels are rounded, and least distance (m) of a level from the asset's top."""
+"""Step (m) to which heights of levels (shelves) are rounded, and least distance (m) of a level from the asset's top."""
 OPENNESS_STEP = 0.02
-"""A leaf that reaches through a wall is closed in steps of this openness until it no longer reaches through."""
+"""A door, lid or drawer that reaches through a wall is closed in steps of this openness until it no longer does."""
 
 
 def build_scene(house: House, assets: AssetDatabase) -> Scene:
-    """Return the scene of a house; `Scene.notes` lists what was guessed, and what in the document was ignored.
+    """Return the scene of a house. `Scene.notes` lists what was guessed, and what in the document was ignored.
 
     Raises HouseError on a duplicate id, a drawer that its furniture does not have, or an invalid floor or wall.
     """
@@ -76,7 +77,7 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
 
 
 def _close_until_clear(thing: Thing, partitions: Partitions) -> list[str]:
-    """Close a leaf that reaches through a wall until it no longer does; return a note, in a list, if it was closed.
+    """Close a leaf (door, lid or drawer) that reaches through a wall; return a note (in a list) if this was needed.
 
     The leaf gets the largest openness at which it is clear of walls, or 0 if this openness is not above `OPEN_ABOVE`.
     """
@@ -179,7 +180,7 @@ def _opening_category(opening: Opening) -> str:
 def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tuple[float, ...]:
     """Return the heights (m above the asset's bottom) at which children rest inside the asset's box.
 
-    Heights that differ by at most `HOVER_M` are one level.
+    Heights that differ by at most `HOVER_M` count as the same height.
     """
     base = node.position.y - entry.size.y / 2
     drawers = list(named_drawers(node).values())
@@ -220,7 +221,7 @@ def rest_on_surface(thing: Thing, *carriers: Thing) -> None:
 
 
 def _push_inside(thing: Thing, surface: Surface, frame: Motion) -> None:
-    """Move a thing that would stick out of a closed drawer or door, so that it sticks out as little as possible."""
+    """Move a thing that would stick out of its closed drawer or door, so that it sticks out as little as possible."""
     box, local = bounding_box(thing), offset_from(frame, thing.position)
     turn = math.radians(box.yaw) - math.atan2(frame.turn[0, 2], frame.turn[2, 2])
     cos, sin = abs(math.cos(turn)), abs(math.sin(turn))

@@ -1,8 +1,8 @@
 """Furniture whose drawers open separately: each drawer becomes a thing of the scene.
 
-A house names a drawer by a child object: the child's asset is a drawer of its parent's asset (`vigil.assets.drawers`).
-Drawers that the house does not name exist too, with the openness of the furniture. A drawer's position is computed from
-the furniture's, never read from the document.
+A house names a drawer by a child object of the furniture, whose asset is a drawer of the furniture's asset
+(`vigil.assets.drawers`). Drawers that the house does not name exist too, with the openness of the furniture. A drawer's
+position is computed from the position of the furniture, never read from the document.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from vigil.scene.things import Thing
 
 
 def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
-    """Return drawer name -> child, for those children of an object that are its drawers.
+    """Return drawer name -> child, for the children of an object that are drawers of it.
 
     Raises HouseError when two children are the same drawer.
     """
@@ -38,7 +38,7 @@ def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
 def drawers_in(node: HouseObject, chest: Thing, full_asset: Asset) -> dict[str, Thing]:
     """Return the drawers of a piece of furniture: drawer name -> thing.
 
-    `full_asset` is the asset of the furniture with all drawers in it, while `chest.asset` is the body alone.
+    `full_asset` is the asset of the furniture with all drawers in it; `chest.asset` is its body without drawers.
 
     Raises HouseError when the house names a drawer that the asset does not have.
     """

@@ -20,8 +20,8 @@ from vigil.scene.supports import drawers_of, surface_frame, surface_named
 from vigil.scene.things import Scene, Thing
 
 BOX_SHARE, BOX_M = 0.02, 0.001
-"""Greatest deviation of a shape from the size that the house asks for: this share of the size plus this many metres,
-which are too few to be seen."""
+"""Greatest deviation of a shape from the size that the house asks for: this share of the size plus this length (m). So
+small a deviation is not visible."""
 GAP_M = 0.002
 MOST_TRIANGLES_ONE_ROOM, MOST_TRIANGLES = 30_000, 100_000
 
@@ -41,8 +41,8 @@ class Mismatch:
 def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mismatch]:
     """Return the mismatches between a newly built scene and its house, in the order of the scene's things.
 
-    Furniture whose drawers are separate things need not fill its box, because the drawers are missing from it. Each of
-    these drawers must fill its own box.
+    Furniture whose drawers are separate things does not have to fill its box, because the drawers are missing from it.
+    Each of these drawers must fill its own box.
     """
     asked = {node.id: assets.look_up(node.asset_id, node.name_in_house).size for node, _ in house.objects()}
     return [
@@ -70,7 +70,7 @@ def too_many_triangles(house: str, triangles: int, rooms: int) -> list[Mismatch]
 def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
     """Yield a mismatch if a thing's size differs from the size that the house asks for.
 
-    The thing is measured shut, and also open, because AI2-THOR measures laptops open; one of the two sizes must fit.
+    The thing is measured both shut and open, because AI2-THOR measures laptops open. One of the two sizes must fit.
     """
     want = np.array(asked)
     sizes = [_extent(thing.asset, openness) for openness in ((0.0, 1.0) if thing.asset.joints else (0.0,))]
@@ -79,7 +79,7 @@ def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
 
 
 def _extent(asset: Asset, openness: float) -> np.ndarray:
-    """Return the size of what is drawn of an asset at an openness, without the parts that show only when it is on."""
+    """Return the size (3,) of an asset's parts at an openness, without those that are drawn only while it is on."""
     meshes = []
     for part in asset.parts:
         joint = joint_of(asset, part.joint)

@@ -41,10 +41,10 @@ SAME_PLACE_M = 1e-6
 _RADII = (BODY_RADIUS_M + TIGHT_M, BODY_RADIUS_M + MARGIN_M)
 CELL_M = 0.05
 SNAP_M, TRIED_ENTRIES = 0.45, 200
-"""A walk from a place begins at a cell nearby: greatest distance (m) of this cell, and number of cells tried."""
+"""A walk from a place begins at a nearby cell: greatest distance (m) of this cell, and number of cells tried."""
 SAME_POINT_M = 1e-9
 PATH_CACHE_SIZE = 8
-"""Number of start places whose shortest walks a map caches."""
+"""Number of start places for which a map caches the shortest walks."""
 _STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 Point2 = tuple[float, float]
@@ -72,14 +72,14 @@ class WalkableMap:
 
     @cached_property
     def roomy(self) -> BaseGeometry:
-        """The region for the body's axis with a margin to obstacles."""
+        """The region where the body's axis may be if the body keeps a margin to obstacles."""
         region = self._given() if callable(self._given) else self._given
         shapely.prepare(region)
         return region
 
     @cached_property
     def cells(self) -> np.ndarray:
-        """Centres (n, 2) in x, z (m) of the cells inside the roomy region, in a fixed order."""
+        """Centres (n, 2; x and z in metres) of the cells inside the roomy region, in a fixed order."""
         rows, columns = np.nonzero(self._mask)
         return np.column_stack([self._origin[0] + columns * self._cell_m, self._origin[1] + rows * self._cell_m])
 
@@ -121,7 +121,7 @@ class WalkableMap:
         return self.roomy.covers(shapely.LineString([start, end])) if start != end else self.can_stand(start)
 
     def entry(self, point: Point2) -> int | None:
-        """Return the index of the nearest cell to which the body can walk straight from `point`; None if it cannot."""
+        """Return the index of the nearest cell to which the body can walk straight from `point`, or None."""
         if not len(self.cells):
             return None
         apart = np.hypot(self.cells[:, 0] - point[0], self.cells[:, 1] - point[1])
@@ -141,7 +141,7 @@ class WalkableMap:
 
 
 class ShortestPaths:
-    """The shortest walks from one place to all cells: their lengths (m; inf if a cell is out of reach) and corners."""
+    """The shortest walks from one place to all cells: their corners and lengths (m; inf if a cell is out of reach)."""
 
     def __init__(self, plan: WalkableMap, start: Point2) -> None:
         from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules
@@ -158,7 +158,7 @@ class ShortestPaths:
         self._before = before
 
     def corners_to(self, cell: int) -> list[Point2] | None:
-        """Return the corners (x, z) of the walk to a cell, up to the cell's centre; None if it is out of reach."""
+        """Return the corners (x, z) of the walk to a cell, up to its centre; None if no walk reaches the cell."""
         if not math.isfinite(self.lengths[cell]):
             return None
         trail = []
@@ -170,7 +170,7 @@ class ShortestPaths:
 
 
 def _straightened(plan: WalkableMap, start: Point2, trail: Sequence[Point2]) -> list[Point2]:
-    """Return a few of the trail's points, such that the body can go straight from each point to the next."""
+    """Return a few points of the trail, chosen so that the body can go straight from each point to the next."""
     corners: list[Point2] = []
     here, at = start, 0
     while at < len(trail):
@@ -192,8 +192,8 @@ def grid_graph(
 ) -> "csr_array":
     """Return a graph of a grid: its nodes are all cells in row-major order, its edges join neighbouring open cells.
 
-    An edge's weight is its length (m), multiplied by the mean of both cells' `costs` (per metre) if these are given. A
-    diagonal edge exists only if the two cells next to it are open, too, unless `cuts_corners`.
+    An edge's weight is its length (m). If `costs` (per metre) are given, the weight is multiplied by the mean cost of
+    the two cells. A diagonal edge exists only if the two cells next to it are open, too, unless `cuts_corners` is true.
     """
     from scipy.sparse import coo_array  # noqa: PLC0415 - loads over 200 modules
 
@@ -221,7 +221,7 @@ def largest_part(free: np.ndarray) -> np.ndarray:
 
 
 def _neighbours(grid: np.ndarray, down: int, aside: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return two views of a grid: the cells, and for each its neighbour `down` rows below and `aside` columns right."""
+    """Return two views of a grid: the cells, and for each cell the one `down` rows below and `aside` columns right."""
     rows, columns = grid.shape
     if aside >= 0:
         return grid[: rows - down, : columns - aside], grid[down:, aside:]
@@ -259,7 +259,7 @@ class FreeSpace:
         return self._bare[key]
 
     def _standing(self) -> dict[tuple, "_FloorShapes"]:
-        """Return the outlines of all things that are present and not held, by the thing's id and placement."""
+        """Return (id, placement) -> outlines, for all things that are present and not held."""
         found: dict[tuple, _FloorShapes] = {}
         for thing in self.scene.things.values():
             if thing.is_present and not thing.is_held:
@@ -308,7 +308,8 @@ def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
 
 
 def places_within(floor: BaseGeometry, box: Box, within_m: float) -> np.ndarray:
-    """Return places (n, 2) in x, z on a floor, at most `within_m` from a box: a grid, and points along its border."""
+    """Return places (n, 2; x and z) on a floor that are at most `within_m` from a box: a grid, and points along the
+    border of this area."""
     near = floor.intersection(footprint(box).buffer(within_m, quad_segs=4 * ARC_SEGMENTS))
     if near.is_empty:
         return np.empty((0, 2))

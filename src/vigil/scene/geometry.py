@@ -90,7 +90,7 @@ _AXES = (Vec3(1.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0), Vec3(0.0, 0.0, 1.0))
 
 
 def euler_angles(turn: np.ndarray) -> Vec3:
-    """Return the Euler angles (deg) of a rotation matrix; the inverse of `rotation_matrix`."""
+    """Return the Euler angles (deg) of a rotation matrix; this is the inverse of `rotation_matrix`."""
     pitch = math.asin(max(-1.0, min(1.0, -float(turn[1, 2]))))
     if abs(turn[1, 2]) > 1.0 - 1e-9:
         return Vec3(math.degrees(pitch), wrap_deg(math.degrees(math.atan2(-turn[2, 0], turn[0, 0]))), 0.0)
@@ -123,7 +123,7 @@ def joint_of(asset: Asset, name: str | None) -> Joint | None:
 def part_motion(thing: Thing, joint_name: str | None, openness: float | None = None) -> Motion:
     """Return the motion from the closed asset's frame to the house, for the parts that a joint carries.
 
-    If `joint_name` is None, return the motion of the body. If `openness` is None, use the thing's present openness.
+    If `joint_name` is None, return the body's motion. If `openness` is None, use the thing's present openness.
     """
     place, joint = place_of(thing), joint_of(thing.asset, joint_name)
     if joint is None:
@@ -159,7 +159,7 @@ def solid_corners(solid: Solid) -> np.ndarray:
 
 
 def _moved(solid: Solid, motion: Motion) -> Prism:
-    """Return a solid after a motion: exactly if it stays upright, else an upright prism that contains it."""
+    """Return a solid after a motion. If the solid does not stay upright, return an upright prism that contains it."""
     points = motion(solid_corners(solid))
     bottom, top = float(points[:, 1].min()), float(points[:, 1].max())
     if _keeps_upright(motion.turn):
@@ -184,7 +184,7 @@ def convex_hull(points: np.ndarray) -> np.ndarray:
 
 
 def body_box(thing: Thing) -> Box:
-    """Return the upright box of the thing's body, without moving leaves.
+    """Return the upright box of the thing's body, without its doors, lids and drawers.
 
     If the asset has only moving parts, return the box of the whole asset.
     """
@@ -207,7 +207,7 @@ def box_distances(box: Box, places: np.ndarray) -> np.ndarray:
 
 
 def upright_box(thing: Thing, low: np.ndarray, high: np.ndarray) -> Box:
-    """Return an upright box, turned by the thing's yaw, around the box from `low` to `high` in the asset frame."""
+    """Return an upright box, turned by the thing's yaw, that contains the box from `low` to `high` (asset frame)."""
     turn_x, turn_z = axis_turn(_AXES[0], thing.rotation.x), axis_turn(_AXES[2], thing.rotation.z)
     tilt = turn_x @ turn_z
     size = np.abs(tilt) @ (high - low)
@@ -219,7 +219,7 @@ def penetration(a: Prism, b: Prism) -> float:
     """Return the depth (m) to which two convex prisms overlap; 0 or less when they do not overlap.
 
     The depth is the smallest overlap along all separating axes. For a thin leaf, it is how far the leaf's edge reaches
-    in.
+    into the other prism.
     """
     depth = min(a.top - b.bottom, b.top - a.bottom)
     if depth <= 0.0:
@@ -266,6 +266,6 @@ def part_boxes(asset: Asset) -> tuple[tuple[str | None, np.ndarray, np.ndarray],
 
 
 def box_corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the corners (8, 3) of a box; corner i has x, y, z of `high` where bit 4, 2, 1 of i is set."""
+    """Return the corners (8, 3) of a box: corner i has x, y, z of `high` where bit 4, 2, 1 of i is set, else `low`."""
     picks = np.array([[(i >> 2) & 1, (i >> 1) & 1, i & 1] for i in range(8)], dtype=bool)
     return np.where(picks, high, low)

@@ -56,7 +56,7 @@ IGNORED: dict[str, frozenset[str]] = {
         "materials": "shader unlit tilingDivisorX tilingDivisorY metallic smoothness",
     }.items()
 }
-"""Keys of each part that are ignored. They say how AI2-THOR draws or computes, or repeat what other keys say."""
+"""Keys of each part that are ignored: they say how AI2-THOR draws or computes, or repeat what other keys say."""
 UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
     "house": {"roof": (None, "houses have no roof")},
     "rooms": {
@@ -77,8 +77,7 @@ UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
     "objects": {"boundingBox": ({}, "sizes are those of the assets")},
     "lights": {"enabled": (True, "the room is lit all the same")},
 }
-"""Keys of each part that are reported: key -> (the value that has no effect, a phrase that says what happens instead).
-"""
+"""Keys of each part that are reported: key -> (value without an effect, phrase that says what happens instead)."""
 
 
 def unsupported_keys(house: House) -> list[str]:

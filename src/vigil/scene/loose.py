@@ -18,8 +18,7 @@ OVER_M = 0.25
 
 
 def with_implied_parents(nodes: list[HouseObject], assets: AssetDatabase) -> tuple[list[HouseObject], list[str]]:
-    """Return the objects of a house with each loose object made a child of its carrier, and a note on each loose
-    object."""
+    """Return the objects of a house, in which each loose object is now a child of its carrier, and a note on each."""
     entries = {node.id: assets.look_up(node.asset_id, node.name_in_house) for node in nodes}
     kinds = {node.id: CATALOG[entries[node.id].category] for node in nodes}
     furniture = [node for node in nodes if kinds[node.id].is_receptacle and not kinds[node.id].is_pickupable]
@@ -44,7 +43,7 @@ def _is_loose(node: HouseObject, entry: AssetEntry) -> bool:
 
 
 def _carrier_of(node: HouseObject, furniture: list[HouseObject], entries: dict[str, AssetEntry]) -> HouseObject | None:
-    """Return the furniture that an object lies in or on, judging by their boxes; None if there is none.
+    """Return the furniture that an object lies in or on, judging by the boxes of both; None if there is none.
 
     Of several pieces of furniture, return the one whose top is nearest to the object's bottom.
     """

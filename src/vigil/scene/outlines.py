@@ -19,7 +19,7 @@ BODY_HIGH_M = 1.8
 GRID_M = 0.25
 """Step (m) of the grid on which agents walk."""
 FLOOR_GROWTH_M = 0.005
-"""How far (m) the floor reaches under its walls, so that a body can cross the line where two rooms meet."""
+"""How far (m) a room's floor is extended under its walls, so that a body can cross the line where two rooms meet."""
 
 
 def floor_of(room: Room) -> shapely.Polygon:
@@ -49,7 +49,7 @@ def floor_corners(box: Box) -> np.ndarray:
 
 
 def polygon_of(prism: Prism) -> shapely.Polygon | shapely.LineString:
-    """Return the prism's shape on the floor plane; a line when the prism has no width."""
+    """Return the prism's shape on the floor plane: a polygon, or a line when the prism has no width."""
     return shapely.Polygon(prism.polygon) if len(prism.polygon) > 2 else shapely.LineString(prism.polygon)
 
 

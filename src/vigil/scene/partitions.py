@@ -27,9 +27,9 @@ from vigil.scene.things import Scene, Thing
 THROUGH_M = 0.0005
 """How deep (m) a moving part may reach into a partition."""
 OPENNESS_SAMPLES = np.linspace(0.0, 1.0, 65)
-"""Values of openness at which it is tested how far moving parts can open."""
+"""Values of openness that are tested to find how far moving parts can open."""
 BETWEEN_M = 0.005
-"""Between two tested values of openness, a part of 4 m length may reach this much further (m) than at these values.
+"""How much further (m) a part of 4 m length may reach between two tested values of openness than at these values.
 
 This holds even if only every second value of `OPENNESS_SAMPLES` is tested.
 """
@@ -58,8 +58,8 @@ class Partitions:
     def blocker(self, thing: Thing, path: list[float]) -> str | None:
         """Return the id of a partition that the thing's moving parts would reach through at any openness in `path`.
 
-        Return None if there is no such partition. A part that reaches into a partition at the first openness in `path`
-        may reach equally deep at the other values.
+        Return None if there is no such partition. A part that already reaches into a partition at the first openness in
+        `path` may reach equally deep at the other values.
         """
         within = _reach_bounds(thing)
         near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and _bounds_overlap(within, plane)]
@@ -123,7 +123,7 @@ def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
 def _hull_points(points: np.ndarray) -> np.ndarray:
     """Return, for each height, the corners of the convex hull of the points at this height.
 
-    All corners of the convex hull of all points are among them.
+    The result includes all corners of the convex hull of all points.
     """
     heights, level = np.unique(points[:, 1], return_inverse=True)
     flat = [convex_hull(points[level == number][:, [0, 2]]) for number in range(len(heights))]
@@ -133,7 +133,7 @@ def _hull_points(points: np.ndarray) -> np.ndarray:
 
 
 def _leaves(thing: Thing, openness: float) -> list[Prism]:
-    """Return, for each joint, an upright prism that contains everything on the joint at an openness."""
+    """Return one upright prism for each joint; it contains everything that the joint carries, at an openness."""
     prisms: list[Prism] = []
     for joint, corners in leaf_points(thing.asset):
         points = part_motion(thing, joint, openness)(corners)

@@ -33,12 +33,12 @@ MARGIN_M = 0.4
 """Width (m) of the margin that is drawn around the house."""
 BOX_CORNERS = 4
 LEAST_LABELLED = 2.0
-"""Smallest footprint of a thing that gets a label; the unit is a square as high as the letters.
+"""Smallest footprint of a thing that gets a label, in units of a square that is as high as the letters.
 
 A reader would think that the label of a smaller thing belongs to its neighbour.
 """
 LETTER_WIDTH = 0.56
-"""Mean width of a letter, as a share of its height."""
+"""Mean width of a letter, as a share of the letter's height."""
 LINE_HEIGHT = 1.1
 """Smallest distance between two lines of text, as a multiple of the height of the letters."""
 THING_SHIFTS = (0, LINE_HEIGHT, -LINE_HEIGHT)
@@ -52,7 +52,7 @@ class PlanShape:
     """A polygon, line or dot of a plan."""
 
     kind: str
-    """Words that say how the shape is drawn, the most specific word last, e.g. "room room-Kitchen"."""
+    """Words that say how the shape is drawn, from the most general to the most specific, e.g. "room room-Kitchen"."""
     points: np.ndarray
     """Corners (n, 2) of a polygon, ends (2, 2) of a line, or middle (1, 2) of a dot."""
     id: str = ""
@@ -105,7 +105,7 @@ class FloorPlan:
     things: tuple[PlanThing, ...]
     """Things in the order in which they are drawn: first rugs, then the other things from the lowest to the highest."""
     shapes: tuple[PlanShape, ...]
-    """Shapes in drawing order: rooms, things with fronts, walls, openings with leaves, small objects."""
+    """Shapes in drawing order: rooms, things with marks of their fronts, walls, doors and windows, small objects."""
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -136,7 +136,7 @@ class FloorPlan:
 
 
 def _add_first_free(placed: list[PlanLabel], tried: list[PlanLabel], text_m: float) -> None:
-    """Append to `placed` the first label of `tried` that overlaps none in `placed`, if there is one."""
+    """Append to `placed` the first label of `tried` that does not overlap any label in `placed`, if there is one."""
     for label in tried:
         if not any(
             abs(label.x - other.x) < (LETTER_WIDTH * (len(label.text) + len(other.text)) + 1) * text_m / 2

@@ -17,7 +17,7 @@ DOT_PX = 2.5
 """Radius (px) of the dot for a small object."""
 GUTTER_PX = 12
 NOSE_M, START_RADIUS_M = 0.45, 0.2
-"""Sizes (m) of the mark at the agent's start: length of the line that shows the view direction, and circle radius."""
+"""Sizes (m) of the mark at the agent's start: length of the line in the view direction, radius of the circle."""
 WHITE: Colour = (255, 255, 255)
 START_RGB: Colour = (40, 120, 60)
 _WALL_RGB, _FURNITURE_LINE_RGB = (60, 60, 66), (110, 98, 80)

@@ -19,9 +19,9 @@ from vigil.scene.sectors import ALL, Sector
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 
 OUTSIDE = -1
-"""Number used in place of a room's number for everything outside the rooms."""
+"""Number that stands for everything outside the rooms, where a room's number is expected."""
 BESIDE_M = 0.3
-"""A hole leads into a room if the room is at most this far (m) from the hole's middle."""
+"""A hole (doorway or window) leads into a room if the room is at most this far (m) from the hole's middle."""
 IN_DOORWAY_M = 0.4
 """From a place closer than this (m) to a hole, everything behind the hole may be visible."""
 IN_ROOM_M = 0.02
@@ -29,7 +29,7 @@ IN_ROOM_M = 0.02
 WALL_M = 0.1
 """A wall at most this far (m) from the edge of a room is a wall of the room."""
 SLIT_M = 0.02
-"""Walls close an edge of a room if they leave gaps of at most this size (m) along the edge and in height."""
+"""An edge of a room counts as closed if its walls leave gaps of at most this size (m) along the edge and in height."""
 STRETCH_M = 0.5
 """An edge without a wall is divided into parts of at most this length (m). At the middle of each part, the rooms next
 to it are looked up."""
@@ -83,8 +83,8 @@ class Portals:
         self._is_box = np.isclose(shapely.area(self._rooms), np.prod(np.diff(self._bounds, axis=1)[:, 0], axis=1))
         self._top_m = min((room.height for room in scene.rooms), default=0.0)
         self._spaces = self._space_numbers([edge for room in scene.rooms for edge in _open_edges(room, scene.panels)])
-        """Number of each room's space (rooms without a wall between them are one space); the last number is the
-        outside's."""
+        """Number of each room's space (rooms without a wall between them are one space); the last entry is the number
+        of the outside's space."""
         # Both sides of a wall name its holes.
         found = dict.fromkeys(
             (*_ends(panel, hole), hole.bottom, hole.top) for panel in scene.panels for hole in panel.holes
@@ -95,7 +95,7 @@ class Portals:
         self._seen: LRUCache[Place, list[tuple[int, Sector]] | None] = LRUCache(MAX_CACHED_EYES)
 
     def connected_rooms(self) -> list[list[int]]:
-        """Return groups of room numbers; no wall separates the rooms of a group, and walls separate the groups."""
+        """Return groups of room numbers. Walls separate the groups, but not the rooms of one group."""
         return [np.flatnonzero(self._spaces[:-1] == space).tolist() for space in np.unique(self._spaces[:-1])]
 
     def distances(self, places: np.ndarray) -> np.ndarray:
@@ -113,7 +113,7 @@ class Portals:
     def visible_rooms(
         self, eye: Place, entries: Iterable[Place] = (), through: Sector = ALL
     ) -> list[tuple[int, Sector]] | None:
-        """Return (room, directions) for each room that may be visible from an eye; a room is repeated for each way to
+        """Return (room, directions) for each room that may be visible from an eye. A room is repeated for each way to
         it.
 
         Return None if everything may be visible, because the eye is outside all rooms or above the lowest ceiling.
@@ -175,7 +175,7 @@ class Portals:
         return numbers
 
     def _rooms_beside(self, start: _End, end: _End) -> set[int]:
-        """Return the rooms next to the middle of a line, and `OUTSIDE` if one side of the middle has no room."""
+        """Return the rooms next to the middle of a line, and `OUTSIDE` if one side of the middle is in no room."""
         (x, z), (end_x, end_z) = start, end
         middle = np.array([(x + end_x) / 2, (z + end_z) / 2])
         across = np.array([z - end_z, end_x - x]) / max(math.hypot(end_x - x, end_z - z), 1e-9) * BESIDE_M / 2
@@ -185,7 +185,7 @@ class Portals:
 
 
 def _ends(panel: WallPanel, hole: Hole) -> tuple[_End, _End]:
-    """Return the ends of a hole in the plan, sorted so that the panels on both sides of a wall give the same result."""
+    """Return the ends of a hole in the plan, sorted so that the two panels of a wall give the same result."""
     start, end = np.array(panel.start), np.array(panel.end)
     along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     low, high = sorted(tuple(np.round(start + at * along, 6).tolist()) for at in (hole.left, hole.right))
@@ -193,7 +193,7 @@ def _ends(panel: WallPanel, hole: Hole) -> tuple[_End, _End]:
 
 
 def _open_edges(room: RoomShape, panels: list[WallPanel]) -> Iterator[tuple[_End, _End]]:
-    """Yield short parts of a room's edges, each as its two ends, along which no wall reaches from floor to ceiling."""
+    """Yield short parts (two ends each) of a room's edges along which no wall reaches from floor to ceiling."""
     whole = [panel for panel in panels if panel.bottom < SLIT_M and panel.bottom + panel.height > room.height - SLIT_M]
     ends = np.array([(panel.start, panel.end) for panel in whole]).reshape(-1, 2, 2)
     for start, end in zip(room.polygon, np.roll(room.polygon, -1, axis=0), strict=True):
@@ -214,7 +214,7 @@ def _open_edges(room: RoomShape, panels: list[WallPanel]) -> Iterator[tuple[_End
 def _visible_spaces(
     space: int, sector: Sector, holes: list[tuple[_Portal, Sector]], passed: frozenset[int]
 ) -> Iterator[tuple[int, Sector]]:
-    """Yield each space that lines of sight from `space` can reach, and the part of `sector` that reaches it."""
+    """Yield each space that lines of sight from `space` can reach, and the part of `sector` in which they reach it."""
     yield space, sector
     for hole, directions in holes:
         common = sector.intersection(directions) if space in hole.sides else None

@@ -15,7 +15,7 @@ FULL = 2.0 * math.pi
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spans:
-    """For each of n things, the directions from an eye to the thing; every array is (n,)."""
+    """The directions from an eye to each of n things. Every array is (n,)."""
 
     start: np.ndarray
     """Angle in the plan (radians) at which each arc begins."""
@@ -28,7 +28,7 @@ class Spans:
 
     @staticmethod
     def of(eye: np.ndarray, corners: np.ndarray) -> "Spans":
-        """Return the directions from an eye (3,) to n things; `corners` (k, n, 3) are the corners of their hulls."""
+        """Return the directions from an eye (3,) to n things, given k corners of each thing's hull (k, n, 3)."""
         x, y, z = np.moveaxis(corners - eye, -1, 0)
         angle = np.arctan2(y.mean(axis=0), x.mean(axis=0))
         turns = (np.arctan2(y, x) - angle + np.pi) % FULL - np.pi
@@ -79,7 +79,7 @@ class Sector:
         )
 
     def intersection(self, other: "Sector") -> "Sector | None":
-        """Return a sector that contains all directions in both this sector and `other`; None if there are none."""
+        """Return a sector that contains all directions that this sector and `other` share; None if they share none."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         if low > high:
             return None

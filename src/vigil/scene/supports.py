@@ -14,15 +14,15 @@ from vigil.scene.things import Scene, Thing
 LEVEL_WITHIN = 0.99
 """Things can rest on a surface if the vertical component of the surface's upward axis is at least this."""
 OVER_M = 0.1
-"""Tolerance (m) of `object_at_receptacle` (protocol.md section 4), above a surface and around its rectangle."""
+"""Tolerance (m) of the rule `object_at_receptacle` (protocol.md section 4), above and around a surface."""
 BESIDE_M = 0.1
-"""A click at most this far (m) outside a surface's rectangle is on the surface; the rectangle ends a little before the
-visible edge."""
+"""A click at most this far (m) outside a surface's rectangle counts as on the surface, because the rectangle ends a
+little before the visible edge."""
 TOUCH_M = 0.003
 """Two solids that overlap by at most this (m) only touch."""
 FARTHEST_SURFACE = 2.0
-"""Greatest distance of a thing's surfaces from the thing, as a multiple of the diagonal of its box; leaves open and
-drawers slide out by less than that."""
+"""Greatest distance of a thing's surfaces from the thing, as a multiple of the diagonal of its box. Leaves and drawers
+move by less than this."""
 LEVEL_SLACK_M = 1e-3
 """How far (m) a thing may be sunk into the surface that it lies on, or above the rim of the hollow that it lies in."""
 
@@ -68,8 +68,8 @@ def is_inside_closed(scene: Scene, thing: Thing) -> bool:
 def containers_of(scene: Scene, thing: Thing) -> list[Thing]:
     """Return the things that contain the thing, nearest first.
 
-    A container has an interior surface on which the thing rests, or on which something below the thing in its chain of
-    supports rests. For a surface in a drawer, both the drawer and then its furniture are containers.
+    A container has an interior surface that carries the thing, directly or through other things. For a surface in a
+    drawer, the drawer is a container, and then its furniture.
     """
     hollows = (parent for parent, _ in interior_surfaces_around(scene, thing))
     return [each for parent in hollows for each in (parent, furniture_of(scene, parent)) if each is not None]
@@ -82,14 +82,15 @@ def interior_surfaces_around(scene: Scene, thing: Thing) -> list[tuple[Thing, Su
 
 
 def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) -> tuple[str, ...]:
-    """Return the ids of those supports of a thing on which it does not count as lying, nearest first.
+    """Return the ids of those supports of a thing on which the thing does not count as lying, nearest first.
 
     These are the things that must be opened to reach the thing (whether they are open or shut now), and everything that
-    supports them. If the thing is in the hollow of something that cannot be picked up, everything below that is added:
-    a thing in a sink does not lie on the counter. (A bowl can be picked up, so a thing in a bowl lies on the table.)
+    supports these. If the thing is in the hollow of something that cannot be picked up, everything below the hollow is
+    added: a thing in a sink does not lie on the counter. (A bowl can be picked up, so a thing in a bowl lies on the
+    table.)
 
-    If the thing's support is not known, return sorted ids of `others`: those whose surfaces below the thing all need
-    opening.
+    If the thing's support is not known, return the sorted ids of those `others` that have surfaces below the thing, but
+    none that can be reached without opening.
     """
     if thing.parent is None:
         over = {other.id: _surfaces_below(thing, other) for other in _receptacles(thing, others)}
@@ -133,7 +134,7 @@ def _supports_of(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface | 
 
 
 def ancestors(scene: Scene, thing: Thing) -> list[Thing]:
-    """Return the thing's chain of supports: the thing that supports it, the thing that supports that, and so on."""
+    """Return the thing's chain of supports: the thing that it rests on, the thing that this one rests on, and so on."""
     chain: list[Thing] = []
     while thing.parent is not None and thing.parent in scene.things:
         thing = scene.things[thing.parent]
@@ -161,7 +162,7 @@ def moved_by_joint(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
 
 
 def receptacles_below(thing: Thing, others: Iterable[Thing], *, inside: bool) -> tuple[str, ...]:
-    """Return the sorted ids of the receptacles among `others` that the thing rests over; see `rests_over`."""
+    """Return the sorted ids of the receptacles among `others` that the thing rests over (see `rests_over`)."""
     return tuple(sorted(other.id for other in _receptacles(thing, others) if rests_over(thing, other, inside=inside)))
 
 
@@ -181,10 +182,10 @@ def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool
 
 
 def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
-    """Return the surfaces of a receptacle that the thing is above, by the rule of `object_at_receptacle`.
+    """Return the surfaces of a receptacle that are below the thing, by the rule of `object_at_receptacle`.
 
-    The rectangle of a surface is enlarged only if the thing's support is not known. A thing with a known support next
-    to the receptacle lies on this support instead.
+    The rectangle of a surface is enlarged only if the thing's support is not known. A thing whose support is known and
+    is next to the receptacle lies on this support instead.
     """
     away_m = math.hypot(thing.position.x - receptacle.position.x, thing.position.z - receptacle.position.z)
     if away_m > FARTHEST_SURFACE * math.hypot(*receptacle.asset.size) + 2 * OVER_M:
@@ -225,7 +226,7 @@ def headroom(asset: Asset, surface: Surface) -> float:
 
 
 def level_surfaces(thing: Thing) -> Iterator[tuple[Surface, Motion]]:
-    """Yield the thing's surfaces that are level now, with their frames."""
+    """Yield the surfaces of the thing that are level at present, with their frames."""
     for surface in thing.asset.surfaces:
         frame = surface_frame(thing, surface)
         if is_level(frame):
@@ -233,7 +234,7 @@ def level_surfaces(thing: Thing) -> Iterator[tuple[Surface, Motion]]:
 
 
 def moves_with(thing: Thing, other: Thing, carriers: list[Thing]) -> bool:
-    """Return whether `other` is inside `thing` or moves with one of its drawers. Doors of `thing` cannot hit it then.
+    """Return whether `other` is inside `thing` or moves with one of its drawers; if so, doors of `thing` cannot hit it.
 
     `carriers` are the `ancestors` of `other`.
     """

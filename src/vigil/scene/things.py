@@ -37,9 +37,9 @@ class Thing:
     is_broken: bool = False
     """Whether the thing stays off when the agent tries to switch it on; a notice on its front says so."""
     is_held: bool = False
-    """Whether the thing is in the agent's hand, or is on or in the thing in the hand."""
+    """Whether the thing is in the agent's hand, or lies on or in the thing that is in the hand."""
     from_hand: Vec3 | None = None
-    """Position (m, along the house's axes) relative to the thing in the hand, for a thing that is held; else None."""
+    """Position (m, along the house's axes) of a held thing relative to the thing in the hand; None if not held."""
     is_present: bool = True
     """Whether the thing is in the house; False for an object that the setup removed."""
     is_structure: bool = False
@@ -49,7 +49,7 @@ class Thing:
     surface: str | None = None
     """Name of the parent's surface on which the thing rests; None on the floor or if the surface is not known."""
     is_drawer: bool = False
-    """Whether the thing is a drawer that opens separately. A drawer is part of its parent and moves only with it."""
+    """Whether the thing is a drawer that opens separately. It is part of its parent and moves only with the parent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,4 +114,4 @@ class Scene:
     things: dict[str, Thing] = field(default_factory=dict)
     """Things by id: objects in the document's order, then doors and windows."""
     notes: list[str] = field(default_factory=list)
-    """One line for each guess about an asset, and for each part of the house document that was not used."""
+    """Lines for people: one for each guess about an asset, and one for each part of the document that was not used."""

@@ -18,13 +18,13 @@ from vigil.scene.outlines import floor_of
 from vigil.scene.things import Hole, RoomShape, WallPanel
 
 DEFAULT_HEIGHT_M = 2.6
-"""Height (m) of a room in a house without walls."""
+"""Height (m) of the rooms of a house without walls."""
 LIGHT_DROP_M = 0.2
 """How far (m) a room's light is below the ceiling if the document has no light for the room."""
 DOOR_DEPTH_M = 0.14
 WINDOW_DEPTH_M = 0.09
 PROBE_M = 0.01
-"""To find the room in front of a wall, a point at this distance (m) from the wall is looked up."""
+"""Distance (m) in front of a wall at which the room in front of the wall is looked up."""
 LEAST_FLOOR_M2 = 0.01
 LEAST_WALL_M = 1e-4
 FARTHEST_SHELL_M = 200.0
@@ -35,9 +35,9 @@ half a metre."""
 def rooms_of(house: House) -> list[RoomShape]:
     """Return the rooms of a house.
 
-    A room is as high as its highest wall. Its light comes from the document; if there is none, it gets one near the
-    middle of the ceiling. Raises HouseError when a floor crosses itself or has almost no area, or when the house is too
-    large.
+    A room is as high as its highest wall. Its light comes from the document. A room without a light there gets a light
+    near the middle of the ceiling. Raises HouseError when a floor crosses itself or has almost no area, or when the
+    house is too large.
     """
     document = house.document
     _check_extent(house)
@@ -74,8 +74,8 @@ def _check_extent(house: House) -> None:
 def panels_of(house: House, *, empty: bool = False) -> list[WallPanel]:
     """Return the panels of the walls, with the holes of all doors and windows.
 
-    With `empty`, return instead the panels of the walls that the document marks as empty. Raises HouseError on a wall
-    without length or height.
+    With `empty`, return only the panels of the walls that the document marks as empty (not built). Raises HouseError on
+    a wall without length or height.
     """
     document = house.document
     wanted = [wall for wall in document.walls if wall.empty == empty]
@@ -135,7 +135,8 @@ def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomS
 
 
 def _light_of(room: RoomNode, floor: shapely.Polygon, lights: list[Light]) -> Light | None:
-    """Return a room's light: one in the room with its name; else one in the room; else one with its name; else None."""
+    """Return a room's light: first choice is a light in the room that bears the room's name, then any light in the
+    room, then a light elsewhere with the room's name. None if there is no such light."""
     suffix = room.id.rpartition("|")[2]
     named = [light for light in lights if light.id.rpartition("_")[2] == suffix]
     inside = [light for light in lights if floor.contains(shapely.Point(light.position.x, light.position.z))]
@@ -154,7 +155,7 @@ def _hole_extent(opening: Opening) -> tuple[tuple[float, float], tuple[float, fl
 
 
 def _hole_in(wall: Wall, opening: Opening, first: Wall) -> Hole:
-    """Return an opening's hole in metres along `wall`; the document gives the hole in metres along `first`."""
+    """Return an opening's hole in metres along `wall`; the document gives it in metres along the wall `first`."""
     xs, ys = _hole_extent(opening)
     if wall.id != first.id:
         start, end = first.ends

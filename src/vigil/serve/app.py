@@ -22,7 +22,7 @@ from vigil.serve.patience import Patience
 from vigil.web.site import Address, refusal
 
 IDLE_SECONDS = 60
-"""Time after which a WebSocket without a session is closed."""
+"""Time (s) after which a WebSocket without a session is closed."""
 DESCRIPTION = (
     "Household episodes from egocentric RGB: the agent acts, and closes each episode with a report of its own."
 )
@@ -49,11 +49,11 @@ class StepRequest(BaseModel):
 
     action: dict[str, Any]
     moment: int | None = None
-    """Number of the view that the reply answers; None for the current view."""
+    """Number of the view (`View.moment`) that the reply answers; None for the current view."""
 
 
 async def reset(host: Host, request: ResetRequest) -> tuple[str | None, dict[str, Any]]:
-    """Begin a session, or continue the session in the request; return its token and the answer to the client."""
+    """Begin a session, or continue the one that the request names; return its token and the answer to the client."""
     if request.session is not None:
         return request.session, (await host.view(request.session)).message(request.session)
     opened = await host.open(request.index)
@@ -73,7 +73,7 @@ async def step(host: Host, token: str, request: StepRequest) -> dict[str, Any]:
 
 
 def make_app(host: Host, address: Address) -> FastAPI:
-    """Return the application. Raises SettingError if its address requires a token and none is set."""
+    """Return the web application. Raises SettingError if clients need a token at this address, but none is set."""
     address.check()
 
     @asynccontextmanager

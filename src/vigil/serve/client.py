@@ -21,7 +21,7 @@ from vigil.runner.workers.messages import EncodedObservation
 from vigil.serve.messages import SESSION_HEADER, action_of
 
 REQUEST_SECONDS = 180.0
-"""Time limit of one request, in seconds. A request without an answer by then is sent again."""
+"""Time limit of one request, in seconds. A request that is not answered within this time is sent again."""
 PATIENCE_SECONDS = 600.0
 """Time in seconds during which a failed request is sent again."""
 MAX_ANSWER_BYTES = 16 * 1024 * 1024

@@ -61,7 +61,7 @@ class Session:
 
 
 class Host:
-    """The sessions of one run. Open it with `open_host`, and close it at the end."""
+    """The sessions of one run. `open_host` makes a host; call `close` at the end."""
 
     def __init__(self, plan: RunPlan, settings: ServeSettings, folder: RunFolder, pool: SimulatorPool) -> None:
         self.profile, self.settings = plan.spec.profile, settings
@@ -137,7 +137,7 @@ class Host:
         self._folder.close()
 
     def _unfinished(self, left: set[Key]) -> list[Begun]:
-        """Return the sessions of a killed server that can continue: the last attempt at each episode without a row."""
+        """Return the sessions of a killed server that can continue: each episode's last attempt, if not recorded."""
         errors = {(row.key, row.attempt) for row in self._folder.records()}
         begun = [one for one in self._journal.begun.values() if one.key in left]
         return [

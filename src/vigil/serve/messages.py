@@ -34,7 +34,7 @@ class SessionError(Exception):
 
 
 class ClientReply(BaseModel):
-    """A client's reply, with the facts that the client reports about it. All other facts come from the server."""
+    """A client's reply, with what the client reports about the reply. The server adds all other facts."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
@@ -61,8 +61,8 @@ class ClientReply(BaseModel):
 
 
 def client_reply(action: Mapping[str, Any]) -> ClientReply:
-    """Return the client's reply from a request: an action of the protocol, or a dict with `text`. Raises
-    ValidationError."""
+    """Return the client's reply from a request's `action`: an action of the protocol, or a dict with the key `text`.
+    Raises ValidationError."""
     if "skill_name" in action:
         own = {name: value for name, value in action.items() if name != "metadata"}
         return ClientReply(text=json.dumps(own))
@@ -70,7 +70,7 @@ def client_reply(action: Mapping[str, Any]) -> ClientReply:
 
 
 def action_of(reply: Reply) -> dict[str, Any]:
-    """Return the action with which a client sends a reply."""
+    """Return the action (dict) that a client sends to the server to give `reply`."""
     facts = {"finish_reason", "usage", "provider_rejected", "agent_ended"}
     action = reply.model_dump(mode="json", include=facts, exclude_defaults=True)
     return {**action, **({"text": reply.text} if reply.raw_base64 is None else {"base64": reply.raw_base64})}

@@ -13,8 +13,8 @@ SPARE_CONNECTIONS = 32
 """Number of connections that are accepted in addition to four connections for each session."""
 SHUTDOWN_SECONDS = 5
 REQUEST_SECONDS = 20.0
-"""Time limit in seconds for the head of a request, each part of its body, and the client's reading of each answer part.
-"""
+"""Time limit in seconds for the head of a request to arrive, for each part of its body to arrive, and for the client to
+read each part of the answer."""
 
 
 class PatientProtocol(H11Protocol):

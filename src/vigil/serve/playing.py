@@ -97,7 +97,7 @@ def play_remotely(settings: RunSettings, on_episode: Callable[[int], None] = lam
 
 
 def check_settings_of_player(settings: RunSettings) -> None:
-    """Raise SettingError unless exactly one agent or model is named, or if a setting is one that the server decides."""
+    """Raise SettingError unless exactly one agent or model is named and no setting is set that the server decides."""
     if (settings.agent is None) == (settings.model is None):
         raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
     if settings.sandbox:

@@ -19,7 +19,7 @@ FRAMES = 5
 
 
 def check_graphics() -> dict[str, Any]:
-    """Return the results: `ok`, `backend`, `fault` (None if frames can be drawn), OpenGL's names, times, `frame`."""
+    """Return the results: `ok`, `backend`, `fault` (None if frames can be drawn), OpenGL's names, times and `frame`."""
     found: dict[str, Any] = {
         "ok": False,
         "mujoco": mujoco.__version__,

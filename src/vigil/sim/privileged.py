@@ -61,14 +61,14 @@ class PrivilegedQueries(Protocol):
     def may_be_visible(self, object_id: str, min_px: int) -> bool:
         """Return whether `world` may find at least `min_px` visible pixels of an object.
 
-        The answer is quick and may ignore other things that hide the object. False means that fewer pixels are visible;
-        True does not promise that this many are visible.
+        The answer is quick, because it may ignore other things that hide the object. False means that fewer pixels are
+        visible. True means only that this many may be visible.
         """
 
     def is_in_frame(self, object_id: str) -> bool:
-        """Return whether any pixel of the frame shows an object, also through the panes of other objects.
+        """Return whether at least one pixel of the frame shows an object, also through the panes of other objects.
 
-        It is slower than `world`, whose numbers of pixels may be sampled and may miss thin parts: if `world` finds a
+        This is slower than `world`, which may count only some of the pixels and so miss thin parts. If `world` finds a
         visible pixel, the answer is True. Held and absent objects are not in the frame.
         """
 

@@ -41,7 +41,7 @@ class Simulator(Protocol):
         """Return the current egocentric frame, (480, 640, 3) uint8."""
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Return the id of the object that a click on the pixel (x right, y down) hits; None for structure and sky."""
+        """Return the id of the object that a click on the pixel (x right, y down) hits; None for a wall or the sky."""
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
         """Return the hidden state of the agent and the named objects. Raises EpisodeError on an unknown id."""
@@ -58,4 +58,4 @@ class NamesObjects(Protocol):
     """A simulator in which an agent can name the object that it acts on."""
 
     def pixel_of_named(self, name: str) -> tuple[int, int] | None:
-        """Return a pixel (x, y) of the only object of a name in view; None if there is none, or several are."""
+        """Return a pixel (x, y) of the object called `name`; None unless exactly one object in view has this name."""

@@ -21,7 +21,7 @@ Layer = Literal["rgb", "depth", "things"]
 """Name of a layer of a camera's image: colours, depth, or the thing at each pixel."""
 
 NOTHING = -1
-"""Number in the layer `things` for sky, and for structure of a kind that the engine does not know."""
+"""Number in the layer `things` for sky, and for structure that the engine assigns to none of `STRUCTURES`."""
 STRUCTURES = ("wall", "floor", "ceiling")
 """Kinds of structure. In the layer `things`, the kind with index k has the number -2 - k."""
 
@@ -54,7 +54,7 @@ class CameraImage:
     depth: np.ndarray | None = None
     """Depth (height, width) float32 in metres along the camera's axis; inf where nothing is."""
     things: np.ndarray | None = None
-    """Index of the thing at each pixel, in the scene's order, (height, width) int32; structure and sky are negative."""
+    """Index of the thing at each pixel, in the scene's order, (height, width) int32; negative for walls and sky."""
 
 
 @runtime_checkable
@@ -65,7 +65,7 @@ class SceneEditor(PrivilegedSimulator, Protocol):
         """Put the agent, with what it holds, at a pose. Whether the body fits there is not checked."""
 
     def apply_changes(self, setup: Setup) -> None:
-        """Apply a setup to the world as it is now; leaves may then reach through walls and containers.
+        """Apply a setup to the world as it is now. Doors, lids and drawers may then reach through walls and containers.
 
         Raises EpisodeError; in that case nothing has changed.
         """
@@ -80,27 +80,29 @@ class SceneEditor(PrivilegedSimulator, Protocol):
         """Open or close an object to `openness` (0 to 1), or refuse. Raises EpisodeError on an unknown id."""
 
     def redecorate(self, house: House) -> None:
-        """Load a house that differs from the present one in materials and lights alone; everything stays as it is."""
+        """Load a house that differs from the present one only in materials and lights; things keep their states."""
 
     def move_hand(self, by: Vec3, rotation: Vec3) -> None:
-        """Move the object in the hand to the agent's right, up and ahead (m), and turn it to a rotation."""
+        """Move the held object by `by` (m to the agent's right, up and ahead), and turn it to `rotation`."""
 
     def reachable(self, start: Vec3, step_m: float, yaw: float = 0.0) -> np.ndarray:
-        """Return the places (n, 2) of x, z, on a grid through `start`, that the body reaches along grid edges.
+        """Return the places (n, 2; x and z) that the body can reach on a grid through `start`, along grid edges.
 
         The grid is turned by `yaw` (deg).
         """
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Return the id of what stops the body on the straight way from `start` to `end`: "exterior" if only the
-        edge of the rooms does, None if nothing does. What the body's axis is inside never stops the body.
+        """Return the id of what stops the body on the straight way from `start` to `end`; None if nothing does.
+
+        If only the edge of the rooms stops the body, return "exterior". An obstacle that the middle of the body is
+        already inside at `start` never stops the body.
         """
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Return two arrays (n,) for rays along unit directions (n, 3): the thing that each meets first, and the
-        distance in metres.
+        """Return two arrays (n,) for rays along unit directions (n, 3): what each ray meets first, and how far (m).
 
-        A thing is given by its index in the scene's order; -1 stands for structure and for nothing.
+        A thing is given by its index in the scene's order. The number -1 stands for structure (e.g. a wall) and for
+        nothing.
         """
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], *, with_hand: bool) -> CameraImage:

@@ -52,7 +52,7 @@ class ThorEngine:
         return action.handler(self._world, **action.arguments(sent))
 
     def _with_masks(self, result: dict[str, Any], number: int, wanted: Wanted) -> EngineResponse:
-        """Return an answer with instance masks, for an action that asks for them when the settings do not."""
+        """Return an answer with instance masks, for an action that asks for masks although the settings do not."""
         world, settings = self._world, self._world.settings
         world.settings = settings.model_copy(update={"render_instance_segmentation": True})
         try:
@@ -77,9 +77,9 @@ class ThorEngine:
 
 
 def _wanted(sent: Mapping[str, Any]) -> Wanted:
-    """Return which images an action asks for.
+    """Return which images an action asks for: normally all.
 
-    With `renderImage=False`, it asks for no image; if it asks for masks, for every image except "rgb".
+    With `renderImage=False`, an action asks for no image or, if it also asks for masks, for all images except "rgb".
     """
     if sent.get("renderImage") is not False:
         return "all"

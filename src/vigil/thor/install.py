@@ -13,13 +13,13 @@ from vigil.sim.thor.requirements import MAKER, METADATA_FILE, PLATFORMS, is_own_
 from vigil.sim.thor.start import own_command
 
 SERVERS = ("FIFO", "WSGI")
-"""The client's protocols that the engine has."""
+"""The client's protocols that the engine supports."""
 
 
 def install(options: list[str]) -> list[Path]:
     """Write the releases that AI2-THOR's client starts, and return their folders.
 
-    `options` are the engine's. Raises SettingError when AI2-THOR's own build is in the place.
+    `options` are the engine's options. Raises SettingError when AI2-THOR's own build is in one of the folders.
     """
     folders = [release_folder(platform) for platform in PLATFORMS]
     for folder in folders:
@@ -35,7 +35,7 @@ def install(options: list[str]) -> list[Path]:
 
 
 def uninstall() -> list[Path]:
-    """Remove the releases that `install` wrote, with the client's locks of them; return the removed folders."""
+    """Remove the releases that `install` wrote, and the client's lock files for them; return the removed folders."""
     found = [folder for folder in map(release_folder, PLATFORMS) if is_own_release(folder)]
     for folder in found:
         shutil.rmtree(folder)
@@ -44,7 +44,7 @@ def uninstall() -> list[Path]:
 
 
 def run_program(program: Path, arguments: list[str], options: list[str]) -> None:
-    """Run a Python program in which every Controller starts VIGIL's engine, whatever platform the program names.
+    """Run a Python program. Every Controller in it starts VIGIL's engine, whatever platform the program names.
 
     Raises SettingError when the client or the program is missing.
     """

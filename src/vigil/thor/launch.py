@@ -15,8 +15,8 @@ def thor_engine(
     """Return the command of an engine that AI2-THOR's client can start instead of Unity.
 
     Use it as `Controller(local_executable_path=vigil.thor_engine(), scene=house)`. This function sets DISPLAY if it is
-    unset: the client requires it on Linux, although the engine does not use it. Raises SettingError on an unknown
-    backend or an invalid database: otherwise the client would wait without limit for an engine that ends at once.
+    unset, because the client requires it on Linux, although the engine does not use it. Raises SettingError on an
+    unknown backend or an invalid database, because the client would wait without limit for an engine that ends at once.
     """
     check_backend(backend, asset_database)
     return own_command(engine_options(backend, quality, asset_database))

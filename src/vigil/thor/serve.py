@@ -19,7 +19,7 @@ WIRES = {"FIFO": fifo.serve, "WSGI": wsgi.serve}
 
 
 def main(words: Sequence[str]) -> int:
-    """Serve one client until the client ends; return the exit status, 2 after an error."""
+    """Serve one client until the client ends. Return the exit status, which is 2 after an error."""
     try:
         given, _ = _parser().parse_known_args(words)
         kind = os.environ.get("AI2THOR_SERVER_TYPE")

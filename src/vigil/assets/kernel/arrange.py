@@ -17,7 +17,7 @@ Silhouette = Sequence[tuple[float, float]]
 
 
 def lengthwise(maker: Maker) -> Maker:
-    """Return a maker of things that lie along the longer of the box's sides x and z; `maker` makes them along z."""
+    """Return a maker of things that lie along the longer of the box's sides x and z; `maker` makes things along z."""
 
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
         if size.x <= size.z:
@@ -28,7 +28,7 @@ def lengthwise(maker: Maker) -> Maker:
 
 
 def along_longest(maker: Maker) -> Maker:
-    """Return a maker of slim things that lie along the longest side of the box; `maker` makes them along z.
+    """Return a maker of slim things that lie along the longest side of the box; `maker` makes things along z.
 
     In a box that is higher than long, the things stand.
     """
@@ -43,7 +43,7 @@ def along_longest(maker: Maker) -> Maker:
 
 
 def quarter_turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
-    """Return the asset turned by a quarter about an axis; if the axis is x or z, the result has no surfaces."""
+    """Return the asset turned by a quarter about an axis; about x or z, the result has no surfaces."""
     matrix = np.round(shapes.rotation(axis, degrees))
 
     def point(value: Sequence[float]) -> Vec3:
@@ -100,7 +100,7 @@ def lowered_into(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
 
 
 def lathed_oval(profile: Silhouette, width: float, depth: float, segments: int = 18) -> Mesh:
-    """Return a lathed profile that is stretched to an oval; its radii are shares of half the `width`."""
+    """Return a lathed profile that is stretched to an oval; the profile's radii are shares of half the `width`."""
     part = shapes.lathe([(radius * width / 2, y) for radius, y in profile], segments=segments)
     return part if abs(width - depth) < 1e-6 else shapes.scale(part, (1.0, 1.0, depth / width))
 
@@ -117,7 +117,7 @@ def bend(part: Mesh, lift: Callable[[np.ndarray], np.ndarray]) -> Mesh:
 
 
 def creased(part: Mesh) -> Mesh:
-    """Return the mesh with flat faces where smooth normals would be lit from behind, for sharp folds."""
+    """Return the mesh with flat shading for its sharp folds, where smooth normals would be lit from behind."""
     corners = part.vertices[part.faces].astype(np.float64)
     across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(across, axis=1, keepdims=True)
@@ -138,13 +138,13 @@ def creased(part: Mesh) -> Mesh:
 
 
 def strip(width_at: Sequence[tuple[float, float]], thickness: float, y: float = 0.0) -> Mesh:
-    """Return a flat board along z, symmetric about x = 0; `width_at` is (z, half the width) pairs in order of z."""
+    """Return a flat board along z, symmetric about x = 0; `width_at` has (z, half the width) pairs in order of z."""
     outline = [(half, z) for z, half in width_at] + [(-half, z) for z, half in reversed(width_at)]
     return shapes.extrude(outline, y - thickness / 2, y + thickness / 2)
 
 
 def drape(width: float, height: float, waves: float, depth: float, *, thickness: float = 0.004) -> Mesh:
-    """Return hanging cloth in folds: `width` along x, `height` along y from 0, and `depth` along z about 0."""
+    """Return hanging cloth in folds: `width` along x, `height` along y from y = 0, and `depth` along z around z = 0."""
     count = max(6, round(6 * waves))
     x = np.linspace(-width / 2, width / 2, count + 1)
     swing = max(depth - thickness, 1e-4) / 2

@@ -25,7 +25,7 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """How a part moves when the asset opens: a hinge turns it, a slide shifts it, in proportion to openness."""
+    """The motion of a part when the asset opens, in proportion to openness: a hinge turns it, a slide shifts it."""
 
     name: str
     kind: Literal["hinge", "slide"]
@@ -47,13 +47,13 @@ class Part:
     material: str
     """Name of the material, which `vigil.assets.kernel.materials.material` looks up."""
     material_on: str | None = None
-    """Material while the asset is on; None if the part then looks the same."""
+    """Name of the material while the asset is on; None if the part looks the same on and off."""
     joint: str | None = None
     """Joint that carries the part; None for the body."""
     bears_open: bool = False
-    """Whether the part's pixels show if the asset is open or closed (leaf, lid, drawer front)."""
+    """Whether the part's pixels show whether the asset is open or closed (leaf, lid, drawer front)."""
     bears_toggle: bool = False
-    """Whether the part's pixels show if the asset is on or off (screen, shade, flame, indicator, water)."""
+    """Whether the part's pixels show whether the asset is on or off (screen, shade, flame, indicator, water)."""
     is_glass: bool = False
     """Whether the part is transparent; a click on it still hits the asset."""
     shown: Literal["always", "on", "off", "broken"] = "always"
@@ -114,10 +114,10 @@ class Asset:
     joints: tuple[Joint, ...] = ()
     surfaces: tuple[Surface, ...] = ()
     body: tuple[Vec3, Vec3] | None = None
-    """Lowest and highest corner of the body without moving leaves; None if the body fills the whole bounding box."""
+    """Lowest and highest corner of the body without doors, lids and drawers; None if it fills the bounding box."""
     glow: Glow | None = None
     tags: frozenset[str] = field(default_factory=frozenset)
-    """Words that people would use for this variant, colour first, e.g. {"red", "striped"}."""
+    """Words that people would use for this variant, the colour first, e.g. {"red", "striped"}."""
 
     @property
     def can_open(self) -> bool:

@@ -33,10 +33,10 @@ class PartStyle:
     material: str
     joint: str | None = None
     lit: str | None = None
-    """Material while the asset is on; None if it does not change."""
+    """Name of the material while the asset is on; None if the material does not change."""
     shown: Literal["always", "on", "off"] = "always"
     opens: bool = False
-    """Whether the part also shows that the asset is open, although the part is not on a joint."""
+    """Whether the part counts as showing that the asset is open, although the part is not on a joint."""
     toggles: bool = False
     """Whether the part counts as showing that the asset is on, although the part always looks the same."""
 
@@ -57,7 +57,7 @@ class Builder:
         self.glow: Glow | None = None
 
     def add(self, look: PartStyle | str, *meshes: Mesh) -> None:
-        """Add meshes with the same look; a string as `look` is the name of a material of the body."""
+        """Add meshes with the same look. If `look` is a string, it names a material, and the meshes are on the body."""
         key = PartStyle(look) if isinstance(look, str) else look
         self._meshes.setdefault(key, []).extend(meshes)
 
@@ -91,12 +91,12 @@ class Builder:
         self._surfaces.append(Surface(name, _vec(center), *size, clearance, inside, needs_opening, joint))
 
     def solid(self, low: Point3, high: Point3, joint: str | None = None) -> None:
-        """Add the box between two corners as an obstacle (a solid that cannot be entered)."""
+        """Add the box between two corners as an obstacle."""
         (x0, y0, z0), (x1, y1, z1) = low, high
         self.prism([(x0, z0), (x1, z0), (x1, z1), (x0, z1)], y0, y1, joint)
 
     def prism(self, polygon: Iterable[Sequence[float]], bottom: float, top: float, joint: str | None = None) -> None:
-        """Add an upright prism over a convex polygon of (x, z), as an obstacle."""
+        """Add an upright prism as an obstacle; its base is a convex polygon of (x, z)."""
         corners = tuple((float(x), float(z)) for x, z in polygon)
         self._solids.append(Solid(corners, float(bottom), float(top), joint))
 
@@ -121,7 +121,7 @@ class Builder:
         self.prism(np.c_[center[0] + radius * np.cos(angles), center[1] + radius * np.sin(angles)], bottom, top)
 
     def build(self, tags: Iterable[str] = (), *, takes_room: bool = True) -> Asset:
-        """Return the asset, stretched to its size. If its body has no solids but `takes_room`, the box is its solid."""
+        """Return the asset, stretched to its size. With `takes_room`, the box is the solid of a body without solids."""
         merged = {look: merge(parts) for look, parts in self._meshes.items()}
         low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
         fit = _BoxFit(low, high, np.asarray(self._size, np.float64))
@@ -195,7 +195,7 @@ class _BoxFit:
         )
 
     def solid(self, solid: Solid) -> Solid | None:
-        """Return the solid without what is outside the box; None when nothing remains."""
+        """Return the part of a solid that is inside the box; None when no part is inside."""
         corners = (np.array(solid.polygon) - self.middle[[0, 2]]) * self.factor[[0, 2]]
         half_x, half_y, half_z = (float(length) / 2 for length in self.size)
         if (np.abs(corners) > [half_x, half_z]).any():

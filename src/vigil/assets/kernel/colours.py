@@ -27,12 +27,12 @@ def rgb(code: str) -> Rgb | None:
 
 
 def code(colour: Rgb) -> str:
-    """Return "#rrggbb" of a colour whose parts are 0..1."""
+    """Return the code "#rrggbb" of a colour whose components are 0..1."""
     return "#" + "".join(f"{round(255 * min(max(part, 0.0), 1.0)):02x}" for part in colour)
 
 
 def blend(a: Rgb, b: Rgb, part: float) -> Rgb:
-    """Return a mixture of two colours: `a` if `part` is 0, `b` if it is 1."""
+    """Return a mixture of two colours: `a` if `part` is 0, `b` if `part` is 1."""
     red, green, blue = (x + part * (y - x) for x, y in zip(a, b, strict=True))
     return red, green, blue
 

@@ -1,4 +1,4 @@
-"""Formulas in the rows of makers: arithmetic and conditions with named values, but no other Python."""
+"""Formulas in the rows of makers: arithmetic and conditions with named values. No other Python is allowed."""
 
 import ast
 from collections.abc import Callable
@@ -17,7 +17,7 @@ Known = frozenset[str]
 
 
 def points(*columns: Any) -> np.ndarray:
-    """Return points (n, 3) or (n, 2); each of `columns`, an array or a number, is one coordinate of all points."""
+    """Return points (n, 3) or (n, 2); each of `columns`, an array or a number, gives one coordinate of all points."""
     found = np.empty((max(map(np.size, columns)), len(columns)))
     for index, column in enumerate(columns):
         found[:, index] = column
@@ -41,7 +41,7 @@ _NODES = (
 
 
 def formula(text: str, known: Known) -> str:
-    """Return a formula as a Python expression. Raises ValueError if it is more than arithmetic with known names."""
+    """Return a formula as a Python expression. Raises ValueError if it has more than arithmetic with known names."""
     try:
         tree = ast.parse(text, mode="eval")
     except SyntaxError as error:
@@ -55,7 +55,7 @@ def formula(text: str, known: Known) -> str:
 
 
 def text(raw: Any, known: Known) -> str:
-    """Return a Python expression for a text that has names in braces; "{name}" alone means the value itself."""
+    """Return a Python expression for a text with names in braces; the text "{name}" stands for the value itself."""
     if not isinstance(raw, str):
         raise ValueError(f"{raw!r} is not a text")
     fields = [field for _, field, _, _ in Formatter().parse(raw) if field is not None]
@@ -66,7 +66,7 @@ def text(raw: Any, known: Known) -> str:
 
 
 def compiled(expression: str) -> Callable[[Names], Any]:
-    """Return a function that computes an expression from given values and those in `GLOBALS`."""
+    """Return a function that computes an expression from the values that it is given and the values in `GLOBALS`."""
     code = compile(expression, "<row>", "eval")
     return lambda names: eval(code, names)  # nothing but arithmetic is left
 

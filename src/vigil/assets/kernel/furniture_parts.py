@@ -19,7 +19,7 @@ from vigil.assets.kernel.palette import COLOURS, one_of
 Corner = tuple[float, float, float]
 BOARD_M = 0.018
 _SEAM = 0.62
-"""Factor from the colour of fronts to the colour of the seams between them."""
+"""Factor by which the colour of fronts is multiplied for the seams between them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ def cloth(rng: np.random.Generator) -> Finish:
 
 
 def seam_material(front: str) -> str:
-    """Return the material of a plate behind fronts; it is darker than they are, so that the seams between them show."""
+    """Return the material of a plate behind fronts; it is darker than the fronts, so that their seams show."""
     red, green, blue = (round(255 * _SEAM * part) for part in material(front).rgba[:3])
     return f"paint/#{red:02x}{green:02x}{blue:02x}"
 
@@ -109,9 +109,9 @@ def add_case(
 
 
 def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
-    """Return panels that face into a space on all sides but one, as the inner skin of an appliance.
+    """Return panels that face into a space on all sides except one, as the inner skin of an appliance.
 
-    Each side has four panels, because light is computed at vertices and some of these must be away from the corners.
+    Each side has four panels, because light is computed at vertices and some vertices must be away from the corners.
     """
     size, middle = np.subtract(high, low), np.add(high, low) / 2
     panels = []
@@ -159,8 +159,8 @@ def add_shelves(
 ) -> None:
     """Add boards with their tops at `heights` across a space, and surfaces on these boards and on the space's floor.
 
-    The space is from corner `low` to corner `high`: behind a leaf if it `needs_opening`, in a case if it `is_inside`,
-    else open.
+    The space reaches from corner `low` to corner `high`. It is behind a door if `needs_opening`, in a case if
+    `is_inside`, and else open.
     """
     (x0, y0, z0), (x1, y1, z1) = low, high
     for height in heights:
@@ -179,7 +179,7 @@ LegStyle = Literal["square", "tapered", "round", "splayed", "turned"]
 
 
 def leg(style: LegStyle, foot: tuple[float, float], height: float, thickness: float, lean: float = 0.0) -> Mesh:
-    """Return a leg that stands at `foot` (x, z); the top of a splayed leg is `lean` metres farther in."""
+    """Return a leg that stands at `foot` (x, z). The top of a splayed leg is `lean` metres nearer to the middle."""
     x, z = foot
     if style == "square":
         return shapes.box((thickness, height, thickness), (x, height / 2, z), 0.08 * thickness)
@@ -221,7 +221,7 @@ HandleKind = Literal["knob", "bar", "cup", "none"]
 
 
 def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False) -> Mesh:
-    """Return a handle that sticks out about 3 cm to the front, from the point `at` on a face."""
+    """Return a handle that starts at the point `at` on a face and sticks out about 3 cm to the front."""
     x, y, z = at
     if kind == "knob":
         return shapes.cylinder(0.009, 0.028, (x, y, z + 0.014), "z", 9, top=0.016)
@@ -241,7 +241,7 @@ def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False
 
 @dataclass(frozen=True, slots=True)
 class Fronts:
-    """What drawers and leaves look like."""
+    """The look of drawer fronts and door leaves."""
 
     front: str
     inner: str
@@ -276,9 +276,9 @@ def front_board(low: Corner, high: Corner, *, is_framed: bool) -> Mesh:
 def add_drawer(
     builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, travel: float, *, overlay: float = 0.0
 ) -> None:
-    """Add a drawer that fills the box from `low` to `high`; its front faces +z and has the handle before it.
+    """Add a drawer that fills the box from `low` to `high`; its front faces +z and carries the handle.
 
-    On each side, above and below, the front is `overlay` (m) larger than the drawer behind it.
+    The front is larger than the drawer behind it by `overlay` (m) on the left, right, top and bottom.
     """
     joint = builder.slide(name, (0, 0, 1), travel)
     board = (low[0], low[1], high[2] - BOARD_M)
@@ -312,9 +312,9 @@ def add_drawers(
 ) -> None:
     """Add drawers, numbered row by row from `first`, and a plate behind the seams between their fronts.
 
-    `grid` has the extent of each column along x and, for each row, its extent along y and how far (m) its drawers open.
-    The `box` reaches from the backs of the drawers to their front faces. The plate fills the box's cross-section, so
-    that seams do not show the dark inside, but has openings for the drawers.
+    `grid` has two lists: the extent of each column along x; and for each row, its extent along y and how far (m) its
+    drawers open. The `box` reaches from the backs of the drawers to their front faces. The plate fills the box's
+    cross-section, except for openings for the drawers, so that seams do not show the dark inside.
     """
     (x0, y0, back), (x1, y1, front), columns = *box, grid[0]
     look, z = seam_material(fronts.front), (front - BOARD_M - 0.004, front - BOARD_M - 0.001)
@@ -332,7 +332,7 @@ def add_drawers(
 
 
 def _rim(bottom: float, top: float) -> float:
-    """Return how far (m) a drawer is inside the edges of its front; the front reaches from `bottom` to `top`."""
+    """Return how far (m) a drawer is inside the edges of its front, which reaches from `bottom` to `top` (m)."""
     return min(0.012, 0.1 * (top - bottom))
 
 
@@ -345,11 +345,10 @@ def _drawer_handles(low: Corner, high: Corner, kind: HandleKind) -> list[Mesh]:
 
 
 def add_leaf(builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, *, hinge: int) -> None:
-    """Add a door leaf that fills the box from `low` to `high`, with its hinge at the -x edge (`hinge` = -1) or the +x
-    edge (1).
+    """Add a door leaf that fills the box from `low` to `high`.
 
-    The axis of the hinge is in front of the leaf by as much as the handle sticks out. So the handle stays within the
-    furniture's sides when the leaf is open.
+    The hinge is at the -x edge if `hinge` is -1, and at the +x edge if it is 1. The hinge's axis is in front of the
+    leaf by as much as the handle sticks out. So the handle stays within the furniture's sides when the leaf is open.
     """
     (x0, y0, _), (x1, y1, z1) = low, high
     origin = (x0 if hinge < 0 else x1, 0.0, z1 + handle_room(fronts.knob))

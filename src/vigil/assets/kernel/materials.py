@@ -2,8 +2,9 @@
 
 There are two kinds of names. The project's own names are "kind/variant": "wood/oak", "wood/#6b4a2e", "metal/brushed",
 "fabric/#aa3322", "plastic/red", "glass", "glow/#ffeecc", "screen/3", "picture/7", "print/news" (see `_KINDS`). Any
-other name is understood as a material name of AI2-THOR, from its words: "WoodFloorsCrossRED" is a red parquet,
-"bathroomTilesBlue" small blue tiles. A name without a known word is a plain colour, so every name has a material.
+other name is understood as a material name of AI2-THOR, from its words: "WoodFloorsCrossRED" means a red parquet, and
+"bathroomTilesBlue" means small blue tiles. A name without a known word means a plain colour, so every name has a
+material.
 
 Textures are neutral: the visible colour is rgba times texture. Uv (0, 0) is the bottom left of a texture, and row 0 of
 its array is the top. A mesh's uvs are metres; divided by `metres`, they count repeats. Pictures fill uv 0..1.
@@ -52,7 +53,7 @@ class _Kind:
     emission: float = 0.0
     alpha: float = 1.0
     colour: str = "d8d6d2"
-    """Colour that is used if the name has none."""
+    """Colour that is used if the material's name does not contain a colour."""
 
 
 _KINDS: dict[str, _Kind] = {
@@ -122,12 +123,12 @@ _METALS: dict[str, str] = {
 _COLOURS_OF = {
     "wood": _SPECIES, "planks": _SPECIES, "parquet": _SPECIES, "metal": _METALS, "brick": {"red": "9c4c3a"},
 }  # fmt: skip
-"""Kind of surface -> colours of the words that have a special meaning for this kind."""
+"""Kind of surface -> colours of the words that have a special meaning for this kind, e.g. "red" for bricks."""
 
 
 @lru_cache(maxsize=4096)
 def material(name: str, tint: Rgb | None = None) -> Material:
-    """Return the material that `name` stands for; a `tint` (r, g, b in 0..1) replaces its colour."""
+    """Return the material that `name` stands for; a `tint` (r, g, b in 0..1) replaces the material's colour."""
     kind_name, slash, variant = name.partition("/")
     if slash and kind_name in _KINDS:
         table = _COLOURS_OF.get(kind_name, {})
@@ -197,7 +198,7 @@ _KIND_WORDS: tuple[tuple[str, str], ...] = (
     ("plate", "ceramic"), ("bowl", "ceramic"), ("pot", "metal"), ("pan", "metal"), ("statue", "stone"),
     ("fertility", "stone"), ("soap", "wax"), ("basketball", "leather"),
 )  # fmt: skip
-"""(part of a name in lower case, kind); the first row whose part occurs in a name decides."""
+"""(part of a name in lower case, kind of surface); the first row whose part occurs in a name decides."""
 
 _COLOUR_WORDS: tuple[tuple[str, str], ...] = (
     ("lightblue", "8fb4d6"), ("darkgreen", "3c5a3c"), ("offwhite", "ece8dc"), ("robinegg", "9cc3c0"),

@@ -27,9 +27,9 @@ COLOURS = {
 }
 
 CLEARLY_NEARER = 0.75
-"""The nearest colour word is used only if its distance is at most this share of the next word's distance."""
+"""The nearest colour word is used only if its distance is at most this share of the distance of the next word."""
 LIGHTNESS_WEIGHT = 0.5
-"""Weight of lightness in a distance; people name the hue first, so a dark green is still green."""
+"""Weight of lightness in the distance of two colours. People name the hue first, so a dark green is still green."""
 _XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 _WHITE = np.array([0.9505, 1.0, 1.089])
 
@@ -56,7 +56,7 @@ def word_for(red: int, green: int, blue: int) -> str | None:
 
 
 def nearest_word(red: int, green: int, blue: int) -> str:
-    """Return the word whose colour is nearest to a colour (parts 0 .. 255), however far that is."""
+    """Return the word whose colour is nearest to a colour (parts 0 .. 255), even if the two differ much."""
     place = _lab(red, green, blue)
     return min(COLOURS, key=lambda name: float(np.linalg.norm(place - _lab(*_parts(COLOURS[name])))))
 

@@ -381,4 +381,4 @@ KINDS: dict[str, dict[str, Drawing]] = {
         "washer": _lettering("WASHER", (30, 32, 36), (196, 199, 202)),
     },
 }
-"""Kind -> variant -> drawing. After the last variant, higher numbers start again at the first variant."""
+"""Kind -> variant -> drawing. Numbers beyond the last variant start again at the first variant."""

@@ -30,8 +30,8 @@ _SHORTEST_M = 1e-5
 def lathe(profile: Sequence[tuple[float, float]], at: Point3 = ORIGIN, segments: int = 18) -> Mesh:
     """Return the mesh of a profile of (radius, y) that is turned about the vertical axis.
 
-    In the profile's direction, the outside is on the right: up an outer wall, inward over a lid, down an inner wall.
-    Corners sharper than 35 degrees stay sharp.
+    Seen in the profile's direction, the outside is on the right: the profile goes up an outer wall, inward over a lid,
+    down an inner wall. Corners sharper than 35 degrees stay sharp.
     """
     points = np.asarray(profile, np.float64)
     is_new = np.abs(points[1:] - points[:-1]).max(1) > 1e-9
@@ -78,7 +78,7 @@ def _spun(profile: np.ndarray, circle: np.ndarray) -> np.ndarray:
 
 @cache
 def _lathe_faces(has_radius: tuple[bool, ...], segments: int) -> np.ndarray:
-    """Return the triangles of the bands between neighbouring rings; at a ring of radius 0, a cell has one triangle."""
+    """Return the triangles of the bands between neighbouring rings. At a ring of radius 0, a cell is one triangle."""
     faces = []
     for first in range(0, len(has_radius), 2):
         halves = np.split(grid_faces(2, segments + 1, flip=True) + first * (segments + 1), 2)
@@ -131,7 +131,7 @@ def tube(path: Sequence[Point3] | np.ndarray, radius: float | Sequence[float], s
 def loft(rings: np.ndarray, cap: bool = True) -> Mesh:
     """Return a skin over closed rings (k, n, 3), with flat caps; each ring repeats its first point at the end.
 
-    Rings should run counter-clockwise about the direction from each to the next; others are reversed.
+    Rings should run counter-clockwise about the direction from each to the next; other rings are reversed.
     """
     points = np.asarray(rings, np.float64)
     count, around, _ = points.shape

@@ -1,7 +1,7 @@
 """The words that rows (`vigil.assets.kernel.rows`) may use for shapes, changes of shapes, additions and random draws.
 
-In a row, the word of a shape or addition has the first argument as its value; the other arguments have keys of their
-own.
+In a row, the word of a shape or addition is a key whose value is the first argument. Each other argument has a key of
+its own.
 """
 
 from collections.abc import Callable
@@ -99,6 +99,6 @@ DRAWS: dict[str, Callable[[np.random.Generator, Any], Any]] = {
     "of": one_of,
     "uniform": lambda rng, ends: float(rng.uniform(*ends)),
 }
-"""Kind of draw -> function that draws a random value. A colour or finish is a word and a code or material."""
+"""Kind of draw -> function that draws a random value. A drawn colour is (word, code); a finish is (word, material)."""
 WORDS: dict[str, dict[str, Any]] = {"colours": {**COLOURS}, "finish": {"cloth": cloth, "wood": wood}}
 """Kind of draw -> words that it may use."""

@@ -25,12 +25,12 @@ from vigil.errors import did_you_mean
 
 Row = Mapping[str, Any]
 Reader = Callable[[Any, Known, str], str]
-"""Function that turns a value in a row into a Python expression; it also gets the names known there, and an axis."""
+"""Function that turns a value in a row into a Python expression, given the value, the names known there and an axis."""
 Step = Callable[[Builder, Names], None]
 """Function that adds to an asset what one entry of a row describes."""
 ARRANGED = {"lengthwise": lengthwise, "along_longest": along_longest}
 ALONG = {"x": "_x", "y": "_y", "z": "_z"}
-"""Axis -> name of a length; numbers are shares of this length (the box's, or 1 m if the row's `unit` is true)."""
+"""Axis -> name of a length (the box's, or 1 m if the row's `unit` is true). Numbers are shares of this length."""
 SIDES = ("_x", "_y", "_z")
 ACROSS = {"x": ("_z", "_y"), "y": ("_x", "_z"), "z": ("_x", "_y")}
 """Axis -> names of the box's sides along the other two axes, for shapes that are flat across the axis."""
@@ -59,7 +59,7 @@ def _numbers(raw: Any, known: Known, sides: Sequence[str | None]) -> str:
 
 
 def _list(raw: Any, known: Known, read: Callable[[Any, Known], str]) -> str:
-    """Return the expression of a list: a formula, or entries, some of which may stand for several values.
+    """Return the expression of a list: one formula, or entries. An entry may stand for several values.
 
     An entry for several values is a formula of a list, or a table with `of` (the value) and `each` (what it is repeated
     for).
@@ -91,7 +91,7 @@ def _radius(raw: Any, known: Known, axis: str) -> str:
 
 
 def _turns(raw: Any, known: Known, axis: str) -> str:
-    """Return the expression of rotations, each an axis (vector or name), degrees, and perhaps a point on the axis."""
+    """Return the expression of rotations; each is an axis (vector or name), degrees, and maybe a point on the axis."""
     is_one = isinstance(raw, list) and len(raw) > 1 and not isinstance(raw[1], list)
     return _list([raw] if is_one else raw, known, _turn)
 
@@ -145,7 +145,7 @@ def _read(key: str, raw: Any, known: Known, axis: str = "y") -> str:
 
 
 def _arguments(call: Callable[..., Any], word: str, entry: Row, known: Known, skipped: int = 0) -> str:
-    """Return the expression of a function's arguments, from an entry; the first is the entry's value for `word`."""
+    """Return the expression of a function's arguments. The first argument is the entry's value for `word`."""
     parameters = dict(list(signature(call).parameters.items())[skipped:])
     whole = {key: 1 for key in ("wide", "deep", "tall") if key in parameters}
     given = whole | {next(iter(parameters)): entry[word]} | {key: entry[key] for key in entry if key != word}
@@ -240,8 +240,8 @@ def _steps(entries: Sequence[Any], known: Known) -> Step:
 def _rounds(entry: Row, known: Known) -> tuple[str, tuple[str, ...]]:
     """Return the loops of an entry, as the end of a comprehension, and the names to which they give values.
 
-    The loops go over all combinations of the values in `each`, compute `let` for each, and skip those for which `when`
-    is false. The loops are empty if the entry has none of these keys.
+    The loops go over all combinations of the values in `each`. For each combination, they compute `let`, and skip the
+    combination if `when` is false. The loops are empty if the entry has none of these keys.
     """
     loops, names = [], []
     for key, raw in entry.get("each", {}).items():
@@ -256,7 +256,7 @@ def _rounds(entry: Row, known: Known) -> tuple[str, tuple[str, ...]]:
 
 
 def _names(key: str) -> list[str]:
-    """Return the names in a key such as "x, z". Raises ValueError if one is not a valid name, or names a function."""
+    """Return the names in a key such as "x, z". Raises ValueError if a name is invalid or is the name of a function."""
     names = key.split(", ")
     for name in names:
         if not name.isidentifier() or name.startswith("_") or name in GLOBALS:
@@ -273,7 +273,7 @@ def _options(keys: list[str], raw: Any, known: Known) -> str:
 
 
 def _option(keys: list[str], option: Any, known: Known) -> str:
-    """Return the expression of one value, or of a tuple of one value for each of several names; strings are texts."""
+    """Return the expression of one value, or of a tuple with one value for each of several names; strings are texts."""
     if len(keys) == 1:
         return text(option, known) if isinstance(option, str) else repr(option)
     if not isinstance(option, list) or len(option) != len(keys):
@@ -324,7 +324,7 @@ def _drawn(keys: list[str], kind: str, table: Row, known: Known, shared: Row) ->
 
 
 def _table(table: Row, known: Known) -> Draw:
-    """Return the function that looks a value up in a table: the entry for the value of `by`, else the entry "other"."""
+    """Return the function that looks up a value in a table: the entry for the value of `by`, else the entry "other"."""
     by = table["by"]
     if by not in known:
         raise ValueError(f"the table needs the value {by!r}, which does not exist here.{did_you_mean(by, known)}")
@@ -338,7 +338,7 @@ def _table(table: Row, known: Known) -> Draw:
 
 
 def maker_of(category: str, row: Row, shared: Row) -> Maker:
-    """Return the maker that a row describes. Raises ValueError that says where the row is wrong and why."""
+    """Return the maker that a row describes. Raises ValueError, which says where the row is wrong and why."""
     for key in row:
         if key not in _KEYS:
             raise ValueError(f"a row does not have {key!r}.{did_you_mean(key, _KEYS)}")
@@ -372,7 +372,7 @@ def maker_of(category: str, row: Row, shared: Row) -> Maker:
 def makers_in(path: Path) -> dict[str, Maker]:
     """Return the makers in a file of rows, by category. A row is read when its category is made for the first time.
 
-    If its row is wrong, a maker raises ValueError that names the file, the row and the part.
+    A maker whose row is wrong raises ValueError, which names the file, the row and the part.
     """
     rows = tomllib.loads(path.read_text(encoding="utf-8"))
     shared = rows.pop("shared", {})

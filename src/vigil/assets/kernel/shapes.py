@@ -77,7 +77,7 @@ def _facing(face: list[int], out: np.ndarray, signs: list[np.ndarray], axes: lis
 
 
 def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return signs (24, 3), face axes (24,), plain faces (12, 3) and bevel faces (32, 3)."""
+    """Return each vertex's signs (24, 3) and face axis (24,), and the triangles of faces (12, 3) and bevels (32, 3)."""
     signs, axes, index = [], [], {}
     for axis in range(3):
         for corner in _CORNERS:
@@ -158,7 +158,7 @@ def span(low: Point3, high: Point3, bevel: float = 0.0) -> Mesh:
 
 
 def rounded_box(size: Point3, at: Point3 = ORIGIN, radius: float = 0.02, puff: float = 0.0) -> Mesh:
-    """Return a box with round edges; `puff` (m) bulges its top and bottom (192 triangles instead of 108)."""
+    """Return a box with round edges. `puff` (m) bulges its top and bottom; it then has 192 triangles instead of 108."""
     half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
     round_by = min(max(radius, _THINNEST_M / 2), 0.98 * half.min())
     flat = half - round_by
@@ -263,7 +263,7 @@ def slab(size: Point3, at: Point3 = ORIGIN, radius: float = 0.05) -> Mesh:
 
 
 def disc(radius: float, at: Point3 = ORIGIN, axis: Axis = "y", segments: int = 18, fit: bool = False) -> Mesh:
-    """Return a flat disc that faces +axis; with `fit`, one picture covers it."""
+    """Return a flat disc that faces the positive direction of `axis`; with `fit`, one picture covers the disc."""
     angles = np.linspace(0, 2 * np.pi, segments, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], 1)
     outline = np.concatenate([[[0.0, 0.0]], circle])
@@ -286,7 +286,7 @@ def panel(width: float, height: float, at: Point3 = ORIGIN, facing: str = "+z", 
 
 @cache
 def _sight(axis: str, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the directions right, up and towards the viewer, for a viewer who looks at a face.
+    """Return the directions right, up and towards the viewer, for a viewer who looks at one side of a box.
 
     The frame is left-handed, so a viewer who looks along -z has +x on the left.
     """

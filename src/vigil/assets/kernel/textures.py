@@ -41,7 +41,7 @@ def _as_bytes(image: np.ndarray) -> np.ndarray:
 
 
 def noise(rng: np.random.Generator, across: int, down: int, size: int = SIZE) -> np.ndarray:
-    """Return smooth seamless noise in 0..1, shape (size, size); `across` and `down` are its numbers of cells."""
+    """Return smooth seamless noise in 0..1, shape (size, size), with `across` x `down` cells."""
     lattice = rng.random((down, across))
     (top, bottom, v), (left, _, u) = _cells(size, down), _cells(size, across)
     tall = lattice[top] + (lattice[bottom] - lattice[top]) * v[:, None]
@@ -56,8 +56,8 @@ def noise(rng: np.random.Generator, across: int, down: int, size: int = SIZE) ->
 def _cells(size: int, cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return, for each pixel, the lattice points before and after it, and how far the pixel is between them (0..1).
 
-    The values are indexed, not multiplied as matrices, because multi-threaded algebra is slower here and differs
-    between processors.
+    The caller uses these as indices, not in matrix products: multi-threaded algebra is slower here and differs between
+    processors.
     """
     place = np.arange(size) * cells / size
     low = place.astype(int)
@@ -125,7 +125,7 @@ def _concrete(rng: np.random.Generator) -> np.ndarray:
 def _tile_grid(
     rng: np.random.Generator, across: int, down: int, joint: float, shift: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each pixel, the shade of its tile (0..1), and a value from 0 (in the joint) to 1 (in the tile)."""
+    """Return two values for each pixel: the shade of its tile (0..1), and 0 (in a joint) to 1 (inside the tile)."""
     place = np.arange(SIZE) / SIZE
     row = (place * down).astype(int)
     u = place[None, :] * across + shift * (row[:, None] % 2)

@@ -36,7 +36,7 @@ _FRIDGE_WALL, _FRIDGE_BASE = 0.045, 0.05
 _GLASS_SHELF = "glass/#6f9aa6"
 
 _NOTES_M, _DISPENSER_TOP_M = 1.5, 1.42
-"""Greatest heights (m) of the top of a fridge's notes, and of its water dispenser."""
+"""Greatest heights (m) of the upper edges of a fridge's notes and of its water dispenser."""
 _NOTES = (
     ("paper/#f2e27a", 0.09, 0.09, 0.0, 0.0),
     ("picture/4", 0.15, 0.12, 0.2, 0.06),
@@ -49,7 +49,7 @@ _MAGNETS = ("plastic/#c8322e", "plastic/#2f5ba0")
 
 @dataclass(frozen=True, slots=True)
 class _Door:
-    """A fridge's door: its joint's name, its extent, and on which side (-1 or 1 along x) its hinge is."""
+    """A fridge's door: the name of its joint, its extent, and the side (-1 or 1 along x) of its hinge."""
 
     name: str
     x: Range
@@ -60,7 +60,7 @@ class _Door:
 def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     """Return a refrigerator: with the freezer above, with the freezer below, or with two doors side by side.
 
-    Notes under magnets, a badge and often a water dispenser distinguish its front from a wardrobe's.
+    Notes under magnets, a badge and often a water dispenser distinguish its front from the front of a wardrobe.
     """
     builder = Builder("Fridge", size)
     shell = one_of(rng, (*SHELLS[:2], *SHELLS, *SHELLS[:2], *_RETRO))
@@ -99,7 +99,7 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Range) -> list[_Door]:
-    """Add two doors, side by side or one above the other; return them, the larger first."""
+    """Add two doors, side by side or one above the other; return the doors, the larger first."""
     (x0, x1), height, body = builder.across, builder.height, z[0]
     base, wall, gap = _FRIDGE_BASE, _FRIDGE_WALL, 0.006
     back = (body - 0.012, body)
@@ -122,7 +122,7 @@ def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Ran
 def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None:
     """Add a thick door with a handle outside and racks inside.
 
-    Its hinge is at an edge of the fridge's box, so that no part of it, not even the handle, leaves the fridge's sides.
+    The door's hinge is at an edge of the fridge's box, so that neither the door nor its handle leaves the box's sides.
     """
     (x0, x1), (y0, y1), (z0, z1), hinge = door.x, door.y, z, door.hinge
     joint = builder.hinge(door.name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, builder.through[1]), hinge * 90.0)
@@ -206,7 +206,7 @@ class _Machine:
     builder: Builder
     shell: Finish
     front: float
-    """z of the front of the case; the door is in front of it."""
+    """Coordinate z (m) of the front of the case; the door is in front of the case."""
     middle: float
     """Height (m) of the drum's middle."""
     radius: float
@@ -218,7 +218,7 @@ class _Machine:
         return self.builder.height - _PANEL_M, self.builder.height - 0.025
 
     def face(self, part: shapes.Mesh, z: float) -> shapes.Mesh:
-        """Return a part, which was made lying at the origin, upright in front of the drum; its top faces the viewer."""
+        """Return a part, made lying at the origin, set upright in front of the drum with its top towards the viewer."""
         return shapes.translate(shapes.rotate(part, "x", 90), (0.0, self.middle, z))
 
 
@@ -258,7 +258,7 @@ def clothes_dryer(size: Vec3, rng: np.random.Generator, levels: Sequence[float])
 
 
 def _machine(category: str, size: Vec3, rng: np.random.Generator) -> _Machine:
-    """Return a machine with only its case, which is open in front, and with the surface on its top."""
+    """Return a machine that so far has only its case, which is open in front, and the surface on its top."""
     builder = Builder(category, size)
     shell = one_of(rng, (SHELLS[0], SHELLS[0], SHELLS[1], SHELLS[3], SHELLS[2]))
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
@@ -289,7 +289,7 @@ def _front(machine: _Machine, edge: np.ndarray) -> None:
 def _controls(machine: _Machine, dial: tuple[float, float], wide: float) -> None:
     """Add the control panel with a dial and a clock.
 
-    `dial` is the dial's place along x, and its radius as a share of the panel's height; `wide` is the clock's width.
+    `dial` has the dial's place along x, and its radius as a share of the panel's height. `wide` is the clock's width.
     """
     builder, z, (y0, y1) = machine.builder, machine.front, machine.panel
     (x, share), tall, mid = dial, y1 - y0, (y0 + y1) / 2
@@ -363,7 +363,7 @@ def _flat_door(machine: _Machine) -> None:
 
 
 def _door(machine: _Machine) -> str:
-    """Add the hinge at a door's +x edge (on the left, seen from the front) and the door's solid; return its joint."""
+    """Add the hinge at a door's +x edge (seen from the front, on the left) and the door's solid; return the joint."""
     builder, radius, (front, end) = machine.builder, _LID * machine.radius, (machine.front, machine.builder.through[1])
     joint = builder.hinge("door", (0, 1, 0), (radius, 0, front), 90.0)
     builder.solid((-radius, machine.middle - radius, front), (radius, machine.middle + radius, end), joint)
@@ -378,7 +378,7 @@ def _grip(machine: _Machine, joint: str, length: float) -> None:
 
 
 def _framed(outer: np.ndarray, hole: np.ndarray) -> np.ndarray:
-    """Return the outline (n, 2) of a frame as one line, cut open where its two outlines (n, 2) are farthest to +x."""
+    """Return the outline (n, 2) of a frame with a hole as one line, cut open where both outlines are farthest to +x."""
     outer, hole = (np.roll(each, -int(np.argmax(each[:, 0])), 0) for each in (outer, hole))
     return np.concatenate([outer, outer[:1], hole[:1], hole[:0:-1], hole[:1]])
 

@@ -12,7 +12,7 @@ from vigil.assets.kernel.palette import COLOURS, one_of
 from vigil.base.geometry import Vec3
 
 _HAMPER_FOOT = 0.94
-"""Ratio of a hamper's width at its bottom to that at its top."""
+"""Width of a hamper at its bottom, as a share of its width at the top."""
 _SHIRT = (
     (-0.28, -0.2), (0.28, -0.2), (0.28, 0.06), (0.42, 0.0), (0.5, 0.08), (0.2, 0.2), (0.12, 0.15), (-0.12, 0.15),
     (-0.2, 0.2), (-0.5, 0.08), (-0.42, 0.0), (-0.28, 0.06),
@@ -98,7 +98,7 @@ def _washing(builder: Builder, rng: np.random.Generator, lid: float) -> None:
 def _bin(
     outline: np.ndarray, y: tuple[float, float], foot: float, wall: float, *, has_floor: bool = True
 ) -> shapes.Mesh:
-    """Return a bin, or only its rim, with an outline (n, 2) at the top; at the bottom it is `foot` times as large."""
+    """Return a bin, or only its rim. Its outline (n, 2) is that of the top; the bottom is `foot` times as large."""
     ring = np.concatenate([outline, outline[:1]])
     reach = np.abs(outline).max(0)
     inner = (reach - wall) / reach

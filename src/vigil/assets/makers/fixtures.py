@@ -52,7 +52,7 @@ def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
 
 
 def _runs(size: Vec3) -> list[tuple[tuple[Range, Range], str]]:
-    """Return ((x range, z range), direction that it faces) for each straight part of a counter."""
+    """Return ((x range, z range), direction that the part faces) for each straight part of a counter."""
     x, z = (-size.x / 2, size.x / 2), (-size.z / 2, size.z / 2)
     if min(size.x, size.z) < 1.9 * _RUN_M:
         return [((x, z), "+z")]
@@ -103,7 +103,7 @@ def _counter_run(
 
 
 def _front_unit(width: float, top: float, kick: float, is_framed: bool) -> tuple[shapes.Mesh, shapes.Mesh]:
-    """Return a drawer front above a door front, and their handles, as two meshes; the fronts' backs are at z = 0."""
+    """Return two meshes: a drawer front above a door front, and their handles. The backs of the fronts are at z = 0."""
     half, gap, split = width / 2, 0.004, top - 0.17
     fronts = [
         front_board((-half + gap, kick + gap, 0.0), (half - gap, split - gap, 0.018), is_framed=is_framed),
@@ -117,7 +117,7 @@ def _front_unit(width: float, top: float, kick: float, is_framed: bool) -> tuple
 
 
 def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a basin that is set into a counter; a tall one stands on a pedestal or a cabinet."""
+    """Return a basin that is set into a counter; a tall sink stands on a pedestal or a cabinet."""
     builder = Builder("Sink", size)
     is_steel = size.y < 0.4 and rng.random() < 0.5
     finish = Finish("metal/steel", "steel") if is_steel else one_of(rng, _BASINS)
@@ -275,7 +275,7 @@ def _shrunk(outline: np.ndarray, share: float) -> np.ndarray:
 
 
 def _closed(outline: np.ndarray, height: float) -> np.ndarray:
-    """Return an outline as a closed ring (n + 1, 3) at a height."""
+    """Return an outline as a closed ring (n + 1, 3) at a height; the ring repeats the first point at its end."""
     ring = np.concatenate([outline, outline[:1]])
     return np.stack([ring[:, 0], np.full(len(ring), height), ring[:, 1]], 1)
 

@@ -55,7 +55,7 @@ def potato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def bread(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a loaf of bread along z: a tin loaf, a round-topped loaf with cuts, or a long one like a baguette."""
+    """Return a loaf of bread along z: a tin loaf, a round-topped loaf with cuts, or a long loaf like a baguette."""
     builder = Builder("Bread", size)
     width, height, length = size
     kind = one_of(rng, ("tin", "oval", "tin"))

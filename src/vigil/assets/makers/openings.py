@@ -56,7 +56,7 @@ def _frame(builder: Builder, material: str, z: Range) -> None:
 
 
 def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, str, str]) -> None:
-    """Add a leaf over the range `x`, hinged at its lower (-1) or upper (1) end, with handles on both sides."""
+    """Add a door leaf over the range `x`, hinged at its lower (-1) or upper (1) end, with handles on both sides."""
     style, material, metal = looks
     y0, y1, z1 = _FLOOR_GAP_M, builder.height - _JAMB_M - _GAP_M, _LEAF_M / 2
     joint = builder.hinge(name, (0, 1, 0), (x[0] if hinge < 0 else x[1], 0, z1), hinge * 90.0)
@@ -93,7 +93,7 @@ def _flush(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def _rails(builder: Builder, skin: PartStyle, x: Range, y: Range, openings: Sequence[tuple[Range, Range]]) -> None:
-    """Add a frame as thick as the leaf, with rectangular openings in one column."""
+    """Add a frame as thick as the door leaf. It has rectangular openings, one above another."""
     stile = openings[0][0][0] - x[0]
     z = (-_LEAF_M / 2, _LEAF_M / 2)
     builder.block(skin, (x[0], x[0] + stile), y, z, 0.003)
@@ -105,7 +105,7 @@ def _rails(builder: Builder, skin: PartStyle, x: Range, y: Range, openings: Sequ
 
 
 def _panelled(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
-    """Add a frame with sunken panels; a broad leaf has two columns of panels."""
+    """Add a frame with sunken panels; a broad door leaf has two columns of panels."""
     wide = x[1] - x[0]
     stile = min(0.11, 0.18 * wide)
     rows = ((y[0] + 0.2, 0.42 * y[1]), (0.42 * y[1] + 0.12, 0.8 * y[1]), (0.8 * y[1] + 0.09, y[1] - 0.11))
@@ -123,7 +123,7 @@ def _panelled(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def _moulding(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
-    """Add slopes between a frame and the sunken panel in it, on both sides of a leaf.
+    """Add slopes between a frame and the sunken panel in it, on both sides of a door leaf.
 
     A step instead of a slope would be a dark line, which looks broken from far away.
     """
@@ -163,7 +163,7 @@ def _planked(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def doorframe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a door frame without a leaf, through which one can walk."""
+    """Return a door frame without a leaf; the opening is free to walk through."""
     builder = Builder("Doorframe", size)
     finish = _door_finish(rng)
     _frame(builder, finish.material, builder.through)
@@ -230,7 +230,7 @@ def _bay(builder: Builder, material: str) -> None:
 
 
 SLAT_M, SLAT_TILT_DEG, SLAT_OVERLAP = 0.05, 72, 1.12
-"""Distance (m) between slats, their tilt (deg) while closed, and their depth as a multiple of the distance."""
+"""Distance (m) between slats, tilt (deg) of closed slats, and depth of a slat as a multiple of the distance."""
 
 
 def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:

@@ -15,7 +15,7 @@ from vigil.base.geometry import Vec3
 
 
 def seat_height(levels: Sequence[float], height: float, usual: float) -> float:
-    """Return the height of a seat: the lowest level that a seat can have, else the usual height if it fits."""
+    """Return the height (m) of a seat: the lowest of `levels` that suits a seat, else the usual height if it fits."""
     fitting = [level for level in levels if 0.3 * height < level < 0.75 * height]
     return fitting[0] if fitting else min(usual, 0.55 * height)
 
@@ -167,7 +167,7 @@ def arm_chair(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
 
 
 def sofa(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a sofa with two to four seats; a very deep one is L-shaped, with a chaise longue at -x."""
+    """Return a sofa with two to four seats; a very deep sofa is L-shaped, with a chaise longue at -x."""
     builder = Builder("Sofa", size)
     suite = _suite(builder, rng, levels)
     is_corner = size.z > 1.3 and size.x > 1.9
@@ -196,7 +196,7 @@ def _suite(builder: Builder, rng: np.random.Generator, levels: Sequence[float]) 
 
 
 def _upholstered(builder: Builder, rng: np.random.Generator, suite: _Suite, run: float, seats: int) -> None:
-    """Add a base, a back, arms and cushions in the rear `run` metres of the box."""
+    """Add a base, a back, arms and cushions in the rear part of the box, which is `run` metres deep."""
     (x0, x1), (z0, _) = builder.across, builder.through
     z1, height, foot = z0 + run, builder.height, suite.foot
     soft = 0.05 if suite.is_rounded else 0.02

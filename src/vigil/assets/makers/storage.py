@@ -40,7 +40,7 @@ def _fronts(rng: np.random.Generator, front: str) -> Fronts:
 
 
 def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: float, lowest: float = 1.0) -> float:
-    """Add legs or a base below furniture whose front is at z = `front`; return the height of their top.
+    """Add legs or a base below furniture whose front is at z = `front`; return the height (m) of their top.
 
     The top is below `lowest`, the height of the lowest thing inside.
     """
@@ -57,7 +57,7 @@ def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: fl
 
 
 def dresser(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a chest of drawers; things at levels below its top are in the drawers."""
+    """Return a chest of drawers. Things that rest at `levels` (heights) below its top are in the drawers."""
     builder = Builder("Dresser", size)
     finish = wood(rng)
     fronts = _fronts(rng, wood(rng).material if rng.random() < 0.25 else finish.material)
@@ -87,7 +87,7 @@ def dresser(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
 
 
 def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a single drawer in a case; its front is larger than the case, has another finish and a broad handle."""
+    """Return a single drawer in a case; the front is larger than the case, has another finish and a broad handle."""
     builder = Builder("Drawer", size)
     finish = wood(rng)
     fronts = _fronts(rng, one_of(rng, [other.material for other in WOODS if other != finish]))
@@ -136,7 +136,7 @@ def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
 
 
 def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a low TV stand: open shelves in the middle and, if it is wide, drawers or doors at the ends."""
+    """Return a low TV stand: open shelves in the middle; a wide stand has drawers or doors at its ends."""
     builder = Builder("TVStand", size)
     finish = wood(rng)
     fronts = _fronts(rng, finish.material)
@@ -169,7 +169,7 @@ def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> A
 
 
 def shelving_unit(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a bookcase, a shelf of cubes or an open metal rack, with boards at the levels."""
+    """Return a bookcase, a shelf of cubes or an open metal rack, with boards at the heights `levels`."""
     builder = Builder("ShelvingUnit", size)
     width, height, depth = size
     style = one_of(rng, ("case", "cubes", "rack", "ladder"))
@@ -220,7 +220,7 @@ def _rack(builder: Builder, rng: np.random.Generator, heights: list[float], styl
 
 
 def shelf(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a wall shelf: a board on brackets or, if it is higher, a box with boards at the levels."""
+    """Return a wall shelf: a board on brackets or, in a higher box, a case with boards at the heights `levels`."""
     builder = Builder("Shelf", size)
     finish = wood(rng)
     width, height, depth = size

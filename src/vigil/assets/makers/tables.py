@@ -52,7 +52,7 @@ def dining_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
 
 
 def _below(levels: Sequence[float], height: float) -> list[float]:
-    """Return the levels that are well below a table's top, and at least 6 cm apart."""
+    """Return those `levels` (heights of shelves) that are well below a table's top and at least 6 cm apart."""
     found: list[float] = []
     for level in levels:
         if 0.025 < level < 0.9 * height and (not found or level > found[-1] + 0.06):
@@ -236,7 +236,7 @@ def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
 
 
 def _drawer_block(builder: Builder, fronts: Fronts, reach: float, face: tuple[float, float]) -> None:
-    """Add a block of three drawers below a desk's top at -x, `reach` metres wide; `face` is (y of top, z of front)."""
+    """Add a block of three drawers, `reach` metres wide, below a desk's top at -x; `face` is (top y, front z)."""
     x0, z0, (top, front) = builder.across[0] + 0.01, builder.through[0] + 0.02, face
     add_case(builder, fronts.front, (x0, 0.04, z0), (x0 + reach, top, front - 0.004), 0.016)
     builder.block(fronts.front, (x0 + 0.02, x0 + reach - 0.02), (0, 0.04), (z0 + 0.02, front - 0.05))

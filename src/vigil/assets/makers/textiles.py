@@ -32,7 +32,7 @@ def pillow(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def _plump(size: np.ndarray) -> shapes.Mesh:
-    """Return a cushion around the origin, thinnest along y; between the corners, its seam is pulled in."""
+    """Return a cushion around the origin, thinnest along y. Its seam is pulled in between the corners."""
     width, height, depth = size
     steps = 8
     ticks = np.linspace(-1, 1, steps + 1)
@@ -113,7 +113,7 @@ def _rod(builder: Builder, metal: str) -> float:
 
 
 def _panels(builder: Builder, cloth_look: str, top: float, *, left: int, right: int) -> None:
-    """Add panels of cloth across the width; when open, all panels of a side lie on its outermost panel.
+    """Add panels of cloth across the width. When open, all panels of one side lie over its outermost panel.
 
     `left` and `right` are the numbers of panels that open to each side.
     """

@@ -1,7 +1,8 @@
 """The light that reaches points of a scene: from the room around them, through the windows, and from the lamps.
 
-Each ray from a point brings the light of what it meets. A wall gives less light the nearer it is, so corners are dark.
-Through a window, a ray meets the sky. A lamp is a small disc; all, a part or nothing of it is visible from a point.
+Each ray from a point brings the light of the surface that it meets. The nearer a wall is, the less light it gives, so
+corners are dark. Through a window, a ray meets the sky. A lamp is a small disc; all of it, a part of it or nothing of
+it is visible from a point.
 """
 
 from collections.abc import Iterator
@@ -12,7 +13,7 @@ import numpy as np
 from vigil.rendering.light.occluders import FAR_M, Occluders
 
 DIRECTIONS = 32
-"""Number of directions of rays over the whole sphere; a point uses those in the half that it faces."""
+"""Number of directions of rays over the whole sphere. A point uses only those in the half that it faces."""
 BATCHES = 4
 """Rays are cast in this many parts, one after the other, to limit memory."""
 LEAST_FACING = 0.05
@@ -25,30 +26,30 @@ BURIED_M, BURIED_SHARE = 0.03, 0.6
 HALF_M = 0.3
 """A wall at this distance (m) from a point gives half of its light to the point."""
 FROM_ABOVE, FROM_SIDES, FROM_BELOW = 1.0, 0.85, 0.75
-"""Light that ceilings, walls and floors reflect."""
+"""Relative strengths of the light that ceilings, walls and floors reflect."""
 SKY, LAWN = (2.65, 2.9, 3.2), (0.95, 1.0, 0.95)
 """Colours of the light through a window: from above the horizon, and from below it."""
 AMBIENT, LAMP = 0.33, 1.07
 """Strengths of the light from all around and of the lamps' light. Lamps give more, because a room that is lit evenly
 from all sides looks flat."""
 ASIDE = np.array([0.6, 0.12, -0.25], np.float32)
-"""Light that is added for each component of a normal. It makes adjacent walls look different, and lights ceilings."""
+"""Vector (3,) whose dot product with a normal adds to a surface's light: adjacent walls differ; ceilings are lit."""
 LAMP_ASIDE = np.array([0.1, 0.02, 0.0], np.float32)
-"""How much more of a lamp's light a surface gets for each component of its normal, because lamps are not points."""
+"""Vector (3,) whose dot product with a normal adds to a surface's share of lamps' light, as lamps are not points."""
 LAMP_RADIUS_M = 0.2
 FALLOFF = 0.06
 WRAP = 0.15
-"""A surface that is turned away from a lamp by at most this cosine is still lit, because rooms reflect light."""
+"""A surface turned away from a lamp is lit up to this (negative) cosine to the lamp, because rooms reflect light."""
 CEILING, ON_CEILING = 0.9, 0.1
-"""Least downward component of a ceiling's normal, and greatest cosine to a lamp that counts for a ceiling."""
+"""Downward component of the normal above which a surface is a ceiling; greatest cosine to a lamp for a ceiling."""
 REACH_M = 9.0
 SPILL_M = 0.5
 """At this distance (m) from a lamp's room, half of the lamp's light remains."""
 LEAST_SHARE = 0.02
-"""A smaller share of a lamp's light than this is not visible."""
+"""Share of a lamp's light below which the light is not visible."""
 BOUNCED_SHARE, OWN_SHARE = 0.35, 0.99
-"""In the room of a lamp, shadows get the first share of the lamp's light. A point is in the room if its share of the
-light is above the second.
+"""Share of a lamp's light that points in shadow still get if they are in the lamp's room, and share of light above
+which a point counts as in that room.
 
 Darker shadows of things outside the picture would look like patches without a cause.
 """
@@ -107,14 +108,14 @@ def _distances(
 
 
 def ambient_facing_shares(samples: Samples) -> np.ndarray:
-    """Return factors (n,) float32 for the light from all around, which depend on the directions of the normals."""
+    """Return factors (n,) float32 for the light from all around; they depend on the directions of the normals."""
     return 1.0 + _along(samples.normals, ASIDE)
 
 
 def _along(normals: np.ndarray, way: np.ndarray) -> np.ndarray:
     """Return the dot product (n,) of each normal (n, 3) with a direction (3,).
 
-    It is not computed as a matrix product, whose last digit would depend on the number of normals.
+    No matrix product is used, because its last digit would depend on the number of normals.
     """
     return normals[:, 0] * way[0] + normals[:, 1] * way[1] + normals[:, 2] * way[2]
 
@@ -128,7 +129,7 @@ def _sphere() -> np.ndarray:
 
 
 def _add_brought(total: np.ndarray, share: np.ndarray, far: np.ndarray, up: float) -> None:
-    """Add to the light (3, n) what the rays of one direction bring.
+    """Add to `total` (3, n) the light that the rays of one direction bring.
 
     `share` (n,) are the rays' weights, `far` (n,) their lengths, and `up` is the direction's upward component.
     """
@@ -143,7 +144,7 @@ def _add_brought(total: np.ndarray, share: np.ndarray, far: np.ndarray, up: floa
 def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.ndarray) -> np.ndarray:
     """Return the light (n,) float32 that a lamp of strength 1 sends to the points, ignoring the points' normals.
 
-    It is multiplied by `shares` (n,), and is 0 where a share is too small to be visible.
+    The light is multiplied by `shares` (n,), and is 0 where the share is too small to be visible.
     """
     far, cosines = _distances_and_cosines(lamp, samples)
     total = np.zeros(len(far), np.float32)
@@ -164,7 +165,7 @@ def _disc_about(lamp: np.ndarray) -> np.ndarray:
 
 
 def spill_shares(outside: np.ndarray) -> np.ndarray:
-    """Return the share of a lamp's light that remains at distances (m) `outside` its room; 1 inside the room.
+    """Return the share of a lamp's light that remains at distances (m) `outside` the lamp's room; 1 inside the room.
 
     Without this loss, light through a doorway would make a bright patch on a wall far from any visible lamp.
     """

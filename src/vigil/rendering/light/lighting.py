@@ -2,8 +2,8 @@
 
 Structure and furniture (without its doors) block light, at the places where they were when the scene was loaded. So
 moving an object does not change the light on other objects. Things that can be moved do not block light, so no shadow
-stays behind; when a frame is drawn, ambient occlusion darkens what they touch. Furniture that was moved or removed does
-not block light on other moved objects, because one of these may be in its old place.
+stays behind when they are moved. Instead, ambient occlusion darkens what they touch when a frame is drawn. Furniture
+that was moved or removed does not block light on other moved objects, because one of these may be in its old place.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,13 +23,13 @@ from vigil.rendering.scene import RenderScene, RenderState
 BRIGHTEST = 2.0
 """Strength of light that is drawn as white; `surface.frag` has the same number."""
 GRID_M = 0.03
-"""Vertices in the same cell of this size (m) with similar normals get the same light."""
+"""Vertices in the same cell of this size (m) get the same light if their normals are similar."""
 FACINGS = 4
-"""Components of normals are rounded to this many steps between 0 and 1 to find similar normals."""
+"""Number of steps between 0 and 1 to which components of normals are rounded to find similar normals."""
 IN_HAND = 0.75
 """Strength of the light on the sides of held objects."""
 PART_POINTS = 12000
-"""Number of points for which each of two threads computes light at a time."""
+"""Number of points for which a thread computes light at a time; there are two threads."""
 
 
 class BakedLight:
@@ -60,7 +60,7 @@ class BakedLight:
         run_in_parallel([on_meshes, partial(self._cast_planes, planes)])
 
     def cast_on(self, state: RenderState, geoms: np.ndarray, occluders: Occluders, into: np.ndarray) -> None:
-        """Compute the light on the vertices of geoms in the poses of a state, and write it to their rows of `into`."""
+        """Compute the light on the vertices of geoms in the poses of a state, and write it to the rows of `into`."""
         if not len(geoms):
             return
         places = [self.geometry.world(state, geom) for geom in geoms.tolist()]
@@ -81,7 +81,7 @@ class BakedLight:
             start = stop
 
     def _faces(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
-        """Return the triangles (m, 3) of geoms; their vertices (`counts` of each geom) are numbered in sequence."""
+        """Return the triangles (m, 3) of geoms, whose vertices (`counts`: number per geom) are numbered in sequence."""
         slices, owned = self.geometry.vertex_slices, self.geometry.face_slices
         shifts = np.cumsum([0, *counts[:-1]]) - [slices[geom].start for geom in geoms]
         return np.concatenate(
@@ -136,12 +136,12 @@ class Lighting:
         self._state = scene.initial
         """The state at the last update."""
         self._displaced, self._occluders = np.zeros(len(scene.static_occluders), dtype=bool), self._baked.occluders
-        """Mask of the furniture that was moved or removed; other surfaces, which block light on moved objects."""
+        """Mask of the furniture that was moved or removed; all other surfaces that block light on moved objects."""
         self._is_lit = np.zeros(len(scene.geom_meshes), dtype=bool)
         """Whether (geoms,) the light on each geom is up to date."""
         self._lamp_colours = np.zeros(0)
         self.vertices = np.zeros((len(self.geometry.vertices), 4), np.uint8)
-        """Square root (n, 4) of the light on each vertex; the fourth column only fills up OpenGL's words."""
+        """Square root (n, 4) of the light on each vertex. The fourth column is padding for OpenGL."""
         self.planes = np.zeros((*self._baked.lightmap_atlas.is_used.shape, 4), np.uint8)
         """Square root (height, width, 4) of the light on the planes."""
         for geom in self.geometry.hand:
@@ -149,7 +149,7 @@ class Lighting:
 
     @property
     def places(self) -> np.ndarray:
-        """Positions (k, 2) in the atlas of the vertices of all geoms in the atlas, in the order of the vertices."""
+        """Positions (k, 2) in the atlas of all vertices whose light is stored there, in the order of the vertices."""
         return self._baked.lightmap_atlas.places
 
     def update(self, state: RenderState, shown: np.ndarray) -> tuple[bool, list[slice]]:
@@ -178,7 +178,7 @@ class Lighting:
         return bool(is_in_atlas.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_in_atlas].tolist()]
 
     def _update_occluders(self, state: RenderState, is_displaced: np.ndarray) -> None:
-        """Let all furniture block light on moved objects, except the geoms in the mask `is_displaced` (geoms,)."""
+        """Let all furniture block light on moved objects, except the furniture in the mask `is_displaced` (geoms,)."""
         displaced = is_displaced[self._scene.static_occluders]
         if np.array_equal(displaced, self._displaced):
             return
@@ -220,7 +220,7 @@ def mixed(light: np.ndarray, lamp_colours: np.ndarray) -> np.ndarray:
 
 
 def encoded(light: np.ndarray) -> np.ndarray:
-    """Return the square root of light as bytes (255 is the brightest)."""
+    """Return the square root of light as bytes; 255 stands for the brightest light."""
     return (np.sqrt(np.clip(light / BRIGHTEST, 0.0, 1.0)) * 255.0 + 0.5).astype(np.uint8)
 
 
@@ -237,7 +237,7 @@ def _smoothed(
 ) -> np.ndarray:
     """Return the light (n, k) averaged along `edges` (m, 2); each edge is on one surface.
 
-    Where `is_known` (n,) is False, the light is that of samples nearby, or else the mean over the same owner.
+    Where `is_known` (n,) is False, the light is that of samples nearby or, if there are none, the owner's mean.
     """
     light = light * is_known[:, None]
     near = smoothed(light, is_known, samples.points, edges)
@@ -247,7 +247,7 @@ def _smoothed(
 
 
 def _merge_similar(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return one vertex of each group, and each vertex's group; a group has similar vertices with one owner."""
+    """Return one vertex of each group, and each vertex's group. A group has similar vertices of one owner."""
     key = owners.astype(np.int64)
     for values, steps in ((points / GRID_M, 4096), (normals * FACINGS, 2 * FACINGS + 1)):
         for column in np.round(values).astype(np.int64).T:

@@ -27,11 +27,11 @@ class LightmapAtlas:
     boxes: list[tuple[int, int, int, int]]
     """Place of each plane, including its border: (row, column, height, width)."""
     owners: list[int]
-    """Geom to which each plane belongs."""
+    """Number of the geom to which each plane belongs."""
 
 
 def pack_atlas(vertices: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> LightmapAtlas:
-    """Return an atlas of the planes on which vertices (n, 3) lie; planes have one owner each (`owners` (n,))."""
+    """Return an atlas of the planes on which vertices (n, 3) lie; each plane belongs to one of the `owners` (n,)."""
     heights = (vertices * normals).sum(axis=1, keepdims=True)
     keys = np.concatenate([np.round(normals * 50), np.round(heights * 100), owners[:, None]], axis=1)
     _, first, plane = np.unique(keys, axis=0, return_index=True, return_inverse=True)
@@ -79,7 +79,7 @@ def _axes(normal: np.ndarray) -> np.ndarray:
 
 
 def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
-    """Return the upper left corner of each box, and the total height; boxes are put into rows, the highest first."""
+    """Return the upper left corner of each box, and the total height. Boxes are put into rows, the highest first."""
     corners: list[tuple[int, int]] = [(0, 0)] * len(boxes)
     left = top = row = 0
     for number in sorted(range(len(boxes)), key=lambda one: (-boxes[one][1], one)):

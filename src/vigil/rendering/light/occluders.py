@@ -23,7 +23,7 @@ class Occluders:
         return np.minimum(met, np.float32(FAR_M))
 
     def are_blocked(self, origins: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Return a mask (k, n) of the lines that are blocked: those from n origins (n, 3) to k ends (k, 3)."""
+        """Return a mask (k, n) of the lines that are blocked. The lines run from n origins (n, 3) to k ends (k, 3)."""
         way = (ends[:, None] - origins).reshape(-1, 3)
         length = np.sqrt(np.einsum("ij,ij->i", way, way))
         far = self.distances(np.tile(origins, (len(ends), 1)), way / length[:, None])
@@ -31,7 +31,7 @@ class Occluders:
 
 
 def occluders_of(geometry: Geometry, state: RenderState, geoms: np.ndarray) -> Occluders:
-    """Return the triangles of geoms that are posed as in a state."""
+    """Return the triangles of geoms in the poses of a state."""
     vertices = np.concatenate([geometry.world(state, geom)[0] for geom in geoms])
     counts = [geometry.vertex_slices[geom].stop - geometry.vertex_slices[geom].start for geom in geoms]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])

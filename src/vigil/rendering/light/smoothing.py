@@ -1,7 +1,7 @@
 """Smoothing: averages the light on the vertices of a surface along the surface's edges.
 
-Only few rays are cast from each vertex, and the light within a face comes from its corners. Without smoothing, half of
-a door would be dark if a lamp is partly hidden from one of its corners.
+Only few rays are cast from each vertex, and the light within a face is interpolated from its corners. Without
+smoothing, half of a door would be dark if a lamp is partly hidden from one of the door's corners.
 """
 
 import numpy as np
@@ -10,16 +10,16 @@ from vigil.rendering.light.irradiance import Samples
 
 ROUNDS = 3
 NEAR_M = 0.15
-"""A neighbour at the other end of an edge of this length (m) has half the weight of the vertex itself."""
+"""Length (m) of an edge whose other end has half the weight of the vertex itself."""
 SAME_SURFACE_COSINE = 0.7
 """Neighbouring corners are on one smooth surface if the cosine between their normals is above this."""
 INSET_SHARE, INSET_M = 0.3, 0.05
 """The light at a corner is computed at a point farther inward: by this share of the mean distance to the corner's
-neighbours, and at most by this distance (m)."""
+neighbours, but at most by this distance (m)."""
 
 
 def smooth_edges(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Return the edges (k, 2), each once, whose corners have similar `normals` (n, 3), i.e. are on one surface."""
+    """Return the edges (k, 2), each once, whose ends have similar `normals` (n, 3), so that they are on one surface."""
     count = len(normals)
     once = np.unique(edges.min(axis=1).astype(np.int64) * count + edges.max(axis=1))
     first, last = np.divmod(once, count)
@@ -28,9 +28,9 @@ def smooth_edges(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def move_inward(samples: Samples, edges: np.ndarray) -> Samples:
-    """Return samples moved inward from the rims of their surfaces, along `edges` (k, 2) that are on one surface each.
+    """Return samples moved inward from the rims of their surfaces, along `edges` (k, 2) that are each on one surface.
 
-    A corner at a rim gets little light, which would darken all of a large face.
+    A corner at a rim gets little light, and without this would darken all of a large face.
     """
     first, last = edges.T
     count = len(samples.points)
@@ -47,7 +47,7 @@ def move_inward(samples: Samples, edges: np.ndarray) -> Samples:
 def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Return the light (n, k) at `points` (n, 3) averaged along `edges` (m, 2); each edge is on one surface.
 
-    Where `is_known` (n,) is False, the light is that of corners nearby where it is known; nan if there are none.
+    Where `is_known` (n,) is False, the light is that of known corners nearby; nan if there are none.
     """
     count = len(light)
     first, last = edges.T

@@ -15,7 +15,7 @@ def holding(object_id: str) -> Setup:
 
 
 def reaches_a_metre_and_a_half(harness: Harness) -> None:
-    """More than 1.5 m from an object, the only interaction that is carried out is `ground`."""
+    """On an object more than 1.5 m away, the only intent that is carried out is `ground` (pointing at the object)."""
     harness.face(1.4, 4.2, "Apple|1")
     effect = harness.click("pick", "Apple|1")
     expect(effect.too_far and effect.hit == "Apple|1", f"an apple 1.75 m away was not too far: {effect}")
@@ -81,7 +81,7 @@ def places_beside_what_is_in_the_way(harness: Harness) -> None:
 
 
 def stacks_and_counts_supports(harness: Harness) -> None:
-    """If an apple is on a plate on the counter, both plate and counter are in its chain of supports and below it."""
+    """If an apple lies on a plate on the counter, the apple's chain of supports has both, and both are below it."""
     harness.face(3.3, 3.6, "Plate|1", holding("Apple|1"))
     expect_refused(harness.click("place", "Plate|1"), None)
     objects = harness.simulator.world(["Apple|1", "Plate|1", "CounterTop|1"]).objects

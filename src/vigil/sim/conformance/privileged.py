@@ -29,7 +29,7 @@ def keeps_the_privileged_protocol(harness: Harness) -> None:
 
 
 def shows_the_scene_as_it_is(harness: Harness) -> None:
-    """Until the next `load`, every call returns the same scene, and its things always have their present states."""
+    """Until the next `load`, every call returns the same `Scene`, and its things always have their present states."""
     harness.stand(HERE.x, HERE.z)
     scene = harness.simulator.scene()
     setup = opened("Fridge|1").model_copy(update={"held": "Mug|1"})
@@ -73,7 +73,7 @@ def lists_pixels_in_the_frame(harness: Harness) -> None:
 
 
 def sees_from_anywhere(harness: Harness) -> None:
-    """Rays from any eye find the visible points of an object, wherever the agent stands."""
+    """Rays from any eye find the visible points of an object, wherever the agent itself stands."""
     harness.stand(THERE.position.x, THERE.position.z)
     apple = harness.state("Apple|1").position
     points = np.array([apple, apple])
@@ -95,10 +95,10 @@ def sees_from_anywhere(harness: Harness) -> None:
 
 
 def may_show_what_it_shows(harness: Harness) -> None:
-    """`may_be_visible` is true if at least the number of pixels that it is asked about are visible of an object.
+    """`may_be_visible(object, n)` is true if at least n pixels of the object are visible.
 
-    It is false for a larger number than the frame has. `is_in_frame` is true if at least one pixel of the object is
-    visible. Both are false for held or absent objects.
+    It is false if n is larger than the frame's number of pixels. `is_in_frame` is true if at least one pixel of the
+    object is visible. Both are false for held or absent objects.
     """
     absent = {"Statue|1": ObjectSetup(is_absent=True)}
     harness.face(5.2, 3.1, "Fridge|1", Setup(objects=absent, held="Mug|1"))

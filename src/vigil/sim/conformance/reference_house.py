@@ -120,7 +120,7 @@ def _wall(wall_id: str, room_id: str, start: tuple[float, float], end: tuple[flo
 
 
 def _opening(opening_id: str, asset_id: str, along: tuple[float, float], up: tuple[float, float]) -> Node:
-    """Return an opening in the wall between the rooms; `along` are metres from the wall's south end."""
+    """Return an opening in the wall between the rooms; `along` is its extent (m) from the wall's south end."""
     return {
         "id": opening_id,
         "assetId": asset_id,

@@ -10,9 +10,9 @@ from vigil.sim.conformance.reference_house import DOOR, DRAWER, EAST, PANE, WEST
 
 
 def counts_visible_pixels(harness: Harness) -> None:
-    """More pixels of an object are visible from a near place than from a far one.
+    """An object has more visible pixels if the agent is near it than if the agent is far away.
 
-    No pixels are visible through a wall, or if the object is absent.
+    An object behind a wall and an absent object have no visible pixels.
     """
     harness.face(1.4, 3.2, "Apple|1")
     near = harness.state("Apple|1")
@@ -62,7 +62,7 @@ def sees_through_glass_but_clicks_it(harness: Harness) -> None:
 
 
 def clicks_agree_with_pixels(harness: Harness) -> None:
-    """A click on any pixel of an object hits the object; a click on structure without an id hits nothing (None)."""
+    """A click on any pixel of an object hits the object; a click on structure such as a wall hits nothing (None)."""
     harness.face(3.4, 3.2, "Microwave|1")
     for object_id in ("Microwave|1", "Plate|1", "CounterTop|1"):
         pixels = harness.simulator.pixels_of(object_id)

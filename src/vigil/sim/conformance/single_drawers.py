@@ -9,7 +9,7 @@ from vigil.sim.conformance.reference_house import DRAWER, DRESSER, LOWEST, SIBLI
 FRONT = (8.0, 1.5)
 """Place (x, z) of the agent in front of the dresser."""
 MOVED_M = 0.3
-"""Distance by which the dresser is moved."""
+"""Distance (m) by which the dresser is moved."""
 
 
 def open_one_by_one(harness: Harness) -> None:
@@ -34,7 +34,7 @@ def open_one_by_one(harness: Harness) -> None:
 def hold_their_own_things(harness: Harness) -> None:
     """Objects can be put into an open drawer, but not into a shut drawer.
 
-    An object in a drawer is also in its furniture.
+    An object in a drawer also counts as in the furniture that has the drawer.
     """
     holding = Setup(held="Pen|1")
     harness.face(*FRONT, DRAWER, holding)
@@ -68,7 +68,7 @@ def stop_at_what_is_in_the_way(harness: Harness) -> None:
 
 
 def are_seen_as_part_of_their_furniture(harness: Harness) -> None:
-    """Pixels of drawers count as pixels of their dresser, and the dresser is near a click on one of its drawers."""
+    """Pixels of a drawer count as pixels of its dresser, and a click on a drawer counts as near the dresser."""
     harness.face(*FRONT, DRESSER)
     whole, parts = (
         harness.state(DRESSER).visible_px,

@@ -19,7 +19,7 @@ class AgentInScene(Protocol):
     scene: Scene
     agent: Pose
     held: str | None
-    """Id of the thing in the hand."""
+    """Id of the thing in the hand; None when the hand is empty."""
 
 
 def walk(action: Navigate, step: Callable[[float], InteractionResult]) -> Effect:
@@ -56,9 +56,9 @@ def horizon_after(action: Look, horizon: float) -> float:
 def object_state(
     world: AgentInScene, thing: Thing, box: Box, seen: ObjectVisibility, asked: list[Thing]
 ) -> ObjectState:
-    """Return the hidden state of a thing. `box` is its box, `seen` what the camera sees of it.
+    """Return the hidden state of a thing. `box` is the thing's box, and `seen` says what the camera sees of the thing.
 
-    `asked` has all things whose state is requested. Receptacles of the thing are reported only if they are among these.
+    `asked` has all things whose state is requested. Only things in `asked` are reported as receptacles of the thing.
     """
     return ObjectState(
         category=thing.category,

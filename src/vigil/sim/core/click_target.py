@@ -1,4 +1,4 @@
-"""The kind of place that a click on a receptacle means: on it, inside it, or inside a part of it that is shut.
+"""The kind of place that a click on a receptacle means: on it, inside it, or behind a closed door, lid or drawer of it.
 
 A held object is put down at the clicked point or near it. A click on the top never puts the object inside the
 receptacle, and a click inside never puts it on top.

@@ -38,8 +38,8 @@ from vigil.sim.core.state import MUTABLE_FIELDS, SceneState, mutable_state_of
 from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 OFF_SEAMS = np.array([6.1e-7, 5.3e-7, 5.9e-7])
-"""Vector (3,) that is added to the directions of rays of programs. Surfaces are cut into triangles along round numbers
-of metres, and a ray in the plane of a cut, such as one along an axis, would pass between two triangles."""
+"""Vector (3,) that is added to the direction of each ray of `meets`. Surfaces are cut into triangles along round
+numbers of metres, and a ray exactly in the plane of a cut would pass between two triangles."""
 
 
 @dataclass(slots=True)
@@ -113,13 +113,13 @@ class EmbeddedSimulator:
         return self._engine.draw(state.agent, state.held)
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Return the id of the object that a click on the pixel hits; None for sky and for structure without an id."""
+        """Return the id of the object that a click on the pixel hits; None for e.g. a wall or the sky."""
         loaded = self._require_loaded()
         thing, _ = loaded.sight.click(loaded.state.agent, x, y)
         return thing.id if thing else None
 
     def pixel_of_named(self, name: str) -> tuple[int, int] | None:
-        """Return a pixel (x, y) of the only object of a name in view; None if there is none, or several are."""
+        """Return a pixel (x, y) of the object called `name`; None unless exactly one object in view has this name."""
         loaded = self._require_loaded()
         return pixel_of_named(loaded.state.scene, loaded.sight, loaded.state.agent, name)
 
@@ -147,7 +147,7 @@ class EmbeddedSimulator:
         return sorted(thing.id for thing in self._require_loaded().state.scene.things.values() if thing.is_present)
 
     def pixels_of(self, object_id: str) -> np.ndarray:
-        """Return those pixels (n, 2; x and y) of a regular lattice on which a click hits the object."""
+        """Return the pixels (n, 2; x and y) on which a click hits the object; only a regular lattice is tried."""
         loaded = self._require_loaded()
         return loaded.sight.click_pixel(loaded.state.agent, self._thing(object_id))
 
@@ -181,7 +181,7 @@ class EmbeddedSimulator:
         return loaded.sight.may_be_visible(loaded.state.agent, self._thing(object_id), min_px)
 
     def is_in_frame(self, object_id: str) -> bool:
-        """Return whether any pixel of the frame shows an object."""
+        """Return whether at least one pixel of the frame shows an object."""
         loaded = self._require_loaded()
         return loaded.sight.is_in_frame(loaded.state.agent, self._thing(object_id))
 
@@ -211,7 +211,7 @@ class EmbeddedSimulator:
         self._flush()
 
     def apply_changes(self, setup: Setup) -> None:
-        """Apply a setup to the world as it is now; leaves may then reach through walls and containers.
+        """Apply a setup to the world as it is now. Doors, lids and drawers may then reach through walls and containers.
 
         Raises EpisodeError; in that case nothing has changed.
         """
@@ -243,23 +243,25 @@ class EmbeddedSimulator:
         return self._effect_of(open_to(self._require_loaded().state, self._thing(object_id), openness))
 
     def redecorate(self, house: House) -> None:
-        """Load a house that differs from the present one in materials and lights alone; everything stays as it is."""
+        """Load a house that differs from the present one only in materials and lights; things keep their states."""
         before = self._snapshot()
         self.load(house)
         self._restore_snapshot(before)
 
     def move_hand(self, by: Vec3, rotation: Vec3) -> None:
-        """Move the object in the hand to the agent's right, up and ahead (m), and turn it to a rotation."""
+        """Move the held object by `by` (m to the agent's right, up and ahead), and turn it to `rotation`."""
         self._require_loaded().state.move_hand(by, rotation)
         self._flush()
 
     def reachable(self, start: Vec3, step_m: float, yaw: float = 0.0) -> np.ndarray:
-        """Return the places (n, 2) of x, z on a grid through `start`, turned by `yaw` (deg), that the body reaches."""
+        """Return the places (n, 2; x, z) that the body reaches on a grid through `start`, turned by `yaw` (deg)."""
         return self._require_loaded().state.collision_map.reachable(start, step_m, yaw)
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Return the id of what stops the body on the straight way from `start` to `end`: "exterior" if only the
-        edge of the rooms does, None if nothing does. What the body's axis is inside never stops the body.
+        """Return the id of what stops the body on the straight way from `start` to `end`; None if nothing does.
+
+        If only the edge of the rooms stops the body, return "exterior". An obstacle that the middle of the body is
+        already inside at `start` never stops the body.
         """
         return self._require_loaded().state.collision_map.blocker(start, end, leaves_overlaps=True)
 

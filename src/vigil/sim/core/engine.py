@@ -24,7 +24,7 @@ class RayHits:
     """What each of n rays hits first."""
 
     things: np.ndarray
-    """Index (n,) int32 of the thing hit, in the scene's order; -1 for structure without an id, and for no hit."""
+    """Index (n,) int32 of the thing hit, in the scene's order; -1 for structure (e.g. a wall), and for no hit."""
     roles: np.ndarray
     """Bits BEARS_OPEN and BEARS_TOGGLE (n,) uint8 of the part that was hit."""
     distances: np.ndarray
@@ -62,8 +62,8 @@ class Engine(Protocol):
         """Return what rays along unit `directions` (n, 3) hit first.
 
         Rays never hit held things, absent things, or the things in `without`. If `only` is given, they hit only the
-        thing with this id. Hits beyond `within_m` may be missing. At equal distance, structure comes before things, and
-        things come in the scene's order.
+        thing with this id. Hits beyond `within_m` may be missing. At equal distance, structure (e.g. a wall) comes
+        before things, and things come in the scene's order.
         """
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:

@@ -22,7 +22,7 @@ class ClickHit:
     """What the ray of a click hits first."""
 
     thing: Thing | None
-    """The thing that the ray met; None if it met nothing, or only structure without an id."""
+    """The thing that the ray met; None if it met nothing, or only structure without an id, such as a wall."""
     point: Vec3 | None
     """The point (m) at which the ray met something; None if it met nothing."""
 

@@ -1,7 +1,7 @@
 """The rules for clicks: what the hand can reach, and why opening, switching, picking up or placing is refused.
 
-The rules need only the scene and the held thing, and change nothing. Every backend applies them, in the order of their
-source (protocol.md section 2.2), before it tries the interaction.
+The rules need only the scene and the held thing, and change nothing. Every backend applies them before it tries the
+interaction, in the order that protocol.md (section 2.2) gives.
 """
 
 from typing import assert_never

@@ -1,9 +1,9 @@
 """Where the agent's body fits and how far it can walk. The body is an upright cylinder.
 
-Obstacles are the solids of things between 0.05 and 1.8 m above the floor, with leaves at their present openness, and
-the walls around holes. A walk is free if the body stays clear of every obstacle. The body may already overlap an
-obstacle where the walk begins, for example a leaf that was closed against it. Such an obstacle only blocks a walk that
-would come still nearer to it, so the body can always walk away.
+Obstacles are the solid parts of walls, and the solids of things between 0.05 and 1.8 m above the floor. Leaves (doors,
+lids, drawers) count at their present openness. A walk is free if the body stays clear of every obstacle. The body may
+already overlap an obstacle where the walk begins, for example a leaf that was closed against it. Such an obstacle only
+blocks a walk that would come still nearer to it, so the body can always walk away.
 """
 
 import math
@@ -18,7 +18,7 @@ from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, floor_of_rooms, room_flo
 from vigil.scene.things import Scene
 
 CENTRE_SHARE = 0.25
-"""Radius of the body's core, as a share of the body's radius. The core must be free at a start."""
+"""Radius of the body's core, as a share of the body's radius. At a start, the core must be clear of obstacles."""
 TOUCH_M = 1e-6
 """Tolerance (m) in comparisons of distances, so that a body that exactly touches an obstacle is clear of it."""
 
@@ -64,8 +64,8 @@ class CollisionMap:
     def blocker(self, start: Vec3, end: Vec3, *, leaves_overlaps: bool = False) -> str | None:
         """Return the id of the obstacle nearest to `start` that stops the body between two positions.
 
-        Return `EXTERIOR` when only the edge of the floor stops the body, and None when the way is free. With
-        `leaves_overlaps`, an obstacle that the body's axis is inside does not stop it, even if it ends inside as well.
+        Return `EXTERIOR` when only the edge of the floor stops the body, and None when the way is free. If the body's
+        axis is inside an obstacle at both positions, this obstacle stops the body unless `leaves_overlaps` is true.
         """
         sweep = shapely.LineString([(start.x, start.z), (end.x, end.z)])
         origin = shapely.Point(start.x, start.z)
@@ -85,7 +85,7 @@ class CollisionMap:
         return None if self._inside.covers(sweep) else EXTERIOR
 
     def reachable(self, start: Vec3, step_m: float = GRID_M, yaw: float = 0.0) -> np.ndarray:
-        """Return the places (n, 2) of x, z, on a grid through `start`, that the body reaches along grid edges.
+        """Return the places (n, 2; x and z) that the body can reach on a grid through `start`, along grid edges.
 
         The grid is turned by `yaw` (deg).
         """
@@ -129,7 +129,7 @@ class CollisionMap:
         return cells[fits], places[fits]
 
     def _gaps(self, owners: list[str], hits: np.ndarray, shape: BaseGeometry) -> np.ndarray:
-        """Return each owner's least distance (m) from `shape`; only the owner's parts in `hits` count."""
+        """Return the least distance (m) of each owner's obstacles from `shape`; only the obstacles in `hits` count."""
         gaps = shapely.distance(self._shapes[hits], shape)
         names = np.array([self._owners[hit] for hit in hits])
         return np.array([gaps[names == owner].min() for owner in owners])

@@ -1,7 +1,7 @@
 """Objects in view by their names, for a profile in which an agent names what it interacts with.
 
-Whether a name means no object, none in view or several, nothing of it is said: all are None. Source: `protocol.md`
-section 11.
+The result is None if no object has the name, if none in view has it, and if several in view have it. The agent does not
+learn which of these is the case. Source: `protocol.md` section 11.
 """
 
 import numpy as np
@@ -12,12 +12,12 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.core.sight import Sight
 
 IN_VIEW_PX, IN_VIEW_M = 40, 6.0
-"""Least number of pixels and greatest distance (m) of a thing in view: those of an observable object."""
+"""Least number of pixels and greatest distance (m) of a thing in view; an observable object has the same limits."""
 ARTICLES = ("the ", "a ", "an ")
 
 
 def pixel_of_named(scene: Scene, sight: Sight, agent: Pose, name: str) -> tuple[int, int] | None:
-    """Return the pixel (x, y) of the only thing of a name in view that is nearest to the middle of its pixels.
+    """Return the pixel (x, y), near the middle of its pixels, of the only thing in view called `name`.
 
     None if no such thing is in view and can be clicked, or if several are in view.
     """
@@ -46,6 +46,6 @@ def _name(thing: Thing) -> str:
 
 
 def _plain(name: str) -> str:
-    """Return a name without case, spaces and article."""
+    """Return a name in lower case, without spaces and without its article."""
     words = " ".join(name.casefold().split())
     return next((words.removeprefix(word) for word in ARTICLES if words.startswith(word)), words).replace(" ", "")

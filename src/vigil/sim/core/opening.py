@@ -5,8 +5,8 @@ another thing or the agent's body than at the start, by more than a tolerance. T
 in generated houses often touch or overlap a little. The tolerance is larger for things in or on a wall. Walls, windows
 and shut doors have no tolerance: no part, not even a handle, may reach into the next room (`vigil.scene.partitions`).
 
-What lies in a drawer moves with it. If that is, for example, an open book, its cover must not hit the body of the
-drawer's furniture, or anything else.
+Things in a drawer move with the drawer. If one of them is open, for example a book, its cover must not hit the body of
+the drawer's furniture, or anything else.
 """
 
 import math
@@ -34,7 +34,7 @@ WALL_TOLERANCE_M = 0.05
 SAMPLE_M = 0.02
 """Greatest distance (m) that a moving part travels between two samples of its motion."""
 MOVED_WITHIN = 0.005
-"""A thing has the wanted openness already if its openness differs by less than this."""
+"""If a thing's openness differs from the wanted openness by less than this, the thing does not move."""
 
 
 def opening_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
@@ -76,10 +76,10 @@ def _first_collision(state: SceneState, path: list[list[Prism]], obstacles: list
 def _carried_collision(
     state: SceneState, thing: Thing, samples: list[float], obstacles: list[tuple[str, Prism]]
 ) -> str | None:
-    """Return the id of what blocks an open leaf of a thing that the moving part carries along; None if nothing does.
+    """Return the id of what blocks an open thing, such as a book, that a moving part carries; None if nothing does.
 
-    If the body of `thing` itself blocks the leaf (for a drawer, the body of its furniture), return the id of the
-    carried thing.
+    If the body of `thing` itself blocks the carried thing (for a drawer, the body of its furniture), return the id of
+    the carried thing.
     """
     whole = furniture_of(state.scene, thing) or thing
     body = [prism for prism in prisms_of(whole) if prism.joint is None]
@@ -98,9 +98,9 @@ def _carried_collision(
 
 
 def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of a container of the thing whose body the thing's open leaf pierces; None if there is none.
+    """Return the id of a container of `thing` whose body an open leaf (e.g. a book's cover) of `thing` pierces.
 
-    The leaf pierces the body if it reaches deeper into the body than when it is shut.
+    None if there is none. A leaf pierces the body if it reaches deeper into the body than when it is shut.
     """
     if thing.openness == 0.0:
         return None
@@ -129,7 +129,7 @@ def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
 
 
 def _rider(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of a child on a lid or cover that does not count as a surface (a pen on a laptop); else None."""
+    """Return the id of a child on a lid or cover that is not a surface (e.g. a pen on a laptop); else None."""
     if not any(joint.kind == "hinge" for joint in thing.asset.joints):
         return None
     riders = (child.id for child in children(state.scene, thing.id) if not _goes_along_or_lies_inside(thing, child))
@@ -137,7 +137,7 @@ def _rider(state: SceneState, thing: Thing) -> str | None:
 
 
 def _samples(thing: Thing, target: float) -> list[float]:
-    """Return the values of openness at which the motion to `target` is tested, from the present one to `target`."""
+    """Return the values of openness at which the motion is tested, from the thing's present openness to `target`."""
     reach = max((_travel_m(thing, joint.name) for joint in thing.asset.joints), default=0.0)
     count = max(2, math.ceil(reach * abs(target - thing.openness) / SAMPLE_M) + 1)
     return [float(value) for value in np.linspace(thing.openness, target, count)]

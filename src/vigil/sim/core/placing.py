@@ -38,7 +38,7 @@ SPOT_WITHIN_M = 0.3
 SPOT_STEP_M = 0.025
 """Step (m) of the grid of spots."""
 FIRST_TRIED = 9
-"""This many of the nearest spots are tried first; then all other spots are tried together."""
+"""Number of the nearest spots that are tried first. If none of these is free, all others are tried together."""
 EDGE_INSIDE_M = 0.01
 """How far (m) a thing may reach over the edge of a surface that is behind a door or in a drawer."""
 EDGE_M = 0.03
@@ -99,7 +99,7 @@ class FreeSpot:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CandidateSpots:
-    """The n spots on a surface for a thing with one yaw; only the surface's edges and free height have been checked."""
+    """The n spots on a surface for a thing with one yaw; so far, only the edges and free height have been checked."""
 
     surface: Surface
     frame: Motion
@@ -169,7 +169,7 @@ def put_down(state: SceneState, spot: FreeSpot) -> list[Thing]:
 
 
 def open_surfaces(receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Return (surface, frame) of a receptacle's level surfaces that the hand can get at now."""
+    """Return (surface, frame) of a receptacle's horizontal surfaces that the hand can reach now."""
     shut = is_shut(receptacle)
     return [(surface, frame) for surface, frame in level_surfaces(receptacle) if not (surface.needs_opening and shut)]
 
@@ -226,7 +226,7 @@ def _first_free(
 def _unobstructed(
     state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, receptacle: Thing
 ) -> np.ndarray:
-    """Return a mask (n,) of the places at which no solid is in the way; `columns` are the places' x, z and yaw."""
+    """Return a mask (n,) of the places at which no solid is in the way; `columns` are each place's x, z and yaw."""
     corners = bulk.footprint(*columns)
     lows, highs = corners.min(axis=1), corners.max(axis=1)
     hollow = _container_ids(state, receptacle)
@@ -250,7 +250,7 @@ def _unobstructed(
 
 
 def _container_ids(state: SceneState, receptacle: Thing) -> set[str]:
-    """Return the ids of a receptacle, of the furniture that it is part of, and of all its containers."""
+    """Return the ids of a receptacle, of its containers and, if the receptacle is a drawer, of its furniture."""
     whole = furniture_of(state.scene, receptacle)
     return {each.id for each in (receptacle, whole, *containers_of(state.scene, receptacle)) if each is not None}
 
@@ -279,7 +279,7 @@ def _edge(surface: Surface) -> np.ndarray:
 
 
 def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iterator[tuple[str, Prism]]:
-    """Yield (id, prism) of the solids that overlap the rectangle around all places.
+    """Yield (id, prism) of the solids that overlap the rectangle around all places where the held box is tried.
 
     `lows` and `highs` (n, 2) are the least and greatest x, z of each place.
     """

@@ -16,7 +16,7 @@ from vigil.sim.core.state import SceneState
 def apply_setup(state: SceneState, setup: Setup, house_name: str, *, checks_leaves: bool = True) -> None:
     """Change the scene as a setup says. Raises EpisodeError when the house does not allow the changes.
 
-    Without `checks_leaves`, open leaves may reach through walls and through what contains them.
+    Without `checks_leaves`, open leaves (doors, lids, drawers) may reach through walls and through containers.
     """
     wanted = things_named(setup, state.scene, house_name)
     for thing, change in wanted:
@@ -70,7 +70,7 @@ def unknown_object_message(object_id: str, scene: Scene, house_name: str) -> str
 
 
 def check_can_be_held(thing: Thing) -> None:
-    """Raise EpisodeError if a setup must not put this thing into the hand."""
+    """Raise EpisodeError if a thing cannot be held, so that a setup must not put it into the hand."""
     if not thing.is_pickupable or not thing.is_present:
         raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
 
@@ -116,7 +116,7 @@ def _break(state: SceneState, thing: Thing) -> None:
 
 
 def _check_walls(state: SceneState, changed: list[Thing]) -> None:
-    """Raise EpisodeError if an open leaf of one of the changed things reaches into the next room."""
+    """Raise EpisodeError if an open leaf (door, lid or drawer) of a changed thing reaches into the next room."""
     if any(thing.is_structure for thing in changed):  # a shut door is one more partition
         changed = list(state.scene.things.values())
     for thing in changed:
@@ -131,7 +131,7 @@ def _check_walls(state: SceneState, changed: list[Thing]) -> None:
 
 
 def _check_carriers(state: SceneState, changed: list[Thing]) -> None:
-    """Raise EpisodeError if an open leaf of a thing reaches through the body of the container that holds the thing."""
+    """Raise EpisodeError if an open leaf (e.g. a book's cover) reaches through the container that holds its thing."""
     touched = {each.id: each for thing in changed for each in [thing, *contents(state.scene, thing.id)]}
     for thing in touched.values():
         carrier = pierced_carrier(state, thing) if thing.is_present and not thing.is_held else None

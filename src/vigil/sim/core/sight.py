@@ -25,7 +25,7 @@ FOCAL_PX = HEIGHT / 2
 NEAR_M = 0.02
 """Depth (m) of the camera's near plane; nothing nearer than this is visible."""
 RAYS_PER_OBJECT = 1600
-"""Approximate limit on the rays cast for one object. If it can cover more pixels, only every n-th pixel is used."""
+"""Approximate limit on the rays cast for one object. If the object may cover more pixels, only every n-th is used."""
 NEAR_CLICK_PX = 3
 """Objects within this radius (pixels) around a click count as near the click."""
 VISIBLE_PX = 200
@@ -60,8 +60,7 @@ AGENT_LENS = Lens()
 
 @dataclass(frozen=True, slots=True)
 class PixelWindow:
-    """A rectangle of pixels, left <= x < right and top <= y < bottom; in it, every `stride`-th row and column is
-    sampled."""
+    """A rectangle of pixels, left <= x < right and top <= y < bottom. Every `stride`-th row and column is sampled."""
 
     left: int
     top: int
@@ -193,7 +192,7 @@ def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
-    """Return points (n, 3) that bound the part of the boxes beyond the near plane, and whether this part is everything.
+    """Return points (n, 3) around the part of the boxes beyond the near plane, and whether that is the whole boxes.
 
     The points are the boxes' corners beyond the plane, and the points where the boxes' edges cross the plane.
     """
@@ -232,7 +231,7 @@ class Sight:
         self._outlines: LRUCache[tuple[Pose, str], _Outline] = LRUCache(MAX_CACHED_OUTLINES)
         """Cached outlines of things, by pose and id."""
         self._behind_walls: LRUCache[tuple[Vec3, str], bool] = LRUCache(MAX_CACHED_EYES)
-        """Cached results of whether walls alone hide a thing, by eye and id."""
+        """Whether walls alone hide a thing from an eye: cached results by eye and id."""
         self._extents: dict[str, Extent] = {}
         """Cached extents of whole things, by id."""
 
@@ -251,7 +250,7 @@ class Sight:
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
         """Return the thing and the point (m) that a pixel's ray meets first; glass stops the ray.
 
-        The thing is None if the ray meets structure without an id. Both are None if it meets nothing.
+        The thing is None if the ray meets e.g. a wall, which has no id. Both are None if the ray meets nothing.
         """
         rays = directions(agent, np.array([[x, y]]))
         hits = self._engine.cast(agent.eye, rays, through_glass=False)
@@ -309,18 +308,18 @@ class Sight:
         return {thing.id: known[thing.id] for thing in things}
 
     def may_be_visible(self, agent: Pose, thing: Thing, min_px: int) -> bool:
-        """Return whether at least `min_px` pixels of a thing would be visible if nothing else hid it. Faster than
-        `see`."""
+        """Return whether at least `min_px` pixels of a thing would be visible if nothing else hid it. This method is
+        faster than `see`."""
         window = self._window_of(agent, thing)
         if window is None or window.most_px < min_px:
             return min_px <= 0
         return len(self._outline(agent, thing, window).rays) * window.stride**2 >= min_px
 
     def is_in_frame(self, agent: Pose, thing: Thing) -> bool:
-        """Return whether any pixel shows a thing.
+        """Return whether at least one pixel shows a thing.
 
-        Unlike `see`, test every pixel, since a part that is thinner than the distance of two sampled pixels may be
-        between them. Slower than `see` where the thing covers much of the frame but is hidden.
+        Unlike `see`, this method tests every pixel: `see` may miss a thin part between two sampled pixels. It is slower
+        than `see` where the thing covers much of the frame but is hidden.
         """
         if self.see(agent, [thing])[thing.id].visible_px:
             return True
@@ -443,7 +442,7 @@ def _has_glass(thing: Thing) -> bool:
 def _visibility_from_rays(
     thing: Thing, window: PixelWindow, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray
 ) -> ObjectVisibility:
-    """Return what the camera sees of a thing. `is_hit` (n,) is True for the rays of its outline that meet it first.
+    """Return what the camera sees of a thing; `is_hit` (n,) is True for the outline's rays that meet the thing first.
 
     The thing is strictly visible if at least 200 px and 25 % of its outline are visible. It is also strictly visible if
     its whole outline is inside the frame and visible.

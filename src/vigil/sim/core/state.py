@@ -19,7 +19,7 @@ HAND_AHEAD_M = 0.4
 HAND_DROP_M = 0.45
 """A held object's reported position is this far (m) below the eye."""
 ROUNDED_DECIMALS = 9
-"""Number of decimals to which positions (m) and angles (deg) of things that are moved along are rounded.
+"""Number of decimals to which positions (m) and angles (deg) of things are rounded when other things move them along.
 
 This rounding is far finer than any check needs, and far coarser than floating-point errors.
 """
@@ -45,7 +45,7 @@ class SceneState:
     held: str | None = None
     """Id of the thing in the hand; None when the hand is empty."""
     hand_offset: Vec3 = _USUAL_PLACE
-    """Place (m) of the hand to the right of, above and ahead of its usual place."""
+    """Offset (m) of the hand from its usual place: to the right, up and ahead."""
     changed: set[str] = field(default_factory=set)
     """Ids of the things that may have changed since the last call of `flush`."""
     partitions: Partitions = field(init=False)
@@ -137,7 +137,7 @@ class SceneState:
         return stack
 
     def move_hand(self, by: Vec3, rotation: Vec3) -> None:
-        """Move the thing in the hand, with what rests on it, to the right, up and ahead (m), and turn it."""
+        """Move the held thing, with what rests on it, by `by` (m: right, up, ahead), and turn it to `rotation`."""
         held = self.scene.things[self.held or ""]
         self.hand_offset = Vec3(*(old + new for old, new in zip(self.hand_offset, by, strict=True)))
         self.move(held, self._hand(), rotation)

@@ -33,11 +33,10 @@ def lens_of(view: CameraView) -> Lens:
 
 
 def directions_at(view: CameraView, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the unit directions (n, 3) through places (n, 2) of the image, and the cosines (n,) of their angles to the
-    axis.
+    """Return the unit directions (n, 3) through places (n, 2) of the image.
 
-    A place is x, y in pixels from the top left corner; a pixel's middle is its number plus 0.5. The axis is the
-    camera's.
+    Also return the cosines (n,) of their angles to the camera's axis. A place is x, y in pixels from the top left
+    corner; a pixel's middle is its number plus 0.5.
     """
     focal = lens_of(view).focal_px
     right, up = (pixels[:, 0] - view.width / 2) / focal, (view.height / 2 - pixels[:, 1]) / focal
@@ -48,14 +47,14 @@ def directions_at(view: CameraView, pixels: np.ndarray) -> tuple[np.ndarray, np.
 
 def rays_of(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
     """Return the unit directions (n, 3) through all pixels, row by row, and the cosines (n,) of their angles to the
-    axis."""
+    camera's axis."""
     middles = np.stack(np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5), axis=-1).reshape(-1, 2)
     return directions_at(view, middles)
 
 
 def project(view: CameraView, points: np.ndarray) -> np.ndarray:
-    """Return the projections (n, 3) of points: x and y from the top left (0 to 1 in the image), and depth (m) along the
-    axis."""
+    """Return the projections (n, 3) of points: x and y from the top left (0 to 1 in the image), and the depth in metres
+    along the view direction."""
     local = (points - np.array(view.eye)) @ _axes_of(view).T
     half = math.tan(math.radians(view.fovy_deg) / 2)
     depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])

@@ -1,8 +1,8 @@
 """FakeEngine: an engine without a 3-D library. It casts rays at boxes in numpy and draws flat-coloured frames.
 
 Every connected piece of a mesh is replaced by its bounding box, which moves with the piece's joint. If a box has a
-support surface inside (a bowl, an open fridge), rays meet only its far side, so that the things inside are visible. The
-engine is fast enough for tests, and exact enough to try solvers, budgets and goals without a renderer.
+support surface inside (a bowl, an open fridge), rays pass through its near side, so that the things inside are visible.
+The engine is fast enough for tests, and exact enough to try solvers, budgets and goals without a renderer.
 """
 
 import math
@@ -31,7 +31,7 @@ from vigil.sim.scene_editor import NOTHING, CameraImage, CameraView, Layer
 CHUNK_RAYS = 400
 """Greatest number of rays that are tested together against the boxes."""
 CONE_STEPS = 3.0
-"""Rays are grouped by direction: each coordinate (0 to 1) of a direction is divided into this many steps.
+"""Number of steps into which each coordinate (0 to 1) of a ray's direction is divided, to group rays by direction.
 
 The rays of one group can meet only few boxes, which saves tests.
 """
@@ -238,7 +238,7 @@ class FakeEngine:
         )
 
     def _colours(self, row: np.ndarray, distance: np.ndarray) -> np.ndarray:
-        """Return the colours (n, 3) uint8 that n rays see; `row` is the number of the box that each ray met."""
+        """Return the colours (n, 3) uint8 that n rays see. `row` (n,) is the number of the box that each ray met."""
         boxes, _, _ = self._joined()
         owner = np.where(row >= 0, boxes.thing[row], -1)
         tints = np.concatenate([*(_colour(thing) for thing in self._things), np.zeros((1, 3))])

@@ -1,1 +1,1 @@
-"""Pictures of assets, single things and houses, with which people can judge whether these look right."""
+"""Pictures of assets, single things and houses, with which people can judge whether the shown things look right."""

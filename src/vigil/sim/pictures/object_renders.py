@@ -1,5 +1,5 @@
-"""Portraits: pictures of single things as an agent sees them. With them, people judge whether a thing and its state can
-be recognised."""
+"""Portraits: pictures of single things as an agent sees them. People look at them to judge whether a thing and its
+state can be recognised."""
 
 import zlib
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ STEEPEST_DOWN_DEG, STEEPEST_UP_DEG = 48.0, 30.0
 SIDEWAYS_DEG = 25.0
 _STEP_M, _REACH_M = 0.01, 9.0
 CELL_PX = (192, 144)
-"""Width and height (pixels) of one picture in a contact sheet; it shows the middle of a frame."""
+"""Width and height (pixels) of one picture in a contact sheet. The picture is the middle part of a frame."""
 COLUMNS, LINE_PX = 8, 16
 
 
@@ -50,7 +50,8 @@ def render_object(
 ) -> np.ndarray:
     """Return a frame (480, 640, 3) that shows a subject at a typical place for its category.
 
-    The camera's distance is `distance_m`. By default it is between 0.3 and 1.5 m, where the subject is `SPAN_PX` large.
+    `distance_m` is the camera's distance. By default, the camera comes as near as possible, from 1.5 to 0.3 m, while
+    the subject is at most `SPAN_PX` large.
     """
     return render_with_placement(subject, seed, distance_m, quality)[0]
 
@@ -107,8 +108,8 @@ def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:
 
 
 def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
-    """Return a pose that looks at `middle` from `reach` metres away, at standing height unless it would look too
-    steeply."""
+    """Return a pose that looks at `middle` from `reach` metres away. The eye is at standing height, unless it would
+    then look too steeply up or down."""
     steepest = np.sin(np.radians([-STEEPEST_UP_DEG, STEEPEST_DOWN_DEG]))
     sine = float(np.clip((EYE_HEIGHT_M - middle[1]) / reach, *steepest))
     level, yaw = reach * np.sqrt(1.0 - sine**2), np.radians(sideways_deg)
@@ -133,7 +134,7 @@ def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | No
 
 
 def catalogue(variants: int) -> list[SceneSubject]:
-    """Return subjects of every category: the first variant in all its states, the others in one state each."""
+    """Return subjects of every category: the first variant in all its states, and each other variant in one state."""
     subjects = []
     for name in sorted(CATALOG):
         for variant in range(variants):
@@ -149,7 +150,7 @@ def label_of(subject: SceneSubject) -> str:
 
 
 def contact_sheet(pictures: list[np.ndarray], labels: list[str]) -> Image.Image:
-    """Return one picture with rows of `pictures` (the middle of each), each with its label below."""
+    """Return one picture with rows of `pictures`. Only the middle of each picture is shown, with its label below."""
     width, height = CELL_PX
     rows = -(-len(pictures) // COLUMNS)
     sheet = Image.new("RGB", (COLUMNS * width, rows * (height + LINE_PX)), "white")

@@ -1,5 +1,5 @@
-"""Where a thing is placed in the room of an exhibit, and which other things are shown with it. The catalogue says which
-place is the likeliest for a category.
+"""Where a thing is placed in the room of an exhibit (a scene that shows this thing), and which other things are shown
+with it. The catalogue says which place is the likeliest for a category.
 
 Some things stand on the floor, mostly against a wall. Some rest on another thing (the host), which is shown with them
 and may have a host itself: a faucet on the rim of a basin on a counter, a towel over its rail, a burner on a stove.
@@ -20,7 +20,7 @@ OPENINGS = frozenset({"Doorway", "Doorframe", "Window"})
 CARRIERS = frozenset(
     {"CounterTop", "DiningTable", "CoffeeTable", "SideTable", "Desk", "Dresser", "TVStand", "Bed", "Toilet"}
 )
-"""Categories of hosts with things on their tops."""
+"""Categories of hosts whose tops carry the shown thing."""
 RAILS = {"TowelHolder": 0.5, "HandTowelHolder": 0.05}
 """Category of a host over which towels hang -> height of its bar as a share of its whole height."""
 HOSTS = CARRIERS | RAILS.keys() | {"Sink", "Stove"}
@@ -28,8 +28,8 @@ COMPANIONS = {"Sink": "Faucet", "ShowerHead": "Bathtub", "Blinds": "Window", "Cu
 """Category -> category of another thing that is shown with it, although neither carries the other."""
 FREE_STANDING = frozenset({"Rug", "CoffeeTable", "DiningTable", "Chair", "Stool", "Ottoman", "Footstool", "DogBed"})
 LENGTHWISE = 1.2
-"""A thing that can be carried shows its side to the viewer if it is at least this many times as deep as wide. Its end
-would not show what it is."""
+"""A thing that can be carried is turned sideways to the viewer if it is at least this many times as deep as wide. Seen
+from its end, it could not be recognised."""
 FREE_STANDING_Z_M, CEILING_Z_M, WALL_GAP_M, EDGE_M = 1.2, 1.3, 0.015, 0.05
 FREE_YAW_DEG, LYING_YAW_DEG = 25.0, 30.0
 USUAL_MIDDLE_M = 1.4
@@ -38,7 +38,7 @@ _MIDDLES = {"LightSwitch": 1.1, "ToiletPaperHanger": 0.75, "Shelf": 1.2, "HandTo
 _MIDDLES |= {"Window": 1.45}
 _TOPS = {"Curtains": 2.35, "ShowerHead": 2.1, "Blinds": 2.05}
 KNOB_SHARE, KNOB_ASIDE = 0.91, 0.1
-"""Place of one more knob between a stove's knobs: height as a share of the stove's height, and distance from the
+"""Place of an extra knob between a stove's own knobs: height as a share of the stove's height, and distance from the
 stove's middle as a share of the stove's width."""
 BURNER_AT = (-0.255, 0.268)
 """Middle (x, z) of a stove's large front plate, measured from the hob's middle in shares of the hob's sides."""
@@ -51,7 +51,7 @@ _LINTEL_M, _BEFORE_WINDOW_M = 0.08, 0.05
 def place(thing: Thing, rng: np.random.Generator) -> list[Thing]:
     """Put a thing at its typical place in the middle of the wall z = 0.
 
-    Return the thing's host, then the host's own host, and so on; empty if the thing has no host.
+    Return the chain of its hosts: the thing's host, the host's own host, and so on; empty if the thing has no host.
     """
     where = host_of(thing.category)
     if where in (FLOOR, WALL, CEILING):
@@ -121,7 +121,7 @@ def _middle(thing: Thing) -> float:
 
 
 def _onto(thing: Thing, host: Thing, rng: np.random.Generator) -> None:
-    """Put a thing on or over its host, which is already placed."""
+    """Put a thing on or over its host (the thing that carries it), which is already placed."""
     if host.category in RAILS:
         thing.position = _over_bar(thing.asset, host)
     elif host.category == "Stove" and thing.category == "StoveKnob":
@@ -147,7 +147,8 @@ def _on_surface(asset: Asset, host: Thing, surface: Surface, aside: float, forwa
 
 
 def _top(asset: Asset, height: float) -> Surface:
-    """Return the highest surface (the largest of several) with a free height above `height` and not behind a door."""
+    """Return the highest surface that is not behind a door and has more free height than `height`. Of several surfaces
+    at this height, return the largest."""
     free = [surface for surface in asset.surfaces if not surface.needs_opening and surface.clearance > height]
     return max(free, key=lambda surface: (round(surface.center.y, 1), surface.size_x * surface.size_z))
 
@@ -169,7 +170,7 @@ def _at_front(knob: Asset, stove: Thing) -> Vec3:
 
 
 def _front_of(asset: Asset, share: float) -> float:
-    """Return how far forward (z, asset's frame) an asset reaches at a height (a share of the asset's height)."""
+    """Return how far forward (z, asset's frame) an asset reaches at a height, a share of the asset's height."""
     height = (share - 0.5) * asset.size.y
     reach = [solid.polygon for solid in asset.solids if solid.bottom <= height <= solid.top]
     return max((z for polygon in reach for _, z in polygon), default=asset.size.z / 2)

@@ -18,7 +18,7 @@ from vigil.sim.engines.mujoco.compiled.model import build
 STAGE_FOVY_DEG = 32.0
 BIRD_FOVY_DEG = 40.0
 BIRD_MARGIN = 1.06
-"""A picture from above shows an area whose sides are this many times as long as the house's."""
+"""Factor by which the sides of the area in a picture from above are longer than the sides of the house."""
 _PAPER = MaterialRef(name="plastic/#c3c6c8")
 
 
@@ -62,7 +62,7 @@ class _FreeCamera:
 
     eye: np.ndarray
     back: np.ndarray
-    """Unit vector that points backward, away from what the camera looks at."""
+    """Unit vector that points backward: from what the camera looks at to the camera."""
     fovy_deg: float
     width: int = FRAME_WIDTH
 

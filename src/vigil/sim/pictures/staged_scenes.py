@@ -22,7 +22,7 @@ State = Literal["open", "closed", "on", "off"]
 
 SUBJECT = "subject"
 WIDTH_M, DEPTH_M, BEHIND_M = 2 * MIDDLE_M, 7.5, 4.0
-"""Width and depth (m) of the room, and depth (m) of the room behind its wall, which is visible through a door."""
+"""Width and depth (m) of the room; depth (m) of a second room behind the wall, which is visible through a door."""
 _FLOORS = ("WoodFloorsCross", "WoodGrain_Tan", "WoodGrain_Brown", "GreyFloor 1", "planks/oak", "planks/walnut")
 _WALLS = ((0.94, 0.93, 0.9), (0.91, 0.87, 0.79), (0.8, 0.86, 0.81), (0.76, 0.82, 0.88), (0.83, 0.8, 0.85))
 

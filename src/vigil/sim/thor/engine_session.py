@@ -16,8 +16,8 @@ REST_STEP_S = 0.02
 REST_EACH_S = 0.1
 """Simulated time (s) that passes with each request while objects come to rest."""
 MAX_REST_STEPS = 50
-"""Greatest number of requests while objects come to rest. An object that still moves then is recorded where it is at
-that moment."""
+"""Greatest number of requests while objects come to rest. The position that an object has after the last of these
+requests is recorded, even if it still moves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class ActionOutcome:
 
 
 class EngineSession:
-    """A session with one engine and one house; its scene is as the engine's last answer said."""
+    """A session with one engine and one house. Its scene has the state that the engine's last answer reported."""
 
     def __init__(self, client: EngineClient, scene_sync: SceneSync) -> None:
         self._client = client

@@ -46,7 +46,7 @@ class GuardedClient:
         self._status: int | None = None
         """Exit status of the engine if it ended by itself; else None."""
         self._over = threading.Event()
-        """Set when the connection is closed."""
+        """Event that is set when the connection is closed."""
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
         os.environ.pop("AI2THOR_VISIBILITY_DISTANCE", None)  # the client would add it to every action

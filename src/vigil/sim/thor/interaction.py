@@ -21,7 +21,7 @@ from vigil.sim.thor.engine_session import ActionOutcome, EngineSession
 from vigil.sim.thor.refusals import is_out_of_sight, refusal_of
 
 SPOT_SLACK_M = 0.02
-"""Tolerance (m) in the check that THOR put an object near the click."""
+"""Tolerance (m) in the check whether THOR has put an object near the click."""
 MOVED_M = 1e-6
 """An object counts as unchanged if no coordinate, angle or openness differs by more than this."""
 
@@ -83,7 +83,7 @@ def _is_where_wanted(session: EngineSession, held: Thing, click: ObjectClick, wa
 
 
 def _act_on_object(session: EngineSession, click: ObjectClick, action: str) -> ActionOutcome:
-    """Act on the clicked object by its id. If THOR finds no point of the object in view, act by the clicked pixel."""
+    """Act on the clicked object by its id. If THOR finds no point of the object in view, act on the clicked pixel."""
     outcome = session.do(action, objectId=click.thing.id)
     if outcome.is_done or not is_out_of_sight(outcome.message):
         return outcome
@@ -125,4 +125,4 @@ _ACTIONS: dict[Intent, str] = {
     "deactivate": "ToggleObjectOff",
     "pick": "PickupObject",
 }
-"""THOR's action for each intent. It is sent with the object's id or with a pixel of the object."""
+"""THOR's action for each intent. The action is sent with the object's id or with a pixel of the object."""

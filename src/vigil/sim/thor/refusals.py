@@ -1,4 +1,4 @@
-"""AI2-THOR's messages for refused actions, and the refusal of the protocol that each message means.
+"""AI2-THOR's messages for refused actions, and the protocol's refusal that stands for each message.
 
 Messages also contain names, exceptions and traces, so each row of the tables below has only a part of a message. The
 first row whose part occurs in a message is used. A message that fits no row is logged as a warning and means `UNKNOWN`.
@@ -14,7 +14,7 @@ from vigil.protocol.world import RefusalCode
 UNKNOWN: RefusalCode = "blocked_by_object"
 """Refusal that is used for a message that fits no row."""
 AGENT = "agent"
-"""Name that stands for the agent as the cause of a blocked motion."""
+"""Name for the agent itself, if it is the obstacle that blocks a motion."""
 
 OUT_OF_SIGHT: tuple[tuple[str, RefusalCode], ...] = (
     ("not found within the specified visibility", "nothing_hit"),

@@ -1,4 +1,4 @@
-"""What AI2-THOR's own engine requires and this machine lacks. Nothing is started or downloaded to find this out."""
+"""Requirements of AI2-THOR's own engine that this machine does not fulfil. The check starts and downloads nothing."""
 
 import ctypes.util
 import json
@@ -9,13 +9,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 BUILD = "f0825767cd50d69f666c7f282e54abfe58f1e917"
-"""Build of the engine that version 5.0.0 of the client starts."""
+"""Commit hash that names the build of the engine which version 5.0.0 of the client starts."""
 CLIENT = "5.0.0"
 """Supported version of the client."""
 PLATFORMS = ("CloudRendering", "Linux64")
 """The client's names of the platforms on Linux."""
 METADATA_FILE, MAKER = "metadata.json", "vigil"
-"""File in a release's folder, and its value `made_by` in releases of this project's engine."""
+"""Metadata file in a release's folder, and the value of its key `made_by` if the release is this project's engine."""
 SOURCE = "http://s3-us-west-2.amazonaws.com/ai2-thor-public/builds"
 """Address from which the client downloads builds."""
 

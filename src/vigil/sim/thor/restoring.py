@@ -20,7 +20,7 @@ from vigil.sim.thor.scene_sync import ThorSnapshot
 from vigil.sim.thor.units import from_thor, teleport_arguments, to_thor
 
 COARSE = 1e-3
-"""Greatest difference (m, degrees, openness) of a restored thing from its earlier state; physics may have moved it."""
+"""Greatest difference (m, degrees, openness) of a restored thing from its earlier state; physics may move it."""
 ROUNDS = 200
 """Greatest number of rounds of a restore. Each round puts things back, which may move other things."""
 
@@ -74,10 +74,10 @@ def restore_snapshot(session: EngineSession, snapshot: ThorSnapshot) -> bool:
 
 
 def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str]) -> Iterator[list[Step]]:
-    """Yield lists of steps that restore a snapshot, one list for each kind of step. If nothing is left to do, all are
-    empty.
+    """Yield lists of steps that restore a snapshot, one list for each kind of step; all are empty if nothing is left.
 
-    Things in `done` may differ from the snapshot by `COARSE`; all other things must be exactly equal to it.
+    Things in `done` were restored before and may differ from the snapshot by `COARSE`, because physics may have moved
+    them. All other things must be exactly equal to it.
     """
     now, before = session.scene_sync.objects, snapshot.objects
     scene = session.scene_sync.scene
@@ -124,7 +124,7 @@ def _stack(snapshot: ThorSnapshot) -> set[str]:
 
 
 def _carriers(objects: dict[str, Any], name: str) -> int:
-    """Return how many objects carried or contained an object, directly or through others."""
+    """Return how many objects carry or contain an object, directly or through others."""
     found: set[str] = set()
     ahead = [name]
     while ahead:
@@ -175,7 +175,7 @@ def _set_states(session: EngineSession, thing: Thing, change: ObjectSetup) -> No
 
 
 def _depth(setup: Setup, object_id: str) -> int:
-    """Return how many objects are below an object in the chain that a setup builds by placing one on another."""
+    """Return how many objects a setup places below an object in a stack, in which each object is placed on another."""
     change = setup.objects.get(object_id)
     parent = change.placement.parent if change is not None and change.placement is not None else None
     return 0 if parent is None else 1 + _depth(setup, parent)

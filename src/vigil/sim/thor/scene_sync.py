@@ -22,12 +22,12 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import from_thor, pose_from_thor
 
 NO_OFFSET_M = 0.025
-"""If THOR's pivot is at most this far (m) from the middle of THOR's box, the thing's position is the pivot.
+"""If THOR's pivot is at most this far (m) from the middle of THOR's box, the pivot is taken as the thing's position.
 
 A handle that sticks out moves the middle of THOR's box by about this distance.
 """
 SAME_PLACE_M = 1e-6
-"""A thing that moved by at most this distance (m) is still at its place in the document."""
+"""A thing that moved by at most this distance (m) still counts as at its place in the document."""
 RIGHT_ANGLE_WITHIN = 1e-3
 """Tolerance, in entries of a rotation matrix, of the check that a thing is turned by right angles only."""
 
@@ -36,7 +36,7 @@ Metadata = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PivotBox:
-    """A thing's box (m) in the thing's own frame, and where this frame is relative to THOR's pivot."""
+    """A thing's box (m) in the thing's own frame, and the place of this frame relative to THOR's pivot."""
 
     low: np.ndarray
     """Lowest corner (3,)."""
@@ -139,7 +139,7 @@ class SceneSync:
         return True
 
     def _carrier(self, entry: Metadata) -> str | None:
-        """Return the id of the smallest thing that, as THOR says, carries or contains an object; None if none does."""
+        """Return the id of the smallest thing that THOR reports to carry or contain an object; None if none does."""
         if entry["isPickedUp"]:
             return None
         known = [
@@ -169,8 +169,8 @@ class SceneSync:
 def _measure(thing: Thing, entry: Metadata) -> PivotBox:
     """Return the box of a thing that THOR has just built.
 
-    The box has the size of the asset if the thing is open. The same holds if the thing is not turned by right angles
-    and has no oriented box in THOR's metadata.
+    The box has the size of the asset in two cases: the thing is open; or the thing is not turned by right angles and
+    has no oriented box in THOR's metadata.
     """
     turn = rotation_matrix(from_thor(entry["rotation"]))
     pivot, half = np.array(from_thor(entry["position"])), np.array(thing.asset.size) / 2

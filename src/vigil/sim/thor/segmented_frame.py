@@ -1,5 +1,4 @@
-"""AI2-THOR's segmentation and depth: which object each pixel shows, and how many pixels and what distance each object
-has."""
+"""AI2-THOR's segmentation and depth: which object each pixel shows, and each object's number of pixels and distance."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,9 +10,9 @@ from vigil.sim.core.sight import HEIGHT, WIDTH, camera_axes, directions, pixels_
 from vigil.sim.thor.engine_client import Event
 
 LISTED_PIXELS = 1600
-"""Approximate limit on the pixels that are listed of an object; larger objects are sampled."""
+"""Approximate limit on the pixels that are listed for one object; of a larger object, only some pixels are listed."""
 MEASURED_PIXELS = 2000
-"""A large object's distance is measured at some of its pixels: at least this many, and fewer than twice as many."""
+"""A large object's distance is measured at a sample of its pixels: at least this many, and fewer than twice as many."""
 _PIXELS = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), axis=-1)
 _LEVEL = Pose(position=Vec3(0.0, 0.0, 0.0), rotation=0.0)
 _ALONG = (directions(_LEVEL, _PIXELS.reshape(-1, 2)) @ camera_axes(_LEVEL)[2]).reshape(HEIGHT, WIDTH)
@@ -27,7 +26,7 @@ class PixelCount:
     pixels: int = 0
     """Number of pixels that show the object."""
     nearest_m: float | None = None
-    """Least distance (m) from the eye to a visible point of the object; None if not visible or without depth."""
+    """Least distance (m) from the eye to a visible point of the object; None if it is not visible or not measured."""
 
 
 class SegmentedFrame:
@@ -62,14 +61,14 @@ class SegmentedFrame:
         return PixelCount(len(rows), round(nearest, 6))
 
     def pixels_of(self, name: str) -> np.ndarray:
-        """Return those pixels (n, 2; x and y) of a lattice fixed in the frame that show an object."""
+        """Return the pixels (n, 2; x and y) that show an object. Only pixels of a fixed lattice are listed."""
         rows, columns = self._shown(name)
         stride = max(1, int(np.sqrt(len(rows) / LISTED_PIXELS)))
         is_listed = (rows % stride == stride // 2) & (columns % stride == stride // 2)
         return np.column_stack([columns[is_listed], rows[is_listed]])
 
     def _shown(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rows (n,) and columns (n,) of the pixels that show an object; none for a held object."""
+        """Return the rows (n,) and columns (n,) of the pixels that show an object; empty for a held object."""
         colour = self._colour_of.get(name)
         if colour is None or name in self._in_hand:
             return np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)

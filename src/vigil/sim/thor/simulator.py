@@ -97,7 +97,7 @@ class ThorSimulator:
         return self._require_loaded().session.frame()
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Return the id of the object at a pixel; None for sky and for structure without an id."""
+        """Return the id of the object at a pixel; None for sky and for structure without an id, such as a wall."""
         thing = self._shown(x, y)
         return thing.id if thing else None
 
@@ -145,7 +145,7 @@ class ThorSimulator:
         return is_free
 
     def pixels_of(self, object_id: str) -> np.ndarray:
-        """Return those pixels (n, 2; x and y) of a regular lattice that show the object."""
+        """Return the pixels (n, 2; x and y) that show the object. Only pixels of a fixed lattice are listed."""
         thing = self._thing(object_id)
         return self._require_loaded().session.segmented_frame().pixels_of(thing.id)
 
@@ -171,7 +171,7 @@ class ThorSimulator:
         return self._require_loaded().session.segmented_frame().pixel_count(*self._names_of(thing)).pixels >= min_px
 
     def is_in_frame(self, object_id: str) -> bool:
-        """Return whether any pixel of the frame shows the object."""
+        """Return whether at least one pixel of the frame shows the object."""
         return self.may_be_visible(object_id, 1)
 
     @contextmanager
@@ -225,7 +225,7 @@ class ThorSimulator:
         return outcome.returned["objectId"] if outcome.is_done else None
 
     def _shown(self, x: int, y: int) -> Thing | None:
-        """Return the thing at a pixel of the frame; if it is held, the thing behind it. None if there is none."""
+        """Return the thing at a pixel of the frame. A held thing is ignored: return the thing behind it, or None."""
         session, things = self._require_loaded().session, self._scene_sync.scene.things
         name = session.segmented_frame().at(x, y)
         if name in self._scene_sync.in_hand():
@@ -252,7 +252,7 @@ class ThorSimulator:
         return Effect(turned_deg=degrees if is_right else -degrees, capped=is_capped)
 
     def _look(self, action: Look) -> Effect:
-        """Change the pitch with THOR's Teleport, as LookUp and LookDown accept only tenths of degrees within limits."""
+        """Change the pitch with THOR's Teleport: LookUp and LookDown accept only tenths of degrees within limits."""
         before = self._scene_sync.agent
         self._require_loaded().session.do("Teleport", horizon=horizon_after(action, before.horizon), forceAction=True)
         pitched = self._scene_sync.agent.horizon - before.horizon

@@ -29,8 +29,8 @@ NO_DISPLAY = ":0"
 SEEN_BY = "masks"
 """Word that says how visible pixels are counted.
 
-It is part of the simulator's name in run headers, so that runs whose pixels were counted in another way are never
-paired.
+It is part of the simulator's name in run headers. So runs are not compared in pairs if their pixels were counted in
+different ways.
 """
 UNITY_START_S = 300.0
 """Time limit (s) for the start of AI2-THOR's own build."""
@@ -82,7 +82,7 @@ def simulator_name(engine: ChosenEngine) -> str:
 
 
 def own_command(options: list[str]) -> str:
-    """Return the command of this project's engine. Also set DISPLAY if it is unset, because the client requires it."""
+    """Return the command of this project's engine. If DISPLAY is unset, also set it, because the client requires it."""
     os.environ.setdefault("DISPLAY", NO_DISPLAY)
     return shlex.join([sys.executable, "-m", "vigil.thor", *options])
 
@@ -113,7 +113,7 @@ def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
 
 
 def require_engine(simulator_version: str, *, instead: str) -> None:
-    """Raise SettingError unless the chosen engine is the one that a run's header names and can start on this machine.
+    """Raise SettingError unless the chosen engine is the one in a run's header and can start on this machine.
 
     `instead` is a sentence that says what the user can do without this engine.
     """

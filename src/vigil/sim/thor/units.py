@@ -6,11 +6,11 @@ from typing import Any
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3, wrap_deg
 
 EYE_ABOVE_BODY_M = 0.675
-"""Height (m) of THOR's camera above the agent's position while the agent stands; while it crouches, this is 0."""
+"""Height (m) of THOR's camera above the agent's position while the agent stands. While the agent crouches, it is 0."""
 BODY_HEIGHT_M = EYE_HEIGHT_M - EYE_ABOVE_BODY_M
 """Height (m) above the floor of the position that THOR reports for the agent."""
 OFF_FLOOR_M = 0.05
-"""An agent stands on the floor if its height differs from `BODY_HEIGHT_M` by at most this (m)."""
+"""An agent counts as standing on the floor if its height differs from `BODY_HEIGHT_M` by at most this (m)."""
 
 
 def to_thor(vector: Vec3) -> dict[str, float]:

@@ -13,7 +13,7 @@ ALWAYS_ALLOWED = frozenset(
         *("renderNormalsImage", "renderInstanceSegmentation", "renderSemanticSegmentation", "renderDepthImage"),
     }
 )
-"""Names of parameters that a program may send with any action. The action's handler does not get them."""
+"""Names of parameters that a program may send with any action. The action's handler does not get these parameters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +28,9 @@ class Action:
     needs: str = ""
     """Alternative sets of required arguments, e.g. "objectId | x y"; a program must send all arguments of one set."""
     takes_anything: bool = False
-    """Whether unknown arguments are accepted, as they are by AI2-THOR's actions that take a whole `ServerAction`."""
+    """Whether unknown arguments are accepted. AI2-THOR accepts them for actions that take a whole `ServerAction`."""
     only_reads: bool = False
-    """Whether the action leaves the world unchanged; the client may then use its last images again."""
+    """Whether the action leaves the world unchanged. If so, the client may use its last images again."""
     lacks: str = ""
     """Differences from AI2-THOR's action, for the table in the docs; empty if there are none."""
 
@@ -46,9 +46,9 @@ class Action:
         return [names.split() for names in self.needs.split("|")]
 
     def arguments(self, sent: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the arguments among `sent`, converted to their kinds.
+        """Return the arguments in `sent`, converted to the kinds of the action's parameters.
 
-        Raises ActionFailed on an unknown, missing or ill-typed argument.
+        Raises ActionFailed on an unknown argument, a missing argument or an argument of the wrong type.
         """
         kinds = self.parameters
         given = {name: value for name, value in sent.items() if name in kinds and value is not None}

@@ -21,7 +21,7 @@ UNLIMITED_M = 1e6
 """Visibility distance (m) that is in practice unlimited."""
 _HORIZONS = (-30.0, 0.0, 30.0, 60.0)
 _NEAR_OBJECT_M = 0.5
-"""A path to an object may always end within this distance (m) of it, even if the visibility distance is smaller."""
+"""A path to an object may end within this distance (m) of the object, even if the visibility distance is smaller."""
 
 
 def _reachable(
@@ -73,7 +73,7 @@ def _interactable_poses(
 
 
 def _seeing(world: World, distance_m: float | None) -> World:
-    """Return a copy of the world in which the agent's visibility distance is `distance_m`; with None, unlimited."""
+    """Return a copy of the world with `distance_m` as the agent's visibility distance; None makes it unlimited."""
     limit = UNLIMITED_M if distance_m is None else distance_m
     return replace(world, settings=world.settings.model_copy(update={"visibility_distance": limit}))
 

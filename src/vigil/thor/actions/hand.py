@@ -1,4 +1,4 @@
-"""Actions that move the held object relative to the agent, and pushes, which slide an object without physics."""
+"""Actions that move the held object relative to the agent, or push an object, which then slides without physics."""
 
 from collections.abc import Callable
 from typing import Any
@@ -74,7 +74,7 @@ def _push(world: World, yaw: float, force: float, **asked: Any) -> None:
 
 
 def _slide(world: World, thing: Thing, yaw: float, length: float) -> None:
-    """Slide a thing on its support, at most `length`, until an obstacle or the support's edge is near."""
+    """Slide a thing on its support by at most `length` (m); an obstacle or the support's edge stops it earlier."""
     (x, z), box = heading(yaw), bounding_box(thing)
     across = np.array([-z, 0.0, x]) * min(box.size.x, box.size.z) / 2
     front = np.array(thing.position) + np.array([x, 0.0, z]) * max(box.size.x, box.size.z) / 2

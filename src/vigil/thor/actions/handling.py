@@ -29,13 +29,13 @@ REFUSALS: dict[RefusalCode, str] = {
     "receptacle_closed": "Target openable Receptacle is CLOSED, can't place if target is not open!",
     "hand_empty": "Can't place an object if Agent isn't holding anything!",
 }
-"""VIGIL's refusal code -> AI2-THOR's message. Messages that depend on the action are in the action's handler."""
+"""VIGIL's refusal code -> AI2-THOR's message. Messages that depend on the action are in the handler of the action."""
 MUST_BE_OPEN = frozenset(
     {"Box", "Cabinet", "ClothesDryer", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe", "WashingMachine"}
 )
 """Categories of receptacles that take objects only inside them, never on top."""
 _SPOTS = np.stack(np.meshgrid(*[[0.0, -0.3, 0.3, -0.45, 0.45]] * 2), axis=-1).reshape(-1, 2)
-"""Points (25, 2) that are tried when an object is put on a surface: offsets from its middle, as shares of its sides."""
+"""Points (25, 2) at which an object is tried on a surface, as offsets from the middle in shares of the sides."""
 
 
 def target_of(
@@ -46,7 +46,7 @@ def target_of(
     forceAction: bool = False,
     **_: object,
 ) -> tuple[Thing, Vec3, bool]:
-    """Return the thing that an action's arguments name or point at, the point on it, and if the action is forced."""
+    """Return the thing that an action's arguments name or point at, the point on it, and `forceAction`."""
     return *target(world, objectId, x, y, forced=forceAction), forceAction
 
 
@@ -130,8 +130,9 @@ def _put(world: World, **asked: Any) -> None:
 
 
 def points_on(world: World, receptacle: Thing) -> list[Vec3]:
-    """Return points on the receptacle's surfaces, the nearest to the agent first; the receptacle's position if it
-    has no surfaces.
+    """Return points on the receptacle's surfaces, the nearest to the agent first.
+
+    If the receptacle has no surfaces, return only the receptacle's position.
     """
     points = []
     for surface, frame in level_surfaces(receptacle):
@@ -157,7 +158,7 @@ def _drop(world: World, forceAction: bool = False, **_: object) -> None:
 
 
 def _below_hand(world: World) -> Vec3:
-    """Return the point straight below the hand. An obstacle in front of the body stops the hand closer to it."""
+    """Return the point straight below the hand. An obstacle in front of the body keeps the hand nearer to the body."""
     pose = world.agent
     ahead_x, ahead_z = heading(pose.rotation)
     axis = pose.position._replace(y=eye_of(pose).y - HAND_DROP_M)

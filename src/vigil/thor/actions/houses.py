@@ -90,7 +90,7 @@ def _check(house: House) -> None:
 
 
 def _start(house: House, editor: SceneEditor) -> Pose:
-    """Return the house's start, or the first free place when it is missing or blocked. Raises ActionFailed."""
+    """Return the house's start; if it is missing or blocked, return the first free place. Raises ActionFailed."""
     own = house.start
     if own is not None and editor.can_stand(own.position):
         return own

@@ -1,4 +1,4 @@
-"""AI2-THOR's documented actions that the engine does not have, with reasons. They are answered as unknown actions."""
+"""AI2-THOR's documented actions that the engine does not have, and why. They are answered like unknown actions."""
 
 _NO_PHYSICS = "the engine has no physics: objects are put where they rest"
 _NO_SUCH_STATE = "objects do not have this state"

@@ -108,7 +108,7 @@ def _height(thing: Thing, rotation: Vec3) -> float:
 
 
 def put_at(world: World, name: str, place: Vec3, turned: Vec3) -> None:
-    """Put an object at a place, on what is right below it there. Raises ActionFailed."""
+    """Put an object at a place. What is right below this place becomes the object's support. Raises ActionFailed."""
     bottom = place.y - _height(world.thing(name), turned) / 2
     below = support_of(world, name, Vec3(place.x, bottom, place.z))
     placement = Placement(position=place, rotation=turned, parent=below)
@@ -116,9 +116,7 @@ def put_at(world: World, name: str, place: Vec3, turned: Vec3) -> None:
 
 
 def support_of(world: World, name: str, point: Vec3) -> str | None:
-    """Return the id of the thing whose surface or top is right below a point; None if the floor or nothing is right
-    below it.
-    """
+    """Return the id of the thing whose surface or top is right below a point; None for the floor or nothing."""
     above = {name, *(thing.id for thing in contents(world.editor.scene(), name))}
     found: list[tuple[float, str]] = []
     for thing in world.things():
@@ -133,7 +131,7 @@ def support_of(world: World, name: str, point: Vec3) -> str | None:
 
 
 def _tops(world: World, above: set[str], point: Vec3) -> list[tuple[float, str]]:
-    """Return (gap in metres, id) of things, other than receptacles, whose top is right below a point, e.g. a book."""
+    """Return (gap in metres, id) of things, except receptacles, whose top is right below a point (e.g. a book's)."""
     others = [thing for thing in world.things() if not (thing.id in above or thing.is_held or thing.is_receptacle)]
     boxes = [(bounding_box(thing), thing.id) for thing in others if not thing.is_structure]
     gaps = [(abs(point.y - box.top), name) for box, name in boxes if box.floor_distance(point) == 0.0]

@@ -9,7 +9,7 @@ from vigil.thor.base.settings import settings_of
 from vigil.thor.base.world import ThirdPartyCamera, World
 
 MOST_PIXELS = 4096
-"""Greatest width and height of an image."""
+"""Greatest width and greatest height (pixels) of an image."""
 
 
 def _initialize(world: World, **sent: Any) -> dict[str, float]:

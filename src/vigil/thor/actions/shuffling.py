@@ -1,4 +1,4 @@
-"""Actions that change a scene at random: objects' places, the materials of rooms, and their lights."""
+"""Actions that change a scene at random: the places of objects, and the materials and lights of rooms."""
 
 import colorsys
 import copy
@@ -18,7 +18,7 @@ from vigil.thor.base.world import World
 
 WALLS = ("plaster/white", "plaster/#d9cfc0", "plaster/#b9c4c9", "plaster/#c9b8a8", "brick/red", "subway", "concrete")
 FLOORS = ("wood/oak", "wood/walnut", "planks/pine", "parquet/cherry", "tiles", "marble_tiles", "carpet")
-"""Materials that floors get."""
+"""Materials from which the material of a floor is chosen."""
 
 
 def _spawn(
@@ -43,7 +43,7 @@ def _spawn(
 
 
 def _put_elsewhere(world: World, thing: Thing, receptacles: list[Thing], rng: Random, attempts: int) -> None:
-    """Put a thing at a random free place on a receptacle for it, or back where it was."""
+    """Put a thing at a random free place on a receptacle for it; if none is found, put it back where it was."""
     kind, home = CATALOG[thing.category], (thing.position, thing.rotation)
     places = [(each, points_on(world, each)) for each in receptacles if CATALOG[each.category].can_hold(kind)]
     world.apply_changes({}, held=thing.id)

@@ -30,7 +30,7 @@ def _setter(flag: str, *, value: bool = True) -> Callable[..., None]:
 
 
 def need_property(thing: Thing, flag: str) -> None:
-    """Raise ActionFailed when a flag can never be set for a thing."""
+    """Raise ActionFailed when a flag can never be set for a thing, e.g. when a table is to be cooked."""
     ability, categories = PROPERTIES[flag]
     if thing.category not in categories:
         raise ActionFailed(f"{thing.id} is not {ability}, so {flag} cannot change")

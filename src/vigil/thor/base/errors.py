@@ -4,7 +4,7 @@
 class ActionFailed(Exception):
     """The failure of an action.
 
-    `thrown` is the name of the exception that Unity would have thrown; the message then contains this name and a trace.
+    If `thrown`, the name of the exception that Unity would have thrown, is given, the message contains it and a trace.
     """
 
     def __init__(self, message: str, *, thrown: str = "", code: str | None = None) -> None:
@@ -23,5 +23,5 @@ def null_reference(message: str) -> ActionFailed:
 
 
 def bad_argument(message: str) -> ActionFailed:
-    """Return the failure that Unity reports for an argument out of range, or an unknown object."""
+    """Return the failure that Unity reports for an argument that is out of range, or for an unknown object."""
     return ActionFailed(message, thrown="ArgumentException")

@@ -27,7 +27,7 @@ def floors_of(rooms: list[RoomShape]) -> dict[str, Thing]:
 
 
 def points_of_floor(room: RoomShape) -> np.ndarray:
-    """Return points (n, 3) of a room's floor, on a lattice."""
+    """Return points (n, 3) on a room's floor that form a lattice."""
     low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
     flat = low + _SHARES * (high - low)
     return np.insert(flat[shapely.contains_xy(room_floor(room), flat)], 1, 0.0, axis=1)

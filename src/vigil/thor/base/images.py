@@ -18,7 +18,7 @@ Wanted = Literal["all", "without colours", "none"]
 """The images that an answer should have."""
 OPAQUE = 255
 FAR_AWAY_M = 40.0
-"""Distance (m) from which a camera imitates an orthographic one: so far that distant objects hardly look smaller."""
+"""Distance (m) from which a camera imitates an orthographic camera. From there, farther things hardly look smaller."""
 NUMBER_OF_FLOOR = -2 - STRUCTURES.index("floor")
 """Value of the pixels of floors in an image of things' numbers."""
 _STRUCTURE_CLASSES = {"wall": "Wall", "floor": "Floor", "ceiling": "Ceiling"}
@@ -29,14 +29,14 @@ class Image:
     """One image of an answer."""
 
     kind: str
-    """"image", "depth", "ids" or "classes"."""
+    """Kind of the image: "image", "depth", "ids" or "classes"."""
     is_third_party: bool
     """Whether the image is of a camera that the program added."""
     data: bytes
 
 
 def images(world: World, wanted: Wanted = "all") -> list[Image]:
-    """Return the images that the settings and `wanted` ask for. The agent's images come first."""
+    """Return the images that both the settings and `wanted` ask for. The agent's images come first."""
     if wanted == "none":
         return []
     layers = _layers(world) if wanted == "all" else _layers(world) - {"rgb"}
@@ -116,7 +116,7 @@ def colour_of(name: str) -> list[int]:
 
 
 def colours(world: World) -> list[dict[str, object]]:
-    """Return the metadata that say which colour each object and class has."""
+    """Return the metadata that say which colour each object and each class has."""
     things = [*world.things(), *world.floors.values()]
     classes = sorted({*(thing.category for thing in things), *_STRUCTURE_CLASSES.values()})
     return [{"name": name, "color": colour_of(name)} for name in [*(thing.id for thing in things), *classes]]

@@ -25,7 +25,7 @@ _WITHOUT: dict[str, Any] = {
     **dict.fromkeys(("isMoving", "obstructed"), False),
     "controlledObjects": None,
 }
-"""Metadata fields for properties that objects never have in this engine; the values are equal for every object."""
+"""Metadata fields for properties that objects never have in this engine. Every object has the same values in them."""
 _UNUSED: dict[str, Any] = {
     **dict.fromkeys(("flatSurfacesOnGrid", "distances", "normals", "isOpenableGrid", "segmentedObjectIds"), ()),
     **dict.fromkeys(("objectIdsInBox", "actionStringsReturn", "actionFloatsReturn", "actionVector3sReturn"), ()),
@@ -39,7 +39,7 @@ _UNUSED: dict[str, Any] = {
     "collided": False,
     "isSceneAtRest": True,
 }
-"""Metadata fields that only actions of AI2-THOR fill which this engine does not have."""
+"""Metadata fields that stay empty, because only actions that this engine lacks would fill them."""
 
 
 def agent_metadata(world: World) -> dict[str, Any]:
@@ -64,7 +64,7 @@ def agent_metadata(world: World) -> dict[str, Any]:
 
 
 def _note(world: World) -> str:
-    """Return the first note on the house; the others are in the client's log."""
+    """Return the first note on the house. The other notes are only in the client's log."""
     return world.notes[0] if world.notes else ""
 
 
@@ -165,7 +165,7 @@ def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str 
 
 
 def _oriented_box(thing: Thing) -> dict[str, Any]:
-    """Return the box of a shut thing, turned with it, in THOR's form."""
+    """Return the box of a shut thing, turned as the thing is turned, in THOR's form."""
     half = np.array(thing.asset.size) / 2
     return {"cornerPoints": place_of(thing)(box_corners(-half, half)).tolist()}
 

@@ -45,7 +45,7 @@ def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list
 
 
 def _straightened(world: World, corners: list[Vec3]) -> list[Vec3]:
-    """Return the corners of the walk that are needed: a corner is left out if the straight line past it is free."""
+    """Return the corners of the walk without those that the body can pass by in a straight line."""
     kept, here = [corners[0]], 0
     while here < len(corners) - 1:
         ahead = range(len(corners) - 1, here, -1)

@@ -1,4 +1,4 @@
-"""What can be done to objects of each of THOR's categories, and what has been done to the objects of the house."""
+"""What can be done to objects of each of THOR's categories, and what was done to the objects of the house so far."""
 
 from functools import lru_cache
 from typing import Any
@@ -21,10 +21,10 @@ _CATEGORIES = {
 PROPERTIES: dict[str, tuple[str, frozenset[str]]] = {
     names.split()[0]: (names.split()[1], frozenset(categories.split())) for names, categories in _CATEGORIES.items()
 }
-"""Flag of metadata -> the flag that says whether this can happen, and THOR's categories to which it can happen."""
+"""Metadata flag (isSliced) -> the flag that says whether it can be set (sliceable), and for which THOR categories."""
 HEAT_SOURCES, COLD_SOURCES = frozenset({"Microwave", "StoveBurner", "Toaster"}), frozenset({"Fridge"})
 DENSITY = 250.0
-"""Mass (kg) of a cubic metre of an object's box."""
+"""Mass (kg) for each cubic metre of an object's box."""
 _MATERIALS = {
     "Metal": "metal chrome",
     "Wood": "wood planks parquet wicker",
@@ -45,7 +45,7 @@ _SALIENT = {kind: name for name, kinds in _MATERIALS.items() for kind in kinds.s
 
 
 def properties(thing: Thing, scene: Scene, flags: dict[str, Any]) -> dict[str, Any]:
-    """Return the metadata of a thing's properties; `flags` are those that have been set since the house was created."""
+    """Return the metadata of a thing's properties. `flags` has the flags that were set since the house was created."""
     found: dict[str, Any] = {"fillLiquid": flags.get("fillLiquid")}
     for flag, (ability, categories) in PROPERTIES.items():
         found |= {ability: thing.category in categories, flag: bool(flags.get(flag))}
@@ -58,7 +58,7 @@ def properties(thing: Thing, scene: Scene, flags: dict[str, Any]) -> dict[str, A
 
 
 def _temperature(thing: Thing, scene: Scene) -> str:
-    """Return the temperature of a thing: hot or cold if it is in or on a running heat source or a cold source."""
+    """Return the temperature of a thing: "Hot" on a running heat source, "Cold" in a cold source, else "RoomTemp"."""
     if any(below.category in HEAT_SOURCES and below.is_toggled for below in ancestors(scene, thing)):
         return "Hot"
     return "Cold" if any(each.category in COLD_SOURCES for each in containers_of(scene, thing)) else "RoomTemp"

@@ -1,4 +1,4 @@
-"""The engine's answers, and the protocol `Responder`, through which pipes and HTTP use the engine."""
+"""The engine's answers, and the protocol `Responder`, through which the connections (pipes and HTTP) use the engine."""
 
 # pyright: reportReturnType=false
 
@@ -14,7 +14,7 @@ class EngineResponse:
     """The engine's answer to an action."""
 
     metadata: dict[str, Any]
-    """All metadata; if `is_patch`, only the fields of the agent that changed."""
+    """All metadata. If `is_patch`, only those fields of the agent's metadata that changed."""
     images: list[Image] = field(default_factory=list)
     is_patch: bool = False
 

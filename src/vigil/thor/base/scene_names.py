@@ -22,7 +22,7 @@ KINDS = {
     3: ("Bedroom", "bedroom"),
     4: ("Bathroom", "bathroom"),
 }
-"""Hundreds of a scene of iTHOR -> room type in house documents, and name of a house spec of the generator."""
+"""Hundreds of an iTHOR scene's number -> room type in house documents, and name of a house spec of the generator."""
 PER_KIND = 30
 """Number of scenes of iTHOR for each kind of room."""
 ROBOTHOR = {"Train": (12, 5), "Val": (3, 5)}
@@ -33,7 +33,7 @@ _ROBOTHOR_NAME = re.compile(r"FloorPlan_(Train|Val)(\d+)_(\d+)")
 
 
 def scene_names() -> list[str]:
-    """Return the names of the scenes for which there are houses, as the client asks for them."""
+    """Return the names of the scenes for which there are houses, in the form in which the client asks for them."""
     ithor = [f"FloorPlan{100 * hundreds + n}_physics" for hundreds in KINDS for n in range(1, PER_KIND + 1)]
     robothor = [
         f"FloorPlan_{split}{layout}_{number}"

@@ -41,17 +41,17 @@ class Settings(BaseModel):
 
     @property
     def looks_up(self) -> float:
-        """Greatest angle (deg) by which the camera looks up; if the parameter is 0, AI2-THOR's default of 30."""
+        """Greatest angle (deg) by which the camera looks up; AI2-THOR's default of 30 if the parameter is 0."""
         return self.max_upward_look_angle or 30.0
 
     @property
     def looks_down(self) -> float:
-        """Greatest angle (deg) by which the camera looks down; if the parameter is 0, AI2-THOR's default of 60."""
+        """Greatest angle (deg) by which the camera looks down; AI2-THOR's default of 60 if the parameter is 0."""
         return self.max_downward_look_angle or 60.0
 
 
 UNSUPPORTED_SETTINGS = ("renderNormalsImage", "renderFlowImage")
-"""Parameters that are refused when true, because this engine does not draw the images that they ask for."""
+"""Parameters that are refused when true, because this engine cannot draw the images that they request."""
 
 
 def settings_of(sent: Mapping[str, Any], width: int, height: int) -> Settings:

@@ -20,10 +20,10 @@ from vigil.thor.base.world import World
 
 _LATTICE = np.stack(np.meshgrid(*[[0.05, 0.5, 0.95]] * 3), axis=-1).reshape(-1, 3)
 CAST_FIRST = 5
-"""Rays are first cast to every fifth point. A thing that one of these rays hits does not need further rays."""
+"""Rays are first cast to every fifth point. If one of these rays hits a thing, the thing needs no further rays."""
 _NOT_CAST = -2
 SHORT_OF_FLOOR_M = 0.01
-"""A point of a floor is seen if a ray to it ends at most this far (m) before it."""
+"""A point of a floor counts as seen if a ray to it meets nothing until this distance (m) before the point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ def _points(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> np
 
 
 def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -> dict[str, Visibility]:
-    """Return {id: visibility} of things, seen from `pose`, by default the agent's. A held object is always visible."""
+    """Return {id: visibility} of things, seen from `pose` (default: the agent's). A held object is always visible."""
     view = world.view(pose)
     found = {thing.id: Visibility(thing.is_held, thing.is_held) for thing in things}
     found |= _floors_seen(world, view, [thing.id for thing in things if thing.id in world.floors])
@@ -97,9 +97,9 @@ def _floors_seen(world: World, view: CameraView, ids: list[str]) -> dict[str, Vi
 def _met(
     world: World, eye: Vec3, rays: np.ndarray, owners: np.ndarray, is_glassy: np.ndarray
 ) -> tuple[set[int], set[int]]:
-    """Return the indices of the things that rays (n, 3) hit directly, and of the things that they hit through glass.
+    """Return the indices of the things that rays (n, 3) hit directly, and of the things that rays hit through glass.
 
-    `owners` (n,) is the index of the thing for which each ray is cast; a hit on another thing does not count.
+    `owners` (n,) has the index of the thing for which each ray is cast; a hit on another thing does not count.
     """
     hits = np.full(len(rays), _NOT_CAST)
     hits[::CAST_FIRST], _ = world.editor.meets(eye, rays[::CAST_FIRST])

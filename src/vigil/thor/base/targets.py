@@ -16,8 +16,8 @@ def target(
 ) -> tuple[Thing, Vec3]:
     """Return the object that an action means, and a point on it.
 
-    The object is given by an id, or by a place in the image (0..1 from its top left). Raises ActionFailed when there is
-    no object, or when it is out of sight and the action is not forced.
+    The object is given by its id, or by a place in the image (x and y in 0..1 from the top left). Raises ActionFailed
+    when there is no object, or when it is out of sight and the action is not forced.
     """
     if object_id is None:
         assert x is not None
@@ -54,7 +54,7 @@ def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
 
 
 def first_met(world: World, origin: Vec3, rays: np.ndarray) -> tuple[Thing | None, Vec3 | None]:
-    """Return the thing that the first of the unit rays (n, 3) hits first, and the point of the hit (m).
+    """Return the thing that the first of the unit directions `rays` (n, 3) meets, and the point of the hit (m).
 
     The thing is None for structure other than floors; both are None if the ray hits nothing.
     """

@@ -16,7 +16,7 @@ from vigil.thor.base.errors import bad_argument, invalid_operation
 from vigil.thor.base.settings import Settings
 
 PROCEDURAL = "Procedural"
-"""Name of the scene of houses that are given to `CreateHouse`."""
+"""Name of the scene for all houses that are given to `CreateHouse`."""
 OFF_GRID_M = 1e-3
 """A place at most this far (m) from a point of the grid counts as on the grid."""
 
@@ -44,18 +44,18 @@ class World:
     house: House | None = None
     """The document of the house that was opened last."""
     first_house: House | None = None
-    """The document of the opened house, before actions changed its materials and lights."""
+    """The document of the opened house, as it was before actions changed its materials and lights."""
     random: Random = field(default_factory=lambda: Random(0))
-    """Random numbers of actions that do not take a seed; `SetRandomSeed` starts them again."""
+    """Random numbers for actions that do not take a seed; `SetRandomSeed` starts the sequence again."""
     scene_name: str = PROCEDURAL
     """Name of the scene as the program gave it; "Procedural" for a house given to `CreateHouse`."""
     notes: list[str] = field(default_factory=list)
-    """What the engine guessed or left out when it opened the house, one note each."""
+    """Notes of what the engine guessed or left out when it opened the house."""
     knows_sizes: bool = False
     """Whether the engine has the sizes of AI2-THOR's assets."""
     cameras: list[ThirdPartyCamera] = field(default_factory=list)
     assets: dict[str, str] = field(default_factory=dict)
-    """Id of an object, door or window -> its asset id in the house."""
+    """Id of an object, door or window -> id of its asset in the house document."""
     floors: dict[str, Thing] = field(default_factory=dict)
     """The floors of the rooms as things, by the room's id."""
     flags: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -65,7 +65,7 @@ class World:
     shown: frozenset[str] | None = None
     """Ids of the objects that the metadata may include; None if all objects are included."""
     serves_patches: bool = True
-    """Whether the connection to the client can send an answer without images (a patch)."""
+    """Whether the connection can send the client an answer without images (a patch)."""
 
     @property
     def agent(self) -> Pose:

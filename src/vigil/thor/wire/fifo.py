@@ -51,7 +51,7 @@ def serve(engine: Responder, environment: Mapping[str, str]) -> None:
 
 
 def _opened(path: str, parent: int) -> BinaryIO:
-    """Return the pipe for answers once the client reads from it. Raises ClientGone when the client ends before that."""
+    """Return the pipe for answers as soon as the client reads from it. Raises ClientGone if the client ends first."""
     while True:
         try:
             number = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
@@ -67,7 +67,7 @@ def _opened(path: str, parent: int) -> BinaryIO:
 
 
 def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
-    """Yield the actions that the client sends, until it closes the pipe.
+    """Yield the actions that the client sends, until the client closes the pipe.
 
     Raises ClientGone on bytes that are not a message.
     """
@@ -89,7 +89,7 @@ def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
 
 
 def packer() -> Callable[[Any], bytes]:
-    """Return the function that packs metadata. Raises SettingError without msgpack, which the client also needs."""
+    """Return the function that packs metadata. Raises SettingError without msgpack, which the client needs, too."""
     try:
         from msgpack import packb  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - an extra
     except ImportError:

@@ -43,7 +43,7 @@ def serve(engine: Responder, environment: Mapping[str, str]) -> None:
 
 
 def form(response: EngineResponse, token: str) -> bytes:
-    """Return an answer as a form. The client's own parser reads it, so upper and lower case matter in header names."""
+    """Return an answer as a form. Header names have the case that the client's own parser requires."""
     texts = {"metadata": json.dumps(response.metadata), "actionReturns": "[]", "token": token}
     pieces: list[bytes] = []
     for name, text in texts.items():

@@ -29,7 +29,7 @@ from vigil.sim.scene_editor import NOTHING, STRUCTURES, CameraImage, CameraView,
 SAMPLES: dict[Quality, int] = {"default": 4, "fast": 0}
 """Number of samples for each pixel (antialiasing), by quality."""
 FOVY_DEG = 90.0
-"""Vertical field of view of the agent's camera."""
+"""Vertical field of view (deg) of the agent's camera."""
 
 
 class _Window:
@@ -106,14 +106,14 @@ class Camera:
         _cameras.add(self)
 
     def draw(self, agent: Pose, point_lights: list[PointLight], in_hand: list[Thing]) -> np.ndarray:
-        """Return the agent's frame, (480, 640, 3) uint8; `in_hand` is the held thing and then what it carries."""
+        """Return the agent's frame, (480, 640, 3) uint8; `in_hand` has the held thing, then the things it carries."""
         viewer = _agent_viewer(agent)
         return self._paint(viewer, point_lights, self._hold(viewer.eye, agent, in_hand))
 
     def render_view(
         self, view: CameraView, layers: frozenset[Layer], point_lights: list[PointLight], in_hand: list[Thing]
     ) -> CameraImage:
-        """Return layers of a camera's image; `in_hand` is the held thing and then what it carries."""
+        """Return layers of a camera's image; `in_hand` has the held thing, then the things that it carries."""
         looker = pose_of(view)
         viewer = _viewer(looker, view.fovy_deg, view.width, view.height)
         viewer = replace(viewer, axes=rolled(viewer.axes.T, view.roll).T)
@@ -132,7 +132,7 @@ class Camera:
         return self._paint(viewer, [], None)
 
     def segment(self, agent: Pose) -> np.ndarray:
-        """Return the number of the geom at each pixel, (480, 640) int32, -1 for none; tests compare it with rays."""
+        """Return the number of the geom at each pixel, (480, 640) int32, -1 for none; tests compare them with rays."""
         with _drawing():
             return self._painter.identify(self._model.render_state(), _agent_viewer(agent))[0]
 

@@ -111,7 +111,7 @@ class MujocoEngine:
         return self._model
 
     def _point_lights(self, looker: Pose, lens: Lens, in_hand: list[Thing]) -> list[PointLight]:
-        """Return the lights of objects for a picture; set the lamps of rooms from the switches that it shows."""
+        """Return the lights of objects for a picture. Also set the lamps of rooms by the visible light switches."""
         if self._scene is None:
             return []
         light_sources.update_room_lamps(self._loaded, self._scene, looker, lens)

@@ -10,7 +10,7 @@ from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 AHEAD_M = 0.5
-"""The held object looks as large as at this distance (m) from the eye, or smaller if it would be too large."""
+"""The held object looks as large as at this distance (m) from the eye; an object too large for that looks smaller."""
 WIDTH, HEIGHT = 0.23, 0.32
 """The held object covers at most these shares of the frame's width and height. The protocol promises at most a quarter
 of the width."""
@@ -33,7 +33,7 @@ class InHand:
     center: np.ndarray
     matrix: np.ndarray
     smaller: float
-    """Factor by which the object's drawn size differs from its real size (at most 1)."""
+    """Factor (at most 1) by which the object is drawn smaller than its real size."""
     half: np.ndarray
     """Half sizes (3,) in metres of the object's box: across, up and away from the camera."""
 
@@ -74,7 +74,7 @@ def gripper(eye: np.ndarray, axes: np.ndarray, in_hand: InHand) -> np.ndarray:
 
 
 def put_in_hand(model: CompiledModel, things: list[Thing], center: np.ndarray, matrix: np.ndarray) -> None:
-    """Move the bodies of the first thing to the hand, and those of the other things along with it."""
+    """Move the bodies of the first of `things` to the hand, and move the bodies of the other things along."""
     first_position, first_matrix = frames.thing_place(things[0])
     relative = matrix @ first_matrix.T
     for thing in things:

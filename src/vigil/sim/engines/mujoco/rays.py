@@ -14,7 +14,7 @@ from vigil.sim.engines.mujoco.compiled.builder import GLASS, GROUPS, HELD, HIDDE
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 PRUNED_FROM = 8
-"""In a cast of at least this many rays, geoms that the rays cannot meet are left out first."""
+"""In a cast of at least this many rays, geoms that the rays cannot meet are left out before the cast."""
 
 
 def cast(
@@ -58,9 +58,10 @@ def cast(
 
 @contextmanager
 def _grouped(model: CompiledModel, only: str | None, through_glass: bool, hidden: np.ndarray) -> Iterator[np.ndarray]:
-    """Return a context in which `hidden` geoms are hidden; with `only`, that thing's visible geoms are in group `ONLY`.
+    """Return a context in which the geoms in the mask `hidden` are hidden.
 
-    The context gives the mask of the groups that rays can meet.
+    If `only` is given, the visible geoms of this thing are in the group `ONLY`. The context gives the mask of the
+    groups that rays can meet.
     """
     groups, mask = model.native.geom_group, np.zeros(GROUPS, dtype=np.uint8)
     before = groups.copy()

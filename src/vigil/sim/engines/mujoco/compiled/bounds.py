@@ -1,4 +1,4 @@
-"""Boxes, parallel to the house's axes, around all geoms. A geom that no ray can reach is left out of a cast.
+"""Boxes, parallel to the house's axes, around all geoms. A cast of rays skips geoms whose boxes no ray can reach.
 
 Meshes of walls and floors extend through a room or the whole house, so they have several boxes, one for each piece.
 """
@@ -10,7 +10,7 @@ import numpy as np
 from vigil.sim.engines.mujoco.compiled.binding import NativeData, NativeModel
 
 PIECE_M = 2.0
-"""A mesh is divided into pieces by cubes with this edge length (m): triangles with centres in one cube share a box."""
+"""Edge length (m) of the cubes that divide a mesh into pieces: triangles with their centres in one cube share a box."""
 SLACK_M = 0.001
 """Margin (m) that is added around a box; it is far larger than rounding errors."""
 

@@ -1,4 +1,4 @@
-"""Builds the MuJoCo model of a scene: each thing and each of its joints is a mocap body, i.e. a body moved by code."""
+"""Builds the MuJoCo model of a scene. Each thing and each of its joints is a mocap body, i.e. a body moved by code."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from vigil.sim.engines.mujoco.compiled.pieces import MeshPiece, pieces_of
 from vigil.sim.engines.mujoco.compiled.structure import shells_of, tint_of
 
 STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
-"""Groups of geoms (the MuJoCo parts that rays can meet); a geom's group decides whether it is drawn and met by rays."""
+"""Groups of geoms (MuJoCo's parts of bodies). A geom's group decides whether the geom is drawn and met by rays."""
 GROUPS = 6
 GROUND_M, LAWN_HALF_M = -0.02, 60.0
 """Height (m) of the ground outside, and half of the ground's side length (m)."""
@@ -70,7 +70,7 @@ class ModelBuilder:
         self._mocaps = 0
         self.materials: list[Material] = []
         self.geom_things: list[int] = []
-        """Index of the thing of each geom; -1 for structure."""
+        """Index of the thing of each geom; -1 for a geom of the structure (walls, floors, ceilings)."""
         self.geom_roles: list[int] = []
         self.shells = shells_of(scene)
         """Structural surfaces. The model's first geoms are these, in the same order; the next geom is the ground."""
@@ -90,7 +90,7 @@ class ModelBuilder:
     def compile(self) -> NativeModel:
         """Return the compiled model.
 
-        Textures are drawn meanwhile, because MuJoCo releases Python's global lock while it compiles.
+        Textures are drawn while MuJoCo compiles, because MuJoCo then releases Python's global lock.
         """
         with ThreadPoolExecutor(1) as other:
             compiling = other.submit(self._spec.compile)
@@ -147,7 +147,7 @@ class ModelBuilder:
         return self._material_numbers[key]
 
     def _add_mesh(self, name: str, mesh: Mesh, metres_per_repeat: float) -> dict[str, Any]:
-        """Add a mesh; return the arguments for adding a geom of its shape."""
+        """Add a mesh; return the arguments with which a geom of the mesh's shape is added."""
         # MuJoCo takes lists over in half the time of arrays.
         self._spec.add_mesh(
             name=name,

@@ -32,7 +32,7 @@ class GLBackend:
     """The OpenGL library that MuJoCo uses."""
 
     name: str
-    """`egl`, `osmesa`, `glfw`, `native` (not Linux), or `none`."""
+    """Name of the library: `egl`, `osmesa`, `glfw`, `native` (not on Linux), or `none`."""
     fault: str | None = None
     """Reason why this library cannot draw; None if it can."""
     is_chosen_by_user: bool = False

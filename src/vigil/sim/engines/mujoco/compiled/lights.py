@@ -19,14 +19,14 @@ from vigil.sim.engines.mujoco.compiled import frames
 
 SWITCH = "LightSwitch"
 ARM_M = 0.3
-"""A light switch belongs to the room that is this far (m) in front of it."""
+"""A light switch belongs to the room that contains the point at this distance (m) in front of the switch."""
 POINT_LIGHT_STRENGTH = 0.5
 PALER = 0.2
 """Share of white that is mixed into the colour of a room's light."""
 DIM_SHARE = 0.4
-"""Share of its light that a room's lamp gives while the room's switches are off."""
+"""Share of its full light that a room's lamp still gives while the room's light switches are off."""
 USUAL_HEIGHT_M, GAIN_PER_M2 = 2.6, 0.02
-"""In a room of height h above the first number h0 (m), lamps are stronger by the second number * (h * h - h0 * h0)."""
+"""Usual room height h0 (m), and gain g: in a room of greater height h, lamps are stronger by g * (h * h - h0 * h0)."""
 DROP_M = 0.06
 """How far (m) a lamp is below the ceiling."""
 KERNEL_EDGE_M = 0.3
@@ -45,7 +45,7 @@ class Lamps:
     switches: dict[str, int]
     """Id of a light switch -> number of its room."""
     dim_rooms: frozenset[int] = frozenset()
-    """Rooms whose switches are all off."""
+    """Numbers of the rooms whose light switches are all off."""
 
     def update_switches(self, switches: Iterable[Thing]) -> None:
         """Set which rooms are dim, from the given light switches only."""
@@ -55,7 +55,7 @@ class Lamps:
         self.dim_rooms = frozenset(off - on)
 
     def strengths(self) -> np.ndarray:
-        """Return the colour (rooms, 3) of each room's lamp; it is dim if the room's switches are off."""
+        """Return the colour (rooms, 3) of each room's lamp; the colour is dim if the room's light switches are off."""
         dimmed = [DIM_SHARE if room in self.dim_rooms else 1.0 for room in range(len(self.rooms))]
         return self.colors * np.array(dimmed)[:, None]
 
@@ -76,7 +76,7 @@ def lamps_of(scene: Scene) -> Lamps:
 
 
 def point_light_of(thing: Thing) -> PointLight:
-    """Return the light that a thing gives while it is on. Raises ValueError if it is not a lamp."""
+    """Return the light that a thing gives while it is on. Raises ValueError if the thing is not a lamp."""
     glow = thing.asset.glow
     if glow is None:
         raise ValueError(f"{thing.id} is not a lamp.")
@@ -102,8 +102,8 @@ def _color(room: RoomShape) -> np.ndarray:
 def _place(room: RoomShape) -> tuple[float, float]:
     """Return the position (x, z) of a room's lamp.
 
-    This is the position of the room's light in the house. If light from there does not reach every corner, the lamp is
-    moved to a place from which it does, if there is such a place.
+    This is the position of the room's light in the house. If light from there does not reach every corner of the room,
+    the lamp is moved to a place from which all corners are lit, if there is such a place.
     """
     light, seen_from = shapely.Point(room.light.x, room.light.z), _kernel(room_floor(room))
     inner = shapely.buffer(seen_from, -min(KERNEL_EDGE_M, np.sqrt(shapely.area(seen_from)) / 4))

@@ -39,7 +39,7 @@ def register_engine(engine: object) -> None:
 
 
 def _identity(scene: Scene) -> Hashable:
-    """Return everything that a scene consists of, as a key.
+    """Return a key that contains everything of which a scene consists.
 
     Assets are compared by `is`, because equal assets are made only once.
     """

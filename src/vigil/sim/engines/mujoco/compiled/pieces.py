@@ -27,7 +27,7 @@ class MeshPiece:
 
 @lru_cache(maxsize=2048)
 def pieces_of(asset: Asset) -> tuple[MeshPiece, ...]:
-    """Return the asset's pieces and those of its notice: parts with the same joint, material and role are one piece."""
+    """Return an asset's pieces, with its notice's; parts with the same joint, material and role are one piece."""
     groups: dict[tuple, list[Part]] = {}
     for part in (*asset.parts, *notice_parts(asset)):
         roles = BEARS_OPEN * part.bears_open + BEARS_TOGGLE * part.bears_toggle

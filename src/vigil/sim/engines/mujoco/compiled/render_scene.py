@@ -15,11 +15,11 @@ from vigil.sim.engines.mujoco.compiled.lights import Lamps
 HANGING_M = 0.1
 """A thing hangs from the ceiling if its top is at most this far (m) below the ceiling."""
 THIN_M, OFF_FLOOR_M = 0.24, 0.3
-"""A thing thinner than the first (m) and at least the second (m) above the floor casts too fine a shadow to store."""
+"""Thickness and height above the floor (m): the shadow of a thing that is thinner, and higher, is too fine to store."""
 
 
 def render_state(native: NativeModel, data: NativeData, lamps: Lamps) -> RenderState:
-    """Return the present state of a model for the renderer. Poses and materials are views of the model's arrays."""
+    """Return the present state of a model for the renderer; poses and materials are views of the model's arrays."""
     return RenderState(
         data.geom_xpos,
         data.geom_xmat.reshape(-1, 3, 3),

@@ -1,4 +1,4 @@
-"""Walls with holes, floors, ceilings and skirting of a scene, as meshes.
+"""Walls (with holes for doors and windows), floors, ceilings and skirting of a scene, as meshes.
 
 Surfaces that meet are cut along the same lines, and walls reach a little below the floor and above the ceiling. So no
 gap is visible between them.
@@ -35,7 +35,7 @@ class Shell:
     """A structural surface, such as the walls of a room that have the same material."""
 
     kind: str
-    """`wall`, `floor`, `ceiling`, `skirting` or `exterior`."""
+    """Kind of the surface: `wall`, `floor`, `ceiling`, `skirting` or `exterior`."""
     mesh: Mesh
     material: MaterialRef
     room_id: str | None = None
@@ -83,7 +83,7 @@ def _walls(scene: Scene) -> list[Shell]:
 
 
 def _behind_frame(panel: WallPanel, hole: Hole) -> Hole:
-    """Return a hole made smaller on each side that a frame covers."""
+    """Return a hole made smaller on each side where a door or window frame covers the wall's edge."""
     bottom = hole.bottom if hole.bottom <= panel.bottom + 0.01 else hole.bottom + BEHIND_FRAME_M
     return Hole(hole.left + BEHIND_FRAME_M, hole.right - BEHIND_FRAME_M, bottom, hole.top - BEHIND_FRAME_M)
 
@@ -173,7 +173,7 @@ def _ears(polygon: shapely.Polygon, height: float, normal: np.ndarray) -> Mesh:
 
 
 def _skirting(panel: WallPanel) -> list[Mesh]:
-    """Return the boards along the foot of a wall; there are none in holes that reach down to the floor."""
+    """Return the skirting boards along the foot of a wall. Holes that reach down to the floor have no boards."""
     start, end = np.array(panel.start), np.array(panel.end)
     length = float(np.linalg.norm(end - start))
     gaps = sorted((hole.left, hole.right) for hole in panel.holes if hole.bottom < panel.bottom + SKIRTING_HEIGHT_M)
