@@ -44,7 +44,7 @@ HouseArgument = Annotated[
 Robust = Annotated[
     bool,
     Setting(
-        "Also require that the solver succeeds with small random errors in its movements and clicks. "
+        "Also require that the scripted solver succeeds with small random errors in its movements and clicks. "
         "This takes seconds per episode."
     ),
 ]

@@ -122,7 +122,7 @@ def show(
     out: Annotated[Path, typer.Option(help="PNG file to which the picture is written.")],
     assets: AssetFile = None,
 ) -> None:
-    """On the plan, north (+z) is up. Doors show how far they are open; dots are small objects, and a ring is the start.
+    """On the plan, north (+z) is up. Doors show how far they are open. Dots are small objects; a ring marks the start.
 
     Example: vigil houses show house.json --out plan.png
     """

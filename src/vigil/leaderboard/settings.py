@@ -29,7 +29,9 @@ class BuildSettings(CheckSettings):
 
     cache: Annotated[
         Path | None,
-        Setting("Folder for what was found about bundles, so that only new ones are checked.", unset="OUT-cache"),
+        Setting(
+            "Folder in which the results of checks are saved, so that only new bundles are checked.", unset="OUT-cache"
+        ),
     ] = None
     packs: Annotated[
         tuple[Path, ...],
@@ -42,7 +44,8 @@ class BuildSettings(CheckSettings):
         ),
     ] = ()
     decisions: Annotated[
-        Path | None, Setting("YAML file with the maintainers' decisions: accepted, refused or withdrawn, and why.")
+        Path | None,
+        Setting("YAML file with the maintainers' decisions on entries: accepted, refused or withdrawn, and why."),
     ] = None
     earlier: Annotated[
         Path | None,

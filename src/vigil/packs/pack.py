@@ -180,7 +180,9 @@ class Pack:
                 break
             found += unit
         if not found:
-            raise SettingError(f"A limit of {limit} leaves nothing to play: the episodes are twins. Give 2 or more.")
+            raise SettingError(
+                f"A limit of {limit} leaves nothing to play: the episodes are pairs of twins. Give 2 or more."
+            )
         return sorted(found, key=lambda episode: episode.id)
 
     def _check(self) -> None:
@@ -211,7 +213,7 @@ class Pack:
             if is_object(source) and source.get("sha256") not in (None, hashes.get(name)):
                 raise PackMismatch(
                     f"Pack {str(self.folder)!r}: {MANIFEST}: meta.house_sources gives house {name!r} another SHA-256 "
-                    "than its episodes do. Freeze it again."
+                    "than its episodes do. Freeze the pack again."
                 )
 
 

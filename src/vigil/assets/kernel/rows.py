@@ -158,7 +158,7 @@ def _arguments(call: Callable[..., Any], word: str, entry: Row, known: Known, sk
     named = entry.get("facing", entry.get("axis", "z" if word == "panel" else "y"))
     axis = named[-1:]
     if axis not in ALONG:
-        raise ValueError(f"{named!r} is not an axis: x, y or z")
+        raise ValueError(f"{named!r} is not an axis; the axes are x, y and z")
     return _dict({key: _read(key, raw, known, axis) for key, raw in given.items()})
 
 

@@ -158,8 +158,8 @@ def model_access(
     if not provider.is_openai_style:
         if provider.signs_in and not is_at_home and key is None:
             raise SettingError(
-                f"Model {model!r} signs in with this machine's account, which is not sent to "
-                f"{without_login(address)!r}. Name the variable with a key for that address by --api-key-env."
+                f"Model {model!r} signs in with this machine's account. Only the provider gets this sign-in, not "
+                f"{without_login(address)!r}. Give --api-key-env with the variable that holds a key for that address."
             )
         own = None if is_at_home else NO_KEY
         return ModelAccess(model, address, key or own, arguments, not is_at_home, found, variable)
