@@ -41,7 +41,7 @@ OneEpisode = Annotated[
 ]
 LikeModel = Annotated[
     str | None,
-    Setting("Model, as provider/model: the prompt asks for clicks in its coordinate system.", metavar="MODEL"),
+    Setting("Model, as provider/model: the prompt asks for clicks in this model's coordinate system.", metavar="MODEL"),
 ]
 OneModel = Annotated[
     str | None,

@@ -255,8 +255,8 @@ def find_pack(path: str | Path) -> Path:
     later = newer_version(name, known)
     if later is not None:
         raise PackMismatch(
-            f"Pack {name!r} does not come with this package; {later!r} is its newest version here. What was played on "
-            f"{name!r} can only be read with that very pack: give its folder."
+            f"Pack {name!r} does not come with this package; {later!r} is its newest version here. Runs on "
+            f"{name!r} can be read only with that pack: give the pack's folder."
         )
     raise PackMismatch(
         f"There is no pack {name!r}: neither a folder nor a packaged one ({', '.join(names) or 'none'})."

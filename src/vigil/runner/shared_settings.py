@@ -120,8 +120,8 @@ ProbeSteps = Annotated[
     "ProbeSchedule | None",
     Setting(
         "Steps at which the model is also asked what it believes; the episode does not change by this. Write every, a "
-        "number N (every N-th step and the last), at-goal (the first frame after the goal was attained), at-report "
-        "(the last step), or several of these with commas between.",
+        "number N (every N-th step and the last), at-goal (the first step whose frame shows the goal attained), "
+        "at-report (the last step), or several of these with commas between.",
         metavar="STEPS",
         read="vigil.scoring.probe_schedule:parse_schedule",
         unset="none in vigil run, every in vigil probe",

@@ -100,8 +100,12 @@ WRONG_ROWS = {
 }
 WRONG_PARTS = {
     "box = [1, 1, 1]": "'box' needs 'look'",
-    'look = "wax", bokx = 1': "an entry holds one shape, one addition or 'parts', not 'bokx'. Did you mean 'box'?",
-    'look = "wax", box = 1, ball = 1': "an entry holds one shape, one addition or 'parts', not 'box, ball'.",
+    'look = "wax", bokx = 1': (
+        "an entry must have exactly one shape, one addition (e.g. 'hinge') or 'parts', not 'bokx'. Did you mean 'box'?"
+    ),
+    'look = "wax", box = 1, ball = 1': (
+        "an entry must have exactly one shape, one addition (e.g. 'hinge') or 'parts', not 'box, ball'."
+    ),
     'look = "wax", box = [1, 1]': "[1, 1] is not a list of 3 numbers",
     'look = "wax", box = [1, 1, true]': "True is neither a number nor a formula",
     'look = "wax", box = [1, 1, 1], bevl = 0.1': "'box' does not have 'bevl'. Did you mean 'bevel'?",

@@ -197,7 +197,9 @@ def _step(entry: Any, known: Known) -> Step:
     if len(words) != 1:
         held = ", ".join(words) or next((key for key in rest if key not in (*_STYLE, *READERS)), "none")
         near = "" if words else did_you_mean(held, {*SHAPES, *ADDITIONS})
-        raise ValueError(f"an entry holds one shape, one addition or 'parts', not {held!r}.{near}")
+        raise ValueError(
+            f"an entry must have exactly one shape, one addition (e.g. 'hinge') or 'parts', not {held!r}.{near}"
+        )
     do = _done(words[0], rest, known | set(own))
     if not rounds:
         return do

@@ -276,7 +276,6 @@ def search_refusal(view: PrivilegedView, goal: Goal | GoalPart) -> str:
         if fits_on(view.scene, target.id, goal.receptacle_id):
             raise BrokenRule(
                 "twin_impossible",
-                "twin_impossible",
                 f"{target.id!r} also has room on {goal.receptacle_id!r} in the twin that should be impossible",
             )
         return f"{target.id!r} has no room on {goal.receptacle_id!r}, wherever it is put and however it is turned."

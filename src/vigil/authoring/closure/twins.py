@@ -57,7 +57,6 @@ def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, i
             if view.is_in_frame(mirror):
                 raise BrokenRule(
                     rule,
-                    rule,
                     f"the mirror {mirror!r}, which may show {object_id!r}, is in view at the start of {episode.id!r}",
                 )
         if view.scene.things[object_id].is_present and view.is_in_frame(object_id):

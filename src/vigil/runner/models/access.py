@@ -144,8 +144,8 @@ def model_access(
     key, arguments = _key_in(api_key_env), tuple(sorted(model_args.items()))
     if address is None and provider.is_openai_style and not model.startswith("openai/"):
         raise SettingError(
-            f"Model {model!r} has no address. Add --base-url, or set {provider.addresses[0]} to it, e.g. "
-            "http://localhost:8000/v1."
+            f"Model {model!r} has no address. Add --base-url, or set the variable {provider.addresses[0]} to the "
+            "address, e.g. http://localhost:8000/v1."
         )
     if address is None:
         variable = api_key_env or provider.key_variable
