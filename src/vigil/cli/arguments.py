@@ -45,7 +45,7 @@ Robust = Annotated[
     bool,
     Setting(
         "Also require that the scripted solver succeeds with small random errors in its movements and clicks. "
-        "This takes seconds per episode."
+        "This takes a few seconds per episode."
     ),
 ]
 Imports = Annotated[

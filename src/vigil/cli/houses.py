@@ -157,7 +157,10 @@ def sweep_houses(
         bool, typer.Option(help="Whether to also build each house's scene and compile it in MuJoCo.")
     ] = True,
     min_count: Annotated[
-        int, typer.Option(min=0, help="List the categories that have fewer objects than this in all houses together.")
+        int,
+        typer.Option(
+            min=0, help="List the categories of which all houses together have fewer objects than this number."
+        ),
     ] = 0,
     workers: Workers = None,
 ) -> None:

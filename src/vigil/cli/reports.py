@@ -143,7 +143,7 @@ def figure(
     name: Annotated[str, typer.Argument(help=f"Figure to draw: {', '.join((*OF_RUNS, *WITH_FRAMES))}.")],
     runs: Annotated[
         list[Path] | None,
-        typer.Argument(help="Folders of the runs to draw; the figure trajectory shows each run in a row of frames."),
+        typer.Argument(help="Folders of the runs to draw; the figure trajectory shows each run as a row of frames."),
     ] = None,
     out: Annotated[
         Path,

@@ -13,7 +13,11 @@ class CheckSettings:
     """Settings of the check of entries."""
 
     frames: Annotated[
-        bool, Setting("Also draw every frame again and compare it; frames are equal only if the renderer is the same.")
+        bool,
+        Setting(
+            "Also draw every frame again and compare it with the recorded frame. They can be equal only if the renderer "
+            "is the same."
+        ),
     ] = False
     workers: Workers = None
     asset_database: AssetFile = None
@@ -49,7 +53,10 @@ class BuildSettings(CheckSettings):
     ] = None
     earlier: Annotated[
         Path | None,
-        Setting("entries.json of an earlier site, whose results are shown in the history over versions of a pack."),
+        Setting(
+            "entries.json of an earlier site; its results are added to the history, which shows a model on several "
+            "versions of a pack."
+        ),
     ] = None
     shown_plays: Annotated[
         int, Setting("Number of plays of each entry that get a page of the trajectory viewer.", minimum=0, maximum=1000)

@@ -66,8 +66,8 @@ class Common:
     seed: Annotated[
         int | None,
         Setting(
-            "Random seed of houses, drafts and choices. For a private pack, keep the seed secret: anyone who has "
-            "it can make the same pack.",
+            "Random seed with which houses and drafts are made and episodes are chosen. For a private pack, keep the "
+            "seed secret: anyone who has it can make the same pack.",
             minimum=0,
         ),
     ] = None
@@ -95,8 +95,8 @@ class Common:
 class Content(Common):
     """What a pack contains."""
 
-    name: Annotated[str, Setting("Name that the new pack gets.")]
-    per_family: Annotated[int, Setting("Number of episodes of each family that the pack gets.", minimum=1)] = PER_FAMILY
+    name: Annotated[str, Setting("Name of the new pack.")]
+    per_family: Annotated[int, Setting("Number of episodes of each family in the new pack.", minimum=1)] = PER_FAMILY
     kinds: Annotated[
         tuple[str, ...],
         Setting(
@@ -326,7 +326,7 @@ class Building:
             "File with drafts of an earlier version of the pack; these drafts are chosen before those of --drafts."
         ),
     ] = None
-    version: Annotated[str, Setting("Version of the pack that its manifest states.")] = "1"
+    version: Annotated[str, Setting("Version of the pack, which is written into its manifest.")] = "1"
     aliases: Annotated[
         tuple[str, ...], Setting("Additional name of the pack (an alias); may be repeated.", name="alias")
     ] = ()
