@@ -15,8 +15,8 @@ class CheckSettings:
     frames: Annotated[
         bool,
         Setting(
-            "Also draw every frame again and compare it with the recorded frame. They can be equal only if the renderer "
-            "is the same."
+            "Also draw every frame again and compare it with the recorded frame. They can be equal only if the "
+            "renderer is the same."
         ),
     ] = False
     workers: Workers = None
