@@ -130,9 +130,9 @@ class Env:
         facts = [name for name in StepRecord.model_fields if getattr(found, name) != getattr(recorded, name)]
         if facts:
             raise RecordError(
-                f"Step {recorded.index} of the record, carried out again, differs in {', '.join(facts)}. The "
-                "simulator, the renderer or the machine is another one: use that of the run. `vigil verify` shows the "
-                "values."
+                f"Step {recorded.index} of the record was carried out again, but differs in {', '.join(facts)}. "
+                "The simulator, the renderer or the machine is not that of the run; use the same ones. `vigil verify` "
+                "shows the values."
             )
         self._steps[-1] = recorded
         return observation

@@ -47,7 +47,7 @@ def test_only_hashes_and_a_deadline_are_published(folder: Path) -> None:
     assert "seed" not in published
     for word in (str(seed), str(folder), *(episode.id for episode in pack.episodes)):
         assert word not in text
-    assert "is not revealed before 2999-01-01" in fault(
+    assert "its seed is still secret. It may be revealed from 2999-01-01" in fault(
         "check", folder / "spring.challenge.json", "--out", folder / "x"
     )
 

@@ -56,7 +56,7 @@ def test_an_action_that_its_reply_does_not_say_is_a_difference(vigil: Vigil, run
 def test_frames_need_a_simulator(vigil: Vigil, run: Path) -> None:
     said = vigil("verify", run, "--records-only", "--frames")
     assert said.code == 2
-    assert "give only one of the two" in said.err
+    assert "Give either --frames or --records-only" in said.err
 
 
 def test_a_run_of_another_engine_is_not_played_again(vigil: Vigil, run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -64,7 +64,7 @@ def test_a_run_of_another_engine_is_not_played_again(vigil: Vigil, run: Path, mo
     of_thor(run, "thor/5.0.0 unity-f0825767 masks")
     said = vigil("verify", run)
     assert said.code == 2
-    assert "the run was played: this is 'thor/5.0.0 unity-f0825767 masks'" in said.err
+    assert "the run was played. That engine is 'thor/5.0.0 unity-f0825767 masks'" in said.err
     assert "chooses 'thor/5.0.0 vigil-fake masks' here. --records-only checks what needs no simulator" in said.err
     assert vigil("verify", run, "--records-only").code == 0
 

@@ -51,7 +51,8 @@ def test_the_command_line_page_has_every_verb_and_option() -> None:
     for name in (*verbs, *groups):
         assert f"\n## vigil {name}\n" in page
     assert (
-        "| `--dry-run` | Do not play; print the least and the most calls and tokens that the run could need. |" in page
+        "| `--dry-run` | Do not play; print how many calls and tokens the run could need at least and at most. |"
+        in page
     )
     assert "```sh\nvigil score runs/solver runs/premature\n```" in page
 

@@ -141,5 +141,5 @@ def test_wrong_options_are_named(options: dict[str, Any], message: str, pack: st
 
 
 def test_an_endless_stream_asks_for_an_end() -> None:
-    with pytest.raises(SettingError, match="endless: give limit, or houses with an end"):
+    with pytest.raises(SettingError, match="endless: give `limit`, or `houses` with an end"):
         Episodes(pack="stream:7").rows()

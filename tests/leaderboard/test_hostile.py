@@ -130,7 +130,7 @@ HOSTILE: dict[str, tuple[Edit, str]] = {
     "edited figures": (better_figure, "figure B, value: claimed 1.0, found"),
     "edited frames": (
         entry_field(frames={"count": 1, "sha256": "0" * 64}),
-        "the hash of frames that the bundle claims",
+        "the hash of frames that the bundle states",
     ),
     "a fact that its reply does not say": (
         row(lambda record: record["steps"][0].update(ignored_keys=["x"])),

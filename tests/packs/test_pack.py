@@ -295,7 +295,9 @@ def test_a_limit_below_two_of_twins_alone_leaves_nothing():
     pack = Pack.load(SUITE)
     twins = tuple(sorted(pack.pairs)[:2])
     names = tuple(name for name, pair in pack.pairs.items() if pair in {pack.pairs[twin] for twin in twins})
-    with pytest.raises(SettingError, match=r"A limit of 1 leaves nothing to play: the episodes are twins. Give 2 or"):
+    with pytest.raises(
+        SettingError, match=r"A limit of 1 leaves nothing to play: the episodes are pairs of twins. Give 2 or"
+    ):
         pack.select(Selection(ids=names, limit=1))
 
 

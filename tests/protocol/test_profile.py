@@ -140,5 +140,5 @@ def test_profiles_are_named_in_short_and_in_full():
     assert PROFILE_NAMES["baseline"] == PROFILE_NAMES[BASELINE] == BASELINE
     assert PROFILE_NAMES["action_feedback"] == PROFILE_NAMES[ACTION_FEEDBACK] == ACTION_FEEDBACK
     assert set(PROFILE_NAMES.values()) == PROFILES.keys()
-    with pytest.raises(ValidationError, match="'pure_rgb' is not that of a profile"):
+    with pytest.raises(ValidationError, match="'pure_rgb' is not the name of a profile"):
         Profile(name="pure_rgb")

@@ -176,7 +176,7 @@ def test_a_play_that_cannot_be_repeated_exactly_is_refused(pack: Path, source: R
     for row in rows:
         row["steps"][0]["world"]["agent"]["position"][0] += 0.001
     (moved / "episodes.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
-    with pytest.raises(RecordError, match="Step 1 of the record, carried out again, differs in world"):
+    with pytest.raises(RecordError, match="Step 1 of the record was carried out again, but differs in world"):
         run_pack(quick(pack, tmp_path / "fork", agent="noop", fork_from=moved, fork_at=2))
 
 

@@ -205,7 +205,7 @@ def test_a_server_that_is_gone_for_good_stops_the_run(
 
 def test_a_blind_server_is_found_out_before_anything_is_played(pack: Path, tmp_path: Path) -> None:
     with serving(walk_and_report, can_see=False) as server:
-        with pytest.raises(ModelAPIError, match="images do not seem to reach it"):
+        with pytest.raises(ModelAPIError, match="images do not seem to reach the model"):
             run_pack(settings(pack, server.url, tmp_path / "run", preflight=True))
         assert server.asked == []
     assert not (tmp_path / "run").exists()

@@ -61,7 +61,9 @@ def decode_frame(data: bytes) -> np.ndarray:
     try:
         image = Image.open(io.BytesIO(data), formats=("PNG", "JPEG"))
         if image.width * image.height > MAX_FRAME_PIXELS:
-            raise RecordError(f"The image has {image.width} x {image.height} pixels, more than any frame.")
+            raise RecordError(
+                f"The image has {image.width} x {image.height} pixels; a frame has at most {MAX_FRAME_PIXELS:,} in all."
+            )
         return np.asarray(image.convert("RGB"))
     except (OSError, SyntaxError, ValueError, zlib.error) as error:
         raise RecordError(f"The file is not an image of a frame: {error}.") from None

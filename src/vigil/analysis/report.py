@@ -124,7 +124,7 @@ def make_report(
     }
     taken = [name for name in own if name in TABLES or any(name in group for group in apart.values())]
     if taken:
-        raise SettingError(f"Every report has a table {taken[0]!r} already. Choose another name for your own.")
+        raise SettingError(f"Every report has a table {taken[0]!r} already. Choose another name for your table.")
     is_wanted = bool(study.runs or not suites)
     drawn: dict[str, CaptionedFigure] = {}
     if kinds and is_wanted:

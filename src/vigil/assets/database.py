@@ -191,7 +191,7 @@ def _read_row(row: Any, place: str) -> tuple[str, Vec3]:
     known = [side for side in sides if side is not None]
     if len(known) != 3:
         raise SettingError(
-            f"{place} ({row['assetId']}): `boundingBox` must hold x, y, z up to {MAX_SIDE_M:g}. {_WANTED}"
+            f"{place} ({row['assetId']}): `boundingBox` must hold x, y and z, each at most {MAX_SIDE_M:g}. {_WANTED}"
         )
     return row["assetId"], Vec3(*known)
 

@@ -252,7 +252,9 @@ def unused_side_path(path: Path) -> Path:
         side = path.with_name(f"{path.name}.partial-{number}")
         if not side.exists():
             return side
-    raise RecordError(f"{str(path)!r}: ten thousand files with partial lines are next to it; delete these files.")
+    raise RecordError(
+        f"{str(path)!r}: {MAX_SIDE_FILES - 1:,} files with its partial lines are in the folder; delete them."
+    )
 
 
 def _is_json(data: bytes) -> bool:

@@ -39,7 +39,7 @@ def _before_a_verb(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """Handle the options before a verb, and import the modules that the environment names."""
+    """Handle the options that stand before the verb, and import the modules that an environment variable names."""
     import_modules_from_environment()
 
 

@@ -44,8 +44,8 @@ HouseArgument = Annotated[
 Robust = Annotated[
     bool,
     Setting(
-        "Also require that the solver succeeds with small random errors in its movements and clicks. "
-        "This takes seconds per episode."
+        "Also require that the scripted solver succeeds with small random errors in its movements and clicks. "
+        "This takes a few seconds per episode."
     ),
 ]
 Imports = Annotated[

@@ -36,8 +36,8 @@ def doctor(
     backend: Annotated[
         Literal["mujoco", "thor"],
         typer.Option(
-            help="Simulator to check: mujoco draws a frame; thor says what AI2-THOR's engine needs on this "
-            "machine, and whether its client works with VIGIL's engine."
+            help="Simulator to check. For mujoco, the check draws a frame; for thor, it says what AI2-THOR's engine "
+            "needs on this machine, and whether AI2-THOR's client works with VIGIL's engine."
         ),
     ] = "mujoco",
     full: Annotated[
@@ -135,7 +135,7 @@ def thor_engine(
 
 
 def _thor_facts() -> dict[str, str]:
-    """Return what this machine lacks for AI2-THOR's own engine, and whether its client works with VIGIL's engine."""
+    """Return what this machine lacks for AI2-THOR's own engine, and whether AI2-THOR's client works with VIGIL's."""
     from vigil.sim.thor.requirements import examine
     from vigil.sim.thor.start import chosen_engine
     from vigil.thor.launch import thor_engine as command_of_engine

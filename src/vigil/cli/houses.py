@@ -122,7 +122,7 @@ def show(
     out: Annotated[Path, typer.Option(help="PNG file to which the picture is written.")],
     assets: AssetFile = None,
 ) -> None:
-    """On the plan, north (+z) is up. Doors show how far they are open; dots are small objects, and a ring is the start.
+    """On the plan, north (+z) is up. Doors show how far they are open. Dots are small objects; a ring marks the start.
 
     Example: vigil houses show house.json --out plan.png
     """
@@ -157,7 +157,10 @@ def sweep_houses(
         bool, typer.Option(help="Whether to also build each house's scene and compile it in MuJoCo.")
     ] = True,
     min_count: Annotated[
-        int, typer.Option(min=0, help="List the categories that have fewer objects than this in all houses together.")
+        int,
+        typer.Option(
+            min=0, help="List the categories of which all houses together have fewer objects than this number."
+        ),
     ] = 0,
     workers: Workers = None,
 ) -> None:

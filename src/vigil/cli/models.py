@@ -40,12 +40,14 @@ OneEpisode = Annotated[
     ),
 ]
 LikeModel = Annotated[
-    str | None, Setting("Model whose coordinate system the prompt asks for, as provider/model.", metavar="MODEL")
+    str | None,
+    Setting("Model, as provider/model: the prompt asks for clicks in this model's coordinate system.", metavar="MODEL"),
 ]
 OneModel = Annotated[
     str | None,
     Setting(
-        "Model to describe, as provider/model. Prints only how this model would be asked: address, key, thinking.",
+        "Model to describe, as provider/model. Prints only how this model would be asked: its address, the "
+        "variable with its key, and how thinking is switched.",
         metavar="MODEL",
     ),
 ]

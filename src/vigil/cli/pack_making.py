@@ -74,7 +74,9 @@ def propose(
     if proposing.grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other. Leave one out.")
     if common.templates and model is not None:
-        raise SettingError("--template is for the built-in grammar; a model chooses kinds itself. Leave one out.")
+        raise SettingError(
+            "--template is for the built-in grammar; with --model, the model chooses the kinds. Leave one out."
+        )
     common.check_suite(model=model, grammar=proposing.grammar, hardest_of=drafting.hardest_of > 1)
     seed = common.chosen_seed or 0
     settings = GenerationSettings(

@@ -41,7 +41,7 @@ def baselines(
         ),
     ],
     card: Annotated[
-        bool, typer.Option("--card", help="Also write the results into the pack's folder and onto its card.")
+        bool, typer.Option("--card", help="Also write the results into the pack's folder and onto the pack's card.")
     ] = False,
     workers: Workers = None,
     assets: AssetFile = None,

@@ -26,7 +26,7 @@ CaptionedFigure = tuple[Figure, str]
 _MOST_EXAMPLES = 8
 """Number of episodes of a family that are tried for the diagram, which shows one of them."""
 _DETAIL = 1.5
-"""Minimum detail (see `_detail`) of a frame that shows more than a wall. No further episode is then tried."""
+"""A frame with at least this detail (see `_detail`) shows more than a wall, so no other episode is tried."""
 _MOST_ROWS = 4
 """Maximum number of runs in a trajectory figure of a study."""
 _SHOWN_FAMILIES: tuple[Family, ...] = ("SV", "AI")
@@ -45,7 +45,8 @@ def framed_figures(
         drawn |= _of_episode(having, pack, episode_id, (f"trajectory_{number}", f"pipeline_{number}"), frames)
     if diagram and not found.runs:
         raise SettingError(
-            "--diagram shows the eight families, but no run is on a pack of the families. Give such a run, too."
+            "--diagram shows the eight families, but none of these runs is on a pack of the families. Add a run that "
+            "is, or leave out --diagram."
         )
     if diagram:
         place = str(pack_folder(found.runs[0].header, pack))
@@ -148,7 +149,7 @@ def _of_episode(
 
 
 def _common_episodes(runs: Sequence[Run]) -> list[str]:
-    """Return, for each shown family, the first episode that most runs have scored."""
+    """Return, for each shown family, the episode that the largest number of runs have scored."""
     found = []
     for family in reversed(_SHOWN_FAMILIES):
         counts: dict[str, int] = {}

@@ -37,8 +37,8 @@ def report(
     style: Annotated[
         Literal["report", "paper"],
         typer.Option(
-            help="Style of the LaTeX: everything (report), or only the paper's tables with its columns, at 7 points "
-            "and one or two columns wide (paper)."
+            help="Style of the LaTeX: report shows everything; paper shows only the paper's tables, with the paper's "
+            "columns, in 7-point type, one or two text columns wide."
         ),
     ] = "report",
     out: Annotated[
@@ -143,7 +143,7 @@ def figure(
     name: Annotated[str, typer.Argument(help=f"Figure to draw: {', '.join((*OF_RUNS, *WITH_FRAMES))}.")],
     runs: Annotated[
         list[Path] | None,
-        typer.Argument(help="Folders of the runs to draw; the figure trajectory shows each run in a row of frames."),
+        typer.Argument(help="Folders of the runs to draw; the figure trajectory shows each run as a row of frames."),
     ] = None,
     out: Annotated[
         Path,
@@ -159,7 +159,7 @@ def figure(
     width: Annotated[
         Literal["column", "page"] | None,
         typer.Option(
-            help="Draw for a paper: as wide as its page or one of its columns, on white, without a title.",
+            help="Draw the figure for a paper: as wide as a page or a column of the paper, on white, without a title.",
             show_default="for a screen",
         ),
     ] = None,

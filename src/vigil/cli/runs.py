@@ -37,7 +37,8 @@ def run(
     dry_run: Annotated[
         bool,
         typer.Option(
-            "--dry-run", help="Do not play; print the least and the most calls and tokens that the run could need."
+            "--dry-run",
+            help="Do not play; print how many calls and tokens the run could need at least and at most.",
         ),
     ] = False,
     imports: Imports = None,
@@ -157,7 +158,7 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
 
 
 def with_agent(settings: RunSettings) -> RunSettings:
-    """Return the settings with the factory of their agent, if the agent has hidden sight.
+    """Return the settings; for an agent that may see hidden state, with the function that makes it.
 
     Raises SettingError if the agent is unknown.
     """

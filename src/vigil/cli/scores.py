@@ -44,7 +44,7 @@ CHORES_RATES = {
     "underclaim": "under",
     "status_true": "status true",
 }
-"""Key of a score of lists -> its heading in the table."""
+"""Key of a score for lists of chores -> the heading of its column in the table."""
 CLOSURE_RATES = ("C", "correct_pairs")
 """Rates of the closure-stress suite that are shown with intervals."""
 INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."

@@ -57,16 +57,20 @@ def run(
     dry_run: Annotated[
         bool,
         typer.Option(
-            "--dry-run", help="Do not play; print the calls, tokens, cost and hours that the rest needs at most."
+            "--dry-run",
+            help="Do not play; print the calls, tokens, cost and hours that the remaining plays need at most.",
         ),
     ] = False,
     shard: Annotated[
         str | None,
-        typer.Option(metavar="I/N", help="Play only part I of N of each run; the same command without it joins them."),
+        typer.Option(
+            metavar="I/N",
+            help="Play only part I of N of each run. The same command without this option joins the parts.",
+        ),
     ] = None,
     executor: Annotated[
         Literal["local", "ray"] | None,
-        typer.Option(help="Where the simulators run; replaces what the file says.", show_default="as the file says"),
+        typer.Option(help="Where the simulators run; replaces the value in the file.", show_default="as the file says"),
     ] = None,
     ray_address: Annotated[str | None, typer.Option(metavar="HOST:PORT", help="Address of the Ray cluster.")] = None,
     workers: Workers = None,
@@ -132,7 +136,8 @@ def report(
     style: Annotated[
         Literal["report", "paper"],
         typer.Option(
-            help="Style of the LaTeX and the PDF: everything (report), or the paper's tables as it prints them (paper)."
+            help="Style of the LaTeX and the PDF: report shows everything; paper shows only the paper's tables, in the "
+            "paper's form."
         ),
     ] = "report",
     with_paper: WithPaper = True,

@@ -14,7 +14,7 @@ COLUMNS = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other")
 
 
 def console(stderr: bool = False) -> "Console":
-    """Return a console that shows text unchanged. It does not fold tables when the output is not a terminal."""
+    """Return a console that shows text unchanged. It does not wrap tables when the output is not a terminal."""
     from rich.console import Console
 
     stream = sys.stderr if stderr else sys.stdout

@@ -20,7 +20,7 @@ Program = Annotated[Path, typer.Argument(help="Python program that uses ai2thor'
 def install(backend: Backend = "mujoco", assets: AssetFile = None, render_quality: RenderQuality = "default") -> None:
     """Example: vigil thor install
 
-    After this, `Controller(platform="CloudRendering", scene=house)` starts VIGIL's engine, and without a network.
+    After this, `Controller(platform="CloudRendering", scene=house)` starts VIGIL's engine and needs no network.
     The client requires libvulkan for this platform, although the engine does not use it.
     """
     from vigil.sim.thor.requirements import examine
@@ -55,7 +55,8 @@ def run(
 ) -> None:
     """Example: vigil thor run program.py --an-option-of-the-program
 
-    Works without `vigil thor install`, libvulkan and a display. What follows the program's name goes to the program.
+    Needs neither `vigil thor install` nor libvulkan nor a display. Arguments after the program's name are passed to the
+    program.
     """
     from vigil.sim.thor.start import engine_options
     from vigil.thor.install import run_program

@@ -38,7 +38,7 @@ _PACK_VERIFY = "Checks the rules for every episode of a pack, and replays its so
 TRAIN = {
     "doctor": Verb(
         "training.doctor:doctor",
-        "Plays a group of one episode through an integration, and compares what a trainer gets with the record.",
+        "Plays one episode in several environments of a trainer, and compares what the trainer gets with the record.",
     ),
 }
 HOUSES = {
@@ -141,14 +141,14 @@ THOR = {
 LEADERBOARD = {
     "build": Verb(
         "sharing.leaderboard:build",
-        "Plays every submitted run again, computes its figures again, and writes a static site of those that hold.",
+        "Plays every submitted run again, computes its figures again, and writes a static site of the runs that pass.",
     ),
 }
 VERBS: dict[str, Verb | Group] = {
     "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the scores."),
     "probe": Verb(
         "runs:probe",
-        "Asks the model of a finished run what it believed at the run's steps, without playing it again.",
+        "Asks the model of a finished run what it believed at the run's steps, without playing the run again.",
     ),
     "merge": Verb("runs:merge", "Joins the parts of a run that were played separately (--shard) into one run."),
     "models": Verb(
@@ -197,7 +197,7 @@ VERBS: dict[str, Verb | Group] = {
     ),
     "submit": Verb(
         "sharing.leaderboard:submit",
-        "Plays a run again and writes it, with what readers must know about it, as a bundle for a leaderboard.",
+        "Plays a run again to check it, and writes the run with its metadata as a bundle for a leaderboard.",
     ),
     "demos": Verb(
         "training.demos:demos",
@@ -210,7 +210,8 @@ VERBS: dict[str, Verb | Group] = {
     ),
     "compare-backends": Verb(
         "packs:compare_back_ends",
-        "Plays a pack's solutions on two simulators and lists the differences; exits with 1 if one is not explained.",
+        "Plays a pack's solutions on two simulators and lists the differences; exits with 1 if a difference is "
+        "not explained.",
     ),
     "thor-engine": Verb(
         "doctor:thor_engine",
@@ -225,7 +226,9 @@ VERBS: dict[str, Verb | Group] = {
     "study": Group("Play and report a whole study: many models, conditions and repeats, named in one file.", STUDY),
     "leaderboard": Group("Build the site of a leaderboard from submitted runs.", LEADERBOARD),
     "houses": Group("Generate, check and show houses (ProcTHOR's JSON).", HOUSES),
-    "challenge": Group("Packs from a secret seed that is revealed after a deadline.", CHALLENGE),
+    "challenge": Group(
+        "Make, reveal and check packs from a secret seed that is published after a deadline.", CHALLENGE
+    ),
     "pack": Group("Inspect, verify and make packs of episodes.", PACK),
 }
 

@@ -29,7 +29,7 @@ class EpisodeOptions(BaseModel):
     PROFILES: ClassVar[Collection[str]] = _PROFILES
     """Names of the profiles that users may choose."""
     OWNER: ClassVar[str]
-    """Name of what takes the options, in messages."""
+    """Name, in messages, of the class or environment that takes the options."""
     pack: str | Path = Field("starter", description="name or folder of a pack, or a stream, e.g. `stream:7`")
     family: list[Family] = Field([], description="one family or more, e.g. `AI` or `AI,SI`; all if unset")
     difficulty: list[Difficulty] = Field(

@@ -183,7 +183,7 @@ class StreamSource:
         return self._episode_in(self._future_house(episode_id, house).result(), episode_id)
 
     def answer(self, episode_id: str, house: int | None) -> ListAnswer | None:
-        """Return the answer of a list of chores, after `assignment`; None for other episodes."""
+        """Return the answer of a list of chores; None for other episodes. Call `assignment` first."""
         answers = () if house is None or house not in self._houses else self._houses[house].result().answers
         return next((answer for answer in answers if answer.episode_id == episode_id), None)
 

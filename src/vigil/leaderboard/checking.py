@@ -177,7 +177,7 @@ def check_claims(claimed: Entry, measures: Measures) -> None:
         "the figures that the bundle claims do not follow from its records",
     )
     if claimed.frames != measures.frames:
-        raise RecordError("the hash of frames that the bundle claims does not follow from its records")
+        raise RecordError("the hash of frames that the bundle states is not the one that follows from its records")
 
 
 def _missing_plays(run: SavedRun, pack: Pack) -> list[str]:

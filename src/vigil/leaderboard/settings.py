@@ -13,7 +13,11 @@ class CheckSettings:
     """Settings of the check of entries."""
 
     frames: Annotated[
-        bool, Setting("Also draw every frame again and compare it; frames are equal only if the renderer is the same.")
+        bool,
+        Setting(
+            "Also draw every frame again and compare it with the recorded frame. They can be equal only if the "
+            "renderer is the same."
+        ),
     ] = False
     workers: Workers = None
     asset_database: AssetFile = None
@@ -29,7 +33,9 @@ class BuildSettings(CheckSettings):
 
     cache: Annotated[
         Path | None,
-        Setting("Folder for what was found about bundles, so that only new ones are checked.", unset="OUT-cache"),
+        Setting(
+            "Folder in which the results of checks are saved, so that only new bundles are checked.", unset="OUT-cache"
+        ),
     ] = None
     packs: Annotated[
         tuple[Path, ...],
@@ -42,11 +48,15 @@ class BuildSettings(CheckSettings):
         ),
     ] = ()
     decisions: Annotated[
-        Path | None, Setting("YAML file with the maintainers' decisions: accepted, refused or withdrawn, and why.")
+        Path | None,
+        Setting("YAML file with the maintainers' decisions on entries: accepted, refused or withdrawn, and why."),
     ] = None
     earlier: Annotated[
         Path | None,
-        Setting("entries.json of an earlier site, whose results are shown in the history over versions of a pack."),
+        Setting(
+            "entries.json of an earlier site; its results are added to the history, which shows a model on several "
+            "versions of a pack."
+        ),
     ] = None
     shown_plays: Annotated[
         int, Setting("Number of plays of each entry that get a page of the trajectory viewer.", minimum=0, maximum=1000)

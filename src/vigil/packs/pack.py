@@ -180,7 +180,9 @@ class Pack:
                 break
             found += unit
         if not found:
-            raise SettingError(f"A limit of {limit} leaves nothing to play: the episodes are twins. Give 2 or more.")
+            raise SettingError(
+                f"A limit of {limit} leaves nothing to play: the episodes are pairs of twins. Give 2 or more."
+            )
         return sorted(found, key=lambda episode: episode.id)
 
     def _check(self) -> None:
@@ -211,7 +213,7 @@ class Pack:
             if is_object(source) and source.get("sha256") not in (None, hashes.get(name)):
                 raise PackMismatch(
                     f"Pack {str(self.folder)!r}: {MANIFEST}: meta.house_sources gives house {name!r} another SHA-256 "
-                    "than its episodes do. Freeze it again."
+                    "than its episodes do. Freeze the pack again."
                 )
 
 
@@ -253,8 +255,8 @@ def find_pack(path: str | Path) -> Path:
     later = newer_version(name, known)
     if later is not None:
         raise PackMismatch(
-            f"Pack {name!r} does not come with this package; {later!r} is its newest version here. What was played on "
-            f"{name!r} can only be read with that very pack: give its folder."
+            f"Pack {name!r} does not come with this package; {later!r} is its newest version here. Runs on "
+            f"{name!r} can be read only with that pack: give the pack's folder."
         )
     raise PackMismatch(
         f"There is no pack {name!r}: neither a folder nor a packaged one ({', '.join(names) or 'none'})."

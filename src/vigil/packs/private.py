@@ -39,8 +39,8 @@ def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: st
     if private and not reveals:
         raise SettingError(
             f"Pack {pack!r} is private: it was made from a secret seed. {what} would reveal it to all readers; "
-            "only hashes and rates may be shared, as in `vigil score`, `vigil report` and `vigil export --format "
-            f"every-eval-ever` write them. If it may be revealed, give {by}."
+            "only hashes and rates may be shared, as `vigil score`, `vigil report` and `vigil export --format "
+            f"every-eval-ever` write them. If the pack may be revealed, give {by}."
         )
 
 

@@ -386,8 +386,8 @@ def _check_references(name: str, document: HouseDocument) -> None:
         node, depth = stack.pop()
         if depth > MAX_NESTING:
             raise HouseError(
-                f"House {name!r}: object {node.id!r} is inside or on {depth} objects, one in the other, more than "
-                f"the limit of {MAX_NESTING}. Is an object its own child?"
+                f"House {name!r}: object {node.id!r} is inside or on a chain of {depth} objects, more than the limit "
+                f"of {MAX_NESTING}. Is an object its own child?"
             )
         if node.id in seen:
             raise HouseError(f"House {name!r}: two objects have the id {node.id!r}; ids must be unique.")

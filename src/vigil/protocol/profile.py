@@ -52,14 +52,14 @@ class Profile(BaseModel):
             return self
         check_template(self.prompt_template)
         if self.prompt_variant != variant_of(self.prompt_template):
-            raise ValueError(f"prompt_variant {self.prompt_variant!r} does not belong to prompt_template")
+            raise ValueError(f"prompt_variant {self.prompt_variant!r} is not the name that prompt_template has")
         return self
 
     @field_validator("name")
     @classmethod
     def _is_known(cls, name: str) -> str:
         if name not in PROFILES:
-            raise ValueError(f"name {name!r} is not that of a profile")
+            raise ValueError(f"{name!r} is not the name of a profile")
         return name
 
     @property

@@ -301,7 +301,7 @@ def _check_player(settings: RunSettings) -> AgentKind:
     if settings.backend not in BACKENDS and settings.simulator_factory is None:
         raise SettingError(f"Simulator {settings.backend!r} does not exist. Choose one of: {', '.join(BACKENDS)}.")
     if settings.sandbox and not is_exec(settings.agent or ""):
-        raise SettingError("--sandbox is for a program: give --agent exec:COMMAND, or leave it out.")
+        raise SettingError("--sandbox is for a program: give --agent exec:COMMAND, or leave out --sandbox.")
     if settings.sandbox:
         check_sandbox()
     if settings.agent is None:

@@ -199,7 +199,8 @@ class RunSettings:
     fork_from: Annotated[
         Path | None,
         Setting(
-            "Folder of a run whose plays are continued: their replies up to the step of --at are carried out again.",
+            "Folder of a run whose plays are continued: the recorded replies up to the step of --at are carried out "
+            "again, then the new agent or model goes on.",
             name="from",
             metavar="RUN",
         ),
@@ -208,7 +209,7 @@ class RunSettings:
     fork_at: Annotated[
         int | str | None,
         Setting(
-            "Step after which the plays of --from are continued: a number of steps, or goal for the step that "
+            "Step after which the plays of --from are continued: its number, or the word goal for the step that "
             "attained the goal.",
             name="at",
             metavar="STEP",
@@ -285,7 +286,10 @@ class RunSettings:
         if self.ray_address is not None and self.executor != "ray":
             raise SettingError("--ray-address needs --executor ray: give both, or neither.")
         if (self.fork_from is None) != (self.fork_at is None):
-            raise SettingError("--from and --at belong together: a run to continue, and the step after which.")
+            raise SettingError(
+                "--from and --at belong together: --from names the run to continue, --at the step after which it is "
+                "continued. Give both, or neither."
+            )
         if self.probe is not None and self.model is None:
             raise SettingError("--probe asks a model what it believes, but this run has an agent: leave --probe out.")
         if self.prompt_template is None:
@@ -334,7 +338,10 @@ class VerifySettings:
         """Check the values against their declarations and against each other."""
         check_settings(self)
         if self.records_only and self.frames:
-            raise SettingError("Frames need a simulator, but records-only does not use one: give only one of the two.")
+            raise SettingError(
+                "Drawing frames needs a simulator, but a check of the records only does not use one. Give either "
+                "--frames or --records-only."
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -366,11 +373,13 @@ class FinishedProbeSettings:
         REPLY_SECONDS
     )
     prices: PricesOption = None
-    force: Annotated[bool, Setting("Ask although another model answers now than when the run was played.")] = False
+    force: Annotated[bool, Setting("Ask even if another model answers now than when the run was played.")] = False
     workers: Workers = None
     pack: PackLocation = None
     asset_database: AssetFile = None
-    retries: Annotated[int, Setting("Retries of a failed request.", minimum=0, is_option=False)] = 8
+    retries: Annotated[
+        int, Setting("Number of times that a failed request is sent again.", minimum=0, is_option=False)
+    ] = 8
     first_wait_s: float = 1.0
     timeout_s: float = WORKER_TIMEOUT_S
 

@@ -60,9 +60,9 @@ ProfileOption = Annotated[
     str,
     Setting(
         "Evaluation profile: baseline (the agent gets only frames), action_feedback (it also gets "
-        "feedback on each action), itemised_report (its report has a claim about each chore of a list), one that "
-        "varies how an episode is closed or what stays in view, e.g. look_before_report (docs/beliefs.md lists them), "
-        "or a profile's full name.",
+        "feedback on each action), itemised_report (its report has a claim about each chore of a list), one of "
+        "the profiles in docs/beliefs.md, which change how an episode is closed or what the agent sees, e.g. "
+        "look_before_report, or a profile's full name.",
         metavar="NAME",
     ),
 ]
@@ -85,7 +85,7 @@ CoordinatesOption = Annotated[
     Setting(
         "How the model gives the position of a click: in pixels of the frame (pixel), or as 0 to 1000 "
         "across and down the frame (normalized_1000).",
-        unset="the model's published one if known, otherwise pixel",
+        unset="the model's published coordinates if known, otherwise pixel",
     ),
 ]
 ReplyPolicyOption = Annotated[
@@ -119,9 +119,9 @@ PricesOption = Annotated[
 ProbeSteps = Annotated[
     "ProbeSchedule | None",
     Setting(
-        "Steps at which the model is asked what it believes, apart from the episode: every, a number N for every "
-        "N-th step and the last, at-goal (the first frame that shows the goal attained), at-report (the last step), or "
-        "several with commas between.",
+        "Steps at which the model is also asked what it believes; the episode does not change by this. Write every, a "
+        "number N (every N-th step and the last), at-goal (the first step whose frame shows the goal attained), "
+        "at-report (the last step), or several of these with commas between.",
         metavar="STEPS",
         read="vigil.scoring.probe_schedule:parse_schedule",
         unset="none in vigil run, every in vigil probe",
@@ -129,7 +129,10 @@ ProbeSteps = Annotated[
 ]
 ProbeFraming = Annotated[
     Literal["state", "doubt", "both"],
-    Setting("How a probe asks: whether the task is done (state), what could be wrong with that (doubt), or both."),
+    Setting(
+        "How a probe asks: state asks whether the task is done; doubt first asks what speaks against this; both asks "
+        "in both ways."
+    ),
 ]
 LogDir = Annotated[
     Path | None,

@@ -71,7 +71,7 @@ class ChoreAnswer(_Fact):
             )
         if (self.kind in ("order", "by_the_way")) != bool(self.with_chores):
             raise ValueError(
-                "a chore of kind `order` or `by_the_way`, and no other, must list entangled chores in `with_chores`"
+                "a chore of kind `order` or `by_the_way`, and no other, must list the related chores in `with_chores`"
             )
         if (self.kind == "look_alike") != (self.distractor is not None):
             raise ValueError("a chore of kind `look_alike`, and no other, must have a distractor")

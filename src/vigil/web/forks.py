@@ -1,4 +1,4 @@
-"""Links between a play and those that continue it from one of its steps."""
+"""Links between a play and the plays that continue it from one of its steps."""
 
 from dataclasses import dataclass
 from urllib.parse import quote
@@ -28,7 +28,7 @@ def source_of(library: Library, record: EpisodeRecord) -> ForkLink | None:
 
 
 def branches_of(library: Library, shown: LibraryRun, record: EpisodeRecord) -> list[ForkLink]:
-    """Return the plays of the library that continue a record of a run, by name of their run."""
+    """Return the plays of the library that continue a record of a run, sorted by the names of their runs."""
     found: list[ForkLink] = []
     for run in library.known_runs():
         if run.slug == shown.slug or _source_sha256(run) != _sha256(shown):
@@ -59,7 +59,7 @@ def _source_sha256(run: LibraryRun) -> str | None:
 
 
 def _read_header(run: LibraryRun) -> None:
-    """Read the header of a run that has not been shown yet; its records may be many, and are not needed."""
+    """Read only the header of a run that has not been shown yet, because reading many records takes long."""
     if run.header is None:
         try:
             run.header = read_header(run.folder)

@@ -118,7 +118,7 @@ class LibraryRun:
             return None if self.pack is None else closure_rates(self.pack.folder, table, self._closure_scores)
 
     def chores(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
-        """Return scores of lists by number of chores, cached as above; None if the run's pack has no lists."""
+        """Return scores of lists by number of chores, cached until the file changes; None if the pack has no lists."""
         from vigil.analysis.measures.chores import scores_by_number  # noqa: PLC0415 - loads pandas
 
         if self.pack is None or self.header is None:
@@ -262,7 +262,7 @@ class Library:
             where = f", which lay in {header.pack_folder!r}" if header.pack_folder else ""
             raise PackMismatch(
                 f"The run was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}...{where}. "
-                "Give it: vigil view RUNS --pack FOLDER."
+                "Give this pack: vigil view RUNS --pack FOLDER."
             ) from None
 
     def _open_pack(self, folder: Path, sha256: str | None = None) -> LibraryPack:

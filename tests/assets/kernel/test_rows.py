@@ -100,13 +100,17 @@ WRONG_ROWS = {
 }
 WRONG_PARTS = {
     "box = [1, 1, 1]": "'box' needs 'look'",
-    'look = "wax", bokx = 1': "an entry holds one shape, one addition or 'parts', not 'bokx'. Did you mean 'box'?",
-    'look = "wax", box = 1, ball = 1': "an entry holds one shape, one addition or 'parts', not 'box, ball'.",
+    'look = "wax", bokx = 1': (
+        "an entry must have exactly one shape, one addition (e.g. 'hinge') or 'parts', not 'bokx'. Did you mean 'box'?"
+    ),
+    'look = "wax", box = 1, ball = 1': (
+        "an entry must have exactly one shape, one addition (e.g. 'hinge') or 'parts', not 'box, ball'."
+    ),
     'look = "wax", box = [1, 1]': "[1, 1] is not a list of 3 numbers",
     'look = "wax", box = [1, 1, true]': "True is neither a number nor a formula",
     'look = "wax", box = [1, 1, 1], bevl = 0.1': "'box' does not have 'bevl'. Did you mean 'bevel'?",
     'look = "wax", cylinder = 0.1': "'cylinder' needs 'length'",
-    'look = "wax", cylinder = 0.1, length = 1, axis = "up"': "'up' is not an axis: x, y or z",
+    'look = "wax", cylinder = 0.1, length = 1, axis = "up"': "'up' is not an axis; the axes are x, y and z",
     'look = "{tint}", box = [1, 1, 1]': "'{tint}' names 'tint', which has no value here.",
     'look = "wax", box = [1, 1, "heightt"]': "'heightt' uses 'heightt', which has no value here. Did you mean 'height'",
     'look = "wax", box = [1, 1, "1 +"]': "'1 +' is not a formula: invalid syntax",

@@ -147,11 +147,11 @@ def test_the_first_house_that_differs_is_named(made: Path, lines: list[bytes], t
     (tmp_path / "two.jsonl").write_bytes(lines[0] + b"\n" + changed + b"\n")
     done = vigil("remake", made / "pack.recipe.json", "--houses", tmp_path / "two.jsonl", "--out", tmp_path / "o")
     assert isinstance(done.exception, PackMismatch)
-    assert "The first house that differs is house 2 of the 2 of recipe 'two', 'two_2'" in str(done.exception)
+    assert "House 2 of 2 in recipe 'two' ('two_2') has SHA-256" in str(done.exception)
     assert not (tmp_path / "o").exists()
     (tmp_path / "one.jsonl").write_bytes(lines[0] + b"\n")
     done = vigil("remake", made / "pack.recipe.json", "--houses", tmp_path / "one.jsonl", "--out", tmp_path / "o")
-    assert "The first house that is missing is house 2 of the 2" in str(done.exception)
+    assert "House 2 of 2 in recipe 'two' ('two_2') is missing" in str(done.exception)
 
 
 def test_a_recipe_says_in_which_words_it_is_drafted(made: Path) -> None:

@@ -38,7 +38,7 @@ def test_a_model_that_reads_the_number_passes() -> None:
 
 @pytest.mark.parametrize("text", ["", "I cannot see pictures.", "1234567", "12"])
 def test_a_blind_model_does_not(text: str) -> None:
-    with pytest.raises(ModelAPIError, match="images do not seem to reach it"):
+    with pytest.raises(ModelAPIError, match="images do not seem to reach the model"):
         check(text)
 
 

@@ -53,5 +53,7 @@ def test_a_frame_that_was_not_kept_or_lies_elsewhere_is_none_and_another_is_name
     path.unlink()
     for data in (b"no picture", elsewhere.path(elsewhere.save(rgb + 1)).read_bytes()):
         path.write_bytes(data)
-        with pytest.raises(RecordError, match=r"not an image of a frame|is not the frame whose hash is its name"):
+        with pytest.raises(
+            RecordError, match=r"not an image of a frame|does not contain the frame whose hash is the file's name"
+        ):
             store.frame(sha256)

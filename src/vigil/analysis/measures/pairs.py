@@ -136,7 +136,8 @@ def make_pair(first: Run, second: Run, kind: PairKind) -> Pair:
         )
     if kind != "repeat" and _pair_kind(first, second) != kind:
         raise RecordError(
-            f"{first.name!r} and {second.name!r} cannot be paired for {kind}: their settings for {kind} are the same."
+            f"{first.name!r} and {second.name!r} cannot be paired for {kind}: their settings for {kind} are the same. "
+            "Give two runs that differ in these settings."
         )
     base, other = sorted((first, second), key=_condition)
     return Pair(kind, base, other)

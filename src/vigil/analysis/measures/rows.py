@@ -144,8 +144,8 @@ def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
     if manifest.suite is not None:
         raise SettingError(
             f"Run {run.header.run_id!r} was played on pack {run.header.spec.pack!r} of the suite "
-            f"{manifest.suite!r}, but these rows contain only episodes of the eight families. `vigil report` shows "
-            "runs of the suite in a separate section."
+            f"{manifest.suite!r}, but this table is only for episodes of the eight families. `vigil report` shows runs "
+            "of the suite in a separate section."
         )
     scores, header = run.table.scores(), run.header
     model = model_of(header.spec, has_reasoning=header.has_reasoning)

@@ -158,7 +158,7 @@ def _arguments(call: Callable[..., Any], word: str, entry: Row, known: Known, sk
     named = entry.get("facing", entry.get("axis", "z" if word == "panel" else "y"))
     axis = named[-1:]
     if axis not in ALONG:
-        raise ValueError(f"{named!r} is not an axis: x, y or z")
+        raise ValueError(f"{named!r} is not an axis; the axes are x, y and z")
     return _dict({key: _read(key, raw, known, axis) for key, raw in given.items()})
 
 
@@ -197,7 +197,9 @@ def _step(entry: Any, known: Known) -> Step:
     if len(words) != 1:
         held = ", ".join(words) or next((key for key in rest if key not in (*_STYLE, *READERS)), "none")
         near = "" if words else did_you_mean(held, {*SHAPES, *ADDITIONS})
-        raise ValueError(f"an entry holds one shape, one addition or 'parts', not {held!r}.{near}")
+        raise ValueError(
+            f"an entry must have exactly one shape, one addition (e.g. 'hinge') or 'parts', not {held!r}.{near}"
+        )
     do = _done(words[0], rest, known | set(own))
     if not rounds:
         return do

@@ -274,10 +274,13 @@ def search_refusal(view: PrivilegedView, goal: Goal | GoalPart) -> str:
         return f"{target.id!r} is not in the house."
     if isinstance(goal, ObjectAtReceptacle):
         if fits_on(view.scene, target.id, goal.receptacle_id):
-            raise BrokenRule("twin_impossible", f"{target.id!r} also has room on {goal.receptacle_id!r} on this side")
+            raise BrokenRule(
+                "twin_impossible",
+                f"{target.id!r} also has room on {goal.receptacle_id!r} in the twin that should be impossible",
+            )
         return f"{target.id!r} has no room on {goal.receptacle_id!r}, wherever it is put and however it is turned."
     if is_doable(goal, macro_actions):
-        raise BrokenRule("twin_impossible", "the goal can also be reached on this side")
+        raise BrokenRule("twin_impossible", "the goal can also be reached in the twin that should be impossible")
     if target.is_broken:
         return f"{target.id!r} is out of order."
     return f"No reachable place from which it works on {target.id!r}."

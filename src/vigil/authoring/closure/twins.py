@@ -56,10 +56,13 @@ def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, i
     for object_id, rule in wanted.items():
         for mirror in mirrors:
             if view.is_in_frame(mirror):
-                raise BrokenRule(rule, f"the mirror {mirror!r} is in view at the start of {episode.id!r}")
+                raise BrokenRule(
+                    rule,
+                    f"the mirror {mirror!r}, which may show {object_id!r}, is in view at the start of {episode.id!r}",
+                )
         if view.scene.things[object_id].is_present and view.is_in_frame(object_id):
             pixels = view.state_of(object_id).visible_px
-            raise BrokenRule(rule, f"{object_id!r} is in view at the start of {episode.id!r} ({pixels} px by samples)")
+            raise BrokenRule(rule, f"{object_id!r} is in view at the start of {episode.id!r} (about {pixels} pixels)")
 
 
 def reason_for_absence(phrases: Sequence[Phrase], items: Iterable[DescribedThing]) -> Literal["absent", "elsewhere"]:

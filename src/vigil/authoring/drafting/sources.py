@@ -112,7 +112,9 @@ class HouseInFile:
         try:
             return HouseOrigin.model_validate(fields)
         except ValidationError as error:
-            raise HouseError(f"House {self.name!r} of {str(self.path)!r}: {first_error(error)}. Rename it.") from None
+            raise HouseError(
+                f"House {self.name!r} of {str(self.path)!r}: {first_error(error)}. Rename the house."
+            ) from None
 
 
 HouseSource = GeneratedHouse | HouseInFile

@@ -216,13 +216,12 @@ def check_houses(recipe: Recipe, sources: Iterable[HouseInFile], on_house: OnHou
     """Raise PackMismatch if a house is missing or differs from the recipe's. The message names the first such house."""
     wanted = {row.name: row.sha256 for row in recipe.houses}
     for number, (source, house) in enumerate(read_all(sources), start=1):
-        place = f"house {number} of the {len(wanted)} of recipe {recipe.name!r}, {source.name!r}"
+        place = f"House {number} of {len(wanted)} in recipe {recipe.name!r} ({source.name!r})"
         if isinstance(house, HouseError):
-            raise PackMismatch(f"The first house that is missing is {place}: {house}")
+            raise PackMismatch(f"{place} is missing: {house}")
         if house.sha256 != wanted[source.name]:
             raise PackMismatch(
-                f"The first house that differs is {place}: it has SHA-256 {house.sha256}, but the recipe says "
-                f"{wanted[source.name]}. The file is another version of the dataset; use the version that the "
-                "recipe names."
+                f"{place} has SHA-256 {house.sha256}, but the recipe says {wanted[source.name]}. The file is another "
+                "version of the dataset; use the version that the recipe names."
             )
         on_house(number)

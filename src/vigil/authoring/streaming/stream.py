@@ -95,7 +95,9 @@ class Stream:
         if seed < 0 or workers < 0:
             raise SettingError(f"A stream's seed ({seed}) and number of workers ({workers}) must be 0 or more.")
         if suite is not None and families:
-            raise SettingError("A stream has episodes of families or of a suite. Leave one of the two out.")
+            raise SettingError(
+                "A stream has episodes either of families or of a suite, not of both. Leave one of the two out."
+            )
         chosen: tuple[Family, ...] = families_of_stream(families, workers) if suite is None else (FAMILY,)
         self.settings = StreamSettings(seed, chosen, difficulties or DIFFICULTIES, is_seed_secret, suite)
         self.first, self.last = first, last

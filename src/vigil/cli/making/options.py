@@ -33,7 +33,9 @@ HousePlaces = Annotated[
         name="houses",
     ),
 ]
-OutFolder = Annotated[Path, Setting("Folder for the pack: new or empty. The drafts are kept in files next to it.")]
+OutFolder = Annotated[
+    Path, Setting("Folder for the pack: new or empty. The drafts are saved in files next to this folder.")
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,8 +46,8 @@ class Common:
     suite: Annotated[
         SuiteName | None,
         Setting(
-            "Make episodes of this suite instead of the usual families. In a pack, --per-family then sets "
-            "the number of tasks of each kind; a pair of twins is one task."
+            "Make episodes of this suite instead of the usual families. If a pack is made, --per-family then sets "
+            "the number of tasks of each kind; two twin episodes count as one task."
         ),
     ] = None
     templates: Annotated[
@@ -54,7 +56,7 @@ class Common:
             "Draft only this template of a family (a sequence, a constraint or another kind), e.g. put_into or "
             "obstacle; "
             "may be repeated. If several families have a template of this name, each is limited to it. Families for "
-            "which no template is named use all of theirs.",
+            "which no template is named use all of their templates.",
             name="template",
             unset="all",
             read=parse_kinds,
@@ -64,8 +66,8 @@ class Common:
     seed: Annotated[
         int | None,
         Setting(
-            "Random seed of houses, drafts and choices. For a private pack, keep the seed secret: anyone who has "
-            "it can make the same pack.",
+            "Random seed with which houses and drafts are made and episodes are chosen. For a private pack, keep the "
+            "seed secret: anyone who has it can make the same pack.",
             minimum=0,
         ),
     ] = None
@@ -93,12 +95,12 @@ class Common:
 class Content(Common):
     """What a pack contains."""
 
-    name: Annotated[str, Setting("Name that the new pack gets.")]
-    per_family: Annotated[int, Setting("Number of episodes of each family that the pack gets.", minimum=1)] = PER_FAMILY
+    name: Annotated[str, Setting("Name of the new pack.")]
+    per_family: Annotated[int, Setting("Number of episodes of each family in the new pack.", minimum=1)] = PER_FAMILY
     kinds: Annotated[
         tuple[str, ...],
         Setting(
-            "Kind of task of the suite to include, or KIND:N for N tasks of the kind; may be repeated. "
+            "Kind of task to include, for a pack of a suite; KIND:N asks for N tasks of this kind; may be repeated. "
             f"Kinds of each suite: {KINDS_IN_WORDS}.",
             name="kind",
             unset="all",
@@ -222,7 +224,7 @@ class Drafting:
     ] = None
 
     def forms(self, default: "Forms") -> "Forms":
-        """Return the sentence forms that the user chose (one of the two halves, or all), or else `default`."""
+        """Return the sentence forms that the user chose (public, held-out or all), or else `default`."""
         return "held_out" if self.form_names == "held-out" else self.form_names or default
 
     def specs(self, suite: SuiteName | None) -> list[str]:
@@ -270,8 +272,8 @@ class Drawing:
     count: Annotated[
         int | None,
         Setting(
-            "Number of houses in which drafts are made first. If unset: all of --houses, or a number of generated "
-            "houses that fits --per-family.",
+            "Number of houses in which drafts are made at the start; more follow if the pack still lacks episodes "
+            "(--max-houses). If unset: all of --houses, or a number of generated houses that fits --per-family.",
             minimum=1,
         ),
     ] = None
@@ -280,7 +282,7 @@ class Drawing:
         Setting(
             "Maximum number of houses to use. While the pack lacks episodes, more houses are added, up to this number.",
             minimum=1,
-            unset=f"{BUDGET} times those drawn first",
+            unset=f"{BUDGET} times the number of houses at the start",
         ),
     ] = None
     one_family_per_house: Annotated[bool, Setting("Use each house for only one family; the families take turns.")] = (
@@ -324,7 +326,7 @@ class Building:
             "File with drafts of an earlier version of the pack; these drafts are chosen before those of --drafts."
         ),
     ] = None
-    version: Annotated[str, Setting("Version of the pack that its manifest states.")] = "1"
+    version: Annotated[str, Setting("Version of the pack, which is written into its manifest.")] = "1"
     aliases: Annotated[
         tuple[str, ...], Setting("Additional name of the pack (an alias); may be repeated.", name="alias")
     ] = ()

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vigil.scoring.levels import EpisodeLevel
 
 MIN_STEP, STEP_SHARE = 4, 4
-"""In each step, the number of first houses divided by STEP_SHARE is added, but at least MIN_STEP houses."""
+"""Each step adds 1 / STEP_SHARE of the number of houses that were used first, but at least MIN_STEP houses."""
 
 
 class PackFreezer:

@@ -154,7 +154,10 @@ def check(challenge: ChallengeFile, out: OutFolder, workers: Workers = None) -> 
 
     found = Challenge.read(challenge)
     if found.seed is None:
-        raise SettingError(f"The seed of challenge {found.name!r} is not revealed before {found.deadline.isoformat()}.")
+        raise SettingError(
+            f"Challenge {found.name!r} cannot be checked, because its seed is still secret. It may be revealed from "
+            f"{found.deadline.isoformat()} on."
+        )
     if not found.matches(found.seed):
         print(f"The seed in {challenge} is not the one that was published as a hash.")
         raise typer.Exit(2)

@@ -70,7 +70,10 @@ def _ask() -> "EntryMetadata":
 def build(
     bundles: Annotated[
         list[Path],
-        typer.Argument(metavar="BUNDLE...", help="Bundles, in the order in which they arrived: a copy comes later."),
+        typer.Argument(
+            metavar="BUNDLE...",
+            help="Bundles, in the order in which they arrived. The later of two equal ones counts as a copy.",
+        ),
     ],
     out: Annotated[Path, typer.Option(help="Folder of the site: a new one, or a site to build again.")],
     settings: BuildSettings,

@@ -56,8 +56,8 @@ def demos(
     """Example: vigil demos --pack stream:7 --count 100 --out demos
 
     Each row is a request to a model with the right answer. Some rows are corrections: they also hold a false report
-    that an agent could have given. In a LeRobot dataset, each row is a frame with the action that follows; it does not
-    have corrections.
+    that an agent could have given. In a LeRobot dataset, each row is a frame with the action that follows; there are
+    no corrections.
     """
     from vigil.authoring.demonstrations.write import check_source, write_demonstrations
     from vigil.authoring.streaming.address import seed_in

@@ -13,7 +13,7 @@ def doctor(
     integration: Annotated[Literal["trl", "gymnasium"], typer.Option("--with", help="Integration to check.")],
     pack: Annotated[str, typer.Option(help="Pack or stream of the episode, e.g. stream:7.")] = "starter",
     families: Families = (),
-    group: Annotated[int, typer.Option(min=2, help="Number of members that play the episode.")] = 2,
+    group: Annotated[int, typer.Option(min=2, help="Number of environments in the group that plays the episode.")] = 2,
     processor: Annotated[
         str | None,
         typer.Option(help="Processor of the model to train: a folder, or a name on Hugging Face. Only with trl."),
@@ -22,8 +22,8 @@ def doctor(
 ) -> None:
     """Example: vigil train doctor --with trl --pack stream:7 --processor Qwen/Qwen2.5-VL-3B-Instruct
 
-    A group plays one episode by fixed replies, an invalid one among them. Then texts, frames and rewards that the
-    trainer would get are compared with the record. Exits with 2 if anything differs.
+    A group of environments plays one episode with fixed replies, one of which is invalid. Then the texts, frames and
+    rewards that the trainer would get are compared with the record. Exits with 2 if anything differs.
     """
     if processor is not None and integration != "trl":
         raise SettingError(f"--processor is for --with trl only: {integration} does not use a processor. Leave it out.")

@@ -35,7 +35,9 @@ class Episodes:
         Raises SettingError if the stream is endless.
         """
         if self.source.is_endless:
-            raise SettingError(f"{self.source.public_name} is endless: give limit, or houses with an end.")
+            raise SettingError(
+                f"{self.source.public_name} is endless: give `limit`, or `houses` with an end, e.g. (0, 100)."
+            )
         prompt_of = partial(system_prompt, profile=self.options.condition)
         return [
             {

@@ -144,8 +144,8 @@ def model_access(
     key, arguments = _key_in(api_key_env), tuple(sorted(model_args.items()))
     if address is None and provider.is_openai_style and not model.startswith("openai/"):
         raise SettingError(
-            f"Model {model!r} has no address. Add --base-url, or set {provider.addresses[0]} to it, e.g. "
-            "http://localhost:8000/v1."
+            f"Model {model!r} has no address. Add --base-url, or set the variable {provider.addresses[0]} to the "
+            "address, e.g. http://localhost:8000/v1."
         )
     if address is None:
         variable = api_key_env or provider.key_variable
@@ -158,8 +158,8 @@ def model_access(
     if not provider.is_openai_style:
         if provider.signs_in and not is_at_home and key is None:
             raise SettingError(
-                f"Model {model!r} signs in with this machine's account, which is not sent to "
-                f"{without_login(address)!r}. Name the variable with a key for that address by --api-key-env."
+                f"Model {model!r} signs in with this machine's account. Only the provider gets this sign-in, not "
+                f"{without_login(address)!r}. Give --api-key-env with the variable that holds a key for that address."
             )
         own = None if is_at_home else NO_KEY
         return ModelAccess(model, address, key or own, arguments, not is_at_home, found, variable)

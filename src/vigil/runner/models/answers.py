@@ -155,7 +155,7 @@ def _chat(answer: ModelAnswer, part: dict[str, Any]) -> None:
         is_whole = "delta" not in choice
         message: Any = choice["message"] if is_whole else choice["delta"] or {}
         if not is_object(message):
-            raise TypeError(f"the message is a {type(message).__name__}")
+            raise TypeError(f"the message must be an object, but is of type {type(message).__name__}")
         answer.has_message = True
         _add_content(answer, message.get("content"))
         _append_text(answer.refusals, message.get("refusal"))

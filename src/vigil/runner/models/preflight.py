@@ -100,7 +100,7 @@ async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: 
     if number not in re.findall(r"\d+", reply.text.replace(",", "").replace(" ", "")):
         raise ModelAPIError(
             f"Model {model!r} was sent an image of the number {number} and answered {reply.text[:200]!r}: images do "
-            f"not seem to reach it, or it cannot read. {_SIGHT_HINT}"
+            f"not seem to reach the model, or it cannot read numbers in them. {_SIGHT_HINT}"
         )
 
 

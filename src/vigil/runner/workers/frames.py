@@ -70,7 +70,7 @@ class FrameStore:
         rgb = decode_frame(data)
         if frame_sha256(rgb) != sha256:
             raise RecordError(
-                f"{str(self.path(str(sha256)))!r} is not the frame whose hash is its name. Remove the file."
+                f"{str(self.path(str(sha256)))!r} does not contain the frame whose hash is the file's name. Remove it."
             )
         return data, rgb
 

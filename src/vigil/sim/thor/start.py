@@ -120,7 +120,7 @@ def require_engine(simulator_version: str, *, instead: str) -> None:
     engine = chosen_engine()
     if simulator_name(engine) != simulator_version:
         raise SettingError(
-            "Hidden states can be compared only in the engine in which the run was played: this is "
+            "Hidden states can be compared only in the engine in which the run was played. That engine is "
             f"{simulator_version!r}, but {ENGINE_VARIABLE} chooses {simulator_name(engine)!r} here. {instead}"
         )
     if engine.command is None:

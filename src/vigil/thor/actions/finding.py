@@ -82,7 +82,7 @@ def _read(places: list[Any]) -> list[Vec3]:
     try:
         return [from_thor(place) for place in places]
     except (KeyError, TypeError, ValueError):
-        raise bad_argument("positions must be a list of objects, each with the keys x, y and z") from None
+        raise bad_argument("positions must be a list of dicts, each with the keys x, y and z") from None
 
 
 def _poses_at(
@@ -102,7 +102,7 @@ def _yaw(turn: Any) -> float:
     try:
         return float(turn["y"] if isinstance(turn, dict) else turn)
     except (KeyError, TypeError, ValueError):
-        raise bad_argument("rotations must be a list of degrees, or of x, y and z") from None
+        raise bad_argument("rotations must be a list of degrees, or of dicts with the keys x, y and z") from None
 
 
 def _object_in_frame(world: World, x: float, y: float, checkVisible: bool = False) -> str:

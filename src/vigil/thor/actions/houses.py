@@ -38,8 +38,8 @@ def _reset(world: World, sceneName: str = PROCEDURAL, **_: object) -> None:
         raise ActionFailed(f"Scene {sceneName!r}: {error}") from None
     if house is None:
         raise bad_argument(
-            f"Scene {sceneName!r} does not exist in this engine. Its scenes are FloorPlan1 to 430, FloorPlan_Train... "
-            "and FloorPlan_Val..."
+            f"Scene {sceneName!r} does not exist in this engine. The engine's scenes are FloorPlan1 to 430, "
+            "FloorPlan_Train... and FloorPlan_Val..."
         )
     open_house(world, house)
     world.scene_name = sceneName

@@ -47,7 +47,7 @@ def _teleport_object(
     try:
         place = from_thor(positions[0]) if positions else position or Vec3(x, y, z)
     except (KeyError, TypeError, ValueError):
-        raise bad_argument("positions must be a list of objects, each with the keys x, y and z") from None
+        raise bad_argument("positions must be a list of dicts, each with the keys x, y and z") from None
     put_at(world, thing.id, place, rotation or thing.rotation)
     if makeUnbreakable:
         world.unbreakable.add(thing.id)
