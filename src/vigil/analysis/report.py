@@ -31,7 +31,7 @@ from vigil.analysis.tables.closure_tables import closure_tables
 from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, html_page
 from vigil.analysis.tables.paper_index import HEADING as PAPER_HEADING
 from vigil.analysis.tables.paper_index import NAME as PAPER_INDEX
-from vigil.analysis.tables.paper_index import paper_index
+from vigil.analysis.tables.paper_index import PARTS, paper_index
 from vigil.analysis.tables.paper_style import PREAMBLE, paper_tables
 from vigil.analysis.tables.paper_style import TABLES as PAPER_TABLES
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
@@ -51,6 +51,8 @@ LatexStyle = Literal["report", "paper"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
 """Format of a report -> kind of file of its pictures. Two formats share one kind, because drawing is slow."""
+FLOATS = 8
+"""Number of tables and figures that LaTeX is asked to place at a time."""
 CAUSES = "Why episodes were not verified successes, and what to do"
 LIMITS = (
     "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "
@@ -296,14 +298,13 @@ def _latex_document(report: AnalysisReport) -> str:
 
 
 def _paper_document(report: AnalysisReport, tables: Iterable[str]) -> str:
-    """Return a document of two columns with the paper's tables and figures, for looking at them as printed."""
-    figures = (
-        rf"\begin{{figure*}}[t]\centering\includegraphics[width=\textwidth]{{figures/{name}.pdf}}"
-        rf"\caption{{{latex_text(report.captions[name])}}}\end{{figure*}}"
-        for name in report.figures
-    )
-    parts = [*(rf"\input{{tables/{name}.tex}}" for name in tables), *figures]
-    lines = [each + (r"\clearpage" if index % 4 == 3 else "") for index, each in enumerate(parts)]
+    """Return a document of two columns with the paper's tables and figures in its order, and then all others."""
+    of_paper = [part.place for part in PARTS]
+    names = [*sorted(tables, key=lambda name: name not in of_paper)]
+    pictures = sorted(report.figures, key=lambda name: of_paper.index(name) if name in of_paper else len(of_paper))
+    figures = (_latex_figure(name, report.captions[name], r"\textwidth", "figure*") for name in pictures)
+    parts = [*(rf"\input{{tables/{name}.tex}}" for name in names), *figures]
+    lines = [each + (r"\clearpage" if index % FLOATS == FLOATS - 1 else "") for index, each in enumerate(parts)]
     return "\n".join([*PREAMBLE, r"\begin{document}", *lines, r"\end{document}"]) + "\n"
 
 
@@ -318,11 +319,11 @@ def _latex_section(report: AnalysisReport, heading: str) -> Iterator[str]:
         yield f"Tables that do not apply to any of these runs: {', '.join(empty)}."
 
 
-def _latex_figure(name: str, caption: str) -> str:
-    size = r"width=\linewidth,height=.85\textheight,keepaspectratio"
+def _latex_figure(name: str, caption: str, width: str = r"\linewidth", kind: str = "figure") -> str:
+    size = rf"width={width},height=.85\textheight,keepaspectratio"
     picture = rf"\includegraphics[{size}]{{figures/{name}.pdf}}"
     labelled = rf"\caption{{{latex_text(caption)}}}\label{{fig:{name}}}"
-    return rf"\begin{{figure}}[htbp]\centering{picture}{labelled}\end{{figure}}"
+    return rf"\begin{{{kind}}}[{'t' if kind == 'figure*' else 'htbp'}]\centering{picture}{labelled}\end{{{kind}}}"
 
 
 def _suite_name(run: SuiteRun) -> str:

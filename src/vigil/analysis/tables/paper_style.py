@@ -5,12 +5,13 @@ Intervals are in a companion table. Widths are estimated from the number of char
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
 
+from vigil.analysis.tables.paper_captions import CAPTIONS, PRIVILEGED_MARK, PUBLISHED_MARK
 from vigil.analysis.tables.paper_index import PARTS
-from vigil.analysis.tables.results import INTERVALS_ELSEWHERE
+from vigil.analysis.tables.rows import PUBLISHED
 from vigil.analysis.tables.table import DASH, WITH_INTERVAL, Column, Table, TableRow, first_number, formatted
 from vigil.analysis.tables.text import CHARACTER_PT, GAP_PT, latex_escaped, latex_text, marked_cell
 from vigil.protocol.families import FAMILIES
@@ -23,8 +24,19 @@ PREAMBLE = (
     r"\usepackage{booktabs,graphicx,tabularx}",
     r"\usepackage[table]{xcolor}",
     r"\definecolor{FRtint}{RGB}{251,224,207}\definecolor{NRtint}{RGB}{207,228,245}",
+    r"\setlength{\belowcaptionskip}{4pt}",
+    r"\setcounter{topnumber}{9}\setcounter{dbltopnumber}{9}\setcounter{totalnumber}{9}",
+    r"\renewcommand{\topfraction}{1}\renewcommand{\dbltopfraction}{1}\renewcommand{\textfraction}{0}",
+    r"\renewcommand{\floatpagefraction}{.7}\renewcommand{\dblfloatpagefraction}{.7}",
 )
 """First lines of a document with these tables."""
+WORD_GAP_PT = 4.0
+"""Space on each side of a column of words."""
+UNWRAPPED = 24
+"""Largest number of characters of a column of words that is never wrapped."""
+HASH = re.compile(r" [0-9a-f]{8}$")
+"""Start of a pack's hash, which tells packs of one name apart."""
+NAMED_TABLE = re.compile(r"\(Table (\w+)\)")
 _BEGIN = r"\centering\fontsize{7}{8.4}\selectfont\setlength{\tabcolsep}{2pt}"
 _UPPER = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
 
@@ -47,10 +59,13 @@ _MODEL = _columns(model="Model")
 _FAMILIES = tuple(PaperColumn(family, family, _UPPER[spec.tier]) for family, spec in FAMILIES.items())
 _CHANGE = "Change (pp)"
 COLUMNS: dict[str, tuple[PaperColumn, ...]] = {
-    "global_cross_section": (*_MODEL, *_columns(All="W/B", Delta="Δ"), *_FAMILIES),
-    "full_panel": (*_MODEL, *_columns(All="W/B"), *_FAMILIES),
-    "prompt_sensitivity": (*_MODEL, *_columns(All="W/B"), *_FAMILIES),
-    "extended_panel": (*_MODEL, *_columns(B="B", W="W", Delta="Δ", FR="FR", NR="NR", IL="IL", mean_steps="Steps")),
+    "global_cross_section": (*_MODEL, *_columns(All="All", Delta="Δ"), *_FAMILIES),
+    "full_panel": (*_MODEL, *_columns(All="All"), *_FAMILIES),
+    "prompt_sensitivity": (*_MODEL, *_columns(All="All"), *_FAMILIES),
+    "extended_panel": (
+        *_MODEL,
+        *_columns(B="B", W="W", Delta="Δ", FR="FR", NoRep="NoRep", IL="IL", mean_steps="Steps"),
+    ),
     "proprio_minimal": (
         *_MODEL,
         *(
@@ -61,10 +76,12 @@ COLUMNS: dict[str, tuple[PaperColumn, ...]] = {
         *(PaperColumn(f"d{name}", name, _CHANGE) for name in ("W", "B", "FR", "NR")),
     ),
     "counterfactual": (*_MODEL, *_columns(B="B", Always="Always", Rand="Rand.")),
-    "belief_lag": (*_MODEL, *_columns(W_plus="W+", lag="Lag", NoRep_W1="NR | W=1", FS="FS", FS_zero="FS @0 %")),
+    "belief_lag": (*_MODEL, *_columns(W_plus="W+", lag="Lag", NoRep_W1="NoRep | W=1", FS="FS", FS_zero="FS @0")),
     "conditional_report": (
         *_MODEL,
-        *_columns(Stop="Stop %", P_rep_W0="P(rep | W=0)", P_norep_W1="P(no rep | W=1)", n_W0="n W=0", n_W1="n W=1"),
+        *_columns(
+            W="W", B="B", Stop="Stop", P_rep_W0="P(rep | W=0)", P_norep_W1="P(no rep | W=1)", n_W0="n W=0", n_W1="n W=1"
+        ),
     ),
     "open_repeat_robustness": (*_MODEL, *_columns(W="W", B="B", Delta="Δ", FR="FR", NR="NR")),
 }
@@ -136,7 +153,7 @@ def _number_table(
     width = min(NAME_PT, CHARACTER_PT * longest[0]) + GAP_PT
     width += sum(CHARACTER_PT * size + GAP_PT for size in longest[1:])
     width = max([width, *(CHARACTER_PT * len(row.group) for row, _ in rows)])
-    caption = f"{table.title}: 95 % intervals." if of_intervals else _caption(table)
+    caption = _of_intervals(table) if of_intervals else _caption(table)
     lines = [
         *_headers(parts),
         *_rows(
@@ -150,9 +167,14 @@ def _number_table(
 
 
 def _caption(table: Table) -> str:
-    """Return the title and the first note, without its sentence on where intervals are (in the companion table)."""
-    notes = (note.replace(INTERVALS_ELSEWHERE, "").strip() for note in table.notes[:1])
-    return " ".join((f"{table.title}.", *notes))
+    """Return the caption of a table, with the marks of its rows explained."""
+    marks = [PUBLISHED_MARK] if any(row.is_published for row in table.rows) else []
+    marks += [PRIVILEGED_MARK] if any(row.is_privileged for row in table.rows) else []
+    return latex_text(" ".join((CAPTIONS[table.name], *marks)))
+
+
+def _of_intervals(table: Table) -> str:
+    return rf"95~\% intervals of the rates in Table~\ref{{tab:{table.name}}}."
 
 
 def _stacked_intervals(
@@ -173,7 +195,7 @@ def _stacked_intervals(
         *_rows(lines, len(parts)),
         r"\end{tabular}",
     ]
-    return _float(name, f"{table.title}: 95 % intervals of W and of B.", body, wide=True)
+    return _float(name, _of_intervals(table), body, wide=True)
 
 
 def _name_kind(longest: int) -> str:
@@ -188,24 +210,33 @@ def _escaped(cells: Sequence[str]) -> list[str]:
 
 
 def _text_table(table: Table) -> str:
-    """Return a table of words, whose longest column is wrapped to the width."""
+    """Return a table of words. If it is too wide, its long columns of words are wrapped."""
     cells = [[marked_cell(table, row, column) for column in table.columns] for row in table.rows]
-    longest = [max([len(column.heading), *(len(row[i]) for row in cells)]) for i, column in enumerate(table.columns)]
-    width = sum(CHARACTER_PT * size + GAP_PT for size in longest)
+    headings = [HASH.sub("", column.heading) for column in table.columns]
+    longest = [max([len(heading), *(len(row[i]) for row in cells)]) for i, heading in enumerate(headings)]
+    width = sum(CHARACTER_PT * size + 2 * WORD_GAP_PT for size in longest)
     is_wide = width > COLUMN_PT and (width - CHARACTER_PT * max(longest) > COLUMN_PT / 2 or len(longest) > 3)
     kinds = ["l" if column.kind == "text" else "r" for column in table.columns]
-    kinds[max((i for i, kind in enumerate(kinds) if kind == "l"), key=longest.__getitem__)] = (
-        r">{\raggedright\arraybackslash}X"
-    )
-    parts = [PaperColumn(column.key, column.heading) for column in table.columns]
-    lines = [(row, [latex_text(text) for text in texts]) for row, texts in zip(table.rows, cells, strict=True)]
-    body = [
-        rf"\begin{{tabularx}}{{\linewidth}}{{{''.join(kinds)}}}",
-        *_headers(parts),
-        *_rows(lines, len(parts)),
-        r"\end{tabularx}",
+    begin, end = r"\begin{tabular}", r"\end{tabular}"
+    if width > (PAGE_PT if is_wide else COLUMN_PT):
+        wrapped = r">{\raggedright\arraybackslash}X"
+        kinds = [wrapped if kind == "l" and longest[i] > UNWRAPPED else kind for i, kind in enumerate(kinds)]
+        begin, end = r"\begin{tabularx}{\linewidth}", r"\end{tabularx}"
+    parts = [PaperColumn(column.key, heading) for column, heading in zip(table.columns, headings, strict=True)]
+    is_mixed = not all(row.is_published for row in table.rows)
+    lines = [
+        (replace(row, is_published=row.is_published and is_mixed), [_with_references(text) for text in texts])
+        for row, texts in zip(table.rows, cells, strict=True)
     ]
-    return _float(table.name, f"{table.title}.", body, wide=is_wide)
+    gap = rf"\setlength{{\tabcolsep}}{{{WORD_GAP_PT}pt}}"
+    body = [f"{gap}{begin}{{{''.join(kinds)}}}", *_headers(parts), *_rows(lines, len(parts)), end]
+    return _float(table.name, _caption(table), body, wide=is_wide)
+
+
+def _with_references(text: str) -> str:
+    """Return words as LaTeX; names of tables in brackets, such as "(Table intents)", become references."""
+    parts = NAMED_TABLE.split(text)
+    return "".join(rf"(Table~\ref{{tab:{part}}})" if i % 2 else latex_text(part) for i, part in enumerate(parts))
 
 
 def _headers(parts: Sequence[PaperColumn]) -> Iterator[str]:
@@ -225,11 +256,13 @@ def _headers(parts: Sequence[PaperColumn]) -> Iterator[str]:
 
 
 def _rows(rows: Sequence[tuple[TableRow, list[str]]], columns: int) -> Iterator[str]:
-    for index, (group, members) in enumerate(groupby(rows, key=lambda pair: pair[0].group)):
+    groups = ((group, list(members)) for group, members in groupby(rows, key=lambda pair: pair[0].group))
+    for index, (group, members) in enumerate(groups):
         if index:
             yield r"\midrule"
-        if group:
-            yield rf"\multicolumn{{{columns}}}{{l}}{{\emph{{{latex_escaped(group)}}}}} \\"
+        heading = latex_escaped(group.replace(PUBLISHED, "Published"))
+        if heading and heading != members[0][1][0]:
+            yield rf"\multicolumn{{{columns}}}{{l}}{{\makebox[0pt][l]{{\emph{{{heading}}}}}}} \\"
         for row, cells in members:
             shown = [rf"\textcolor{{gray}}{{{cell}}}" for cell in cells] if row.is_published else cells
             yield " & ".join(shown) + r" \\"
@@ -251,5 +284,5 @@ def _styled(row: TableRow, columns: Sequence[tuple[PaperColumn, Column]], cells:
 
 def _float(name: str, caption: str, body: Sequence[Any], *, wide: bool) -> str:
     kind = "table*" if wide else "table"
-    lines = [rf"\begin{{{kind}}}[t]", _BEGIN, rf"\caption{{{latex_text(caption)}}}\label{{tab:{name}}}", *body]
+    lines = [rf"\begin{{{kind}}}[t]", _BEGIN, rf"\caption{{{caption}}}\label{{tab:{name}}}", *body]
     return "\n".join([*lines, rf"\end{{{kind}}}"]) + "\n"
