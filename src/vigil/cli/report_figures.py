@@ -133,6 +133,13 @@ def _having(runs: Sequence[Run], episode_id: str) -> list[Run]:
     return having
 
 
+_MARKS = (
+    "Each frame is what the agent saw before the step below it; crosses mark its clicks; what is hidden is never shown "
+    "to it."
+)
+"""What captions say about the frames of an episode."""
+
+
 def _of_episode(
     runs: Sequence[Run], pack: str | Path | None, episode_id: str, names: tuple[str, str], frames: FrameSource
 ) -> dict[str, CaptionedFigure]:
@@ -143,8 +150,8 @@ def _of_episode(
     episode, tracks = tracks_of(runs, pack, episode_id, 1, frames)
     best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
     return {
-        names[0]: (trajectory_figure(episode, tracks), f"Trajectories on episode {episode_id}."),
-        names[1]: (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}."),
+        names[0]: (trajectory_figure(episode, tracks), f"Trajectories on episode {episode_id}. {_MARKS}"),
+        names[1]: (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}. {_MARKS}"),
     }
 
 

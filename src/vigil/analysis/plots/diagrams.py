@@ -94,7 +94,7 @@ class _Layout:
         return (self.pictures_top - self.boxes_top - 4.9) / 0.75
 
 
-_PAPER_LAYOUT = _Layout(67.5, 42.0, 35.8, 17.0, 4)
+_PAPER_LAYOUT = _Layout(67.5, 44.0, 39.0, 17.0, 4)
 
 
 def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) -> Figure:
@@ -109,10 +109,10 @@ def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) 
         top, right = layout.height, layout.across - 2
         if paper_width_in() is None:
             axes.text(2, top - 2.6, "Evaluation pipeline", fontsize=11, fontweight="bold", va="center")
-        name = f"{episode.id}, {FAMILIES[episode.family].name}"
-        axes.text(right, top - 1.6, name, fontsize=points(8.5), color=FAINT, va="center", ha="right")
+            name = f"{episode.id}, {FAMILIES[episode.family].name}"
+            axes.text(right, top - 2.6, name, fontsize=points(8.5), color=FAINT, va="center", ha="right")
         said = _wrapped(f"“{episode.instruction}”", _letters(right - 2, 8.5), 1)
-        axes.text(2, top - 3.8, said, fontsize=points(8.5), color=FAINT, va="center")
+        axes.text(2, layout.pictures_top + 3.4, said, fontsize=points(8.5), color=INK, va="center")
         pitch = (layout.across - 4) / len(chosen)
         width = min(pitch, layout.widest) - 2.5
         for place, index in enumerate(chosen):
@@ -166,7 +166,7 @@ def _step(axes: Axes, track: AgentTrajectory, index: int, layout: _Layout, at: t
     middle, under = left + width / 2, top - height
     axes.text(middle, under - 0.9, step_caption(step), fontsize=points(8), fontweight="bold", **look)
     held = track.holds[index + 1]
-    hidden = f"(hidden: {GOAL_WORDS})" if held else "(hidden: the goal does not hold)"
+    hidden = GOAL_WORDS if held else "(hidden: the goal does not hold)"
     axes.text(middle, under - 2.5, hidden, fontsize=points(7), color=GOAL_COLOUR if held else FAINT, **look)
     lines = max(1, int((under - 4.4 - layout.boxes_top) / 1.1))
     spaced = " ".join(step.reply.text.replace(",", ", ").replace(":", ": ").split())

@@ -37,7 +37,7 @@ from vigil.scoring.outcomes import Label, Outcome, score
 from vigil.scoring.saved_run import RecordTable
 
 GOAL_COLOUR = LABEL_COLOURS["B"]
-GOAL_WORDS = "then the goal holds"
+GOAL_WORDS = "(hidden: the goal holds)"
 """Words under the frame before a step after which the hidden goal holds."""
 CLICK_COLOUR = "#ff2d95"
 DEFAULT_COLUMNS = 6
@@ -199,9 +199,9 @@ def _colour(outcome: Outcome) -> str:
 
 def _title(episode: Episode, tracks: Sequence[AgentTrajectory], width_in: float) -> str:
     """Return the title of an episode, wrapped to the width of a figure."""
-    expected = next((f"   expected label: {one.outcome.expected}" for one in tracks if one.outcome.expected), "")
+    expected = next((f"; expected label: {one.outcome.expected}" for one in tracks if one.outcome.expected), "")
     what = f"{episode.family}, {FAMILIES[episode.family].name}; at most {episode.max_steps} steps"
-    lines = (f"{episode.id}   ({what})", f"“{episode.instruction}”{expected}")
+    lines = (f"{episode.id}   ({what}{expected})", f"“{episode.instruction}”")
     return "\n".join(textwrap.fill(line, int(TITLE_LETTERS_PER_IN * width_in * 9.5 / points(9.5))) for line in lines)
 
 
