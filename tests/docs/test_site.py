@@ -1,6 +1,8 @@
 """What the documentation site is made of: its menu, the pages that the source says, and the check of what was built."""
 
 import json
+import pkgutil
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -36,6 +38,15 @@ def test_the_python_pages_name_modules_that_are_there() -> None:
     assert len(modules) == len(set(modules))
     places = {module: ROOT / "src/vigil" / module.replace(".", "/") for module in modules}
     assert [name for name, place in places.items() if not (place.is_dir() or place.with_suffix(".py").is_file())] == []
+
+
+def test_what_decides_is_where_the_architecture_page_says() -> None:
+    page = read(ROOT / "docs/architecture.md")
+    table = page[page.index("## Where it is decided") : page.index("## Tests")]
+    names = re.findall(r"`(vigil\.[\w.]+)`", table)
+    assert len(names) > 20
+    for name in names:
+        assert pkgutil.resolve_name(name) is not None
 
 
 def test_the_page_of_import_vigil_has_every_name() -> None:

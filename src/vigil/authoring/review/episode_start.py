@@ -1,4 +1,4 @@
-"""An episode at its start, with the facts that the rules need."""
+"""An episode at its start, with the facts that the rules (`rules.RULES`) need."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime

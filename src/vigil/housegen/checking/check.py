@@ -13,6 +13,7 @@ from vigil.errors import HouseError
 from vigil.housegen.checking.leaf_collisions import LeafCollisions
 from vigil.housegen.checking.overlaps import SolidOverlaps
 from vigil.housegen.checking.walkable_grid import LEAST_SHARE, WalkableGrid, build_walkable_grid
+from vigil.protocol.actions import REACH_M
 from vigil.protocol.house import LEVEL_TOLERANCE_M, SCHEMA, House, is_outside
 from vigil.scene.build import GUESSED_SIZE_SLACK_M, build_scene
 from vigil.scene.geometry import bounding_box, is_upright
@@ -27,8 +28,6 @@ WALL_M = 0.1
 """A thing at most this far (m) from a wall counts as hanging on the wall."""
 OUTSIDE_M = 0.02
 """How far (m) an object may stick out of its room."""
-REACH_M = 1.5
-"""Greatest distance (m) between an agent and furniture that it opens."""
 ALLOWED_ROOMS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
 """Category of furniture -> the only kinds of rooms in which it may stand."""
 UNLOADABLE_RULES = frozenset({"room-shape", "extent", "wall-shape"})

@@ -42,7 +42,7 @@ WRAP = 0.15
 """A surface turned away from a lamp is lit up to this (negative) cosine to the lamp, because rooms reflect light."""
 CEILING, ON_CEILING = 0.9, 0.1
 """Downward component of the normal above which a surface is a ceiling; greatest cosine to a lamp for a ceiling."""
-REACH_M = 9.0
+LIGHT_REACH_M = 9.0
 SPILL_M = 0.5
 """At this distance (m) from a lamp's room, half of the lamp's light remains."""
 LEAST_SHARE = 0.02
@@ -148,7 +148,7 @@ def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.n
     """
     far, cosines = _distances_and_cosines(lamp, samples)
     total = np.zeros(len(far), np.float32)
-    reached = np.flatnonzero((cosines > -WRAP) & (far < REACH_M) & (shares > LEAST_SHARE))
+    reached = np.flatnonzero((cosines > -WRAP) & (far < LIGHT_REACH_M) & (shares > LEAST_SHARE))
     seen = np.count_nonzero(~scene.are_blocked(samples.origins[reached], _disc_about(lamp)), axis=0)
     least = BOUNCED_SHARE * (shares[reached] > OWN_SHARE)
     came = least + (1.0 - least) * seen / LAMP_RAYS
