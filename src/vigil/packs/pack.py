@@ -50,7 +50,7 @@ class Selection:
     families: tuple[Family, ...] = ()
     ids: tuple[str, ...] = ()
     limit: int | None = None
-    """Maximum number of episodes, drawn evenly (see `vigil.packs.even_draw`). Of two twins, both or neither are taken."""
+    """Maximum number of episodes, drawn evenly by `vigil.packs.even_draw`. Of two twins, both or neither are taken."""
 
 
 class AssetSizes(Protocol):
