@@ -247,7 +247,7 @@ STATE_LABELS: dict[StateQuery, tuple[StateLabel, StateLabel]] = {
 
 
 def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float | None) -> StateLabel:
-    """Return the label of an object's state."""
+    """Return "on" or "off", or "open" or "closed", for the kind of state in `query`. None counts as off or closed."""
     positive, negative = STATE_LABELS[query]
     holds = bool(is_toggled) if query == "is_toggled" else (openness or 0.0) > OPEN_ABOVE
     return positive if holds else negative

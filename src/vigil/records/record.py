@@ -196,8 +196,8 @@ class RunSpec(_Record):
     keep_program: bool | None = None
     """Whether an `exec:COMMAND` uses one process and folder for all episodes of a worker; None if not recorded."""
     frame_interval_seconds: float | None = None
-    """Period (s) of the frames for a program: the time from a reply to the next frame is a whole number of
-    periods. If 0 or None, a frame is sent as soon as it is ready."""
+    """Period (s) at which an agent that is a program (`exec:COMMAND`) gets frames: from its reply to the next frame
+    it waits a whole number of periods. If 0 or None, a frame is sent as soon as it is ready."""
     sandbox: bool = Field(default=False, exclude_if=lambda is_so: not is_so)
     """Whether the program of `exec:COMMAND` ran in a sandbox. Omitted if False."""
     base_url: str | None = None

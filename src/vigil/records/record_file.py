@@ -32,7 +32,8 @@ def parse_rows(lines: Iterable[Line]) -> Iterator[FileRow]:
 
 
 class RowFilter:
-    """Selects the effective rows while rows are read. It collects the rows that are left out, each with the reason."""
+    """Selects the rows that count, one for each episode and epoch, while rows are read (see `RowResolver`). It also
+    collects the rows that are left out, each with the reason."""
 
     def __init__(self, check: RowCheck | None) -> None:
         """`check` decides which rows belong to the run. If it is None, all rows belong to the run."""

@@ -176,7 +176,7 @@ def _next(
 def _goes_with(chore: ProposedChore, chosen: Sequence[ProposedChore], *, strictly: bool) -> bool:
     """Return whether a chore can be in a list with the chosen chores: they share only furniture to put things on.
 
-    Unless `strictly`, two chores may also share a container or a machine, if they require the same start.
+    Unless `strictly`, they may also share a container or a machine, if both need it in the same state at the start.
     """
     for other in chosen:
         shared = chore.ids & other.ids

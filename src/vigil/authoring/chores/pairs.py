@@ -24,7 +24,7 @@ TRIED_RECEPTACLES = 2
 
 
 def order_pairs(context: HouseContext) -> Pairs:
-    """Yield pairs of chores, one of which undoes the other in the wrong order; the three forms take turns."""
+    """Yield pairs of chores that work in one order only: done in the other order, the second chore undoes the first."""
     yield from in_turn(_put_and_close(context), _put_and_carry(context), _take_and_close(context))
 
 

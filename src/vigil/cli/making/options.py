@@ -53,10 +53,9 @@ class Common:
     templates: Annotated[
         tuple[str, ...],
         Setting(
-            "Draft only this template of a family (a sequence, a constraint or another kind), e.g. put_into or "
-            "obstacle; "
-            "may be repeated. If several families have a template of this name, each is limited to it. Families for "
-            "which no template is named use all of their templates.",
+            "Draft only this template, which is one kind of task of a family, e.g. put_into (SM) or obstacle (CR); may "
+            "be repeated. If several families have a template of this name, each is limited to it. Families for which "
+            "no template is named use all of their templates.",
             name="template",
             unset="all",
             read=parse_kinds,
