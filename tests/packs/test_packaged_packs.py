@@ -17,7 +17,7 @@ from vigil.packs.pack import Pack
 from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LEVELS, read_pack_levels
 
-BUILT = {"vigil_smoke_v4": 1, "vigil_mini_v4": 10, "vigil_balanced_1000_v4": 125}
+BUILT = {"vigil_smoke_v5": 1, "vigil_mini_v5": 10, "vigil_balanced_1000_v5": 125}
 """Name -> episodes of each family."""
 MOST_MB = 19.0
 FOLDER = Path(vigil.__file__).parent / "data" / "packs"
@@ -30,12 +30,12 @@ def pack(request: pytest.FixtureRequest) -> Pack:
 
 
 def test_the_first_packs_are_there() -> None:
-    assert {"vigil_mini_v4", "vigil_smoke_v4"} <= set(HERE)
+    assert {"vigil_mini_v5", "vigil_smoke_v5"} <= set(HERE)
     size = sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file())
     assert size < MOST_MB * 2**20
 
 
-LEVELLED = ("vigil_mini_v4", "vigil_balanced_1000_v4")
+LEVELLED = ("vigil_mini_v5", "vigil_balanced_1000_v5")
 
 
 KINDS = {
@@ -73,7 +73,7 @@ def test_levels_are_even_within_each_family(name: str) -> None:
     assert all(abs(counts[family, level] - each) < 1 for family in PUBLISHED for level in LEVELS)
 
 
-@pytest.mark.parametrize("name", ["vigil_smoke_v4", "vigil_mini_v4", "vigil_balanced_1000_v4"])
+@pytest.mark.parametrize("name", ["vigil_smoke_v5", "vigil_mini_v5", "vigil_balanced_1000_v5"])
 def test_all_are_robust_and_say_so(name: str) -> None:
     pack = Pack.load(name)
     assert pack.manifest.meta["is_robust"]
@@ -127,4 +127,4 @@ def test_files_are_tables_for_other_tools(pack: Pack, name: str) -> None:
 
 
 def test_the_smoke_packs_solutions_hold() -> None:
-    assert verify_pack(Pack.load("vigil_smoke_v4"), VerificationSettings()) == []
+    assert verify_pack(Pack.load("vigil_smoke_v5"), VerificationSettings()) == []
