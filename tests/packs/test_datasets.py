@@ -14,7 +14,7 @@ import pytest
 
 from vigil.packs.pack import Pack
 
-PACKS = ("starter", "vigil_smoke_v4", "vigil_mini_v4", "vigil_balanced_1000_v4")
+PACKS = ("starter", "vigil_smoke_v5", "vigil_mini_v5", "vigil_balanced_1000_v5", "vigil_paper_1000_v1")
 TABLES = ("episodes", "solutions", "facts", "levels")
 
 

@@ -46,6 +46,11 @@ in view at some time within the 20 steps.
 BEST_PIXEL = (368, 272)
 """Pixel (x, y) at which the first frame most often showed the target: in 17 % of 125 pointing episodes."""
 POINT_ACTIONS = (InteractPixel(intent="ground", x=BEST_PIXEL[0], y=BEST_PIXEL[1]),)
+CENTRE_ACTIONS = tuple(
+    InteractPixel(intent=intent, x=FRAME_WIDTH // 2, y=FRAME_HEIGHT // 2)
+    for intent in ("ground", "open_access", "activate", "pick")
+)
+"""Clicks at the centre of the frame, one for each intent that they try."""
 CLICK_ROW_Y = 272
 CLICK_ROW_X = range(48, FRAME_WIDTH, 64)
 """The ten x coordinates (pixels) of a row of clicks across the frame.
@@ -172,13 +177,6 @@ def _random_action(rng: np.random.Generator) -> str:
     return _skill("navigate", mode=mode, magnitude=int(rng.integers(1, most + 1)))
 
 
-def _centre(_: np.random.Generator, _instruction: str) -> Iterator[str]:
-    for intent in ("ground", "open_access", "activate", "pick"):
-        yield _skill("interact_pixel", intent=intent, x=FRAME_WIDTH // 2, y=FRAME_HEIGHT // 2)
-    while True:
-        yield _report()
-
-
 def _always_success(_: np.random.Generator, _instruction: str) -> Iterator[str]:
     while True:
         yield _report()
@@ -232,7 +230,7 @@ SCRIPTS: dict[str, Script] = {
     "explore": lambda _, instruction: _then_success(EXPLORE_ACTIONS),
     "click_around": lambda _, instruction: _then_success(click_actions(instruction)),
     "point": lambda _, instruction: _then_success(POINT_ACTIONS),
-    "centre": _centre,
+    "centre": lambda _, instruction: _then_success(CENTRE_ACTIONS),
     "always_success": _always_success,
     "always_fail": _always_fail,
     "always_invalid": _always_invalid,

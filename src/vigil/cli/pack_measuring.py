@@ -57,6 +57,7 @@ def baselines(
         guess_lines,
         list_baselines,
         measured_baselines,
+        strongest_lines,
     )
     from vigil.authoring.packing.dataset_card import write_card
     from vigil.packs.pack import CHORES_SUITE, Pack
@@ -77,7 +78,7 @@ def baselines(
     else:
         summaries = {name: summarise(score_run(each.episodes, each.records)) for name, each in results.items()}
         found = measured_baselines(loaded, summaries, vigil.__version__)
-    print(*baselines_table(found), *guess_lines(found), sep="\n")
+    print(*baselines_table(found), *strongest_lines(found), *guess_lines(found), sep="\n")
     if card:
         (loaded.folder / BASELINES).write_text(found.model_dump_json(indent=1) + "\n", encoding="utf-8")
         print(write_card(loaded))

@@ -21,6 +21,7 @@ from vigil.authoring.packing.baselines import (
     list_baselines,
     measured_baselines,
     read_baselines,
+    strongest_lines,
 )
 from vigil.authoring.packing.question_only import majority_guess, words_guess
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
@@ -132,6 +133,18 @@ def test_lists_of_chores_have_their_own_scores_and_promises(pack):
     bad = {"claim_success": {**blind, "B": 0.1}, "claim_fail": blind, "claim_coin": {**blind, "skill": 0.2}}
     said = broken_promises(list_baselines(pack, bad, "1"))
     assert [line.split(":")[0] for line in said] == ["claim_success", "claim_coin"]
+
+
+def test_the_blind_agent_with_the_highest_w_is_named_for_each_family(pack):
+    rates = {
+        "noop": summary({"PG": 0.0, "SV": 1.0, "AI": 0.0}),
+        "centre": summary({"PG": 0.2, "SV": 0.9, "AI": 0.0}),
+        "point": summary({"PG": 0.1, "SV": 1.0, "AI": 0.0}),
+        "solver": summary({"PG": 1.0, "SV": 1.0, "AI": 1.0}, B=1.0),
+    }
+    lines = strongest_lines(measured_baselines(pack, rates, "1"))
+    assert lines == ["- Highest W of a blind agent: PG 20.0 (`centre`), AI 0."]
+    assert strongest_lines(list_baselines(pack, {}, "1")) == []
 
 
 def test_figures_of_another_pack_do_not_count(pack, tmp_path):

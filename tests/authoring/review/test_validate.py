@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vigil.agents.scripted import BEST_PIXEL, TURN_ACTIONS, WALK_ACTIONS
+from vigil.agents.scripted import BEST_PIXEL, CENTRE_ACTIONS, TURN_ACTIONS, WALK_ACTIONS
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import is_seen
 from vigil.authoring.review import validate as validation
@@ -214,9 +214,9 @@ def test_what_an_agent_without_sight_completes_is_found(starter: Pack, simulator
 
 def test_only_searches_by_turning_may_be_found_by_turning(starter: Pack) -> None:
     searched = first_of(starter, "VS", "turn")
-    assert [bool(set(TURN_ACTIONS) & set(tried)) for tried in blind_trials(searched)] == [False, False]
+    assert [bool(set(TURN_ACTIONS) & set(tried)) for tried in blind_trials(searched)] == [False, False, False]
     assert blind_trials(first_of(starter, "SV")) == []
-    assert len(blind_trials(first_of(starter, "VS", "walk"))) == 4
+    assert len(blind_trials(first_of(starter, "VS", "walk"))) == 5
 
 
 @pytest.mark.parametrize(
@@ -232,13 +232,20 @@ def test_episodes_are_held_to_the_strongest_blind_agent_of_their_family(
 
 
 @pytest.mark.parametrize("family", ["SI", "SM", "CR"])
-def test_what_is_out_of_view_or_barred_is_not_clicked_on_blindly(family: str, starter: Pack) -> None:
-    episode = first_of(starter, family)
-    assert [len(tried) for tried in blind_trials(episode)] == [1]
+def test_what_is_out_of_view_or_barred_is_clicked_on_only_at_the_centre(family: str, starter: Pack) -> None:
+    waiting, centre = blind_trials(first_of(starter, family))
+    assert len(waiting) == 1
+    assert centre[:-1] == CENTRE_ACTIONS
 
 
-def test_an_episode_that_one_blind_click_completes_is_refused(starter: Pack, simulator: PrivilegedSimulator) -> None:
-    """A start from which the target lies under the one pixel that the blind agent clicks on."""
+CENTRE_PIXEL = (CENTRE_ACTIONS[0].x, CENTRE_ACTIONS[0].y)
+
+
+@pytest.mark.parametrize(("pixel", "other"), [(BEST_PIXEL, CENTRE_PIXEL), (CENTRE_PIXEL, BEST_PIXEL)])
+def test_an_episode_that_one_blind_click_completes_is_refused(
+    pixel: tuple[int, int], other: tuple[int, int], starter: Pack, simulator: PrivilegedSimulator
+) -> None:
+    """A start from which the target lies under a pixel that a blind agent clicks on, and not under the other."""
     found: set[str] = set()
     for good in [episode for episode in starter.episodes if episode.family == "PG"]:
         house = starter.house_of(good)
@@ -246,7 +253,7 @@ def test_an_episode_that_one_blind_click_completes_is_refused(starter: Pack, sim
         for angle in range(-45, 46, 3):
             episode = turned(good, angle)
             simulator.reset(episode.start, episode.setup)
-            if simulator.object_at(*BEST_PIXEL) == good.goal.object_id:
+            if simulator.object_at(*pixel) == good.goal.object_id != simulator.object_at(*other):
                 found |= rules_broken(Validator(simulator), episode, house, None)
                 break
     assert "not_blind_luck" in found

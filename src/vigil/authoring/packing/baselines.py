@@ -144,6 +144,20 @@ def baselines_table(found: Baselines) -> list[str]:
     return lines
 
 
+def strongest_lines(found: Baselines) -> list[str]:
+    """Return one line of text that names the blind agent with the highest W in each family; none for lists of chores.
+
+    Families whose goal is a report are left out: in them, W does not need a correct answer.
+    """
+    best: dict[str, tuple[str, float]] = {}
+    for agent in BLIND_AGENTS:
+        for family, score in found.agents.get(agent, {}).items():
+            if _limit(agent, family) is not None and score.rates["W"] > best.get(family, ("", -1.0))[1]:
+                best[family] = (agent, score.rates["W"])
+    named = [f"{family} {_percent(w)} (`{agent}`)" if w else f"{family} 0" for family, (agent, w) in best.items()]
+    return [f"- Highest W of a blind agent: {', '.join(named)}."] if named else []
+
+
 def guess_lines(found: Baselines) -> list[str]:
     """Return one line of text for each method of guessing a queried state without looking."""
     lines: list[str] = []

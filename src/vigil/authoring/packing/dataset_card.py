@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from vigil.authoring.cards import CARD, render_card
-from vigil.authoring.packing.baselines import baselines_table, guess_lines, read_baselines
+from vigil.authoring.packing.baselines import baselines_table, guess_lines, read_baselines, strongest_lines
 from vigil.authoring.packing.reader_plays import plays_table, read_plays
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.packs.pack import Pack
@@ -49,7 +49,7 @@ def card_of(pack: Pack) -> str:
         levels=[level for level in LEVELS if any(level in counts for counts in graded.values())],
         sources=_sources(meta),
         baselines=[] if measured is None else baselines_table(measured),
-        guesses=[] if measured is None else guess_lines(measured),
+        notes=[] if measured is None else [*strongest_lines(measured), *guess_lines(measured)],
         drawn="" if played is None else played.drawn,
         plays=[] if played is None else plays_table(played),
     )

@@ -1,6 +1,13 @@
 """Blind trials: plays of agents without sight. If one of these agents completes an episode, the episode is not used."""
 
-from vigil.agents.scripted import EXPLORE_ACTIONS, POINT_ACTIONS, TURN_ACTIONS, WALK_ACTIONS, click_actions
+from vigil.agents.scripted import (
+    CENTRE_ACTIONS,
+    EXPLORE_ACTIONS,
+    POINT_ACTIONS,
+    TURN_ACTIONS,
+    WALK_ACTIONS,
+    click_actions,
+)
 from vigil.protocol.actions import Action, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
@@ -12,12 +19,13 @@ def blind_trials(episode: Episode) -> list[tuple[Action, ...]]:
 
     They are the strongest blind agents known; the baselines of packs are measured with the same agents. The list is
     empty for state verification, because a guessed label may be correct. If the task is to find the target by turning,
-    agents that turn around are not in the list.
+    agents that turn around are not in the list. Clicks cannot bring the agent near a target, so `centre` is tried
+    wherever nearness is not the goal.
     """
     goal, is_turned_to = episode.goal, episode.provenance.template == "turn"
     if "report_status" in FAMILIES[episode.family].goal_kinds:
         return []
-    tries: list[tuple[Action, ...]] = [()]
+    tries: list[tuple[Action, ...]] = [()] if isinstance(goal, AgentNearTarget) else [(), CENTRE_ACTIONS]
     if isinstance(goal, AgentNearTarget) or (isinstance(goal, ObjectInState) and goal.state == "is_visible"):
         tries += [WALK_ACTIONS] if is_turned_to else [WALK_ACTIONS, TURN_ACTIONS, EXPLORE_ACTIONS]
     elif isinstance(goal, TargetGrounded):

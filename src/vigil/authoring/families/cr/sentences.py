@@ -78,7 +78,7 @@ CONSTRAINTS = {
             "{Target} does not open while it is running. Turn it off first, then {order_it}.",
             "Switch off {target}, which stays locked while it runs, and then {order_it}.",
             "{Target} is still running. Stop it, and then {order_it}.",
-            "I need {target} open, but it is locked while it runs: switch it off first.",
+            "I need {target} open, but it is locked while it runs: switch it off, then {order_it}.",
             "Please {order}. It stays locked while it runs, so turn it off first.",
         ),
         held_out=(

@@ -39,7 +39,7 @@ SEQUENCES = {
             "Could you fetch {target} and put {target_it} {into} {receptacle}?",
             "Carry {target} over to {receptacle} and put {target_it} in.",
             "First pick up {target}; then put {target_it} {into} {receptacle}.",
-            "{Target} is to be put {into} {receptacle}. Get {target_it} first.",
+            "Get {target} first, then put {target_it} {into} {receptacle}.",
         ),
     ),
     "put_into_closed": Sentences(
@@ -48,12 +48,11 @@ SEQUENCES = {
             "First open {whole}; then fetch {target} and put {target_it} in there.",
             "Put {target} into {receptacle}. You have to open {piece} first.",
             "Please open {whole}, pick up {target} and put {target_it} inside.",
-            "{Target} has to go into {receptacle}, so open {piece} first.",
         ),
         held_out=(
             "I would like {target} to be inside {receptacle}. Open {piece}, then put {target_it} in.",
             "Open {whole} and put {target} inside.",
-            "{Target} is to be put into {receptacle}; open {piece} before you fetch {target_it}.",
+            "{Target} is to be put into {receptacle}; open {piece} before you do so.",
             "Could you open {whole} and then put {target} in?",
             "Once you have opened {whole}, pick up {target} and put {target_it} inside.",
         ),
@@ -84,9 +83,9 @@ SEQUENCES = {
         ),
         held_out=(
             "Could you open {whole}, pick up {target} and put {target_it} {into} {receptacle}?",
-            "{Target} is to be moved from {container} to {receptacle}. Open {whole} first.",
+            "Move {target} from {container} to {receptacle}. You have to open {whole} first.",
             "Open {whole}, so that you can take out {target}; then put {target_it} {into} {receptacle}.",
-            "I want {target}, which is in {container}, to be put {into} {receptacle}. Open {whole} first.",
+            "I want you to put {target}, which is in {container}, {into} {receptacle}. Open {whole} first.",
             "Take {target} out of {container} once you have opened {piece}, and put {target_it} {into} {receptacle}.",
         ),
     ),
@@ -198,7 +197,7 @@ CHAINS = {
             "Before you finish, {order_a}, {order_b} and put {target} {into} {receptacle}.",
             "I would like you to {order_a}, to {order_b} and to put {target} {into} {receptacle}.",
             "First {order_a}, next {order_b}; after that, put {target} {into} {receptacle}.",
-            "{Target} has to go {into} {receptacle}, but first {order_a} and {order_b}.",
+            "Put {target} {into} {receptacle}, but first {order_a} and {order_b}.",
         ),
     ),
 }
