@@ -7,6 +7,7 @@ from itertools import islice
 
 import numpy as np
 
+from vigil.authoring.chores.budgets import MAX_LIKELY_STEPS, likely_steps, puts_of
 from vigil.authoring.chores.pairs import by_the_way_pairs, order_pairs
 from vigil.authoring.chores.placements import absent, no_room, put, put_away
 from vigil.authoring.chores.proposed import Proposals, ProposedChore
@@ -25,6 +26,7 @@ from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
 from vigil.protocol.goals import Chore, ChorePart, Chores
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scoring.chore_answers import CHORE_KINDS, ChoreKind
+from vigil.scoring.closure import Reason
 
 SOURCES: tuple[tuple[Callable[[HouseContext], Proposals], int], ...] = (
     (put, 16),
@@ -48,6 +50,11 @@ PAIRS = {6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
 must be of kind `by_the_way`."""
 MAX_IMPOSSIBLE_SHARE, MAX_KIND_SHARE = 0.34, 0.4
 """Maximum share of a list's chores that cannot be met, and that are of any other one kind."""
+HANDICAPS: dict[Reason, int] = {"broken": 3}
+"""Reason why a chore cannot be met -> number of chores that each other reason of the home gets before it. Almost every
+home has things that can be broken, but few have any of the other reasons."""
+MAX_PUTS = 2
+"""Maximum number of objects that a list asks to put somewhere. With more of them, many lists would take too long."""
 MAX_USES = 3
 """Maximum number of lists of one home that contain the same chore."""
 TRIED_CHORES = 60
@@ -94,6 +101,10 @@ class HomePool:
     """Parts of chores that broke a rule in a list."""
     seen: set[Chore] = field(default_factory=set)
     """Chores for which a place with a clear view was already found."""
+
+    def rank_of(self, reason: Reason | None) -> int:
+        """Return how late a chore that cannot be met for a reason is chosen: 0 for a chore that can be met."""
+        return self.of_kind[reason] + HANDICAPS.get(reason, 0) if reason else 0
 
 
 def pool_of(context: HouseContext) -> HomePool:
@@ -164,14 +175,20 @@ def _next(
         share = MAX_IMPOSSIBLE_SHARE if kind == "impossible" else MAX_KIND_SHARE
         offers = pool.offers[kind]
         offered = [offers[index] for index in context.rng.permutation(len(offers))]
-        for chores in sorted(offered, key=lambda each: (pool.of_kind[each[0].reason or ""], pool.uses[id(each)])):
+        for chores in sorted(offered, key=lambda each: (pool.rank_of(each[0].reason), pool.uses[id(each)])):
             number = _planned(kind, chores).count(kind)
             is_fit = len(chosen) + len(chores) <= count and kinds.get(kind, 0) + number <= max(number, share * count)
             parts, strictly = [part for each in chores for part in each.chore.parts], kind not in ENTANGLED
             can_be_done = pool.uses[id(chores)] < MAX_USES and pool.faulty.isdisjoint(parts)
+            can_be_done &= _puts([*chosen, *chores]) <= MAX_PUTS
             if is_fit and can_be_done and all(_goes_with(each, chosen, strictly=strictly) for each in chores):
                 return kind, chores
     return None
+
+
+def _puts(chores: Sequence[ProposedChore]) -> int:
+    """Return the number of objects that an agent has to put somewhere: none for chores that cannot be met."""
+    return puts_of(each.chore for each in chores if each.reason is None)
 
 
 def _goes_with(chore: ProposedChore, chosen: Sequence[ProposedChore], *, strictly: bool) -> bool:
@@ -237,6 +254,8 @@ def _in_text_order(context: HouseContext, chosen: Sequence[ProposedChore], start
         plan = plan_chores(draft, context.view, {place for place, each in enumerate(chosen) if each.reason})
     except Unsolvable as error:
         return str(error)
+    if likely_steps(plan.walk_m, _puts(chosen)) > MAX_LIKELY_STEPS:
+        return "the walk is too long"
     found = plan.entanglement
     entangled = {place for pair in found.before for place in pair} | {place for place, _ in found.by_the_way}
     if any(chosen[place].kind in ("question", "conditional") for place in entangled):
