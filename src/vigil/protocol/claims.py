@@ -17,8 +17,10 @@ CLAIM_TABLE = (
     "Table claims:",
     'One claim for each chore of the list, as in {"1": "success", "2": "invalid", "3": "off", "4": "unknown"}.',
     "- success: What the chore asks for is true now; also if it was true before, or if its condition asks for no act",
-    "- fail, unsafe, invalid: What the chore asks for is not true, for the reason in Table report_statuses",
-    "- on, off, open, closed: Observed state, for a chore that asks for a state",
+    "- fail, invalid: What the chore asks for is not true now, "
+    "because it was not or cannot be done; both words count alike",
+    "- unsafe: What the chore asks for is not true now, because of a safety concern",
+    "- on, off, open, closed: Observed state, only for a chore that asks which of two states something is in",
     "- unknown: No claim about the chore",
     "The status is about the list as a whole: success only if what every chore asks for is true.",
 )

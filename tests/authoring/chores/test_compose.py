@@ -5,8 +5,10 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from vigil.authoring.chores import sentences
-from vigil.authoring.chores.compose import HomePool, ListTask, compositions, pool_of
+from vigil.authoring.chores import compose, sentences
+from vigil.authoring.chores.budgets import MAX_LIKELY_STEPS, likely_steps, puts_of
+from vigil.authoring.chores.compose import MAX_PUTS, HomePool, ListTask, compositions, pool_of
+from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.generation import seed_context
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import GeneratedHouse
@@ -50,6 +52,9 @@ def test_a_list_can_be_done_in_an_order_that_its_text_does_not_give(context: Hou
         before = plan.entanglement.before
         assert all(plan.order.index(a) < plan.order.index(b) for a, b in before)
         assert not before or any(a > b for a, b in before)
+        puts = puts_of(chore.chore for chore in task.chores if chore.reason is None)
+        assert puts <= MAX_PUTS
+        assert likely_steps(plan.walk_m, puts) <= MAX_LIKELY_STEPS
         assert length_of(plan.lengths, range(len(goal.chores))) > plan.walk_m
 
 
@@ -61,6 +66,20 @@ def test_every_chore_of_a_list_has_its_own_things(context: HouseContext) -> None
                 if {chore.kind, other.kind} & {"order", "by_the_way", "plain"}:
                     continue
                 assert chore.ids & other.ids <= chore.receptacle_ids & other.receptacle_ids
+
+
+def test_only_lists_that_are_made_use_up_chores(context: HouseContext, monkeypatch: pytest.MonkeyPatch) -> None:
+    seed_context(context, 5, "chores")
+    pool: HomePool = pool_of(context)
+    monkeypatch.setattr(compose, "MAX_LIKELY_STEPS", 0.0)
+    (failed,) = islice(compositions(context, pool, 5), 1)
+    assert isinstance(failed, Rejection)
+    assert failed.message == "the walk is too long"
+    assert not pool.uses
+    monkeypatch.undo()
+    made = next(task for task in compositions(context, pool, 5) if isinstance(task, ListTask))
+    assert sum(pool.uses.values()) <= len(made.chores)
+    assert pool.uses
 
 
 @pytest.mark.parametrize("name", [name for name, value in vars(sentences).items() if isinstance(value, Sentences)])

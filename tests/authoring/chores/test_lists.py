@@ -5,7 +5,8 @@ from collections.abc import Callable
 
 import pytest
 
-from vigil.authoring.chores.certify import FACTORS, MAX_SOLVER_SHARE, ListCertifier
+from vigil.authoring.chores.budgets import FACTORS, is_within_budget
+from vigil.authoring.chores.certify import ListCertifier
 from vigil.authoring.chores.claim_controls import with_claims, wrong_claims
 from vigil.authoring.review.validate import Validator
 from vigil.base.numbered_list import read_list, write_list
@@ -18,7 +19,7 @@ from vigil.scoring.chore_answers import CHORE_KINDS, ListAnswer, check_answer, l
 from vigil.scoring.chores import score_list
 from vigil.sim.privileged import PrivilegedSimulator
 
-PACK = "vigil_chores_200_v2"
+PACK = "vigil_chores_200_v3"
 OPPOSITE: dict[ChoreClaim, ChoreClaim] = {"on": "off", "off": "on", "open": "closed", "closed": "open"}
 
 
@@ -63,7 +64,8 @@ def test_budgets_are_a_multiple_of_the_solvers_steps(pack: Pack, answers: dict[s
     least, most = CHORES_BUDGETS
     for episode in pack.episodes:
         steps = len(pack.solutions[episode.id].actions)
-        assert answers[episode.id].solver_steps == steps <= MAX_SOLVER_SHARE * episode.max_steps
+        assert answers[episode.id].solver_steps == steps
+        assert is_within_budget(steps, episode.max_steps)
         assert least <= episode.max_steps <= most
         if least < episode.max_steps < most:
             assert FACTORS[0] <= episode.max_steps / steps <= FACTORS[1] + 5 / steps

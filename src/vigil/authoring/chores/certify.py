@@ -6,11 +6,12 @@ budget for this. A report with a wrong claim (statement about one chore) must no
 """
 
 import re
-import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Protocol
 
+from vigil.authoring.chores.budgets import MAX_SOLVER_STEPS, budget_for, is_within_budget
 from vigil.authoring.chores.claim_controls import false_claims
 from vigil.authoring.chores.compose import ListTask
 from vigil.authoring.chores.rules import (
@@ -32,7 +33,7 @@ from vigil.authoring.solving.goal_actions import expected_status
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import carry_out, solve
-from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
+from vigil.packs.pack import invalid_limit
 from vigil.protocol.actions import Action, Report, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import Chores
@@ -44,11 +45,6 @@ from vigil.scoring.chores import score_list
 from vigil.scoring.closure import CONCEDED, FAIL_REASONS, Certificate, Reason, evidence_seen
 from vigil.sim.privileged import PrivilegedSimulator
 
-FACTORS = (1.8, 2.4)
-"""Minimum and maximum of the step budget as a multiple of the solver's steps; the suite's limits take precedence."""
-MAX_SOLVER_SHARE = 0.625
-"""Maximum share of the step budget that the solver may use."""
-STEP_OF_BUDGETS = 5
 LOOKED_AT: frozenset[ChoreKind] = frozenset({"question", "already", "impossible", "conditional"})
 """Kinds of chores for which an agent must see something, even if it has nothing to do."""
 
@@ -99,11 +95,13 @@ class ListCertifier:
             looked = [place for place, chore in enumerate(task.chores) if chore.kind in LOOKED_AT]
             check_looks(episode, [place for place in looked if task.chores[place].chore not in task.seen], self._view)
             task.seen.update(task.chores[place].chore for place in looked)
-            actions = carry_out(solve(episode, self._view), self._view)
+            actions = carry_out(islice(solve(episode, self._view), MAX_SOLVER_STEPS + 1), self._view)
         except Unsolvable as error:
             if isinstance(error, UnsolvableChore):
                 task.faulty.update(task.chores[error.place].chore.parts)
             return [], [Finding(episode.id, "solvable", str(error))]
+        if len(actions) > MAX_SOLVER_STEPS:
+            return [], [Finding(episode.id, "within_budget", f"the solver needs more than {MAX_SOLVER_STEPS} steps")]
         found = [Finding(episode.id, "closes_correctly", fault) for fault in faults_of_claims(answer, actions)]
         if found:
             _blame(task, found)
@@ -196,9 +194,8 @@ class ListCertifier:
         self, episode: Episode, answer: ListAnswer, house: House, actions: tuple[Action, ...]
     ) -> BrokenRules:
         """Yield (rule, message) for each fault of a solution, i.e. of the actions that should close a list."""
-        most = int(MAX_SOLVER_SHARE * episode.max_steps)
-        if len(actions) > most:
-            yield "within_budget", f"{len(actions)} steps, of {episode.max_steps} at most {most}"
+        if not is_within_budget(len(actions), episode.max_steps):
+            yield "within_budget", f"{len(actions)} steps are too many for a budget of {episode.max_steps}"
             return
         record = self._validator.play(episode, house, actions)
         if record.end == "error":
@@ -253,17 +250,6 @@ def entangled_with(plan: ChorePlan, place: int, kind: ChoreKind) -> tuple[int, .
     else:
         others = {other for done, other in found.by_the_way if done == place}
     return tuple(sorted(other + 1 for other in others))
-
-
-def budget_for(steps: int, instruction: str) -> int:
-    """Return the step budget of a list that the solver closes in `steps` steps.
-
-    The budget is a multiple of `steps`; a hash of the instruction selects the factor from `FACTORS`.
-    """
-    share = zlib.crc32(instruction.encode()) / 2**32
-    wanted = steps * (FACTORS[0] + share * (FACTORS[1] - FACTORS[0]))
-    rounded = -int(-wanted // STEP_OF_BUDGETS) * STEP_OF_BUDGETS
-    return min(max(rounded, CHORES_BUDGETS[0]), CHORES_BUDGETS[1])
 
 
 def _sketch_of(answer: ChoreAnswer) -> Sketch:

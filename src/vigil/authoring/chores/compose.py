@@ -4,9 +4,12 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
+from math import hypot
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
+from vigil.authoring.chores.budgets import MAX_LIKELY_STEPS, likely_steps, puts_of
 from vigil.authoring.chores.pairs import by_the_way_pairs, order_pairs
 from vigil.authoring.chores.placements import absent, no_room, put, put_away
 from vigil.authoring.chores.proposed import Proposals, ProposedChore
@@ -18,13 +21,14 @@ from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.solving.chore_order import Entanglement, length_of
 from vigil.authoring.solving.chores import BLOCKER, OBSTACLE, PLACE, plan_chores
 from vigil.authoring.solving.macro_actions import Unsolvable
-from vigil.base.geometry import Pose
+from vigil.base.geometry import Pose, Vec3
 from vigil.base.numbered_list import write_list
 from vigil.packs.pack import CHORES_BUDGETS, invalid_limit
 from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
 from vigil.protocol.goals import Chore, ChorePart, Chores
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scoring.chore_answers import CHORE_KINDS, ChoreKind
+from vigil.scoring.closure import Reason
 
 SOURCES: tuple[tuple[Callable[[HouseContext], Proposals], int], ...] = (
     (put, 16),
@@ -48,11 +52,19 @@ PAIRS = {6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
 of either kind, the second must be of kind `by_the_way`."""
 MAX_IMPOSSIBLE_SHARE, MAX_KIND_SHARE = 0.34, 0.4
 """Maximum share of a list's chores that cannot be met, and maximum share of each other kind of chore."""
+HANDICAPS: dict[Reason, int] = {"broken": 3}
+"""Reason why a chore cannot be met -> number of chores that each other reason of the home gets before it. Almost every
+home has things that can be broken, but few have any of the other reasons."""
+MAX_PUTS = 2
+"""Maximum number of objects that a list asks to put somewhere. With more of them, many lists would take too long."""
+NEAR_M = 4.0
+"""Distance (m) within which chores count as near: nearer chores are not preferred. The start is as near to a chore."""
 MAX_USES = 3
 """Maximum number of lists of one home that contain the same chore."""
 TRIED_CHORES = 60
 """Maximum number of attempts to add chores to one list."""
 TRIED_TEXT_ORDERS = 40
+NO_START = "there is no start with room to move"
 START_HORIZON_DEG = 15.0
 PAIR_KINDS: tuple[ChoreKind, ...] = ("order", "by_the_way")
 """Kinds of chores that are proposed in pairs; the others are proposed singly."""
@@ -95,6 +107,10 @@ class HomePool:
     seen: set[Chore] = field(default_factory=set)
     """Chores for which a place with a clear view was already found."""
 
+    def rank_of(self, reason: Reason | None) -> int:
+        """Return how late a chore that cannot be met for a reason is chosen: 0 for a chore that can be met."""
+        return self.of_kind[reason] + HANDICAPS.get(reason, 0) if reason else 0
+
 
 def pool_of(context: HouseContext) -> HomePool:
     """Return the chores that are proposed in a home."""
@@ -111,23 +127,29 @@ def compositions(context: HouseContext, pool: HomePool, count: int) -> Iterator[
     """Yield lists of `count` chores, and a rejection for each attempt that failed."""
     while True:
         chosen = _chosen(context, pool, count)
-        found = "too few chores go together" if chosen is None else _composed(context, chosen)
+        found = "too few chores go together" if chosen is None else _composed(context, chosen[0])
         context.begin(Setup())
         if isinstance(found, str):
             yield Rejection(family="SI", kind=str(count), house=context.house.name, rule="composed", message=found)
             if chosen is None:
                 return
+            if found == NO_START:
+                pool.faulty.update(part for each in chosen[0] if _moves(each) for part in each.chore.parts)
             continue
+        pool.uses.update(chosen[1] if chosen else ())
         pool.of_kind.update(each for chore in found.chores for each in (chore.kind, chore.reason) if each)
         yield replace(found, faulty=pool.faulty, seen=pool.seen)
 
 
-def _chosen(context: HouseContext, pool: HomePool, count: int) -> list[ProposedChore] | None:
-    """Return chores that can be in one list, preferring the least used; None if there are too few."""
-    chosen, kinds = list[ProposedChore](), Counter[ChoreKind]()
+def _chosen(context: HouseContext, pool: HomePool, count: int) -> tuple[list[ProposedChore], list[int]] | None:
+    """Return chores that can be in one list, preferring the least used, and the keys of `pool.uses` for them.
+
+    None if there are too few.
+    """
+    chosen, used, kinds = list[ProposedChore](), list[int](), Counter[ChoreKind]()
     for number in range(TRIED_CHORES):
         if len(chosen) == count:
-            return chosen
+            return chosen, used
         is_pair = number < PAIRS.get(count, 0)
         wanted = PAIR_KINDS[number % 2 :] if is_pair else CHORE_KINDS
         found = _next(context, pool, (chosen, kinds, count), wanted)
@@ -137,7 +159,7 @@ def _chosen(context: HouseContext, pool: HomePool, count: int) -> list[ProposedC
             kind, chores = found
             chosen += chores
             kinds.update(_planned(kind, chores))
-            pool.uses[id(chores)] += 1
+            used.append(id(chores))
     return None
 
 
@@ -163,14 +185,40 @@ def _next(
         share = MAX_IMPOSSIBLE_SHARE if kind == "impossible" else MAX_KIND_SHARE
         offers = pool.offers[kind]
         offered = [offers[index] for index in context.rng.permutation(len(offers))]
-        for chores in sorted(offered, key=lambda each: (pool.of_kind[each[0].reason or ""], pool.uses[id(each)])):
+        away = {id(each): _away_m(context, each, chosen) for each in offered}
+
+        def place_of(each: tuple[ProposedChore, ...], away: Mapping[int, float] = away) -> tuple[float, ...]:
+            is_far = away[id(each)] > NEAR_M
+            return pool.rank_of(each[0].reason), is_far, pool.uses[id(each)], away[id(each)] if is_far else 0.0
+
+        for chores in sorted(offered, key=place_of):
             number = _planned(kind, chores).count(kind)
             is_fit = len(chosen) + len(chores) <= count and kinds.get(kind, 0) + number <= max(number, share * count)
             parts, strictly = [part for each in chores for part in each.chore.parts], kind not in ENTANGLED
             can_be_done = pool.uses[id(chores)] < MAX_USES and pool.faulty.isdisjoint(parts)
+            can_be_done &= _puts([*chosen, *chores]) <= MAX_PUTS
             if is_fit and can_be_done and all(_goes_with(each, chosen, strictly=strictly) for each in chores):
                 return kind, chores
     return None
+
+
+def _away_m(context: HouseContext, chores: Sequence[ProposedChore], chosen: Sequence[ProposedChore]) -> float:
+    """Return the greatest distance (m) of the chores' things from the nearest thing of those chosen; 0 without any."""
+    here, there = (
+        [context.thing(name).position for each in group for name in sorted(each.chore.ids())]
+        for group in (chores, chosen)
+    )
+    return max((min(hypot(a.x - b.x, a.z - b.z) for b in there) for a in here), default=0.0) if there else 0.0
+
+
+def _puts(chores: Sequence[ProposedChore]) -> int:
+    """Return the number of objects that an agent has to put somewhere: none for chores that cannot be met."""
+    return puts_of(each.chore for each in chores if each.reason is None)
+
+
+def _moves(chore: ProposedChore) -> bool:
+    """Return whether a chore's start moves something, which may bar the way."""
+    return any(change.placement is not None for change in chore.changes.values())
 
 
 def _goes_with(chore: ProposedChore, chosen: Sequence[ProposedChore], *, strictly: bool) -> bool:
@@ -206,16 +254,17 @@ def _composed(context: HouseContext, chosen: Sequence[ProposedChore]) -> ListTas
     setup = merged(chosen)
     if not context.can_begin(setup):
         return "the simulator cannot set up the start"
-    start = _start(context)
+    start = _start(context, [context.view.scene.things[name].position for each in chosen for name in each.chore.ids()])
     if start is None:
-        return "there is no start with room to move"
+        return NO_START
     context.simulator.reset(start, context.with_open_doors(setup))
     return _in_text_order(context, chosen, start, setup)
 
 
-def _start(context: HouseContext) -> Pose | None:
-    """Return a random start pose with room to move; None if none is found."""
-    for place in context.starts(lambda places: np.full(len(places), True)):
+def _start(context: HouseContext, things: Sequence[Vec3]) -> Pose | None:
+    """Return a random start pose with room to move, near one of the things; None if none is found."""
+    near = np.array([(each.x, each.z) for each in things])
+    for place in context.starts(lambda cells: cdist(cells, near).min(axis=1) <= NEAR_M):
         heading = float(context.rng.integers(360))
         pose = Pose(position=place, rotation=heading, horizon=START_HORIZON_DEG)
         if context.has_room_to_move(pose):
@@ -237,6 +286,8 @@ def _in_text_order(context: HouseContext, chosen: Sequence[ProposedChore], start
         plan = plan_chores(draft, context.view, {place for place, each in enumerate(chosen) if each.reason})
     except Unsolvable as error:
         return str(error)
+    if likely_steps(plan.walk_m, _puts(chosen)) > MAX_LIKELY_STEPS:
+        return "the walk is too long"
     found = plan.entanglement
     entangled = {place for pair in found.before for place in pair} | {place for place, _ in found.by_the_way}
     if any(chosen[place].kind in ("question", "conditional") for place in entangled):
