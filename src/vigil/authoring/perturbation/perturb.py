@@ -185,7 +185,7 @@ def _freeze(
 ) -> Pack:
     (tasks, houses), (perturbation, settings) = content, how
     answers = sorted((each for task in tasks for each in task.answers or ()), key=lambda each: each.episode_id)
-    suite = SUITES[pack.manifest.suite] if pack.manifest.suite in SUITES else None
+    suite = next((each for each in SUITES.values() if each.name == pack.manifest.suite), None)
     meta: dict[str, Any] = {key: pack.manifest.meta[key] for key in _COPIED if key in pack.manifest.meta}
     if settings.change == "light":
         meta.pop("house_sources", None)  # these have the hashes of the houses in their original light
