@@ -75,8 +75,9 @@ class PartShare:
     """The share of all scored plays that have one label and one reason (`BeliefPart`) for it."""
 
     rate: Rate
-    interval: Interval
-    """The outer ends of two intervals, Wilson's and that from resampled houses, as each alone can be too narrow."""
+    interval: Interval | None
+    """The outer ends of two intervals, Wilson's and that from resampled houses, as each alone can be too narrow. None
+    without plays."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +126,8 @@ class BeliefStudy:
         hits = [play.outcome.label == label and play.part(self.framing) == part for play in self.plays]
         rate = _play_rate((play.outcome.episode_id, hit) for play, hit in zip(self.plays, hits, strict=True))
         houses = np.array([play.outcome.house for play in self.plays])
-        ends = [rate.interval, (clustered_interval(np.array(hits), houses) if hits else None) or rate.interval]
-        return PartShare(rate, (min(low for low, _ in ends), max(high for _, high in ends)))
+        ends = [each for each in (rate.interval, clustered_interval(np.array(hits), houses) if hits else None) if each]
+        return PartShare(rate, (min(low for low, _ in ends), max(high for _, high in ends)) if ends else None)
 
     @property
     def broken_identities(self) -> list[str]:
