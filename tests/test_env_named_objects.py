@@ -50,7 +50,7 @@ def test_a_simulator_that_cannot_find_names_is_refused_at_once(simulator: Embedd
     class Nameless:
         name = "nameless"
 
-    with pytest.raises(SettingError, match="profile 'named_objects'.* simulator 'nameless' cannot find"):
+    with pytest.raises(SettingError, match="simulator 'nameless' cannot find objects by their names"):
         Env(Nameless(), lambda _: reference_house(), NAMED)  # pyright: ignore[reportArgumentType]
     Env(simulator, lambda _: reference_house(), NAMED)
 
