@@ -13,6 +13,7 @@ from vigil.agents.exec_agent import file_hashes
 from vigil.agents.registry import is_exec, make_agent
 from vigil.agents.sandbox import check_sandbox
 from vigil.assets.database import AssetDatabase
+from vigil.base.settings import DefaultName
 from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import CHORES_SUITE, Pack, Selection
@@ -32,7 +33,7 @@ from vigil.runner.models.thinking import with_thinking
 from vigil.runner.option_parsing import public_name
 from vigil.runner.probes.prober import ProbePlan, framings
 from vigil.runner.retries import RetryPolicy
-from vigil.runner.settings import DefaultName, RunSettings
+from vigil.runner.settings import RunSettings
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.sim import BACKENDS, NAMELESS_BACKENDS
 

@@ -176,8 +176,8 @@ def _recalibration(study: Study) -> Table:
     notes = (
         "What a map from stated to true likelihoods would repair. The map is monotone (isotonic regression), and is "
         "fitted on other houses, so no episode recalibrates itself. Gain: Brier score minus that after the map. "
-        "Miscalibrated: the gain is above 0, and so is the skill afterwards. Uninformative: the skill stays at 0 or below, because no map "
-        "helps beliefs that do not depend on what is true.",
+        "Miscalibrated: the gain is above 0, and so is the skill afterwards. Uninformative: the skill stays at 0 or "
+        "below, because no map helps beliefs that do not depend on what is true.",
         "Calibration error: mean difference between likelihoods and how often beliefs of that stated value were true; "
         "not debiased. Intervals: resampled houses, with the maps as fitted.",
     )
