@@ -10,6 +10,7 @@ from tests.test_env import reply
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.env import Env
+from vigil.errors import SettingError
 from vigil.protocol.actions import InteractPixel, Reply
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import OBSERVABLE_M, OBSERVABLE_PX, ObjectHeld, is_observable
@@ -43,6 +44,15 @@ def named(intent: str, **arguments: str) -> Reply:
 @pytest.fixture(scope="module")
 def simulator() -> EmbeddedSimulator:
     return EmbeddedSimulator(FakeEngine(), AssetDatabase.default())
+
+
+def test_a_simulator_that_cannot_find_names_is_refused_at_once(simulator: EmbeddedSimulator) -> None:
+    class Nameless:
+        name = "nameless"
+
+    with pytest.raises(SettingError, match="simulator 'nameless' cannot find objects by their names"):
+        Env(Nameless(), lambda _: reference_house(), NAMED)  # pyright: ignore[reportArgumentType]
+    Env(simulator, lambda _: reference_house(), NAMED)
 
 
 def play(simulator: EmbeddedSimulator, *replies: Reply, start: Pose = TABLE) -> tuple[EpisodeRecord, list[Observation]]:

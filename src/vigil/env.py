@@ -15,14 +15,14 @@ import numpy as np
 from pydantic import ValidationError
 
 from vigil.base.versions import Versions
-from vigil.errors import RecordError, SimulatorError, first_error
+from vigil.errors import RecordError, SettingError, SimulatorError, first_error
 from vigil.protocol.actions import AnyAction, ClosingAction, InteractPixel, Reply, Report, Stop
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
 from vigil.protocol.observation import Cues, Feedback, Observation
 from vigil.protocol.profile import Profile
 from vigil.protocol.profiles.click_mark import with_click_mark
-from vigil.protocol.profiles.rows import LOOK_AGAIN
+from vigil.protocol.profiles.rows import LOOK_AGAIN, unnameable
 from vigil.protocol.prompt import is_truncated_in_history, rendered_sha256
 from vigil.protocol.replies import read_reply
 from vigil.protocol.world import Effect, WorldState
@@ -50,8 +50,12 @@ class Env:
         """Play on `simulator`, in the houses that `house_of` returns for episodes; `clock` gives the times in records.
 
         A house that is already loaded is not loaded again. `recorded_profile` is the profile of the steps that are
-        repeated from an earlier play at the start of an episode; by default, `profile`.
+        repeated from an earlier play at the start of an episode; by default, `profile`. Raises SettingError if the
+        profile names objects and the simulator cannot find objects by their names.
         """
+        self._names = simulator if isinstance(simulator, NamesObjects) else None
+        if self._names is None and not profile.row.has_pixels:
+            raise SettingError(unnameable(profile.row, simulator.name))
         self.profile = profile
         self._recorded_profile = recorded_profile or profile
         self._simulator = simulator
@@ -226,9 +230,7 @@ class Env:
         """Return an action. If it names an object, and only one object in view has this name, add one of its pixels."""
         if not isinstance(action, InteractPixel) or action.object is None:
             return action
-        if not isinstance(self._simulator, NamesObjects):
-            raise SimulatorError(f"Simulator {self._simulator.name!r} cannot find objects by their names.")
-        pixel = self._simulator.pixel_of_named(action.object)
+        pixel = self._names.pixel_of_named(action.object) if self._names is not None else None
         return action if pixel is None else action.model_copy(update={"x": pixel[0], "y": pixel[1]})
 
     def _execute(self, action: AnyAction | None) -> tuple[Effect | None, WorldState]:

@@ -9,7 +9,7 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
-from vigil.base.settings import Setting
+from vigil.base.settings import DefaultName, Setting
 from vigil.cli import app
 from vigil.cli.options import with_options
 from vigil.errors import SettingError
@@ -17,6 +17,9 @@ from vigil.protocol.families import FAMILIES
 from vigil.records.costs import Prices
 from vigil.records.record import Shard
 from vigil.runner.settings import RunSettings
+
+
+USUAL = DefaultName("usual")
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,7 @@ class Some:
     size: Annotated[Mapping[str, int], Setting("Its length.", read=lambda text: {text: len(text)})] = field(
         default_factory=dict
     )
+    mark: Annotated[str | Path, Setting("A mark.")] = USUAL
     is_bold: Annotated[bool, Setting("Bold.", name="bold")] = False
     is_safe: Annotated[bool, Setting("Take no care.", name="care")] = True
     hidden: Annotated[int, Setting("Of no option.", is_option=False)] = 5
@@ -60,8 +64,14 @@ def test_defaults_are_those_of_the_declaration() -> None:
 
 def test_what_is_typed_arrives() -> None:
     words = "a --count 9 --share -0.5 --at there --kind square --word x --term y --sum 1 --sum 2 --size abc --bold"
-    some = Some(9, -0.5, "there", "square", ("x", "y"), 3, {"abc": 3}, True, False)
+    some = Some(9, -0.5, "there", "square", ("x", "y"), 3, {"abc": 3}, is_bold=True, is_safe=False)
     assert typed(*words.split(), "--no-care", "--last", "0")[1] == ["a", some, 0]
+
+
+def test_a_marked_default_differs_from_the_same_text() -> None:
+    unset, given = (typed(*words)[1][1].mark for words in (("a",), ("a", "--mark", "usual")))
+    assert (unset, type(unset)) == (given, DefaultName)
+    assert type(given) is str
 
 
 def test_a_variable_sets_what_no_option_does() -> None:
@@ -85,7 +95,15 @@ def test_what_is_not_declared_is_refused(words: str) -> None:
 
 def test_the_help_says_what_is_declared() -> None:
     shown = " ".join(typed("--help")[0].output.replace("│", " ").split())
-    for words in ("How many.", "1<=x<=9", "[default: 3]", "(all of it)", "SOME_PLACE", "--no-care Take no care."):
+    for words in (
+        "How many.",
+        "1<=x<=9",
+        "[default: 3]",
+        "(all of it)",
+        "(usual)",
+        "SOME_PLACE",
+        "--no-care Take no care.",
+    ):
         assert words in shown.replace("<bool> ", "")
 
 

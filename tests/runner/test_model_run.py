@@ -454,6 +454,15 @@ def test_inspect_runs_the_pack_as_a_task_of_its_own(pack: Path, tmp_path: Path) 
 
 
 @pytest.mark.usefixtures("_logs")
+def test_inspect_scores_only_w_without_reports(pack: Path) -> None:
+    with serving(lambda asked: ChatAnswer('{"skill_name": "stop", "arguments": {}}')) as server:
+        log = inspect_eval(server, pack, profile="stop_only", preflight=False)
+    values = [next(iter((sample.scores or {}).values())).value for sample in log.samples or []]
+    assert values
+    assert all(isinstance(value, dict) and set(value) == {"W", "W_strict"} for value in values)
+
+
+@pytest.mark.usefixtures("_logs")
 def test_inspect_stops_at_a_blind_model_unless_told_not_to_look(pack: Path) -> None:
     with serving(walk_and_report, can_see=False) as server:
         failed = inspect_eval(server, pack)

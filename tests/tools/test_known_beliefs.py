@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from tools.known_beliefs import AGENTS, KnownAgent, estimates, study_of, truths
+from vigil.analysis.measures.beliefs.recalibration import recalibrated
+from vigil.analysis.measures.beliefs.scores import counts_of
 from vigil.analysis.measures.beliefs.study import BeliefStudy, Estimate
 from vigil.scoring.rates import Interval, Rate
 
@@ -28,6 +30,28 @@ def test_an_agent_is_recovered(agent: KnownAgent, studies: dict[str, BeliefStudy
     assert sum(inside) >= len(inside) - 3  # of about 20 intervals, one is expected to miss
     for name, (value, _) in found.items():
         assert value == pytest.approx(known[name], abs=0.3 if name == "restricted_mean" else 0.12), name
+
+
+def test_recalibration_repairs_the_overconfident_and_not_the_blind(studies: dict[str, BeliefStudy]) -> None:
+    found = {name: study.recalibration() for name, study in studies.items()}
+    assert interval_of(found["overconfident"]["gain"])[0] > 0
+    assert interval_of(found["overconfident"]["skill_after"])[0] > 0
+    assert found["overconfident"]["error_after"].value < found["overconfident"]["error_before"].value / 2
+    assert interval_of(found["blind"]["gain"])[0] > 0  # it never states the base rate
+    assert interval_of(found["blind"]["skill_after"])[0] <= 0
+    assert found["blind"]["skill_after"].value < 0.02
+    assert abs(found["calibrated"]["gain"].value) < 0.01
+    for name, study in studies.items():
+        assert found[name]["brier_before"].value == pytest.approx(study.calibration()["brier"].value)
+
+
+def test_no_house_recalibrates_itself() -> None:
+    counts = counts_of(np.array([20, 20, 0, 0]), np.array([1.0, 1.0, 0.0, 0.0]))
+    houses = np.array(["a", "b", "a", "b"])
+    assert recalibrated(counts, houses) == pytest.approx([1, 1, 0, 0])
+    turned = counts_of(np.array([20, 20, 0, 0]), np.array([0.0, 1.0, 1.0, 0.0]))
+    assert recalibrated(turned, houses) == pytest.approx([1, 0.5, 0, 0.5])
+    assert recalibrated(counts, np.array(["a"] * 4)) is None
 
 
 def interval_of(estimate: Estimate) -> Interval:

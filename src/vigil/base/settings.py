@@ -73,6 +73,12 @@ class DeclaredSetting:
         return tuple(given) if get_origin(self.kind) is tuple else given
 
 
+class DefaultName(str):
+    """A default that differs from the same text if that is given."""
+
+    __slots__ = ()
+
+
 def declared_setting(name: str, annotation: Any, default: Any = MISSING) -> DeclaredSetting | None:
     """Return the setting that an annotation declares; None if the annotation does not declare a setting."""
     if get_origin(annotation) is not Annotated:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 import typer
 
-from vigil.base.settings import DeclaredSetting, declared_setting, declared_settings
+from vigil.base.settings import DeclaredSetting, DefaultName, declared_setting, declared_settings
 
 Function = Callable[..., None]
 
@@ -72,7 +72,7 @@ def _option(one: DeclaredSetting) -> Any:
         max=setting.maximum,
         metavar=setting.metavar,
         envvar=setting.env,
-        show_default=setting.unset or True,
+        show_default=setting.unset or (str(one.default) if isinstance(one.default, DefaultName) else True),
     )
 
 
@@ -84,7 +84,7 @@ def _text_type(one: DeclaredSetting) -> Any:
     kind = next(kind for kind in kinds if kind is not type(None))
     if get_origin(kind) is tuple:
         return list[get_args(kind)[0]] | None
-    return kind | None if type(None) in kinds else kind
+    return kind | None if type(None) in kinds or isinstance(one.default, DefaultName) else kind
 
 
 def _shown(one: DeclaredSetting) -> Any:
@@ -92,7 +92,7 @@ def _shown(one: DeclaredSetting) -> Any:
     if one.default is True:
         return False
     is_collection = one.setting.read is not None or get_origin(one.kind) is tuple
-    return None if is_collection else one.default
+    return None if is_collection or isinstance(one.default, DefaultName) else one.default
 
 
 def _value(one: DeclaredSetting, given: Any) -> Any:

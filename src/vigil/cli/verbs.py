@@ -91,6 +91,10 @@ PACK = {
         "pack_making:remake",
         "Makes a pack again from its recipe and checks that the bytes are the same; exits with 2 if they are not.",
     ),
+    "perturb": Verb(
+        "making.perturb:perturb",
+        "Makes a pack whose episodes differ from those of another in words, start or light; certifies each again.",
+    ),
     "stream": Verb(
         "training.streams:stream",
         "Writes the first episodes of an endless stream for training, with new houses and a solution for each episode.",

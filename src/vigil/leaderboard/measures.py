@@ -136,7 +136,7 @@ def _of_families(entry: RunEntry) -> Iterator[tuple[str, Figure]]:
 def _figure(rate: Rate, interval: tuple[float, float] | None) -> Figure:
     if rate.value is None:
         return None, None, None
-    low, high = interval or rate.interval
+    low, high = interval or rate.interval or (None, None)
     return rate.value, low, high
 
 

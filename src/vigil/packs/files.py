@@ -7,7 +7,7 @@ import hashlib
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -26,6 +26,25 @@ NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
 FILE_PATTERN = r"([A-Za-z0-9][A-Za-z0-9_.-]{0,199}/){0,4}[A-Za-z0-9][A-Za-z0-9_.-]{0,199}"
 """Pattern of a file's path in a manifest: a relative path inside the pack, of limited depth and length."""
 _Line = TypeVar("_Line", bound=BaseModel)
+
+
+Change = Literal["wording", "start", "light"]
+"""What is different in a perturbed pack."""
+
+
+class Perturbation(BaseModel):
+    """The origin of a perturbed pack: its episodes have the ids of their originals."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    of: str
+    """Name of the original pack."""
+    sha256: str
+    """SHA-256 of the original pack."""
+    change: Change
+    seed: int
+    left_out: dict[str, int]
+    """Reason -> number of episodes of the original that could not be perturbed."""
 
 
 class Manifest(BaseModel):
@@ -52,6 +71,12 @@ class Manifest(BaseModel):
         """Name of the suite that the pack belongs to; None for a pack that is not of a suite."""
         suite = self.meta.get("suite")
         return suite if isinstance(suite, str) else None
+
+    @property
+    def perturbation(self) -> Perturbation | None:
+        """The origin of a perturbed pack; None for any other pack."""
+        found = self.meta.get("perturbation")
+        return None if found is None else Perturbation.model_validate(found)
 
     @property
     def version_notes(self) -> tuple[str, ...]:

@@ -231,8 +231,10 @@ def vigil_score() -> Scorer:
         if record.end == "error":
             return None
         outcome = score(Episode.model_validate(state.metadata["episode"]), record)
-        value = {"W": float(outcome.W), "W_strict": float(outcome.W_strict), "B": float(outcome.B)}
-        value |= {label: float(outcome.label == label) for label in ("FR", "NR", "IL", "Other")}
+        value = {"W": float(outcome.W), "W_strict": float(outcome.W_strict)}
+        if outcome.has_report:
+            value["B"] = float(outcome.B)
+            value |= {label: float(outcome.label == label) for label in ("FR", "NR", "IL", "Other")}
         return Score(value=dict(value), answer=outcome.reported, explanation=outcome.subtype)
 
     return score_sample

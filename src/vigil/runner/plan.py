@@ -13,12 +13,13 @@ from vigil.agents.exec_agent import file_hashes
 from vigil.agents.registry import is_exec, make_agent
 from vigil.agents.sandbox import check_sandbox
 from vigil.assets.database import AssetDatabase
+from vigil.base.settings import DefaultName
 from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import CHORES_SUITE, Pack, Selection
 from vigil.protocol.episode import Episode
 from vigil.protocol.profile import Profile, coordinates_for
-from vigil.protocol.profiles.rows import PROFILE_NAMES, PROFILES
+from vigil.protocol.profiles.rows import PROFILE_NAMES, PROFILES, unnameable
 from vigil.protocol.prompt import policy_sha256, policy_version
 from vigil.protocol.prompt_file import variant_of
 from vigil.records.costs import Prices
@@ -32,9 +33,9 @@ from vigil.runner.models.thinking import with_thinking
 from vigil.runner.option_parsing import public_name
 from vigil.runner.probes.prober import ProbePlan, framings
 from vigil.runner.retries import RetryPolicy
-from vigil.runner.settings import DefaultName, RunSettings
+from vigil.runner.settings import RunSettings
 from vigil.runner.workers.messages import WorkerPlan
-from vigil.sim import BACKENDS
+from vigil.sim import BACKENDS, NAMELESS_BACKENDS
 
 RUNS_FOLDER = Path("runs")
 """Parent folder of runs for which no folder is set."""
@@ -251,6 +252,8 @@ def profile_of(settings: RunSettings) -> Profile:
         )
     if not row.has_pixels and settings.model is None and not is_exec(settings.agent or ""):
         raise SettingError(f"Profile {row.short!r} has no pixels, and agent {settings.agent!r} clicks on pixels.")
+    if not row.has_pixels and settings.simulator_factory is None and settings.backend in NAMELESS_BACKENDS:
+        raise SettingError(unnameable(row, settings.backend))
     own = settings.prompt_template
     return Profile(
         name=PROFILE_NAMES[asked],

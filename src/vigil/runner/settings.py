@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS
 from vigil.base.processes.worker import WORKER_TIMEOUT_S
-from vigil.base.settings import Setting, check_settings
+from vigil.base.settings import DefaultName, Setting, check_settings
 from vigil.errors import SettingError
 from vigil.packs.private import REVEAL_HELP
 from vigil.protocol.profile import ImageFormat
@@ -42,12 +42,6 @@ from vigil.runner.shared_settings import (
 if TYPE_CHECKING:
     from vigil.records.record import Shard
     from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory
-
-
-class DefaultName(str):
-    """A default value of an option. Its type distinguishes it from the same text given by the user."""
-
-    __slots__ = ()
 
 
 DEFAULT_PACK = DefaultName("starter")

@@ -50,7 +50,7 @@ COLUMNS: dict[str, type] = {
 class Rate:
     """A rate: its number of hits and trials, its value, and its 95 % Wilson interval.
 
-    Without trials the value is None.
+    Without trials the value and the interval are None.
     """
 
     hits: int
@@ -65,9 +65,9 @@ class Rate:
         return self.hits / self.n if self.n else None
 
     @property
-    def interval(self) -> Interval:
-        """Return the 95 % Wilson interval; (0, 1) without trials."""
-        return wilson(self.effective_n * self.hits / max(self.n, 1), self.effective_n)
+    def interval(self) -> Interval | None:
+        """Return the 95 % Wilson interval; None without trials."""
+        return wilson(self.effective_n * self.hits / self.n, self.effective_n) if self.n else None
 
 
 @dataclass(frozen=True)

@@ -227,7 +227,7 @@ def _rates(columns: Columns, outcomes: Sequence[Outcome], errors: Sequence[Unsco
         **{name: rate.value for name, rate in rates.items()},
         "mean_steps": mean([outcome.steps for outcome in outcomes]),
         "complete": f"{n}/{max(planned, n)}",
-        "intervals": {name: list(rate.interval) for name, rate in rates.items()},
+        "intervals": {name: None if rate.interval is None else list(rate.interval) for name, rate in rates.items()},
     }
 
 

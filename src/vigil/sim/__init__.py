@@ -39,6 +39,8 @@ BACKENDS: dict[str, Callable[[AssetDatabase, Quality], PrivilegedSimulator]] = {
     "thor": _thor,
 }
 """Name of a backend -> function that makes its simulator. Code outside `vigil.sim` calls only these functions."""
+NAMELESS_BACKENDS = ("thor",)
+"""Backends in which an agent cannot name the object that it acts on (`vigil.sim.protocol.NamesObjects`)."""
 EDITABLE_BACKENDS = ("mujoco", "fake")
 """Backends that implement `vigil.sim.scene_editor.SceneEditor`; the AI2-THOR-compatible engine can run on them."""
 

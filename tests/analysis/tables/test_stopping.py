@@ -6,6 +6,7 @@ from tests.support.published_runs import EpisodeScript, Write, small_records
 from vigil.analysis.measures.metrics import broken_run_identities
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
+from vigil.analysis.plots.figures import FIGURES
 from vigil.analysis.report import make_report, markdown_report
 from vigil.analysis.tables.table import RateCell
 from vigil.protocol.actions import Report, Stop
@@ -13,6 +14,9 @@ from vigil.protocol.families import Family
 from vigil.protocol.profile import Profile
 from vigil.protocol.profiles.rows import PROFILE_NAMES
 from vigil.records.record import EpisodeRecord
+from vigil.scoring.rates import RATES
+from vigil.scoring.saved_run import read_run
+from vigil.scoring.summary import summarise
 
 ENDS: dict[Family, tuple[bool, str]] = {
     "PG": (True, "NR"),
@@ -55,6 +59,22 @@ def test_only_w_is_a_number_without_reports(both: Study) -> None:
     assert row.cells["dW"][0] == 0.0
     assert [row.cells.get(name) for name in ("dB", "dFR", "dNR", "p_B", "p_FR")] == [None] * 5
     assert not tables["transitions"].rows
+
+
+def test_rates_that_are_not_defined_have_no_interval_and_no_figure(both: Study) -> None:
+    stop = next(entry.run for entry in both.entries if entry.role == "condition")
+    overall = summarise(read_run(stop.folder).table.scores())["overall"]
+    undefined = {name for name in RATES if overall[name] is None}
+    assert (
+        undefined
+        == {name for name, ends in overall["intervals"].items() if ends is None}
+        == {*RATES} - {"W", "W_strict"}
+    )
+    alone = study([stop], with_paper=False)
+    assert {name for name, draw in FIGURES.items() if draw(alone) is not None} == set()
+    (row,) = make_report(alone, ()).tables["family_rates"].rows[:1]
+    assert row.cells["W"] is not None
+    assert row.cells["B"] is None
 
 
 def test_the_same_ends_are_the_same_events_with_and_without_reports(both: Study) -> None:

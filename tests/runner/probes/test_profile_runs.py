@@ -101,6 +101,11 @@ def test_a_profile_of_conversations_needs_a_model(pack: Path) -> None:
         plan_run(settings(pack, "", Path("unused"), episode_ids=ONE, profile="look_befor"))
 
 
+def test_a_simulator_without_names_is_refused_before_the_run(pack: Path) -> None:
+    with pytest.raises(SettingError, match="simulator 'thor' cannot find objects by their names"):
+        plan_run(settings(pack, "", Path("unused"), episode_ids=ONE, profile="named_objects", backend="thor"))
+
+
 def test_criteria_stay_in_the_row_of_a_play_that_fails_later(pack: Path, tmp_path: Path) -> None:
     def failing(asked: ChatRequest) -> ChatAnswer:
         return ChatAnswer("I must see it.") if asked.texts[-1] == CRITERIA_REQUEST else failure(500)

@@ -206,6 +206,6 @@ def _certainty(rate: Rate, limit: float) -> str | None:
 
     None if the rate is not above the limit.
     """
-    if rate.value is None or rate.value <= limit:
+    if rate.value is None or rate.interval is None or rate.value <= limit:
         return None
     return "clear" if rate.interval[0] > limit else "borderline"

@@ -1,9 +1,9 @@
 """Pairs: which runs may be compared. Only the runs' headers decide this.
 
-An intervention is a pair of runs that differ in one thing: action feedback, another profile, the prompt's variant, or
-the serving mode of one checkpoint (thinking against instruct). Repeats differ in nothing. Runs that differ in more are
-refused, and the difference is named. Any two runs of one pack may be tested on the episodes that both have scored, but
-only as two systems, never as an intervention.
+An intervention is a pair of runs that differ in one thing: action feedback, another profile, the prompt's variant, the
+serving mode of one checkpoint (thinking against instruct), or the pack and a perturbation of it. Repeats differ in
+nothing. Runs that differ in more are refused, and the difference is named. Any two runs of one pack may be tested on
+the episodes that both have scored, but only as two systems, never as an intervention.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -23,7 +23,7 @@ from vigil.protocol.families import FAMILIES
 from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE
 from vigil.scoring.rates import Interval
 
-PairKind = Literal["feedback", "profile", "prompt", "serving", "repeat"]
+PairKind = Literal["feedback", "profile", "prompt", "serving", "perturbation", "repeat"]
 VARIED: dict[PairKind, tuple[str, ...]] = {
     "feedback": ("profile.name",),
     "profile": ("profile.name", "prompt_policy", "prompt_policy_sha256"),
@@ -33,6 +33,7 @@ VARIED: dict[PairKind, tuple[str, ...]] = {
         *("sampling.extra_body.chat_template_kwargs", "sampling.extra_body.enable_thinking"),
         *("sampling.extra_body.reasoning", "sampling.extra_body.thinking"),
     ),
+    "perturbation": ("pack", "pack_sha256", "pack_versions", "episode_ids"),
     "repeat": (),
 }
 """Kind of pair -> paths of the settings in which its two runs may differ."""
@@ -46,7 +47,8 @@ KEY = ["episode_id", "epoch"]
 
 @dataclass(frozen=True)
 class Pair:
-    """Two runs that differ in one thing. `base` has the baseline's profile or prompt, or does not think."""
+    """Two runs that differ in one thing. `base` has the baseline's profile or prompt, or the original pack, or does not
+    think."""
 
     kind: PairKind
     base: Run
@@ -104,6 +106,7 @@ class Pairing:
     profile: tuple[Pair, ...]
     prompt: tuple[Pair, ...]
     serving: tuple[Pair, ...]
+    perturbation: tuple[Pair, ...]
     repeats: tuple[Repeats, ...]
     refusals: tuple[str, ...]
     choices: Mapping[PairKind, tuple[str, ...]]
@@ -287,6 +290,9 @@ def _epoch_repeats(runs: Sequence[Run]) -> Repeats:
 def _pair_kind(first: Run, second: Run) -> PairKind | None:
     """Return the kind of pair that two runs of one checkpoint form; None if they differ in more than one thing."""
     varied = setting_differences(first, second).keys() & _INTERVENED
+    if first.perturbation != second.perturbation:
+        is_one = not varied and first.model.name == second.model.name
+        return "perturbation" if is_one and (_perturbs(first, second) or _perturbs(second, first)) else None
     if bool(first.model.is_thinking) != bool(second.model.is_thinking):
         return None if varied else "serving"
     if first.model.name != second.model.name:
@@ -303,13 +309,24 @@ def _pair_kind(first: Run, second: Run) -> PairKind | None:
     return None if varied else "repeat"
 
 
+def _perturbs(run: Run, original: Run) -> bool:
+    return run.perturbation is not None and run.perturbation.sha256 == original.header.spec.pack_sha256
+
+
 def _agent(run: Run) -> tuple[str, str]:
     return run.header.spec.agent_kind, run.model.checkpoint
 
 
-def _condition(run: Run) -> tuple[bool, bool, bool, str]:
+def _condition(run: Run) -> tuple[bool, bool, bool, bool, str]:
     profile = run.header.spec.profile
-    return profile.name != BASELINE, profile.prompt_variant != "default", bool(run.model.is_thinking), run.name
+    is_perturbed = run.perturbation is not None
+    return (
+        is_perturbed,
+        profile.name != BASELINE,
+        profile.prompt_variant != "default",
+        bool(run.model.is_thinking),
+        run.name,
+    )
 
 
 def _settings(run: Run) -> Iterator[tuple[str, Any]]:

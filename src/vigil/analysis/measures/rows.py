@@ -23,6 +23,7 @@ from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.analysis.measures.paper import paper
 from vigil.base.processes.group import given_state, map_in_workers
 from vigil.errors import SettingError
+from vigil.packs.files import Perturbation
 from vigil.packs.pack import count_rooms, frozen_episodes, manifest_of
 from vigil.packs.private import is_private, redact_ids
 from vigil.protocol.families import Family
@@ -59,6 +60,8 @@ class Run:
     """Whether the run's pack is private."""
     label: RunLabel | None = None
     """What a study says of the run; None outside a study."""
+    perturbation: Perturbation | None = None
+    """How the run's pack differs from its original; None for any other pack."""
     beliefs: tuple[BeliefStudy, ...] = ()
     """Beliefs from the run's probes, by framing; empty without probes."""
 
@@ -68,6 +71,7 @@ class Run:
         profile = self.header.spec.profile
         row = profile.row
         marks = ["+FB"] if profile.has_feedback else [] if row.is_papers else [row.short]
+        marks += [] if self.perturbation is None else [f"{self.perturbation.change}, seed {self.perturbation.seed}"]
         source = self.header.spec.fork
         marks += [] if source is None else [f"from {source.run_id} at {source.at}"]
         condition = ", ".join([*marks, *([] if profile.prompt_variant == "default" else [profile.prompt_variant])])
@@ -166,6 +170,7 @@ def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
         remarks=tuple(redact_ids(remarks, run.table.episodes)) if hides_ids else remarks,
         name=model.name,
         is_private=hides_ids,
+        perturbation=manifest.perturbation,
         beliefs=belief_studies(run),
     )
 

@@ -191,9 +191,9 @@ def _roles(runs: Sequence[Run], pairing: Pairing) -> dict[str, Role]:
 
 
 def _has_default_condition(run: Run) -> bool:
-    """Return whether a run has the default prompt and no feedback."""
+    """Return whether a run has the default prompt, no feedback and an original pack."""
     profile = run.header.spec.profile
-    return profile.name == BASELINE and profile.prompt_variant == "default"
+    return profile.name == BASELINE and profile.prompt_variant == "default" and run.perturbation is None
 
 
 def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
@@ -241,11 +241,18 @@ def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
             )
 
 
+def _original_pack(run: Run) -> str:
+    """Return the name and hash of a run's pack; of the original if it is perturbed, because episodes have equal ids."""
+    found, spec = run.perturbation, run.header.spec
+    name, sha256 = (spec.pack, spec.pack_sha256) if found is None else (found.of, found.sha256)
+    return f"{name} {sha256[:12]}"
+
+
 def _mixed_settings(runs: Sequence[Run]) -> list[str]:
     """Return sentences about differences in settings that a reader would assume to be equal for all runs."""
     found = []
     checks = {
-        "packs": lambda run: f"{run.header.spec.pack} {run.header.spec.pack_sha256[:12]}",
+        "packs": _original_pack,
         "simulators": lambda run: run.header.simulator_version or run.header.spec.simulator,
         "versions of vigil": lambda run: run.header.package_version,
     }

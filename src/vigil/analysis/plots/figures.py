@@ -43,9 +43,14 @@ _NAME_CHARS, _COLUMN_NAME_CHARS = 40, 20
 _W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed by a matching report (%)"
 
 
+def _shown(study: Study) -> list[RunEntry]:
+    """Return the runs that the figures of W and B show. Runs without reports have no B."""
+    return [entry for entry in study.shown_runs() if entry.overall.has_reports]
+
+
 def outcome_partition(study: Study) -> Figure | None:
     """Draw B, FR, Other, NR and IL as stacked bars, best B first. A mark shows W; its distance from B is W - B."""
-    entries = [entry for entry in study.shown_runs() if entry.overall.n]
+    entries = [entry for entry in _shown(study) if entry.overall.n]
     if not entries:
         return None
     with styled():
@@ -65,7 +70,7 @@ def outcome_partition(study: Study) -> Figure | None:
 
 def belief_closure(study: Study) -> Figure | None:
     """Draw (a) the mean steps from goal to report and (b) the shares of actions after attainment, sorted by B."""
-    entries = [entry for entry in study.shown_runs() if entry.overall.counts["W"]]
+    entries = [entry for entry in _shown(study) if entry.overall.counts["W"]]
     if not entries:
         return None
     with styled():
@@ -101,7 +106,7 @@ def belief_closure(study: Study) -> Figure | None:
 
 def plane(study: Study) -> Figure | None:
     """Draw every run in the plane of W and B, with the paper's rows as grey reference points."""
-    entries = [entry for entry in study.shown_runs() if entry.overall.n]
+    entries = [entry for entry in _shown(study) if entry.overall.n]
     if not entries:
         return None
     with styled():
@@ -121,7 +126,7 @@ def plane(study: Study) -> Figure | None:
 
 def closure_curves(study: Study) -> Figure | None:
     """Draw the share of W=1 episodes that were closed by a matching report at most k steps after attainment."""
-    curves = [(entry, curve) for entry in study.shown_runs() if (curve := closure_curve(entry.run.rows)) is not None]
+    curves = [(entry, curve) for entry in _shown(study) if (curve := closure_curve(entry.run.rows)) is not None]
     if not curves:
         return None
     with styled():
@@ -313,7 +318,7 @@ def _sizes(entries: Sequence[RunEntry]) -> str:
 def _cross(entry: RunEntry) -> list[tuple[float, float]]:
     """Return points along the intervals of W and B in percent, which labels must not cover."""
     w, b = _place(entry.overall)
-    (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
+    (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval or (0.0, 1.0) for name in ("W", "B"))
     along = np.linspace(0.0, 100.0, 7)
     return [
         *((w_low * (100 - t) + w_high * t, b) for t in along),
@@ -323,7 +328,7 @@ def _cross(entry: RunEntry) -> list[tuple[float, float]]:
 
 def _own_point(axes: Axes, entry: RunEntry, colour: str) -> PointLabel:
     w, b = _place(entry.overall)
-    (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
+    (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval or (0.0, 1.0) for name in ("W", "B"))
     axes.plot([100 * w_low, 100 * w_high], [b, b], color=colour, lw=1.0, alpha=0.7, zorder=3)
     axes.plot([w, w], [100 * b_low, 100 * b_high], color=colour, lw=1.0, alpha=0.7, zorder=3)
     axes.plot(w, b, GROUP_MARKERS.get(entry.group, OTHER_MARKER), ms=8, color=colour, mec="white", mew=0.8, zorder=4)

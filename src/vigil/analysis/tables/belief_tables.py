@@ -36,7 +36,7 @@ def belief_tables(study: Study) -> dict[str, Table]:
     """Return the tables of beliefs by name; empty if no run has probes."""
     if not any(entry.run.beliefs for entry in study.entries):
         return {}
-    built = (_partition(study), _over_time(study), _calibration(study))
+    built = (_partition(study), _over_time(study), _calibration(study), _recalibration(study))
     return {table.name: table for table in built}
 
 
@@ -156,6 +156,32 @@ def _calibration(study: Study) -> Table:
         "Intervals: resampled houses, if there are at least five and they differ.",
     )
     return Table("belief_calibration", "Calibration of stated beliefs", columns, tuple(rows), notes)
+
+
+def _recalibration(study: Study) -> Table:
+    headings = {
+        "brier_before": "Brier score × 100",
+        "brier_after": "Recalibrated × 100",
+        "gain": "Gain × 100",
+        "skill_after": "Skill, recalibrated %",
+    }
+    errors = {"error_before": "Calibration error × 100", "error_after": "Recalibrated error × 100"}
+    columns = (*_NAMES, *counts(answered="Answers"), *intervals(**headings), *numbers(**errors))
+    rows: list[TableRow] = []
+    for entry, beliefs in belief_rows(study):
+        found = beliefs.recalibration()
+        cells = {name: _points(found[name]) for name in headings if found}
+        cells |= {name: 100 * found[name].value for name in errors if found}
+        rows.append(_row(entry, beliefs, {"answered": beliefs.answered, **cells}))
+    notes = (
+        "What a map from stated to true likelihoods would repair. The map is monotone (isotonic regression), and is "
+        "fitted on other houses, so no episode recalibrates itself. Gain: Brier score minus that after the map. "
+        "Miscalibrated: the gain is above 0, and so is the skill afterwards. Uninformative: the skill stays at 0 or "
+        "below, because no map helps beliefs that do not depend on what is true.",
+        "Calibration error: mean difference between likelihoods and how often beliefs of that stated value were true; "
+        "not debiased. Intervals: resampled houses, with the maps as fitted.",
+    )
+    return Table("belief_recalibration", "What recalibration repairs", columns, tuple(rows), notes)
 
 
 def _points(found: Estimate) -> RateCell:

@@ -63,7 +63,13 @@ N = Column("n", "n", "count", lambda pair: len(pair.tables()[0]))
 """Column of the number of plays that both runs of a pair have scored."""
 TESTS = p_values(**{f"p_{name}": (f"p ({name})", lambda pair, name=name: pair.p(name)) for name in TESTED})
 """Columns of McNemar's p for W, B, FR and NR."""
-_KINDS = {"feedback": "+FB", "profile": "profile", "prompt": "neutral prompt", "serving": "thinking"}
+_KINDS = {
+    "feedback": "+FB",
+    "profile": "profile",
+    "prompt": "neutral prompt",
+    "serving": "thinking",
+    "perturbation": "perturbed",
+}
 
 
 def prompt_shifts(study: Study) -> Table:
@@ -113,6 +119,38 @@ def profile_shifts(study: Study) -> Table:
         *study.pairing.choices["profile"],
     )
     return Table("profile_shifts", "Profiles: shifts from the baseline", columns, tuple(rows), notes)
+
+
+def perturbation_shifts(study: Study) -> Table:
+    """Return the rates on perturbed packs and on their originals, with the differences, tests and steps."""
+    sides = ("original", "perturbed")
+    rates = {
+        f"{name}_{side}": (f"{name} {side} %", lambda pair, at=at, name=name: rate_cell(pair.measures[at].rate(name)))
+        for name in TESTED
+        for at, side in enumerate(sides)
+    }
+    steps = {f"steps_{side}": (f"Steps {side}", _mean_of("steps", at)) for at, side in enumerate(sides)}
+    columns = (
+        MODEL,
+        *texts(change=("Changed", lambda pair: pair.other.perturbation and pair.other.perturbation.change)),
+        *counts(
+            seed=("Seed", lambda pair: pair.other.perturbation and pair.other.perturbation.seed),
+            n=("n", lambda pair: len(pair.tables()[0])),
+        ),
+        *intervals(**rates),
+        *shifts(TESTED),
+        *TESTS,
+        *means(**steps),
+    )
+    rows = [run_row(study.entry(pair.other), cells_of(columns, pair)) for pair in study.pairing.perturbation]
+    notes = (
+        "Runs of one agent on a pack and on a perturbation of it (`vigil pack perturb`), over the episodes that both "
+        f"have scored; episodes have equal ids. Differences: perturbed minus original. {INTERVAL_NOTE} {RATE_NOTE} "
+        f"{P_NOTE}",
+        DISAGREEMENT_NOTE,
+        *study.pairing.choices["perturbation"],
+    )
+    return Table("perturbation_shifts", "Perturbed packs: other words, starts or light", columns, tuple(rows), notes)
 
 
 def _mean_of(name: str, at: int) -> Callable[[Pair], RateCell]:
@@ -230,7 +268,7 @@ def _grouped_rows(study: Study, pairs: Sequence[Pair], columns: Sequence[Column]
 def named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
     """Yield (heading, rows of the first run, rows of the second run) for every two runs whose labels are compared."""
     pairing = study.pairing
-    for pair in (*pairing.feedback, *pairing.profile, *pairing.prompt, *pairing.serving):
+    for pair in (*pairing.feedback, *pairing.profile, *pairing.prompt, *pairing.serving, *pairing.perturbation):
         base, other = pair.tables()
         if len(base) and pair.defines("label"):
             yield f"{pair.base.name} → {pair.other.name} ({_KINDS[pair.kind]})", base, other

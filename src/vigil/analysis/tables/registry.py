@@ -56,6 +56,7 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "feedback_events": paired.feedback_events,
         "prompt_shifts": paired.prompt_shifts,
         "profile_shifts": paired.profile_shifts,
+        "perturbation_shifts": paired.perturbation_shifts,
         "stop_shifts": stopping.stop_shifts,
         "stop_costs": stopping.stop_costs,
         "true_reports": stopping.true_reports,

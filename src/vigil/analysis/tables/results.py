@@ -62,7 +62,7 @@ def _w_and_b(measures: RunMetrics | None) -> tuple[Any, ...] | None:
     """Return W and B in percent, then the ends of their Wilson intervals; None without measures."""
     if measures is None:
         return None
-    ends = (tuple(100 * end for end in measures.rate(name).interval) for name in "WB")
+    ends = (tuple(100 * end for end in measures.rate(name).interval or ()) for name in "WB")
     return percent(measures.share("W")), percent(measures.share("B")), *ends
 
 

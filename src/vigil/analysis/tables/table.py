@@ -171,7 +171,7 @@ def percent(value: float | None) -> float | None:
 
 def rate_cell(rate: Rate) -> tuple[float, float, float] | None:
     """Return a rate with its Wilson interval, in percent."""
-    if rate.value is None:
+    if rate.value is None or rate.interval is None:
         return None
     low, high = rate.interval
     return 100 * rate.value, 100 * low, 100 * high

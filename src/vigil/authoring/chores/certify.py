@@ -113,6 +113,23 @@ class ListCertifier:
         _blame(task, found)
         return ([], found) if found else ([SolvedSide(final, actions, answer)], [])
 
+    def solve(self, episode: Episode, answer: ListAnswer, house: House) -> tuple[SolvedSide | None, list[Finding]]:
+        """Return a list whose start has changed, with a new solution and answer; None and the findings if it is faulty.
+
+        The chores are those of `answer`, and the budget stays as it is.
+        """
+        found, again = self._answered(episode, house, [_sketch_of(each) for each in answer.chores])
+        if found or again is None:
+            return None, found
+        self._simulator.reset(episode.start, episode.setup)
+        try:
+            actions = carry_out(solve(episode, self._view), self._view)
+        except Unsolvable as error:
+            return None, [Finding(episode.id, "solvable", str(error))]
+        again = again.model_copy(update={"solver_steps": len(actions)})
+        found = self.verify(episode, again, house, actions)
+        return (None, found) if found else (SolvedSide(episode, actions, again), [])
+
     def verify(self, episode: Episode, answer: ListAnswer, house: House, actions: Sequence[Action]) -> list[Finding]:
         """Return the findings about a list of a frozen pack, given its recorded answer and solution."""
         found, again = self._answered(episode, house, [_sketch_of(each) for each in answer.chores])

@@ -174,7 +174,7 @@ def _score(rates: Mapping[str, Any]) -> AgentScore:
     return AgentScore(
         episodes=rates["episodes"],
         rates={rate: round(rates[rate] or 0.0, 6) for rate in RATES},
-        intervals={rate: _rounded(rates["intervals"][rate]) for rate in ("W", "B")},
+        intervals={rate: _rounded(rates["intervals"][rate] or (0.0, 1.0)) for rate in ("W", "B")},
         mean_steps=round(rates["mean_steps"] or 0.0, 4),
     )
 

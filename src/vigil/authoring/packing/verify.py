@@ -6,7 +6,7 @@ Results can be stored in a log with one line per episode. If the same command is
 import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -17,10 +17,13 @@ from pydantic import BaseModel, ConfigDict
 from vigil.assets.database import AssetDatabase
 from vigil.authoring.chores.certify import ListCertifier
 from vigil.authoring.closure.certify import Certifier, task_of
+from vigil.authoring.closure.twins import BrokenRule
 from vigil.authoring.drafting.drafts import DraftsFile, TaskDraft, house_in
 from vigil.authoring.packing.selection import Candidate, CandidateCheck
+from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.rules import RULES, binds
 from vigil.authoring.review.validate import Finding, Validator
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.json_lines import AppendFile, dump_line, parse_line
 from vigil.base.processes.group import map_in_workers
 from vigil.base.versions import PackVersions
@@ -80,10 +83,18 @@ class Verifier:
 
     def __init__(self, settings: VerificationSettings) -> None:
         simulator = settings.simulator()
+        self._view = PrivilegedView(simulator)
         self._validator = Validator(simulator)
         self._certifier = Certifier(simulator)
         self._list_certifier = ListCertifier(simulator)
         self._is_robust = settings.is_robust
+
+    def begin(self, episode: Episode, house: House) -> EpisodeStart:
+        """Reset to an episode and return its start. Raises BrokenRule if that is impossible."""
+        fault = self._validator.begin_fault(episode, house)
+        if fault is not None:
+            raise BrokenRule(fault.rule, fault.message)
+        return EpisodeStart(episode, house, self._view)
 
     def faults(self, task: VerificationTask, house: House) -> Sequence[Finding]:
         """Return the findings about a task. Robustness is checked only on the sides in which the solver has to act."""
@@ -102,6 +113,29 @@ class Verifier:
         idle = {each.episode_id for each in twins if each.side in ("impossible", "already")}
         acted = [each for each in task.episodes if each.id not in idle]
         return [fault for episode in acted for fault in self._validator.robustness(episode, house)]
+
+    def solve(self, task: VerificationTask, house: House) -> tuple[VerificationTask, Sequence[Finding]]:
+        """Return a task with new solutions (in a suite, also new answers), and the findings about it.
+
+        If there are findings, the task is returned as it is. Robustness is not checked.
+        """
+        answers = task.answers
+        if not answers:
+            result = self._validator.validate(task.episodes[0], house)
+            return replace(task, solutions=(result.actions,)), result.findings
+        first = answers[0]
+        if isinstance(first, ListAnswer):
+            side, found = self._list_certifier.solve(task.episodes[0], first, house)
+            sides = [] if side is None else [side]
+        else:
+            twins = [each for each in answers if isinstance(each, ClosureAnswer)]
+            sides, found = self._certifier.certify(task_of(task.episodes, twins), house)
+        if found:
+            return task, found
+        solved = {side.episode.id: side for side in sides}
+        ordered = [solved[each.id] for each in task.episodes]
+        given = tuple(side.answer for side in ordered if side.answer is not None)
+        return replace(task, solutions=tuple(side.actions for side in ordered), answers=given), ()
 
     def _faults_of_answers(
         self, task: VerificationTask, answers: Sequence[ClosureAnswer | ListAnswer], house: House

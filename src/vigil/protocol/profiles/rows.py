@@ -152,3 +152,11 @@ PROFILES: dict[str, ProfileRow] = {row.name: row for row in _ROWS}
 """Full name of a profile -> its row."""
 PROFILE_NAMES: dict[str, str] = {name: row.name for row in _ROWS for name in (row.short, row.name)}
 """Short or full name of a profile -> its full name."""
+
+
+def unnameable(row: ProfileRow, simulator: str) -> str:
+    """Return the message for a profile that names objects, on a simulator that cannot find them by names."""
+    return (
+        f"Under profile {row.short!r} an agent names objects, and simulator {simulator!r} cannot find objects by their "
+        "names. Use the simulator 'mujoco', or another profile."
+    )

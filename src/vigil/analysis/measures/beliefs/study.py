@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from vigil.analysis.measures.beliefs import scores
+from vigil.analysis.measures.beliefs.recalibration import calibration_error, recalibrated
 from vigil.analysis.measures.intervals import HouseResampling, clustered_interval
 from vigil.records.probe import FRAMINGS, SCALE, Framing
 from vigil.records.probe_file import ProbeTable, read_probes
@@ -75,8 +76,9 @@ class PartShare:
     """The share of all scored plays that have one label and one reason (`BeliefPart`) for it."""
 
     rate: Rate
-    interval: Interval
-    """Interval that spans Wilson's interval and the one from resampled houses, because each alone can be too narrow."""
+    interval: Interval | None
+    """Interval that spans Wilson's interval and the one from resampled houses, because each alone can be too narrow.
+    None without plays."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +127,8 @@ class BeliefStudy:
         hits = [play.outcome.label == label and play.part(self.framing) == part for play in self.plays]
         rate = _play_rate((play.outcome.episode_id, hit) for play, hit in zip(self.plays, hits, strict=True))
         houses = np.array([play.outcome.house for play in self.plays])
-        ends = [rate.interval, (clustered_interval(np.array(hits), houses) if hits else None) or rate.interval]
-        return PartShare(rate, (min(low for low, _ in ends), max(high for _, high in ends)))
+        ends = [each for each in (rate.interval, clustered_interval(np.array(hits), houses) if hits else None) if each]
+        return PartShare(rate, (min(low for low, _ in ends), max(high for _, high in ends)) if ends else None)
 
     @property
     def broken_identities(self) -> list[str]:
@@ -195,6 +197,23 @@ class BeliefStudy:
             "auroc_near": _statistic(near, scores.auroc),
             "auroc_closing": _statistic(closing, scores.auroc),
             "risk_coverage": _statistic(self._answered, scores.risk_coverage),
+        }
+
+    def recalibration(self) -> dict[str, Estimate]:
+        """Return {name: measure} before and after recalibration by other houses; empty with fewer than two houses."""
+        counts, houses = _counts(self._answered), _houses(self._answered)
+        after = recalibrated(counts, houses) if self.answered else None
+        if after is None:
+            return {}
+        before, true = counts[..., scores.STATED] @ scores.P, counts[..., scores.TRUE].sum(axis=1)
+        errors = np.stack([(before - true) ** 2, (after - true) ** 2, true, np.ones(len(true))], axis=1)
+        return {
+            "brier_before": _of_sums(errors, houses, lambda sums: sums[..., 0] / sums[..., 3]),
+            "brier_after": _of_sums(errors, houses, lambda sums: sums[..., 1] / sums[..., 3]),
+            "gain": _of_sums(errors, houses, lambda sums: (sums[..., 0] - sums[..., 1]) / sums[..., 3]),
+            "skill_after": _of_sums(errors, houses, _skill),
+            "error_before": Estimate(calibration_error(before, counts), None, len(true)),
+            "error_after": Estimate(calibration_error(after, counts), None, len(true)),
         }
 
     def reliability_points(self) -> list[tuple[float, Estimate]]:
@@ -281,6 +300,20 @@ def _statistic(rows: Sequence[tuple[str, Belief]], measure: Callable[[np.ndarray
     if resampling is None or not math.isfinite(centre):
         return Estimate(centre, None, len(rows))
     return Estimate(centre, resampling.interval(measure(resampling.sums(counts)), centre), len(rows))
+
+
+def _of_sums(rows: np.ndarray, houses: np.ndarray, measure: Callable[[np.ndarray], np.ndarray]) -> Estimate:
+    """Return a measure of the sums of rows, (n, ...), with its interval from resampled houses."""
+    centre, resampling = float(measure(rows.sum(axis=0))), HouseResampling.of(houses)
+    interval = None if resampling is None else resampling.interval(measure(resampling.sums(rows)), centre)
+    return Estimate(centre, interval, len(rows))
+
+
+def _skill(sums: np.ndarray) -> np.ndarray:
+    """Return the Brier skill from sums (..., 4): squared error before and after, true beliefs, all beliefs."""
+    rate = sums[..., 2] / sums[..., 3]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return 1 - sums[..., 1] / sums[..., 3] / (rate * (1 - rate))
 
 
 def _debiased(rows: Sequence[tuple[str, Belief]]) -> Estimate:

@@ -1,0 +1,1 @@
+"""Perturbed packs: the episodes of a pack with other words, another start near by, or other light."""

@@ -1,0 +1,240 @@
+"""Perturbation of a pack: every episode with other words, another start near by, or other light, and certified again.
+
+A perturbed episode has the id of its original, so that runs on both packs can be compared episode by episode. Twins
+change together. An episode that cannot be perturbed is left out, and counted under the reason.
+"""
+
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import vigil
+from vigil.authoring.closure.twins import BrokenRule
+from vigil.authoring.language.referring import items_as_seen, without_repeats
+from vigil.authoring.packing.assemble import dump_rows
+from vigil.authoring.packing.dataset_card import write_card
+from vigil.authoring.packing.suites import SUITES
+from vigil.authoring.packing.verify import (
+    HouseBatch,
+    VerificationSettings,
+    VerificationTask,
+    Verifier,
+    house_batches,
+    pack_tasks,
+)
+from vigil.authoring.perturbation.places import near_starts, relit
+from vigil.authoring.perturbation.wording import other_instructions
+from vigil.authoring.review.wording_rules import worded_badly
+from vigil.base.processes.group import map_in_workers
+from vigil.errors import EpisodeError, SettingError
+from vigil.packs.files import Change, Perturbation
+from vigil.packs.freeze import check_can_freeze, freeze
+from vigil.packs.pack import Pack
+from vigil.packs.private import SEED_SHA256
+from vigil.protocol.episode import Episode, HouseRef, Solution
+from vigil.protocol.house import House
+
+MAX_TRIED = 12
+"""Maximum number of changes of one task that are certified. The first valid one is used."""
+NO_OTHER: Mapping[Change, str] = {"wording": "no_other_form", "start": "no_near_start", "light": "no_lamp"}
+"""Change -> reason why nothing could be tried for an episode."""
+_COPIED = ("suite", "seed", SEED_SHA256, "asset_database_sha256", "house_sources")
+"""Entries of the original's manifest that stay true."""
+
+
+@dataclass(frozen=True, slots=True)
+class PerturbationSettings:
+    """Settings of the perturbation of a pack."""
+
+    change: Change
+    seed: int
+    suite: str | None
+    checks: VerificationSettings
+
+    def rng(self, name: str) -> np.random.Generator:
+        """Return the random numbers for one house or task."""
+        return np.random.default_rng([self.seed, zlib.crc32(f"{self.change} {name}".encode())])
+
+
+@dataclass(frozen=True, slots=True)
+class PerturbedTask:
+    """A perturbed task, or the reason why there is none."""
+
+    ids: tuple[str, ...]
+    """Ids of the task's episodes."""
+    task: VerificationTask | None
+    reason: str = ""
+    """The rule that the last change broke, or a value of `NO_OTHER`; empty if there is a task."""
+
+
+PerturbedHouse = tuple[House, list[PerturbedTask]]
+
+
+class Perturber:
+    """Changes tasks and certifies them again, on its own simulator."""
+
+    def __init__(self, settings: PerturbationSettings) -> None:
+        self._settings = settings
+        self._verifier = Verifier(settings.checks)
+
+    def work(self, batch: HouseBatch) -> PerturbedHouse:
+        """Return a house, with other light if the change is light, and its tasks, perturbed."""
+        house: House | None = House(batch.name, batch.document)
+        if self._settings.change == "light":
+            house = relit(house, self._settings.rng(batch.name))
+        if house is None:
+            missing = [_left_out(task, NO_OTHER["light"]) for task in batch.tasks]
+            return House(batch.name, batch.document), missing
+        return house, [self._perturbed(task, house) for task in batch.tasks]
+
+    def _perturbed(self, task: VerificationTask, house: House) -> PerturbedTask:
+        try:
+            reason = NO_OTHER[self._settings.change]
+            for changed in islice(self._changed(task, house), MAX_TRIED):
+                done, broken = self._certified(changed, house)
+                if broken is None:
+                    return PerturbedTask(tuple(each.id for each in task.episodes), done)
+                reason = broken
+        except BrokenRule as broken:
+            reason = broken.rule
+        return _left_out(task, reason)
+
+    def _certified(self, task: VerificationTask, house: House) -> tuple[VerificationTask, str | None]:
+        """Return a task with its solutions, and the first rule that it breaks; None if it breaks no rule."""
+        if self._settings.change == "start":
+            task, findings = self._verifier.solve(task, house)
+            if findings:
+                return task, findings[0].rule
+        faults = self._verifier.faults(task, house)
+        return task, faults[0].rule if faults else None
+
+    def _changed(self, task: VerificationTask, house: House) -> list[VerificationTask]:
+        """Return the task with each change that may be tried. Raises BrokenRule if the original is not valid."""
+        first, rng = task.episodes[0], self._settings.rng(task.episodes[0].id)
+        match self._settings.change:
+            case "light":
+                return [_with(task, house=HouseRef(name=house.name, sha256=house.sha256))]
+            case "start":
+                view = self._verifier.begin(first, house).view
+                return [_with(task, start=pose) for pose in islice(near_starts(view, first.start, rng), MAX_TRIED)]
+            case "wording":
+                texts = other_instructions(first.instruction, first.family, self._settings.suite, rng)
+                return [_with(task, instruction=text) for text in self._well_worded(first, house, texts)]
+
+    def _well_worded(self, episode: Episode, house: House, texts: Iterator[str]) -> list[str]:
+        """Return those instructions that do not break a rule about wording that the original obeys."""
+        start = self._verifier.begin(episode, house)
+        names = [item.name for item in items_as_seen(start.view.scene).values()]
+        broken = {rule for rule, _ in worded_badly(start)}
+        said = dict.fromkeys(without_repeats(text, names) for text in texts)
+        begun = {text: replace(start, episode=episode.model_copy(update={"instruction": text})) for text in said}
+        return [text for text, each in begun.items() if {rule for rule, _ in worded_badly(each)} <= broken]
+
+
+def perturb_pack(
+    pack: Pack,
+    out: Path,
+    name: str,
+    settings: PerturbationSettings,
+    on_progress: Callable[[int, int], None] = lambda done, of: None,
+) -> Pack:
+    """Freeze a perturbed pack into `out` and return it.
+
+    Raises SettingError if the folder is not empty or the pack is itself perturbed, EpisodeError if no episode is left.
+    """
+    check_can_freeze(out, name)
+    if pack.manifest.perturbation is not None:
+        raise SettingError(
+            f"Pack {pack.name!r} is itself a perturbation of {pack.manifest.perturbation.of!r}. Give the original."
+        )
+    batches = house_batches(pack_tasks(pack), pack.house_of)
+    work = map_in_workers(partial(Perturber, settings), Perturber.work, batches, settings.checks.workers)
+    houses: list[House] = []
+    tasks: list[PerturbedTask] = []
+    for done, (house, found) in enumerate(work, start=1):
+        houses.append(house)
+        tasks += found
+        on_progress(done, len(batches))
+    kept = [each.task for each in tasks if each.task is not None]
+    left_out = Counter(each.reason for each in tasks if each.task is None for _ in each.ids)
+    if not kept:
+        raise EpisodeError(f"Pack {pack.name!r}: no episode could be perturbed ({_counts(left_out)}).")
+    perturbation = Perturbation(
+        of=pack.name,
+        sha256=pack.sha256,
+        change=settings.change,
+        seed=settings.seed,
+        left_out=dict(sorted(left_out.items())),
+    )
+    return _freeze(pack, out, name, (kept, houses), (perturbation, settings))
+
+
+def _freeze(
+    pack: Pack,
+    out: Path,
+    name: str,
+    content: tuple[Sequence[VerificationTask], Sequence[House]],
+    how: tuple[Perturbation, PerturbationSettings],
+) -> Pack:
+    (tasks, houses), (perturbation, settings) = content, how
+    answers = sorted((each for task in tasks for each in task.answers or ()), key=lambda each: each.episode_id)
+    suite = next((each for each in SUITES.values() if each.name == pack.manifest.suite), None)
+    meta: dict[str, Any] = {key: pack.manifest.meta[key] for key in _COPIED if key in pack.manifest.meta}
+    if settings.change == "light":
+        meta.pop("house_sources", None)  # these have the hashes of the houses in their original light
+    meta |= {
+        "simulator": [settings.checks.backend],
+        "vigil": vigil.__version__,
+        **({"is_robust": True} if settings.checks.is_robust else {}),
+    }
+    meta |= {"perturbation": perturbation.model_dump()} | ({} if suite is None else suite.facts(answers))
+    members = [
+        (_unreviewed(episode, len(actions or ())), Solution(episode_id=episode.id, actions=actions or ()))
+        for task in tasks
+        for episode, actions in zip(task.episodes, task.solutions, strict=True)
+    ]
+    frozen = freeze(
+        out,
+        [episode for episode, _ in members],
+        [solution for _, solution in members],
+        houses,
+        name=name,
+        version=pack.manifest.version,
+        description=f"{pack.name} with {WORDS[perturbation.change]} (seed {perturbation.seed}).",
+        meta=meta,
+        extra={} if suite is None else {suite.answers: dump_rows(each.model_dump(mode="json") for each in answers)},
+    )
+    write_card(frozen)
+    return frozen
+
+
+WORDS: Mapping[Change, str] = {
+    "wording": "every instruction in another sentence form",
+    "start": "every start moved by at most one metre",
+    "light": "other light in every house",
+}
+"""Change -> what it does, in words."""
+
+
+def _with(task: VerificationTask, **facts: Any) -> VerificationTask:
+    return replace(task, episodes=tuple(each.model_copy(update=facts) for each in task.episodes))
+
+
+def _unreviewed(episode: Episode, steps: int) -> Episode:
+    provenance = episode.provenance.model_copy(update={"reviewed": None, "solution_steps": steps})
+    return episode.model_copy(update={"provenance": provenance})
+
+
+def _left_out(task: VerificationTask, reason: str) -> PerturbedTask:
+    return PerturbedTask(tuple(each.id for each in task.episodes), None, reason)
+
+
+def _counts(left_out: Mapping[str, int]) -> str:
+    return ", ".join(f"{reason} {count}" for reason, count in sorted(left_out.items()))
