@@ -52,8 +52,7 @@ class Env:
         A house that is already loaded is not loaded again. `recorded_profile` is that of an episode's first steps if
         they are those of another play; None for `profile`.
         """
-        self.profile = profile
-        self._recorded_profile = recorded_profile or profile
+        self.use_profile(profile, recorded_profile)
         self._simulator = simulator
         self._house_of = house_of
         self._clock = clock
@@ -71,6 +70,10 @@ class Env:
     def close(self) -> None:
         """Close the simulator."""
         self._simulator.close()
+
+    def use_profile(self, profile: Profile, recorded_profile: Profile | None = None) -> None:
+        """Play the next episodes under another profile; see `__init__`. The house stays loaded."""
+        self.profile, self._recorded_profile = profile, recorded_profile or profile
 
     @property
     def simulator_name(self) -> str:

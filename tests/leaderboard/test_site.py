@@ -206,7 +206,9 @@ def test_decisions_are_read_and_shown_and_a_checked_bundle_is_not_checked_again(
         f"- {{run: {good}, status: accepted, why: it holds, tier: fresh_pack, {common}}}\n"
         f"- {{run: {bad}, status: withdrawn, why: the authors asked, {common}}}\n"
     )
-    monkeypatch.setattr("vigil.leaderboard.build.check_run", None)  # what is in the cache is not checked again
+    monkeypatch.setattr(
+        "vigil.leaderboard.bundle_checks.verify_candidates", None
+    )  # what is in the cache is not checked again
     arguments = (*bundles.values(), "--pack", pack.folder, "--shown-plays", "0", "--workers", "1")
     said = vigil("leaderboard", "build", *arguments, "--decisions", decisions, "--out", out)
     assert said.code == 0, said.err
@@ -222,6 +224,24 @@ def test_decisions_are_read_and_shown_and_a_checked_bundle_is_not_checked_again(
     said = vigil("leaderboard", "build", *arguments, "--decisions", decisions, "--out", out)
     assert said.code == 2
     assert "line 3, decisions[2].status" in said.err
+
+
+def test_a_new_bundle_costs_its_own_plays_only(
+    bundles: dict[str, Path], pack: Pack, runs: Path, tmp_path: Path
+) -> None:
+    played: list[tuple[int, int]] = []
+
+    def built(*paths: Path) -> int:
+        played.clear()
+        settings = BuildSettings(packs=(pack.folder,), workers=1, shown_plays=0)
+        return build_site(paths, tmp_path / "site", settings, lambda *counts: played.append(counts)).checked
+
+    together = len(bundles) * len(pack.episodes)
+    assert built(*bundles.values()) == 2
+    assert played == [(count, together) for count in range(1, together + 1)]
+    submit_run(runs / "random", metadata("another name"), tmp_path / "new.zip", ONE_WORKER)
+    assert built(*bundles.values(), tmp_path / "new.zip") == 1
+    assert played[-1] == (len(pack.episodes), len(pack.episodes))
 
 
 def test_a_folder_that_is_no_site_is_not_overwritten(tmp_path: Path) -> None:
