@@ -10,6 +10,7 @@ from typing import Any
 import pandas as pd
 import pytest
 import yaml
+from axe_playwright_python.base import AXE_SCRIPT
 
 from tests.leaderboard.conftest import ONE_WORKER, metadata
 from tests.support.browser_page import DESKTOP, PHONE, Visitor
@@ -251,6 +252,13 @@ def test_a_folder_that_is_no_site_is_not_overwritten(tmp_path: Path) -> None:
     assert (tmp_path / "mine.txt").exists()
 
 
+def check_with_axe(visitor: Visitor, where: str) -> None:
+    """Assert that axe-core, which checks accessibility, finds no violation on the page."""
+    visitor.page.evaluate(AXE_SCRIPT)
+    found = visitor.page.evaluate("axe.run()")["violations"]
+    assert [(each["id"], each["nodes"][0]["html"]) for each in found] == [], where
+
+
 @pytest.mark.parametrize(("size", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop-light", "phone-dark"])
 def test_a_hundred_entries_are_filtered_by_keyboard(
     make: Make, tmp_path: Path, chromium: Any, size: dict[str, int], scheme: str
@@ -269,6 +277,7 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
     visitor = Visitor(context.new_page())
     visitor.page.goto((tmp_path / "site" / "index.html").as_uri())
     visitor.check("index")
+    check_with_axe(visitor, "index")
     assert visitor.text("#shown") == "100 of 100 entries"
     visitor.tab_to("select[data-filter=weights]")
     visitor.press("ArrowDown")
@@ -278,6 +287,9 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
     visitor.press("Enter")
     visitor.page.wait_for_url("**/entries/*.html")
     visitor.check("entry")
+    check_with_axe(visitor, "entry")
+    visitor.page.goto((tmp_path / "site" / "glossary.html").as_uri())
+    check_with_axe(visitor, "glossary")
     context.close()
 
 
