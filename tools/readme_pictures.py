@@ -1,13 +1,16 @@
 """Makes the pictures of README.md, docs/readme/*, from the starter pack: `python -m tools.readme_pictures`.
 
 It plays the pack with four agents and one episode with a fifth, into runs/readme, and takes the rest from the commands
-`vigil export`, `vigil figure` and `vigil view`. A second call plays nothing that is there. Needs Chromium.
+`vigil export`, `vigil figure` and `vigil view`. The leaderboard is that of `tools.first_entries`. A second call plays
+nothing that is there. Needs Chromium.
 
 The fifth agent says and does what the solver does in a demonstration, but ends with the demonstration's false report:
 its words are true up to the last line, in which it gives up on what it has done.
 """
 
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -102,6 +105,17 @@ def take_viewer() -> None:
         browser.close()
 
 
+def take_leaderboard(site: Path) -> None:
+    """Take the first page of a leaderboard's site."""
+    with sync_playwright() as playwright:
+        chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        with page_of(browser, (1280, 1000)) as page:
+            page.goto((site / "index.html").absolute().as_uri())
+            save_screenshot(page, OUT / "leaderboard.jpg")
+        browser.close()
+
+
 def main() -> None:
     """Make them all."""
     OUT.mkdir(parents=True, exist_ok=True)
@@ -111,6 +125,9 @@ def main() -> None:
     command("export", RUNS / DOUBTER, "--episode", EPISODE, "--out", OUT / "episode.webp")
     command("figure", "outcome_partition", *(RUNS / agent for agent in AGENTS), "--out", OUT / "outcomes.png")
     take_viewer()
+    entries = RUNS / "leaderboard"
+    subprocess.run([sys.executable, "-m", "tools.first_entries", "--out", str(entries)], check=True, cwd=ROOT)
+    take_leaderboard(entries / "site")
 
 
 if __name__ == "__main__":

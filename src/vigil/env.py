@@ -53,12 +53,9 @@ class Env:
         repeated from an earlier play at the start of an episode; by default, `profile`. Raises SettingError if the
         profile names objects and the simulator cannot find objects by their names.
         """
-        self._names = simulator if isinstance(simulator, NamesObjects) else None
-        if self._names is None and not profile.row.has_pixels:
-            raise SettingError(unnameable(profile.row, simulator.name))
-        self.profile = profile
-        self._recorded_profile = recorded_profile or profile
         self._simulator = simulator
+        self._names = simulator if isinstance(simulator, NamesObjects) else None
+        self.use_profile(profile, recorded_profile)
         self._house_of = house_of
         self._clock = clock
         self._loaded: str | None = None
@@ -75,6 +72,12 @@ class Env:
     def close(self) -> None:
         """Close the simulator."""
         self._simulator.close()
+
+    def use_profile(self, profile: Profile, recorded_profile: Profile | None = None) -> None:
+        """Play the next episodes under another profile; see `__init__`. The house stays loaded. Raises SettingError."""
+        if self._names is None and not profile.row.has_pixels:
+            raise SettingError(unnameable(profile.row, self._simulator.name))
+        self.profile, self._recorded_profile = profile, recorded_profile or profile
 
     @property
     def simulator_name(self) -> str:

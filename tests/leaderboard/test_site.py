@@ -10,6 +10,7 @@ from typing import Any
 import pandas as pd
 import pytest
 import yaml
+from axe_playwright_python.base import AXE_SCRIPT
 
 from tests.leaderboard.conftest import ONE_WORKER, metadata
 from tests.support.browser_page import DESKTOP, PHONE, Visitor
@@ -206,7 +207,9 @@ def test_decisions_are_read_and_shown_and_a_checked_bundle_is_not_checked_again(
         f"- {{run: {good}, status: accepted, why: it holds, tier: fresh_pack, {common}}}\n"
         f"- {{run: {bad}, status: withdrawn, why: the authors asked, {common}}}\n"
     )
-    monkeypatch.setattr("vigil.leaderboard.build.check_run", None)  # what is in the cache is not checked again
+    monkeypatch.setattr(
+        "vigil.leaderboard.bundle_checks.verify_candidates", None
+    )  # what is in the cache is not checked again
     arguments = (*bundles.values(), "--pack", pack.folder, "--shown-plays", "0", "--workers", "1")
     said = vigil("leaderboard", "build", *arguments, "--decisions", decisions, "--out", out)
     assert said.code == 0, said.err
@@ -224,11 +227,36 @@ def test_decisions_are_read_and_shown_and_a_checked_bundle_is_not_checked_again(
     assert "line 3, decisions[2].status" in said.err
 
 
+def test_a_new_bundle_costs_its_own_plays_only(
+    bundles: dict[str, Path], pack: Pack, runs: Path, tmp_path: Path
+) -> None:
+    played: list[tuple[int, int]] = []
+
+    def built(*paths: Path) -> int:
+        played.clear()
+        settings = BuildSettings(packs=(pack.folder,), workers=1, shown_plays=0)
+        return build_site(paths, tmp_path / "site", settings, lambda *counts: played.append(counts)).checked
+
+    together = len(bundles) * len(pack.episodes)
+    assert built(*bundles.values()) == 2
+    assert played == [(count, together) for count in range(1, together + 1)]
+    submit_run(runs / "random", metadata("another name"), tmp_path / "new.zip", ONE_WORKER)
+    assert built(*bundles.values(), tmp_path / "new.zip") == 1
+    assert played[-1] == (len(pack.episodes), len(pack.episodes))
+
+
 def test_a_folder_that_is_no_site_is_not_overwritten(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     with pytest.raises(SettingError, match="is not the site of a leaderboard"):
         build_site([], tmp_path, BuildSettings())
     assert (tmp_path / "mine.txt").exists()
+
+
+def check_with_axe(visitor: Visitor, where: str) -> None:
+    """Assert that axe-core, which checks accessibility, finds no violation on the page."""
+    visitor.page.evaluate(AXE_SCRIPT)
+    found = visitor.page.evaluate("axe.run()")["violations"]
+    assert [(each["id"], each["nodes"][0]["html"]) for each in found] == [], where
 
 
 @pytest.mark.parametrize(("size", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop-light", "phone-dark"])
@@ -249,6 +277,7 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
     visitor = Visitor(context.new_page())
     visitor.page.goto((tmp_path / "site" / "index.html").as_uri())
     visitor.check("index")
+    check_with_axe(visitor, "index")
     assert visitor.text("#shown") == "100 of 100 entries"
     visitor.tab_to("select[data-filter=weights]")
     visitor.press("ArrowDown")
@@ -258,6 +287,9 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
     visitor.press("Enter")
     visitor.page.wait_for_url("**/entries/*.html")
     visitor.check("entry")
+    check_with_axe(visitor, "entry")
+    visitor.page.goto((tmp_path / "site" / "glossary.html").as_uri())
+    check_with_axe(visitor, "glossary")
     context.close()
 
 

@@ -19,10 +19,19 @@ from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.sim import make_simulator
 
 
-def make_run(folder: Path, pack: Pack, agent: str, *, frames: bool, simulator: str = "fake", **facts: Any) -> Path:
+def make_run(
+    folder: Path,
+    pack: Pack,
+    agent: str,
+    *,
+    frames: bool,
+    simulator: str = "fake",
+    profile: Profile | None = None,
+    **facts: Any,
+) -> Path:
     """Play a pack with a scripted agent; `facts` are further fields of the header."""
     folder.mkdir(parents=True)
-    profile = Profile()
+    profile = profile or Profile()
     spec = RunSpec(
         agent=agent,
         agent_kind="scripted",

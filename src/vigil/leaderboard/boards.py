@@ -6,6 +6,7 @@ from itertools import pairwise
 
 from vigil.analysis.measures.intervals import PairedTest, holm, paired_test
 from vigil.leaderboard.checking import CheckedEntry
+from vigil.leaderboard.measures import figure_text
 from vigil.leaderboard.metadata import TIERS, Division, Tier
 from vigil.packs.names import stem_of, version_of
 
@@ -134,12 +135,9 @@ def history_of(entries: Iterable[CheckedEntry], earlier: Iterable[dict[str, str]
 
 def history_row(entry: CheckedEntry) -> dict[str, str]:
     """Return the row that later builds need to show an entry in the history."""
-    value, low, high = entry.figures[entry.ranked_by]
-    ends = "" if low is None or high is None else f" [{100 * low:.1f}, {100 * high:.1f}]"
-    shown = "–" if value is None else f"{entry.ranked_by} {100 * value:.1f}{ends}"
     return {
         "model_name": entry.metadata.model_name,
         "profile": entry.profile,
         "pack": entry.header.spec.pack,
-        "result": f"{shown}, {entry.tier}",
+        "result": f"{figure_text(entry.ranked_by, entry.figures[entry.ranked_by])}, {entry.tier}",
     }

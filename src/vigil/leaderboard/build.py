@@ -2,36 +2,30 @@
 
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from vigil.base.files import file_sha256, read_file
+from vigil.base.files import read_file
 from vigil.base.json_files import is_array, is_object, read_json
-from vigil.errors import InputError, PackMismatch, RecordError, SettingError, SimulatorError, shorten
-from vigil.leaderboard.bundle import MAX_ZIP_BYTES, unpack_bundle
+from vigil.errors import SettingError, shorten
+from vigil.leaderboard.bundle import MAX_ZIP_BYTES
+from vigil.leaderboard.bundle_checks import BundleChecks
 from vigil.leaderboard.cache import Cache, Cached
-from vigil.leaderboard.checking import CheckedEntry, check_claims, check_run, known_packs
+from vigil.leaderboard.checking import CheckedEntry, known_packs
 from vigil.leaderboard.decisions import Decision, read_decisions
-from vigil.leaderboard.pages import DATA, Content, LogLine, write_play_pages, write_site
+from vigil.leaderboard.pages import DATA, Content, LogLine, write_site
 from vigil.leaderboard.settings import BuildSettings
 from vigil.leaderboard.signs import copied_plays, signs_between
-from vigil.web.drawing import RenderService
+from vigil.runner.verify_run import OnProgress
 
-OnBundle = Callable[[Path, int, int], None]
 MAX_NAME_CHARS = 80
-_UNREADABLE = (ArithmeticError, LookupError, TypeError, ValueError, RuntimeError)
-"""Errors that odd values in records could cause in any measure. The bundle is then refused, and the build goes on."""
 
 
 @dataclass
 class Builder:
     """The state of one build."""
 
-    settings: BuildSettings
-    cache: Cache
-    packs: Mapping[str, Path]
     decisions: Mapping[str, Decision]
     entries: list[CheckedEntry] = field(default_factory=list[CheckedEntry])
     pages: dict[str, Path] = field(default_factory=dict[str, Path])
@@ -40,19 +34,12 @@ class Builder:
     checked: int = 0
     """Number of bundles that this build checked itself, because they were not in the cache."""
 
-    def add(self, path: Path, on_play: Callable[[int, int], None]) -> None:
-        """Check a bundle. Add its entry, or a line to the log that says why there is no entry."""
-        name = shorten(ascii(path.name)[1:-1], MAX_NAME_CHARS)
-        try:
-            sha256 = file_sha256(path, f"Bundle {str(path)!r}", RecordError)
-            found = self.cache.find(sha256) or self._checked(path, sha256, on_play)
-        except (InputError, SimulatorError) as fault:
-            self.log.append(LogLine(name, "", "refused by the check", str(fault)))
-            return
+    def add(self, name: str, found: Cached) -> None:
+        """Add the entry of a checked bundle, or a line to the log that says why there is no entry."""
         if found.entry is None:
             self.log.append(LogLine(name, "", "refused by the check", found.refusal))
             return
-        entry = found.entry.model_copy(update={"bundle_sha256": sha256})
+        entry = found.entry
         decision = self.decisions.get(entry.id)
         if (why := self._is_other_bundle(entry, decision)) is not None:
             self.log.append(LogLine(name, entry.id, "refused by the check", why))
@@ -83,45 +70,16 @@ class Builder:
                 )
         return None
 
-    def _checked(self, path: Path, sha256: str, on_play: Callable[[int, int], None]) -> Cached:
-        self.checked += 1
-        with self.cache.work_folder() as work:
-            run = Path(work) / "run"
-            run.mkdir()
-            try:
-                claimed = unpack_bundle(path, run)
-                entry, measures = check_run(run, claimed.metadata, self.packs, self.settings, on_play)
-                check_claims(claimed, measures)
-            except PackMismatch:
-                raise  # it may be known to the next build
-            except _UNREADABLE as fault:
-                raise RecordError(
-                    f"the check of the bundle failed with an error: {type(fault).__name__}: "
-                    f"{ascii(str(fault))[:MAX_NAME_CHARS]}"
-                ) from None
-            except RecordError as fault:
-                return self.cache.store(
-                    sha256, RecordError(str(fault).replace(f"{run}/", "").replace(str(run), "the run"))
-                )
-            pages = Path(work) / "pages"
-            pages.mkdir()
-            if self.settings.shown_plays and not entry.is_private:
-                with closing(RenderService()) as drawing:
-                    place = self.packs[entry.header.spec.pack_sha256]
-                    write_play_pages(run, place, entry, pages, drawing, self.settings.shown_plays)
-            return self.cache.store(sha256, entry, pages)
-
 
 def build_site(
     bundles: Sequence[Path],
     out: Path,
     settings: BuildSettings,
-    on_bundle: OnBundle = lambda _path, _done, _total: None,
+    on_progress: OnProgress = lambda _done, _total: None,
 ) -> Builder:
     """Check bundles, in the order in which they arrived, write their site to `out`, and return the state of the build.
 
-    `on_bundle` is called with a bundle, how many of its plays were played again so far, and how many plays it has.
-    Raises SettingError or PackMismatch.
+    `on_progress` is that of `BundleChecks.check`. Raises SettingError or PackMismatch.
     """
     if out.exists() and (not out.is_dir() or (any(out.iterdir()) and not (out / DATA).exists())):
         raise SettingError(f"{str(out)!r} exists, but is not the site of a leaderboard. Give another --out.")
@@ -131,10 +89,12 @@ def build_site(
         settings.shown_plays,
         settings.asset_database,
     )
-    builder = Builder(settings, cache, known_packs(settings.packs), read_decisions(settings.decisions))
+    checks = BundleChecks(cache, known_packs(settings.packs), settings)
+    builder = Builder(read_decisions(settings.decisions))
     earlier = _earlier_rows(settings.earlier)
-    for path in bundles:
-        builder.add(path, lambda done, total, path=path: on_bundle(path, done, total))
+    for path, found in zip(bundles, checks.check(bundles, on_progress), strict=True):
+        builder.add(shorten(ascii(path.name)[1:-1], MAX_NAME_CHARS), found)
+    builder.checked = checks.count
     unused = builder.decisions.keys() - {line.entry for line in builder.log}
     builder.log += [
         LogLine("", name, builder.decisions[name].status, f"{builder.decisions[name].why} (its bundle was not given)")

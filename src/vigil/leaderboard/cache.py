@@ -53,7 +53,9 @@ class Cache:
             return Cached(None, (place / _REFUSAL).read_text(encoding="utf-8"))
         fields = read_json((place / _ENTRY).read_bytes())
         plays = pd.read_parquet(place / _PLAYS)
-        return Cached(CheckedEntry.model_validate({**fields, "plays": plays}), "", place / PAGES)
+        return Cached(
+            CheckedEntry.model_validate({**fields, "plays": plays, "bundle_sha256": bundle_sha256}), "", place / PAGES
+        )
 
     def work_folder(self) -> tempfile.TemporaryDirectory[str]:
         """Return a new folder on the cache's disk, for unpacking a bundle."""

@@ -1,6 +1,8 @@
 """Checking whether a run is a valid entry: its replies are played again, and its figures are computed again."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -18,14 +20,14 @@ from vigil.packs.private import is_private, redact_ids
 from vigil.protocol.prompt import policy_sha256
 from vigil.records.costs import Tokens
 from vigil.records.record import RunHeader, read_header
-from vigil.runner.verify_run import Verification, VerifySettings, verify_run
+from vigil.runner.settings import VerifySettings
+from vigil.runner.verify_run import OnProgress, Verification, simulation_of, verify_runs
 from vigil.scoring.saved_run import SavedRun, read_run
 
 MAX_LISTED = 3
 """Maximum number of differences that a refusal lists."""
 MAX_FAULT_CHARS = 500
 ID_DIGITS = 12
-OnProgress = Callable[[int, int], None]
 
 
 class CheckedEntry(BaseModel):
@@ -93,6 +95,90 @@ def known_packs(folders: tuple[Path, ...] = ()) -> dict[str, Path]:
     return {manifest_sha256(folder): folder for folder in (*(PACKAGED / name for name in packaged_names()), *folders)}
 
 
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A run that may become an entry: complete, and with metadata that agree with its header."""
+
+    run: SavedRun
+    metadata: EntryMetadata
+    pack: Pack
+
+    @classmethod
+    def read(cls, folder: Path, metadata: EntryMetadata, packs: Mapping[str, Path]) -> "Candidate":
+        """Return the run in a folder. `packs` are the known packs.
+
+        Raises RecordError that says why the run is not a valid entry, or PackMismatch if its pack is not known.
+        """
+        header = read_header(folder)
+        _refuse_if(
+            [f"{each}." for each in contradictions(header, metadata)],
+            "the run and its metadata do not make a valid entry",
+        )
+        if policy_sha256(header.spec.profile) != header.spec.prompt_policy_sha256:
+            raise RecordError(
+                f"the run's prompt {header.spec.prompt_policy!r} has a different text in this version of VIGIL, so the "
+                "run cannot be checked"
+            )
+        pack = _pack_of(header, packs)
+        with _hiding_ids(pack):
+            run = read_run(folder, pack.folder)
+            _refuse_if(_missing_plays(run, pack), "the run is not complete")
+        return cls(run, metadata, pack)
+
+    @property
+    def is_replayed(self) -> bool:
+        """Whether the run is played again."""
+        return self.metadata.tier != "self_reported"
+
+    @property
+    def checked_with(self) -> tuple[object, ...]:
+        """Facts that must be equal for candidates to be checked together."""
+        return self.is_replayed, *simulation_of(self.run)
+
+    def conclude(self, found: Verification | Exception) -> tuple[CheckedEntry, Measures]:
+        """Return the run as an entry with its measures, after its verification. Raises RecordError that says why the
+        run is not a valid entry, or SimulatorError if it could not be played again."""
+        with _hiding_ids(self.pack):
+            if isinstance(found, Exception):
+                raise found
+            return self._entry(found)
+
+    def _entry(self, found: Verification) -> tuple[CheckedEntry, Measures]:
+        if lost := [each for each in found.differences if each.fact == "simulator"]:
+            raise SimulatorError(f"The run could not be played again: {lost[0]}.")
+        _refuse_if([f"{each}." for each in found.differences], "playing the run again gave other results")
+        measures, header, metadata = measures_of(self.run, self.pack), self.run.header, self.metadata
+        entry = CheckedEntry(
+            metadata=metadata,
+            header=header,
+            suite=self.pack.manifest.suite,
+            is_private=is_private(self.pack.manifest.meta),
+            checked=_sentence(found, self.is_replayed),
+            tokens=self.run.table.tokens.total,
+            figures=measures.figures,
+            tables=measures.tables,
+            regimes=measures.regimes,
+            signs=tuple(own_signs(header, metadata, measures.plays, measures.timing_faults)),
+            plays=measures.plays,
+            tier="re_simulated" if self.is_replayed else "self_reported",
+        )
+        return entry, measures
+
+
+def verify_candidates(
+    candidates: Sequence[Candidate], settings: CheckSettings, on_progress: OnProgress = lambda _done, _total: None
+) -> list[Verification | Exception]:
+    """Return the verifications of candidates with equal `checked_with`, or the errors that ended them."""
+    is_replayed = candidates[0].is_replayed
+    verify = VerifySettings(
+        frames=settings.frames and is_replayed,
+        records_only=not is_replayed,
+        workers=settings.workers,
+        asset_database=settings.asset_database,
+    )
+    return verify_runs([each.run for each in candidates], verify, on_progress=on_progress)
+
+
 def check_run(
     folder: Path,
     metadata: EntryMetadata,
@@ -104,70 +190,36 @@ def check_run(
 
     Raises RecordError that says why the run is not a valid entry, or SimulatorError if it could not be checked.
     """
-    header = read_header(folder)
-    _refuse_if(
-        [f"{each}." for each in contradictions(header, metadata)], "the run and its metadata do not make a valid entry"
-    )
-    if policy_sha256(header.spec.profile) != header.spec.prompt_policy_sha256:
-        raise RecordError(
-            f"the run's prompt {header.spec.prompt_policy!r} has a different text in this version of VIGIL, so the run "
-            "cannot be checked"
-        )
+    candidate = Candidate.read(folder, metadata, packs)
+    (found,) = verify_candidates([candidate], settings, on_progress)
+    return candidate.conclude(found)
+
+
+def _pack_of(header: RunHeader, packs: Mapping[str, Path]) -> Pack:
     place = packs.get(header.spec.pack_sha256)
     if place is None:
         raise PackMismatch(
             f"the run's pack {header.spec.pack!r} with SHA-256 {header.spec.pack_sha256[:ID_DIGITS]}... is not known "
-            "here: "
-            "give its folder with --pack"
+            "here: give its folder with --pack"
         )
     pack = Pack.load(place, header.spec.pack_sha256)
     if pack.name != header.spec.pack:
         raise RecordError(
             f"the run's header calls its pack {header.spec.pack!r}, but the pack with the same hash is {pack.name!r}"
         )
+    return pack
+
+
+@contextmanager
+def _hiding_ids(pack: Pack) -> Generator[None, None, None]:
+    """Remove the ids of a private pack's episodes from the messages of RecordErrors in the `with` block."""
     try:
-        return _check_plays(folder, metadata, pack, settings, on_progress)
+        yield
     except RecordError as fault:
         if not is_private(pack.manifest.meta):
             raise
         said = redact_ids([str(fault)], [episode.id for episode in pack.episodes])
         raise RecordError(said[0]) from None
-
-
-def _check_plays(
-    folder: Path, metadata: EntryMetadata, pack: Pack, settings: CheckSettings, on_progress: OnProgress
-) -> tuple[CheckedEntry, Measures]:
-    run = read_run(folder, pack.folder)
-    header = run.header
-    _refuse_if(_missing_plays(run, pack), "the run is not complete")
-    is_replayed = metadata.tier != "self_reported"
-    verify = VerifySettings(
-        frames=settings.frames and is_replayed,
-        records_only=not is_replayed,
-        workers=settings.workers,
-        pack=pack.folder,
-        asset_database=settings.asset_database,
-    )
-    found = verify_run(folder, verify, on_progress=on_progress)
-    if lost := [each for each in found.differences if each.fact == "simulator"]:
-        raise SimulatorError(f"The run could not be played again: {lost[0]}.")
-    _refuse_if([f"{each}." for each in found.differences], "playing the run again gave other results")
-    measures = measures_of(run, pack)
-    entry = CheckedEntry(
-        metadata=metadata,
-        header=header,
-        suite=pack.manifest.suite,
-        is_private=is_private(pack.manifest.meta),
-        checked=_sentence(found, is_replayed),
-        tokens=run.table.tokens.total,
-        figures=measures.figures,
-        tables=measures.tables,
-        regimes=measures.regimes,
-        signs=tuple(own_signs(header, metadata, measures.plays, measures.timing_faults)),
-        plays=measures.plays,
-        tier="re_simulated" if is_replayed else "self_reported",
-    )
-    return entry, measures
 
 
 def check_claims(claimed: Entry, measures: Measures) -> None:

@@ -103,6 +103,13 @@ def measures_of(run: SavedRun, pack: Pack) -> Measures:
     )
 
 
+def figure_text(name: str, figure: Figure) -> str:
+    """Return a figure as text, in percent with its interval, e.g. `B 91.2 [83.0, 95.9]`."""
+    value, low, high = figure
+    ends = "" if low is None or high is None else f" [{100 * low:.1f}, {100 * high:.1f}]"
+    return f"{name} –" if value is None else f"{name} {100 * value:.1f}{ends}"
+
+
 def changed_figures(claimed: Figures, found: Figures) -> Iterator[str]:
     """Yield a text for each claimed figure that differs from the figure computed from the records."""
     for name in sorted(claimed.keys() | found.keys()):

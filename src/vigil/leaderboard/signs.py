@@ -2,7 +2,7 @@
 
 import hashlib
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
@@ -90,10 +90,11 @@ def own_signs(
 def signs_between(entries: Sequence["CheckedEntry"]) -> dict[str, list[str]]:
     """Return {id of an entry: signs} from comparisons of entries: equal replies, and lower results on fresh packs."""
     found: dict[str, list[str]] = {entry.id: [] for entry in entries}
+    replies = {entry.id: _replies_of(entry) for entry in entries}
     for entry in entries:
         for other in entries:
             if other is not entry and other.header.spec.pack_sha256 == entry.header.spec.pack_sha256:
-                found[entry.id].extend(_equal_replies(entry, other))
+                found[entry.id].extend(_equal_replies(entry, other, replies))
             if other.tier == "fresh_pack" != entry.tier:
                 sentence = _gap(entry, other)
                 found[entry.id].extend(sentence)
@@ -101,19 +102,26 @@ def signs_between(entries: Sequence["CheckedEntry"]) -> dict[str, list[str]]:
     return found
 
 
-def _equal_replies(entry: "CheckedEntry", other: "CheckedEntry") -> Iterator[str]:
+def _replies_of(entry: "CheckedEntry") -> tuple[set[tuple[str, str]], list[tuple[str, str]]]:
+    """Return (episode, hash of the replies) of all plays, and of the plays that are compared with others."""
+    plays = list(zip(entry.plays["episode_id"], entry.plays["replies_sha256"], strict=True))
     if entry.header.spec.agent_kind in ("scripted", "privileged"):
-        return  # the same script gives the same replies
-    ours, theirs = (
-        list(zip(each.plays["episode_id"], each.plays["replies_sha256"], strict=True)) for each in (entry, other)
-    )
-    known = set(theirs)
-    long = [play for play, steps in zip(ours, entry.plays["steps"], strict=True) if steps >= MIN_REPLIES]
-    equal = sum(play in known for play in long)
+        return set(plays), []  # the same script gives the same replies
+    steps = entry.plays["steps"]
+    return set(plays), [play for play, count in zip(plays, steps, strict=True) if count >= MIN_REPLIES]
+
+
+def _equal_replies(
+    entry: "CheckedEntry",
+    other: "CheckedEntry",
+    replies: Mapping[str, tuple[set[tuple[str, str]], list[tuple[str, str]]]],
+) -> Iterator[str]:
+    (_, compared), (known, _) = replies[entry.id], replies[other.id]
+    equal = sum(play in known for play in compared)
     if equal:
         yield (
-            f"{equal} of {len(long)} plays of {MIN_REPLIES} or more replies have, word by word, the replies of entry "
-            f"{other.id} ({other.metadata.model_name})."
+            f"{equal} of {len(compared)} plays of {MIN_REPLIES} or more replies have, word by word, the replies of "
+            f"entry {other.id} ({other.metadata.model_name})."
         )
 
 

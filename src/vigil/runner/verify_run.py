@@ -18,9 +18,10 @@ from vigil.runner.run_folder import host_facts
 from vigil.runner.settings import VerifySettings
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
-from vigil.runner.workers.resimulation import FactDifference
-from vigil.scoring.saved_run import RecordTable, read_run
+from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference
+from vigil.scoring.saved_run import SavedRun, read_run
 
+OnProgress = Callable[[int, int], None]
 SAME_HOST = ("machine", "python", "numpy", "processor")
 """Host facts that must be equal for bit-identical numbers; the results of libraries depend on processor features."""
 
@@ -56,7 +57,7 @@ def verify_run(
     path: Path,
     settings: VerifySettings | None = None,
     *,
-    on_progress: Callable[[int, int], None] = lambda _done, _total: None,
+    on_progress: OnProgress = lambda _done, _total: None,
 ) -> Verification:
     """Return how the records of a run compare with a new simulation of their replies.
 
@@ -64,35 +65,40 @@ def verify_run(
     SettingError or SimulatorError.
     """
     settings = settings or VerifySettings()
-    saved = read_run(path, settings.pack)
-    header, table = saved.header, saved.table
-    pack = Pack.load(saved.pack_folder, header.spec.pack_sha256)
-    scored = sorted(key for key, row in table.rows.items() if row.outcome is not None)
-    keys = scored[: settings.limit]
-    here = host_facts()
-    is_same_host = all(host.get(name) == here[name] for host in header.hosts for name in SAME_HOST)
-    is_exact = is_same_host if settings.exact is None else settings.exact
+    (found,) = verify_runs([read_run(path, settings.pack)], settings, on_progress=on_progress)
+    if isinstance(found, Exception):
+        raise found
+    return found
+
+
+def verify_runs(
+    runs: Sequence[SavedRun], settings: VerifySettings, *, on_progress: OnProgress = lambda _done, _total: None
+) -> list[Verification | Exception]:
+    """Return, for each run, what `verify_run` returns or the error that it raises.
+
+    The runs must have one `simulation_of`. Each house is then loaded once for all runs. Raises PackMismatch,
+    SettingError, or RecordError if the assets are missing.
+    """
+    pack = Pack.load(runs[0].pack_folder, runs[0].header.spec.pack_sha256)
+    compared = [_Compared.of(run, settings) for run in runs]
     if settings.records_only:
-        earlier = None if header.spec.fork is None else header.spec.fork.profile
-        found = [fault for key in keys for fault in check_replies(table.record(key), header.spec.profile, earlier)]
+        found = [each.check_replies() for each in compared]
     else:
-        workers = max(1, min(worker_count(settings.workers), len(keys)))
-        plan = recorded_worker_plan(pack, header, settings.asset_database, settings.backend)
+        total = sum(len(each.keys) for each in compared)
+        workers = max(1, min(worker_count(settings.workers), total))
+        plan = recorded_worker_plan(pack, runs[0].header, settings.asset_database, settings.backend)
         with SimulatorPool(plan, workers, timeout_s=settings.timeout_s) as pool:
-            verifier = _Verifier(pool, pack, table, settings.frames, is_exact)
-            found = asyncio.run(verifier.all(keys, on_progress))
-    seen = sum(frames_in(table.record(key)) for key in keys) if settings.frames else 0
-    return Verification(
-        header,
-        len(keys),
-        len(table.rows) - len(scored),
-        is_exact,
-        settings.records_only,
-        tuple(found),
-        seen,
-        table.notes,
-        len(table.left_out),
-    )
+            found = asyncio.run(_Verifier(pool, pack, compared, on_progress).all())
+    return [
+        each if isinstance(each, Exception) else run.verification(each)
+        for run, each in zip(compared, found, strict=True)
+    ]
+
+
+def simulation_of(run: SavedRun) -> tuple[object, ...]:
+    """Return the facts that must be equal for runs to be verified together: the pack and how it is simulated."""
+    header, spec = run.header, run.header.spec
+    return (spec.pack_sha256, spec.simulator, header.simulator_version, spec.render_quality, spec.asset_database_sha256)
 
 
 def frames_in(record: EpisodeRecord) -> int:
@@ -141,34 +147,87 @@ def recorded_worker_plan(
 
 
 @dataclass(frozen=True, slots=True)
+class _Compared:
+    """A run whose records are compared with a new simulation."""
+
+    run: SavedRun
+    keys: list[Key]
+    """The records to verify."""
+    settings: ComparisonSettings
+    is_records_only: bool
+
+    @classmethod
+    def of(cls, run: SavedRun, settings: VerifySettings) -> "_Compared":
+        header = run.header
+        scored = sorted(key for key, row in run.table.rows.items() if row.outcome is not None)
+        here = host_facts()
+        is_same_host = all(host.get(name) == here[name] for host in header.hosts for name in SAME_HOST)
+        is_exact = is_same_host if settings.exact is None else settings.exact
+        earlier = None if header.spec.fork is None else header.spec.fork.profile
+        compare = ComparisonSettings(settings.frames, is_exact, header.spec.profile, earlier)
+        return cls(run, scored[: settings.limit], compare, settings.records_only)
+
+    def check_replies(self) -> list[FactDifference]:
+        """Return the differences that are found without a simulator."""
+        earlier, profile = self.settings.recorded_profile, self.run.header.spec.profile
+        return [fault for key in self.keys for fault in check_replies(self.run.table.record(key), profile, earlier)]
+
+    def verification(self, found: list[FactDifference]) -> Verification:
+        """Return the result of the verification."""
+        table = self.run.table
+        scored = sum(row.outcome is not None for row in table.rows.values())
+        return Verification(
+            self.run.header,
+            len(self.keys),
+            len(table.rows) - scored,
+            self.settings.exact,
+            self.is_records_only,
+            tuple(found),
+            sum(frames_in(table.record(key)) for key in self.keys) if self.settings.frames else 0,
+            table.notes,
+            len(table.left_out),
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class _Verifier:
     pool: SimulatorPool
     pack: Pack
-    table: RecordTable
-    frames: bool
-    is_exact: bool
+    runs: Sequence[_Compared]
+    on_progress: OnProgress
 
-    async def all(self, keys: Sequence[Key], on_progress: Callable[[int, int], None]) -> list[FactDifference]:
-        """Return the differences of all records, in the order of their keys. Few records are in memory at a time."""
-        found: dict[Key, list[FactDifference]] = {}
-        houses: dict[str, list[Key]] = {}
-        for key in keys:
-            houses.setdefault(self.pack.episode(key[0]).house.name, []).append(key)
+    async def all(self) -> list[list[FactDifference] | Exception]:
+        """Return, for each run, the differences of its records in the order of their keys, or the error that ended its
+        verification. Few records are in memory at a time."""
+        found: dict[tuple[int, Key], list[FactDifference]] = {}
+        faults: dict[int, Exception] = {}
+        houses: dict[str, list[tuple[int, Key]]] = {}
+        for number, run in enumerate(self.runs):
+            for key in run.keys:
+                houses.setdefault(self.pack.episode(key[0]).house.name, []).append((number, key))
         waiting = iter(houses.values())  # whole houses, because a worker that has just loaded a house has it ready
+        total = sum(len(run.keys) for run in self.runs)
 
         async def work() -> None:
             for of_house in waiting:
-                for key in of_house:
-                    found[key] = await self.one(self.table.record(key))
-                    on_progress(len(found), len(keys))
+                for number, key in of_house:
+                    try:
+                        found[number, key] = [] if number in faults else await self.one(self.runs[number], key)
+                    except Exception as fault:  # noqa: BLE001 - one run's error does not end the others' verification
+                        faults[number], found[number, key] = fault, []
+                    self.on_progress(len(found), total)
 
         await asyncio.gather(*(work() for _ in self.pool.workers))
-        return [difference for key in keys for difference in found[key]]
+        return [
+            faults.get(number) or [difference for key in run.keys for difference in found[number, key]]
+            for number, run in enumerate(self.runs)
+        ]
 
-    async def one(self, record: EpisodeRecord) -> list[FactDifference]:
+    async def one(self, run: _Compared, key: Key) -> list[FactDifference]:
+        record = run.run.table.record(key)
         assignment = Assignment(self.pack.episode(record.episode_id), record.epoch, record.attempt)
         try:
-            return await self.pool.resimulate(assignment, record, frames=self.frames, exact=self.is_exact)
+            return await self.pool.resimulate(assignment, record, run.settings)
         except SimulatorError as error:
             return [FactDifference(record.episode_id, record.epoch, 0, "simulator", "", str(error))]
 

@@ -30,6 +30,7 @@ def submit(
     settings: CheckSettings,
 ) -> None:
     """Example: vigil submit runs/gpt-4o --metadata entry.yaml --out gpt-4o.zip"""
+    from vigil.leaderboard.measures import figure_text
     from vigil.leaderboard.metadata import read_metadata
     from vigil.leaderboard.submit import submit_run
 
@@ -38,10 +39,8 @@ def submit(
         entry = submit_run(run, said, out, settings, pack=pack, reveals=reveal, on_progress=show)
     print(entry.checked)
     print_notes(entry.signs)
-    value, low, high = entry.figures[entry.ranked_by]
-    ends = "" if low is None or high is None else f" [{100 * low:.1f}, {100 * high:.1f}]"
-    shown = "–" if value is None else f"{100 * value:.1f}{ends}"
-    print(f"Entry {entry.id}: {entry.ranked_by} {shown} %, division {entry.division}.")
+    shown = figure_text(entry.ranked_by, entry.figures[entry.ranked_by])
+    print(f"Entry {entry.id}: {shown} %, division {entry.division}.")
     print(f"Bundle: {out}. It holds every reply and hidden state of the run, and messages of its errors.")
 
 
@@ -82,7 +81,7 @@ def build(
     from vigil.leaderboard.build import build_site
 
     with progress("play again") as show:
-        built = build_site(bundles, out, settings, lambda _path, done, total: show(done, total))
+        built = build_site(bundles, out, settings, show)
     for line in built.log:
         print(" · ".join(part for part in (line.bundle, line.entry, line.status, line.why) if part))
     print(f"{len(bundles)} bundles, {built.checked} of them new: {len(built.entries)} entries.")

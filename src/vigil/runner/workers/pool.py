@@ -149,10 +149,9 @@ class SimulatorPool:
         raise AssertionError("the last round returns or raises")
 
     async def resimulate(
-        self, assignment: Assignment, record: EpisodeRecord, *, frames: bool, exact: bool
+        self, assignment: Assignment, record: EpisodeRecord, settings: ComparisonSettings
     ) -> list[FactDifference]:
         """Return the differences between a record and a new simulation of its replies. Raises SimulatorError."""
-        settings = ComparisonSettings(frames, exact)
         return await self._request(EpisodeWorker.resimulate, assignment, record, settings)
 
     async def frames(

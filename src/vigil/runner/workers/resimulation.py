@@ -13,6 +13,7 @@ from vigil.base.json_files import is_array, is_object
 from vigil.base.processes.child import report
 from vigil.env import Env
 from vigil.protocol.episode import Episode
+from vigil.protocol.profile import Profile
 from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.scoring.outcomes import score
 
@@ -52,10 +53,16 @@ class ComparisonSettings:
     """Whether to compare the frames' pixels, too."""
     exact: bool = False
     """Whether numbers must be bit-identical, as they are on the machine that made the record."""
+    profile: Profile | None = None
+    """Profile of the record; None for that of the Env."""
+    recorded_profile: Profile | None = None
+    """Profile of the play that the record continues; None if it does not continue one."""
 
 
 def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: ComparisonSettings) -> list[FactDifference]:
     """Return how `record` differs from a new simulation of its replies."""
+    if settings.profile is not None:
+        env.use_profile(settings.profile, settings.recorded_profile)
     observation = env.reset(episode, record.replayed_steps)
     for step in record.steps:
         if observation is None:
