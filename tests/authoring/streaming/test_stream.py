@@ -26,7 +26,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "380213c17abf2ef3d3ce2b3e3ab0f53d657e4617211cae1b490c87d4962920b9"
+PINNED = "120ac32ec3fdff2e4f6def4d4dc8e9ac267c38904de641e4ead4688a8bc075f3"
 
 
 @pytest.fixture(scope="module")
