@@ -18,7 +18,6 @@ from vigil.records.costs import Prices
 from vigil.records.record import Shard
 from vigil.runner.settings import RunSettings
 
-
 USUAL = DefaultName("usual")
 
 
