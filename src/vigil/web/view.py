@@ -131,11 +131,7 @@ def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderSe
         plan = try_plan(pack, found)
         title = f"{episode_id} · {shown.name}"
         here = f"{base}/{episode_id}/{epoch}"
-        links = {
-            "source": source_of(library, record),
-            "forked": record.fork,
-            "branches": branches_of(library, shown, record),
-        }
+        links = {"source": source_of(library, record), "branches": branches_of(library, shown, record)}
         values = {"run": shown, "timeline": timeline, "plan": plan, "here": here, "is_alone": False, **links}
         return page("episode.html", title=title, **values)
 

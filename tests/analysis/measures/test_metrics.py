@@ -129,6 +129,7 @@ def test_a_mean_of_families_is_surer_than_each_and_as_sure_as_an_only_one():
     low, high = macro_interval(rows, "W") or (0.0, 0.0)
     alone = by_family(rows)["AI"].rate("W").interval
     only = macro_interval(rows[rows["family"] == "AI"], "W")
+    assert alone is not None
     assert only == pytest.approx(alone)
     assert alone[0] < low < 0.4 < high < alone[1]
     assert macro_interval(rows[:0], "W") is None

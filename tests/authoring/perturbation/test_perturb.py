@@ -70,6 +70,8 @@ def test_one_thing_changes_and_the_pack_is_valid(change: Change, small: Pack, ma
 def test_other_words_are_a_held_out_form_with_the_same_slots(small: Pack, made) -> None:
     for before, after in zip(small.episodes, made("wording").episodes, strict=True):
         first, second = (read(each.instruction, FAMILY_FORMS[each.family]) for each in (before, after))
+        assert first is not None
+        assert second is not None
         assert first.sentences == second.sentences
         assert first.form in first.sentences.public
         assert second.form in second.sentences.held_out
@@ -139,6 +141,7 @@ def test_what_cannot_be_certified_is_left_out_and_counted(
     found = perturb_pack(
         part, tmp_path / "some", "some", PerturbationSettings("wording", SEED, None, VerificationSettings())
     )
+    assert found.manifest.perturbation is not None
     assert found.manifest.perturbation.left_out == {"no_other_form": 1}
     assert len(found.episodes) == 2
 

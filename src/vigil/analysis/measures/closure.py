@@ -165,10 +165,14 @@ def _rates(part: Sequence[ClosureOutcome]) -> dict[str, Any]:
         "false_success": rate(part, lambda each: each.is_false_success),
         "no_report": rate(part, lambda each: not each.outcome.is_reported),
     }
-    intervals = {name: each.interval for name, each in found.items() if each.value is not None}
+    intervals = {name: each.interval for name, each in found.items()}
     intervals["C"] = house_interval(part, lambda each: each.C) or found["C"].interval
     values = {name: each.value for name, each in found.items()}
-    return {"episodes": len(part), **values, "intervals": {name: list(each) for name, each in intervals.items()}}
+    return {
+        "episodes": len(part),
+        **values,
+        "intervals": {name: list(each) for name, each in intervals.items() if each},
+    }
 
 
 def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], bool]) -> Rate:
