@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vigil.base.files import file_sha256
-from vigil.errors import InputError, PackMismatch, RecordError, SimulatorError
+from vigil.errors import InputError, RecordError, SimulatorError
 from vigil.leaderboard.bundle import Entry, unpack_bundle
 from vigil.leaderboard.cache import Cache, Cached
 from vigil.leaderboard.checking import Candidate, check_claims, verify_candidates
@@ -112,11 +112,11 @@ class BundleChecks:
         """Store why a bundle is refused, if the `with` block raises this."""
         try:
             yield
-        except (PackMismatch, SimulatorError) as fault:
-            self._faults[sha256] = fault  # the next build may know the pack
         except RecordError as fault:
             said = str(fault).replace(f"{work / 'run'}/", "").replace(str(work / "run"), "the run")
             self._cache.store(sha256, RecordError(said))
+        except (InputError, SimulatorError) as fault:
+            self._faults[sha256] = fault  # the next build may know the pack
         except _UNREADABLE as fault:
             said = f"{type(fault).__name__}: {ascii(str(fault))[:MAX_FAULT_CHARS]}"
             self._cache.store(sha256, RecordError(f"the check of the bundle failed with an error: {said}"))
