@@ -26,6 +26,7 @@ OLD = {
 }
 """Folder with plays of a pack that is not packaged any more -> number of plays, of W and of B."""
 PRESENT = {
+    "vigil_mini_v5": (80, 77, 73),
     "vigil_closure_400_v5": (40, 36, 36),
 }
 """The same for plays of packaged packs."""
