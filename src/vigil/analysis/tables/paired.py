@@ -122,11 +122,11 @@ def profile_shifts(study: Study) -> Table:
 
 
 def perturbation_shifts(study: Study) -> Table:
-    """Return the rates on perturbed packs and on their originals, with the differences, tests and steps."""
+    """Return W and B on perturbed packs and on their originals, with the differences of all rates, tests and steps."""
     sides = ("original", "perturbed")
     rates = {
         f"{name}_{side}": (f"{name} {side} %", lambda pair, at=at, name=name: rate_cell(pair.measures[at].rate(name)))
-        for name in TESTED
+        for name in "WB"
         for at, side in enumerate(sides)
     }
     steps = {f"steps_{side}": (f"Steps {side}", _mean_of("steps", at)) for at, side in enumerate(sides)}
