@@ -11,6 +11,7 @@ import pandas as pd
 
 from vigil.analysis.measures.metrics import measure
 from vigil.analysis.measures.paper import NR_NOTE
+from vigil.analysis.measures.several_plays import plays_of_k
 from vigil.analysis.measures.study import Study, sorted_by_group
 from vigil.analysis.tables.paired import (
     DISAGREEMENT_NOTE,
@@ -43,6 +44,7 @@ from vigil.analysis.tables.table import (
     intervals,
     numbers,
     percent,
+    points,
     rate_cell,
     texts,
 )
@@ -144,6 +146,33 @@ def repeat_rates(study: Study) -> Table:
             rows.append(run_row(study.entry(one.run), cells))
     notes = ("Wilson intervals, with the effective number of plays of an episode.",)
     return Table("repeat_rates", "Repeated runs: rates over all repeats", columns, tuple(rows), notes)
+
+
+def several_plays(study: Study) -> Table:
+    """Return pass^k and the best of k plays for every run that played episodes several times."""
+    columns = (
+        MODEL,
+        *counts(k="k", episodes="Episodes", plays="Plays"),
+        *intervals(
+            **{f"every_{name}": f"{name}: all of k %" for name in "WB"},
+            **{f"any_{name}": f"{name}: any of k %" for name in "WB"},
+        ),
+    )
+    rows = []
+    for entry in study.entries:
+        if entry.run.header.spec.epochs == 1:
+            continue
+        for each in zip(*(plays_of_k(entry.run.rows, name) for name in "WB"), strict=True):
+            cells = {"k": each[0].k, "episodes": each[0].episodes, "plays": each[0].plays}
+            for name, found in zip("WB", each, strict=True):
+                cells |= {f"every_{name}": points(*found.every), f"any_{name}": points(*found.any)}
+            rows.append(run_row(entry, cells))
+    notes = (
+        "k plays of one episode, over the episodes that were played at least k times; k = 1 is the mean. All of k is "
+        "pass^k, and the worst of k plays; any of k is the best. Both count every set of k plays of an episode. "
+        "Intervals resample houses.",
+    )
+    return Table("several_plays", "Several plays of each episode", columns, tuple(rows), notes)
 
 
 def stability(study: Study) -> Table:

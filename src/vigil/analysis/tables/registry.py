@@ -11,7 +11,6 @@ from vigil.analysis.tables import (
     protocol,
     results,
     run_tables,
-    several_plays,
     sources_of_change,
     stopping,
 )
@@ -66,7 +65,7 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "transitions": paired.transition_matrix,
         "transition_tests": paired.transition_tests,
         "repeat_rates": interventions.repeat_rates,
-        "several_plays": several_plays.several_plays,
+        "several_plays": interventions.several_plays,
         "stability": interventions.stability,
     },
     "Further analyses": {
