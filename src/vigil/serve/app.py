@@ -102,14 +102,13 @@ def make_app(host: Host, address: Address) -> FastAPI:
 
     _add_facts(app, host)
 
-    # The answers are encoded here: FastAPI would check and copy each frame before it encodes the answer.
     @app.post("/reset")
-    async def reset_page(request: ResetRequest) -> Response:
-        return JSONResponse((await reset(host, request))[1])
+    async def reset_page(request: ResetRequest) -> dict[str, Any]:
+        return (await reset(host, request))[1]
 
     @app.post("/step")
-    async def step_page(request: StepRequest, token: _Token = "") -> Response:
-        return JSONResponse(await step(host, token, request))
+    async def step_page(request: StepRequest, token: _Token = "") -> dict[str, Any]:
+        return await step(host, token, request)
 
     @app.get("/state")
     async def state_page(token: _Token = "") -> dict[str, Any]:

@@ -2,20 +2,16 @@
 
 import asyncio
 import logging
-import os
 import secrets
 import time
 from collections import deque
-from collections.abc import Callable, Coroutine, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Coroutine
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
 from vigil.agents.frame_pacing import FramePacer
-from vigil.base.processes.child import MakeState
-from vigil.base.processes.worker import LocalProcess
 from vigil.errors import SettingError, SimulatorError, VigilError
 from vigil.integrations.rewards import Shaping, reward_parts, verdict_of
 from vigil.packs.pack import CHORES_SUITE
@@ -34,8 +30,6 @@ from vigil.web.play_session import random_order
 
 RECONNECT_SECONDS = 60
 """Time in seconds in which a client may reconnect after its connection broke."""
-NICENESS = 5
-"""Niceness of the simulators. The server is not nice, so that its answers do not wait for a core while others draw."""
 _T = TypeVar("_T")
 _LOG = logging.getLogger(__name__)
 _GONE = SessionError(410, "SESSION_ERROR", "There is no such session, or it has ended. Begin another one (reset).")
@@ -77,8 +71,6 @@ class Host:
         self._order = random_order(list(self._episodes), settings.seed)
         self._sessions: dict[str, Session] = {}
         self._tasks: set[asyncio.Task[Any]] = set()
-        self._disk = ThreadPoolExecutor(1, "disk")
-        """The thread that writes. Waiting for the disk in the event loop would stop all sessions."""
         done = folder.is_done
         left = [(name, epoch) for epoch in range(1, settings.epochs + 1) for name in self._order]
         left = [key for key in left if not done(*key)]
@@ -140,7 +132,6 @@ class Host:
             if session.timer is not None:
                 session.timer.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        self._disk.shutdown()
         self._pool.close()
         self._journal.close()
         self._folder.close()
@@ -194,8 +185,8 @@ class Host:
         session = self._add(hashed(token), assignment, [])
         async with session.lock:
             try:
-                await self._write(self._journal.begin, session.hash, key, assignment.attempt)
-                await self._write(attempts.begin, key)
+                self._journal.begin(session.hash, key, assignment.attempt)
+                attempts.begin(key)
                 record = await self._start(session)
             except VigilError:
                 self._sessions.pop(session.hash, None)
@@ -228,28 +219,28 @@ class Host:
 
     async def _start(self, session: Session) -> EpisodeRecord | None:
         try:
-            return await self._count(session, await session.live.begin())
+            return self._count(session, await session.live.begin())
         except SimulatorError as error:
-            return await self._fail(session, error)
+            return self._fail(session, error)
 
     async def _advance(self, session: Session, reply: Reply) -> EpisodeRecord | None:
         """Carry out a reply. Return the record if the reply ended the episode. Raises SessionError if the simulator
         failed."""
-        await self._write(self._journal.add, session.hash, reply)
+        self._journal.add(session.hash, reply)
         session.moment += 1
         try:
-            record = await self._count(session, await session.live.advance(reply))
+            record = self._count(session, await session.live.advance(reply))
         except SimulatorError as error:
-            record = await self._fail(session, error)
+            record = self._fail(session, error)
         if record is not None and record.error is not None:
             raise _FAILED
         return record
 
-    async def _fail(self, session: Session, error: SimulatorError) -> EpisodeRecord | None:
+    def _fail(self, session: Session, error: SimulatorError) -> EpisodeRecord | None:
         run_id = self._folder.header.run_id
-        return await self._count(session, error_record(session.live.assignment, run_id, error, datetime.now(UTC)))
+        return self._count(session, error_record(session.live.assignment, run_id, error, datetime.now(UTC)))
 
-    async def _count(self, session: Session, answer: EncodedObservation | EpisodeRecord) -> EpisodeRecord | None:
+    def _count(self, session: Session, answer: EncodedObservation | EpisodeRecord) -> EpisodeRecord | None:
         if isinstance(answer, EncodedObservation):
             session.seen, session.since = answer, time.monotonic()
             self._wait_for_reply(session)
@@ -259,16 +250,12 @@ class Host:
         if session.timer is not None:
             session.timer.cancel()
         session.live.close()
-        await self._write(self._folder.append, answer)
+        self._folder.append(answer)
         if answer.error is not None:
             _LOG.error("An episode ended as an error: %s", answer.error.message)
         if self.is_finished:
-            await self._write(self._folder.note_end)
+            self._folder.note_end()
         return answer
-
-    async def _write(self, write: Callable[..., object], *arguments: Any) -> None:
-        """Call a function that writes to the disk; calls are carried out in their order."""
-        await asyncio.get_running_loop().run_in_executor(self._disk, write, *arguments)
 
     def _wait_for_reply(self, session: Session) -> None:
         session.since = time.monotonic()
@@ -323,14 +310,6 @@ async def _without_details(work: Coroutine[Any, Any, _T]) -> _T:
         raise _FAILED from None
 
 
-class _BackgroundProcess(LocalProcess):
-    """A simulator that leaves the cores to the server when both need them."""
-
-    def __init__(self, make_state: MakeState, log: Path | None, environment: Mapping[str, str]) -> None:
-        super().__init__(make_state, log, environment)
-        os.setpriority(os.PRIO_PROCESS, self.pid, NICENESS)
-
-
 def open_host(plan: RunPlan, settings: ServeSettings) -> Host:
     """Return the host of a new or continued run. Raises InputError, or SimulatorError if no simulator starts."""
     if settings.training and plan.pack.manifest.suite == CHORES_SUITE:
@@ -342,13 +321,7 @@ def open_host(plan: RunPlan, settings: ServeSettings) -> Host:
     folder = RunFolder.create_or_resume(execution.folder, plan.spec, plan.pack.episodes, execution.input_paths)
     frames = folder.frames if execution.save_frames else None
     worker = replace(plan.worker, run_id=folder.header.run_id, frames=frames)
-    pool = SimulatorPool(
-        worker,
-        worker_count(execution.workers),
-        timeout_s=execution.timeout_s,
-        logs=folder.logs,
-        start=_BackgroundProcess,
-    )
+    pool = SimulatorPool(worker, worker_count(execution.workers), timeout_s=execution.timeout_s, logs=folder.logs)
     try:
         folder.note_facts(pool.facts(Assignment(plan.episodes[0])))
         return Host(plan, settings, folder, pool)
