@@ -257,7 +257,8 @@ def test_things_in_things_without_end_are_refused(data):
     for depth in range(MAX_NESTING):
         innermost["children"] = [{**innermost, "id": f"Inner|{depth}", "children": []}]
         innermost = innermost["children"][0]
-    with pytest.raises(HouseError, match=rf"'Inner\|{MAX_NESTING - 1}' is inside or on a chain of {MAX_NESTING + 1} objects"):
+    message = rf"'Inner\|{MAX_NESTING - 1}' is inside or on a chain of {MAX_NESTING + 1} objects"
+    with pytest.raises(HouseError, match=message):
         House("h", data)
 
 

@@ -11,7 +11,7 @@ from vigil.packs.pack import Pack
 from vigil.records.record import read_header
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.scoring.chore_answers import list_answers
-from vigil.scoring.saved_run import read_run
+from vigil.scoring.saved_run import SavedRun, read_run
 
 PLAYS = Path(__file__).parents[2] / "docs" / "packs" / "plays"
 OLD = {
@@ -30,6 +30,8 @@ PRESENT = {
     "vigil_closure_400_v5": (40, 36, 36),
 }
 """The same for plays of packaged packs."""
+LISTS = {"vigil_chores_200_v3": (22, 19, 16)}
+"""Folder with plays of packaged lists -> number of plays, of W and of B of lists."""
 OLD_LISTS = {"vigil_chores_200_v2": (8, 4, 3)}
 """Folder with plays of lists that are not packaged any more -> number of plays, of W and of B of lists."""
 OLD_UNCOUNTED = ("vigil_mini_v4_stop_only",)
@@ -39,16 +41,22 @@ REWORDED = {"vigil_balanced_1000_v2_2": [("vigil_drawer_seed9201_cr_51b504", 6, 
 """Folder -> the rejected replies (episode, step, fact) that are rejected today for the same reason in other words."""
 
 
+def counts_of(run: SavedRun) -> tuple[int, int, int]:
+    """Returns the number of plays, of W and of B; for lists of chores, of whole lists."""
+    is_of_lists = run.folder.name in {*LISTS, *OLD_LISTS}
+    outcomes = list(score_lists(run, list_answers(run.pack_folder))) if is_of_lists else run.table.scores().outcomes
+    return len(outcomes), sum(one.W for one in outcomes), sum(one.B for one in outcomes)
+
+
 def test_every_folder_of_plays_is_counted() -> None:
-    assert {path.name for path in PLAYS.iterdir()} == {*OLD, *OLD_LISTS, *OLD_UNCOUNTED, *PRESENT}
+    assert {path.name for path in PLAYS.iterdir()} == {*OLD, *OLD_LISTS, *OLD_UNCOUNTED, *PRESENT, *LISTS}
 
 
-@pytest.mark.parametrize("name", PRESENT)
+@pytest.mark.parametrize("name", [*PRESENT, *LISTS])
 def test_plays_of_packaged_packs_hold(name: str) -> None:
     run = read_run(PLAYS / name)
     assert run.notes == ()
-    outcomes = run.table.scores().outcomes
-    assert (len(outcomes), sum(one.W for one in outcomes), sum(one.B for one in outcomes)) == PRESENT[name]
+    assert counts_of(run) == {**PRESENT, **LISTS}[name]
     found = verify_run(PLAYS / name, VerifySettings(records_only=True))
     assert found.left_out == 0
     assert found.differences == ()
@@ -58,10 +66,7 @@ def test_plays_of_packaged_packs_hold(name: str) -> None:
 def test_published_plays_are_a_run_with_its_pack(name: str) -> None:
     run = read_run(PLAYS / name)
     if name not in OLD_UNCOUNTED:
-        is_of_lists = name in OLD_LISTS
-        outcomes = list(score_lists(run, list_answers(run.pack_folder))) if is_of_lists else run.table.scores().outcomes
-        counts = (len(outcomes), sum(one.W for one in outcomes), sum(one.B for one in outcomes))
-        assert counts == {**OLD, **OLD_LISTS}[name]
+        assert counts_of(run) == {**OLD, **OLD_LISTS}[name]
     assert any("shapes 4 (here" in note for note in run.notes) == (run.header.spec.versions.shapes == 4)
     assert any("has another text of" in note for note in run.notes) == (name in OLD_LISTS)
     found = verify_run(PLAYS / name, VerifySettings(records_only=True))
