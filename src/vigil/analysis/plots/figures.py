@@ -203,7 +203,7 @@ CAPTIONS = {
     "report; the distance below it is the gap. Crosses: 95 % Wilson intervals. Grey: published rows, another pack and "
     "simulator.",
     "closure_curves": "Share of the episodes with W=1 that a matching report closed within k steps of attainment.",
-    "feedback_shift": "Paired runs with and without action feedback, over the episodes that both have scored.",
+    "feedback_shift": "Runs without (hollow) and with action feedback (filled), over episodes that both have scored.",
 }
 
 
