@@ -52,6 +52,7 @@ from vigil.analysis.tables.table import (
 REPEATED = ("W", "B", "Delta", "FR", "NR", "NoRep")
 STABLE_PP = 1.0
 """Half-ranges and shifts below this limit (percentage points) are called stable in the paper."""
+_W_AND_B = ("W", "B")
 _EVENTS = ("too_far", "path_blocked", "retry")
 _SIDES = {"base": "base", "fb": "+FB"}
 """Name of a run of a pair in the keys of columns -> its name in headings."""
@@ -154,17 +155,17 @@ def several_plays(study: Study) -> Table:
         MODEL,
         *counts(k="k", episodes="Episodes", plays="Plays"),
         *intervals(
-            **{f"every_{name}": f"{name}: all of k %" for name in "WB"},
-            **{f"any_{name}": f"{name}: any of k %" for name in "WB"},
+            **{f"every_{name}": f"{name}: all of k %" for name in _W_AND_B},
+            **{f"any_{name}": f"{name}: any of k %" for name in _W_AND_B},
         ),
     )
     rows = []
     for entry in study.entries:
         if entry.run.header.spec.epochs == 1:
             continue
-        for each in zip(*(plays_of_k(entry.run.rows, name) for name in "WB"), strict=True):
+        for each in zip(*(plays_of_k(entry.run.rows, name) for name in _W_AND_B), strict=True):
             cells = {"k": each[0].k, "episodes": each[0].episodes, "plays": each[0].plays}
-            for name, found in zip("WB", each, strict=True):
+            for name, found in zip(_W_AND_B, each, strict=True):
                 cells |= {f"every_{name}": points(*found.every), f"any_{name}": points(*found.any)}
             rows.append(run_row(entry, cells))
     notes = (
