@@ -16,6 +16,7 @@ from tools.published_plays import publish_plays
 from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
 from vigil.base.versions import Versions
 from vigil.cli.runs import with_agent
+from vigil.errors import RecordError
 from vigil.leaderboard.build import build_site
 from vigil.leaderboard.measures import RANKED_BY, figure_text, measures_of
 from vigil.leaderboard.metadata import EntryMetadata, Methodology, Verification, read_metadata
@@ -61,12 +62,17 @@ def main() -> None:
         saved = read_run(folder)
         pack = Pack.load(saved.pack_folder)
         metadata = read_metadata(READERS)
-        if saved.header.spec.versions != Versions.current() or len(pack.episodes) > len(saved.header.spec.episode_ids):
-            history.append(_history_row(saved, pack, metadata))
-        if saved.header.spec.versions == Versions.current():
+        is_entry = saved.header.spec.versions == Versions.current()
+        if is_entry:
             run, place = _with_own_pack(saved, pack, options.out / "runs" / folder.name)
-            bundles.append(_submitted(run, metadata, options.out, check, place))
-            packs.append(place)
+            try:
+                bundles.append(_submitted(run, metadata, options.out, check, place))
+                packs.append(place)
+            except RecordError as error:  # e.g. the profile's prompt had another text
+                print(error, flush=True)
+                is_entry = False
+        if not is_entry or len(pack.episodes) > len(saved.header.spec.episode_ids):
+            history.append(_history_row(saved, pack, metadata))
     earlier = options.out / "earlier.json"
     earlier.write_text(json.dumps({"history": history}))
     settings = BuildSettings(workers=options.workers, packs=tuple(packs), earlier=earlier)
