@@ -42,7 +42,7 @@ CAPTIONS: dict[str, str] = {
         "and P(no rep | W=1) of 40 or more."
     ),
     "open_repeat_robustness": (
-        "Repeated runs under the same settings: mean ± half-range, in %. NR: the steps are used up without a report."
+        "Repeated runs under the same settings: mean ± half-range (published: two runs), in %. NR: no report."
     ),
     "failure_taxonomy": (
         "Labels of an episode. B, FR, NR, IL and Other are exclusive and partition all scored episodes."

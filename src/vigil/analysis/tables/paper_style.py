@@ -260,13 +260,21 @@ def _rows(rows: Sequence[tuple[TableRow, list[str]]], columns: int) -> Iterator[
     for index, (group, members) in enumerate(groups):
         if index:
             yield r"\midrule"
-        heading = latex_escaped(group.replace(PUBLISHED, "Published"))
+        heading = latex_escaped(_short(group))
         if heading and heading != members[0][1][0]:
             yield rf"\multicolumn{{{columns}}}{{l}}{{\makebox[0pt][l]{{\emph{{{heading}}}}}}} \\"
         for row, cells in members:
             shown = [rf"\textcolor{{gray}}{{{cell}}}" for cell in cells] if row.is_published else cells
             yield " & ".join(shown) + r" \\"
     yield r"\bottomrule"
+
+
+def _short(group: str) -> str:
+    """Return the heading of a group without what the caption says, which would be wider than a narrow table."""
+    named = group.replace(PUBLISHED, "Published")
+    for said in (" from the paper's main tables", " from the main tables", " (low compliance or zero B)"):
+        named = named.replace(said, "")
+    return named
 
 
 def _styled(row: TableRow, columns: Sequence[tuple[PaperColumn, Column]], cells: Sequence[str]) -> list[str]:
