@@ -183,7 +183,8 @@ def verdict_caption(one: AgentTrajectory) -> str:
     """Return a text that says how an episode ended, and the verdict."""
     outcome = one.outcome
     w, b = f"W={int(outcome.W)}", f"B={int(outcome.B) if outcome.has_report else '–'}"
-    kind = "" if outcome.subtype is None else f"\n{outcome.subtype.replace('_', ' ')}"
+    named = "not a state label" if outcome.subtype == "off_mode_label" else (outcome.subtype or "").replace("_", " ")
+    kind = f"\n{named}" if named else ""
     return f"{w}  {b}\n{_end(outcome)}{kind}"
 
 
