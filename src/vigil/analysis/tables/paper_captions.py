@@ -9,8 +9,9 @@ _NO_REPORT = "NoRep: no report, which is NR + IL."
 
 CAPTIONS: dict[str, str] = {
     "benchmark_comparison": (
-        "Embodied benchmarks compared. Size: episodes or tasks evaluated. Task level: High, the agent names whole "
-        "sub-tasks; Low, it moves step by step. Native control: it moves, turns and points at pixels instead of naming "
+        "Embodied benchmarks compared (arXiv:2605.08747). Size: episodes or tasks evaluated. Task level: High, the "
+        "agent names whole sub-tasks; Low, it moves step by step. Native control: it moves, turns and points at pixels "
+        "instead of naming "
         "objects or calling skills. Fine-grained: results are reported by capacity. Decoupled: what is scored "
         "separately. Active termination: how the agent itself ends an episode. No feedback: the agent does not learn "
         "whether an action succeeded."
@@ -48,7 +49,8 @@ CAPTIONS: dict[str, str] = {
         "Labels of an episode. B, FR, NR, IL and Other are exclusive and partition all scored episodes."
     ),
     "family_specs": (
-        "Task families. Steps and invalid replies: limits of an episode. Success: kinds of goals that W can require."
+        "Task families. Steps and invalid limit: an episode ends at these numbers of steps and invalid replies. "
+        "Success: kinds of goals that W can require; all_of: several of them. In CR something is in the way."
     ),
     "episode_distribution": "Episodes of each family.",
     "action_specs": "Action space of the agent.",

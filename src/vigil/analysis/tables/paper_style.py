@@ -32,7 +32,9 @@ PREAMBLE = (
 """First lines of a document with these tables."""
 WORD_GAP_PT = 4.0
 """Space on each side of a column of words."""
-UNWRAPPED = 24
+WIDEST = 0.9
+"""Largest estimated width of a table of words that is not wrapped, as a share of the room for it."""
+UNWRAPPED = 20
 """Largest number of characters of a column of words that is never wrapped."""
 HASH = re.compile(r" [0-9a-f]{8}$")
 """Start of a pack's hash, which tells packs of one name apart."""
@@ -168,7 +170,7 @@ def _number_table(
 
 def _caption(table: Table) -> str:
     """Return the caption of a table, with the marks of its rows explained."""
-    marks = [PUBLISHED_MARK] if any(row.is_published for row in table.rows) else []
+    marks = [PUBLISHED_MARK] if any(row.is_published for row in table.rows) and table.name in COLUMNS else []
     marks += [PRIVILEGED_MARK] if any(row.is_privileged for row in table.rows) else []
     return latex_text(" ".join((CAPTIONS[table.name], *marks)))
 
@@ -211,14 +213,14 @@ def _escaped(cells: Sequence[str]) -> list[str]:
 
 def _text_table(table: Table) -> str:
     """Return a table of words. If it is too wide, its long columns of words are wrapped."""
-    cells = [[marked_cell(table, row, column) for column in table.columns] for row in table.rows]
+    cells = [[table.cell(row, column) for column in table.columns] for row in table.rows]
     headings = [HASH.sub("", column.heading) for column in table.columns]
     longest = [max([len(heading), *(len(row[i]) for row in cells)]) for i, heading in enumerate(headings)]
     width = sum(CHARACTER_PT * size + 2 * WORD_GAP_PT for size in longest)
     is_wide = width > COLUMN_PT and (width - CHARACTER_PT * max(longest) > COLUMN_PT / 2 or len(longest) > 3)
     kinds = ["l" if column.kind == "text" else "r" for column in table.columns]
     begin, end = r"\begin{tabular}", r"\end{tabular}"
-    if width > (PAGE_PT if is_wide else COLUMN_PT):
+    if width > WIDEST * (PAGE_PT if is_wide else COLUMN_PT):
         wrapped = r">{\raggedright\arraybackslash}X"
         kinds = [wrapped if kind == "l" and longest[i] > UNWRAPPED else kind for i, kind in enumerate(kinds)]
         begin, end = r"\begin{tabularx}{\linewidth}", r"\end{tabularx}"
