@@ -300,7 +300,7 @@ def _latex_document(report: AnalysisReport) -> str:
 def _paper_document(report: AnalysisReport, tables: Iterable[str]) -> str:
     """Return a document of two columns with the paper's tables and figures in its order, and then all others."""
     of_paper = [part.place for part in PARTS]
-    names = [*sorted(tables, key=lambda name: name not in of_paper)]
+    names = sorted(tables, key=lambda name: name not in of_paper)
     pictures = sorted(report.figures, key=lambda name: of_paper.index(name) if name in of_paper else len(of_paper))
     figures = (_latex_figure(name, report.captions[name], r"\textwidth", "figure*") for name in pictures)
     parts = [*(rf"\input{{tables/{name}.tex}}" for name in names), *figures]
