@@ -45,14 +45,14 @@ CaptionedFigure = tuple[Figure, str]
 NO_FIGURES: Mapping[str, CaptionedFigure] = {}
 NO_TABLES: Mapping[str, TableBuilder] = {}
 CUSTOM_TABLES = "Own tables"
-"""Heading over the tables that a caller adds to the report."""
+"""Heading of the tables that the caller adds to the report."""
 Format = Literal["md", "html", "latex", "json", "csv"]
 LatexStyle = Literal["report", "paper"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
 """Format of a report -> kind of file of its pictures. Two formats share one kind, because drawing is slow."""
 FLOATS = 8
-"""Number of tables and figures that LaTeX is asked to place at a time."""
+"""Number of tables and figures after which LaTeX must place all that are waiting."""
 CAUSES = "Why episodes were not verified successes, and what to do"
 LIMITS = (
     "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "
@@ -152,7 +152,7 @@ def make_report(
 def _drawn(
     figures: Mapping[str, Callable[[_Shown], Figure | None]], captions: Mapping[str, str], shown: _Shown
 ) -> dict[str, CaptionedFigure]:
-    """Return those figures that have something to show, with their captions."""
+    """Return the figures that have something to show, with their captions."""
     return {name: (figure, captions[name]) for name, draw in figures.items() if (figure := draw(shown))}
 
 
@@ -169,8 +169,8 @@ def write_report(
 ) -> list[Path]:
     """Write a report into `folder` in each format, and return the paths of the written files. Raises SettingError.
 
-    For a private pack only rates are written, unless the report `reveals` it. `style` is the style of the LaTeX:
-    `paper` has only the paper's tables, as they would be printed.
+    For a private pack only rates are written, unless `reveals`. `style` is the style of the LaTeX: `paper` has only the
+    paper's tables, as they would be printed.
     """
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
@@ -298,7 +298,7 @@ def _latex_document(report: AnalysisReport) -> str:
 
 
 def _paper_document(report: AnalysisReport, tables: Iterable[str]) -> str:
-    """Return a document of two columns with the paper's tables and figures in its order, and then all others."""
+    """Return a document of two columns: first the paper's tables and figures in the paper's order, then all others."""
     of_paper = [part.place for part in PARTS]
     names = sorted(tables, key=lambda name: name not in of_paper)
     pictures = sorted(report.figures, key=lambda name: of_paper.index(name) if name in of_paper else len(of_paper))
@@ -309,7 +309,7 @@ def _paper_document(report: AnalysisReport, tables: Iterable[str]) -> str:
 
 
 def _latex_section(report: AnalysisReport, heading: str) -> Iterator[str]:
-    """Yield the tables under a heading, and the names of the tables that have no rows."""
+    """Yield the LaTeX of the tables under a heading, and a line with the names of the tables without rows."""
     named = {name: report.tables[name] for name in report.sections[heading]}
     yield rf"\section*{{{latex_text(heading)}}}"
     yield from (rf"\input{{tables/{name}.tex}}" for name, table in named.items() if table.rows)

@@ -23,7 +23,8 @@ Success = Literal["W", "B"]
 FEW_AGENTS = 10
 """Number of agents below which the fitted difficulties are called uncertain."""
 MIN_DISCRIMINATION = 0.0
-"""A reader should inspect each episode whose discrimination is below this value."""
+"""Lowest discrimination that is not suspicious. Discrimination is the correlation of agents' success on an episode with
+their success on the others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +45,13 @@ class DifficultyCalibration:
 
     fit: Fit
     families: np.ndarray
-    """(episodes,) family names."""
+    """(episodes,) family of each episode."""
     levels: np.ndarray
-    """(episodes,) names of levels; None if no levels were measured."""
+    """(episodes,) name of each episode's level; None if no levels were measured."""
     indices: np.ndarray
     """(episodes,) index of difficulty; NaN if it was not measured."""
     discriminations: np.ndarray
-    """(episodes,) fitted discriminations."""
+    """(episodes,) correlation of the agents' success on an episode with their success on the other episodes."""
     overall: Correlation
     """Correlation of the index with the fitted difficulty."""
     within_families: Correlation

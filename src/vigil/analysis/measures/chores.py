@@ -27,7 +27,8 @@ from vigil.scoring.rates import Interval
 from vigil.scoring.saved_run import SavedRun, read_run
 
 SINCE_EDGES = (0, 10, 20, 40, 80)
-"""Lower ends of the classes of steps since a chore was done. (The text history has 20 turns.)"""
+"""Lower ends of classes of chores, by the number of steps since the chore was done. 20 is the length (turns) of the
+text history."""
 POWER_CALLS = (1000, 2000, 5000, 10_000, 20_000)
 """Numbers of model calls for which the width of the interval on T is predicted."""
 ONE_CLAIM_STEPS = 8.8
@@ -130,7 +131,7 @@ def scores_of(outcomes: Sequence[ListOutcome], *, has_claims: bool) -> dict[str,
 
 
 def list_mean(outcomes: Sequence[ListOutcome], value: Callable[[ListOutcome], float]) -> Mean | None:
-    """Return the mean over lists of a value of each list."""
+    """Return the mean of `value` over the lists, with its interval; None without lists."""
     return mean_over(outcomes, lambda each: [(float(value(each)), 1.0)])
 
 
@@ -184,8 +185,8 @@ def truthfulness(outcomes: Sequence[ListOutcome]) -> dict[str, Mean | None]:
 def _tables(outcomes: Sequence[ListOutcome]) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Return two arrays for each type of chore (an act, or a question about a state).
 
-    The first, (clusters, claims, truths), counts how often each claim was made under each truth. The second, (claims,
-    truths), says whether the claim is true under that truth.
+    The first, (clusters, claims, truths), counts the chores by what was claimed and by what was true. The second,
+    (claims, truths), says whether the claim is true under that truth.
     """
     names, index = np.unique(_clusters(outcomes), return_inverse=True)
     chores = [(int(cluster), chore) for cluster, each in zip(index, outcomes, strict=True) for chore in each.chores]
@@ -216,7 +217,8 @@ def _would_be_true(claim: ChoreOutcome, truth: ChoreOutcome) -> bool:
 
 
 def _t_chance_skill(counts: Sequence[np.ndarray], matches: Sequence[np.ndarray]) -> np.ndarray:
-    """Return T, chance and skill, (3, n), from counts (n, claims, truths) and matches (claims, truths) of each type."""
+    """Return T, chance and skill, (3, n), from the two arrays of `_tables` for each type of chore; `counts` are summed
+    for n resamples."""
     total = sum(table.sum(axis=(1, 2)) for table in counts)
     true = sum((table * match).sum(axis=(1, 2)) for table, match in zip(counts, matches, strict=True))
     expected = np.zeros(len(counts[0]))

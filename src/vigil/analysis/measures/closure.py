@@ -1,4 +1,5 @@
-"""Measures of the closure-stress suite: C by kind, pairs of twins, and how well a run distinguishes the twins.
+"""Measures of the closure-stress suite: correct closure (C) by kind of episode, pairs of twins, and how well a run
+distinguishes the twins.
 
 A table never mixes runs of this suite with runs of the eight families. Source: `protocol.md` section 8.
 """
@@ -70,7 +71,7 @@ class ClosureRun(SuiteRun):
         return [kind for kind in KINDS if self.outcomes_of(kind)]
 
     def rates(self) -> dict[str, dict[str, Any]]:
-        """Return C and related rates by kind and for `all`: values and intervals, as in JSON."""
+        """Return {kind, or `all`: C and related rates}, with intervals, as they are written to JSON."""
         return rates_by_kind(self.outcomes)
 
 
@@ -225,7 +226,8 @@ def _percentile_interval(values: np.ndarray) -> Interval:
 
 
 def _pairs(outcomes: Iterable[ClosureOutcome]) -> list[list[tuple[ClosureOutcome, ClosureOutcome]]]:
-    """Return the plays of each pair, one for each epoch; the twin that obeys the families' rules is the first."""
+    """Return the plays of each pair of twins, one for each epoch. In each play, the twin that obeys the families' rules
+    comes first."""
     found: dict[tuple[str, int], dict[str, ClosureOutcome]] = {}
     for each in outcomes:
         if each.answer.pair is not None and each.answer.side is not None:

@@ -15,7 +15,8 @@ from vigil.base.glossary import TERMS
 from vigil.scoring.closure import ClosureOutcome
 
 MIN_REASON_SHARE = 0.05
-"""A reason gets its own advice if it makes at least this share of the replies invalid. Others are counted together."""
+"""A reason gets its own advice if it makes at least this share of the replies invalid. The other reasons are counted
+together."""
 FORM_ONLY_SHARE = 0.95
 """A run with at least this share of invalid replies measures little except whether replies have the right form."""
 _FORM_ADVICE = (

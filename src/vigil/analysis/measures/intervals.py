@@ -37,7 +37,8 @@ because the labels add up to 1, or because a label never changes."""
 
 @dataclass(frozen=True, slots=True)
 class McNemar:
-    """McNemar's exact test of two paired yes/no outcomes. All plays of one episode count together."""
+    """McNemar's exact test of two paired yes/no outcomes. The differences of all plays of an episode are first added
+    up."""
 
     only_first: int
     """Number of episodes in which the first column has the outcome more often than the second."""
@@ -86,7 +87,8 @@ def clustered_mean_intervals(values: np.ndarray, houses: np.ndarray) -> list[Int
 def clustered_ratio_intervals(
     values: np.ndarray, sizes: np.ndarray, houses: np.ndarray
 ) -> list[Interval | None] | None:
-    """Return the intervals of column sums divided by the sum of `sizes` (> 0); None as for `clustered_interval`."""
+    """Return, for each column of `values`, the interval of its sum divided by the sum of `sizes` (> 0); None as for
+    `clustered_interval`."""
     resampling = HouseResampling.of(houses)
     if resampling is None:
         return None
@@ -116,7 +118,7 @@ class HouseResampling:
         return np.stack(sums, axis=1).reshape(self.houses, *values.shape[1:])
 
     def resampled(self, house_sums: np.ndarray) -> np.ndarray:
-        """Return sums by house, (houses, ...), added up over each resample, (RESAMPLES, ...)."""
+        """Return the sum of `house_sums`, (houses, ...), over the houses in each resample, (RESAMPLES, ...)."""
         return np.tensordot(resampling_counts(self.houses), house_sums, axes=1)
 
     def sums(self, values: np.ndarray) -> np.ndarray:
@@ -163,8 +165,7 @@ def resampling_counts(clusters: int) -> np.ndarray:
 def mcnemar(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> McNemar:
     """Return McNemar's exact test of two boolean columns over the same plays; `episodes` names each play's episode.
 
-    If an episode was played repeatedly, the differences of its plays are added up, and the test flips the sign of the
-    sum.
+    The differences of an episode's plays are added up. Under the null hypothesis, the sign of each sum is random.
     """
     _, index = np.unique(episodes, return_inverse=True)
     gains = np.bincount(index, weights=second.astype(float) - first.astype(float)).astype(int)
@@ -309,9 +310,9 @@ def _design_effect(misses: np.ndarray, spreads: np.ndarray, index: np.ndarray, r
     """Return the factor (at least 1) by which the similarity of plays in one house raises the variance of a weighted
     sum.
 
-    `misses` are the plays' deviations from what is expected, `spreads` their standard deviations, `index` their houses.
-    The correlation of two plays in one house is estimated from the products of their deviations, and shrunk towards
-    `PRIOR_CORRELATION` if few plays are `rare` (hits, or misses).
+    `misses` are the plays' differences from their expected values, `spreads` the standard deviations, `index` the
+    houses. The correlation of two plays in one house is estimated from the products of their differences. It is shrunk
+    towards `PRIOR_CORRELATION` if `rare`, the number of hits or of misses, is small.
     """
     clusters = int(index.max()) + 1
     alone = float(np.sum(spreads**2))
@@ -330,7 +331,8 @@ def _mean_cluster_size(index: np.ndarray) -> float:
 
 
 def _quantile_ratio(clusters: int) -> float:
-    """Return the factor on a number of plays that turns an interval by normal quantiles into one by Student's t."""
+    """Return the factor by which to reduce a number of plays, so that an interval by normal quantiles is as wide as one
+    by Student's t."""
     from scipy.special import stdtrit  # noqa: PLC0415
 
     return (_normal_quantiles()[0] / float(stdtrit(clusters - 1, 1 - (1 - CONFIDENCE) / 2))) ** 2

@@ -79,7 +79,8 @@ def macro(families: Mapping[str, RunMetrics], name: str) -> float | None:
 
 
 def macro_interval(rows: pd.DataFrame, name: str) -> Interval | None:
-    """Return the interval of the mean over families of a rate among all episodes; None without episodes."""
+    """Return the interval of the rate `name` of each family, averaged over the families (`macro`); None without
+    episodes."""
     if not len(rows):
         return None
     hits = count_masks(rate_columns(rows))[name]
@@ -173,7 +174,7 @@ def regimes(measures: RunMetrics) -> dict[str, str]:
 
 
 def is_excluded(measures: RunMetrics) -> bool:
-    """Return whether a run belongs in the extended panel: it has B = 0, or IL above one half."""
+    """Return whether a run is excluded from the main panel, because it has B = 0, or IL above one half."""
     return measures.n > 0 and (measures.counts["B"] == 0 or (measures.share("IL") or 0.0) > EXCLUDED_IL)
 
 

@@ -47,8 +47,8 @@ KEY = ["episode_id", "epoch"]
 
 @dataclass(frozen=True)
 class Pair:
-    """Two runs that differ in one thing. `base` has the baseline's profile or prompt, or the original pack, or does not
-    think."""
+    """Two runs that differ in one thing. `base` is the run with the baseline's profile or prompt, on the original pack,
+    or without thinking."""
 
     kind: PairKind
     base: Run

@@ -53,9 +53,9 @@ class Run:
     planned: Mapping[Family, int]
     """Number of planned plays by family: episodes times epochs."""
     remarks: tuple[str, ...]
-    """Caveats that a reader must see before the numbers, such as incomplete or duplicate rows."""
+    """Caveats that a reader must see before the numbers, e.g. that rows are missing or duplicate."""
     name: str
-    """The run's name, unique within a report."""
+    """Name of the run, unique in a report."""
     is_private: bool = False
     """Whether the run's pack is private."""
     label: RunLabel | None = None
@@ -206,8 +206,8 @@ def values(rows: pd.DataFrame, column: str, kind: type = float) -> np.ndarray:
 def flat_row(outcome: Outcome) -> _Row:
     """Return an outcome as one flat row.
 
-    Counts have a column for each kind of action, and B has a column for each report policy. The reasons of invalid
-    actions are one JSON object.
+    Each kind of action has a column with its number of actions, and each report policy a column with B under this
+    policy. The reasons of invalid actions are one JSON object.
     """
     row: _Row = {}
     for field in fields(outcome):

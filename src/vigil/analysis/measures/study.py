@@ -43,7 +43,7 @@ class RunEntry:
     """Whether the run is a model's main run, a repeat of the main run, or a run under another condition."""
 
     def part(self, rows: pd.DataFrame, measures: RunMetrics) -> "RunEntry":
-        """Return an entry for a part of the run's episodes: those in `rows`, with their `measures`."""
+        """Return an entry for some of the run's episodes, whose rows are `rows` and whose measures are `measures`."""
         return replace(self, run=replace(self.run, rows=rows), overall=measures, families={})
 
     def family_parts(self) -> Iterator[tuple[str, "RunEntry"]]:
@@ -58,7 +58,8 @@ class RunEntry:
 
     @cached_property
     def by_houses(self) -> dict[str, Interval | None]:
-        """Intervals of all rates that allow for similar plays in one house; None where there are too few houses."""
+        """Interval of each rate that accounts for the similarity of plays in one house; None where there are too few
+        houses."""
         return house_intervals(self.run.rows, (*RATES, *CONDITIONAL))
 
     @cached_property
@@ -128,11 +129,12 @@ class Study:
         return next(entry for entry in self.entries if entry.name == run.name)
 
     def outside_main_panel(self) -> list[RunEntry]:
-        """Return the main runs that the rule or the study removes from the main tables, by panel, best B first."""
+        """Return the main runs that the exclusion rule or the study keeps out of the main tables, by panel, best B
+        first."""
         return sorted((entry for entry in self.main_runs() if entry.panel != "main"), key=lambda entry: entry.panel)
 
     def main_panel(self) -> list[RunEntry]:
-        """Return the main runs in the main tables, best B first."""
+        """Return the main runs that are in the main tables, best B first."""
         return [entry for entry in self.main_runs() if entry.panel == "main"]
 
 
@@ -215,7 +217,7 @@ def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
 
 
 def _duplicate_runs(runs: Sequence[Run]) -> list[str]:
-    """Return sentences about runs that were given twice, because these would look like a perfect repeat."""
+    """Return sentences about runs that were given twice, because a copy would look like a perfect repeat."""
     return [
         f"{first.name} and {second.name} are copies of one run, not repeats of it. Give one of them only."
         for first, second in combinations(runs, 2)
@@ -242,7 +244,10 @@ def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
 
 
 def _original_pack(run: Run) -> str:
-    """Return the name and hash of a run's pack; of the original if it is perturbed, because episodes have equal ids."""
+    """Return the name and hash of a run's pack, or of the original if the pack is a perturbed copy.
+
+    A perturbed episode has the id of its original.
+    """
     found, spec = run.perturbation, run.header.spec
     name, sha256 = (spec.pack, spec.pack_sha256) if found is None else (found.of, found.sha256)
     return f"{name} {sha256[:12]}"

@@ -47,7 +47,7 @@ def _curves(
 
 
 def _in_order(splits: Sequence[Mapping[str, Mean]]) -> list[str]:
-    """Return the names of all parts, sorted by the number with which each begins."""
+    """Return the names of all parts, sorted by the number at the start of each name."""
     names = {name for parts in splits for name in parts}
     return sorted(names, key=lambda name: int(name.split()[0]))
 

@@ -49,7 +49,8 @@ class Example:
 
 
 def protocol_figure(examples: Mapping[Family, Example]) -> Figure:
-    """Draw each family with the first frame of an example, marked at the target; families without example are blank."""
+    """Draw each family with the first frame of an example, and a mark at the target. Families without an example are
+    blank."""
     with styled():
         tiers: dict[Tier, list[Family]] = {
             tier: [code for code, spec in FAMILIES.items() if spec.tier == tier and code in PACKAGED_FAMILIES]
@@ -86,11 +87,11 @@ class _Layout:
     pictures_top: float = 39.8
     boxes_top: float = 19.0
     columns: int = 6
-    """Greatest number of steps in a row."""
+    """Greatest number of frames in a row."""
 
     @property
     def widest(self) -> float:
-        """Greatest width of a picture with its gap; a wider picture would overlap the boxes below."""
+        """Greatest width of a picture, including the gap after it; a wider picture would overlap the boxes below."""
         return (self.pictures_top - self.boxes_top - 4.9) / 0.75
 
 
@@ -153,7 +154,7 @@ def _card(axes: Axes, family: Family, example: Example | None) -> None:
 def _step(axes: Axes, track: AgentTrajectory, index: int, layout: _Layout, at: tuple[float, float]) -> None:
     """Draw the frame before a step; under it, the action, whether the hidden goal holds after it, and the reply.
 
-    `at` has the left edge and the width of the frame.
+    `at` is the left edge and the width of the frame.
     """
     (left, width), top = at, layout.pictures_top
     height, step = 0.75 * width, track.record.steps[index]

@@ -69,7 +69,8 @@ def outcome_partition(study: Study) -> Figure | None:
 
 
 def belief_closure(study: Study) -> Figure | None:
-    """Draw (a) the mean steps from goal to report and (b) the shares of actions after attainment, sorted by B."""
+    """Draw (a) the mean number of steps from goal to report and (b) the kinds of actions after the goal was reached.
+    Best B comes first."""
     entries = [entry for entry in _shown(study) if entry.overall.counts["W"]]
     if not entries:
         return None

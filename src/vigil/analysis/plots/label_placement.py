@@ -18,7 +18,7 @@ _DISTANCES_PT = (7, 12, 20, 30, 42, 58, 76, 96, 120, 150)
 _DIRECTIONS = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 _LEADER_FROM = 14
 _POINT_PX = 5
-"""Half the side of the square around a point that labels must not cover, in pixels at 100 dots per inch."""
+"""Half the width of the square around a point that labels must not cover, in pixels at 100 dots per inch."""
 
 
 def place_labels(
@@ -30,9 +30,9 @@ def place_labels(
 ) -> list[str]:
     """Write each label next to its point, larger labels first, with a line to the point if the label is not close.
 
-    `avoid` are further points (data coordinates) that labels must not cover. A label without a free place is replaced
-    by its number in the list that is returned, or left out if not even the number has a place. The list begins with
-    `as_numbers`, texts that are replaced in any case.
+    Labels do not cover the further points `avoid` (data coordinates). A label without room is replaced by a number, or
+    left out if the number has no room either. The texts in `as_numbers` are always replaced. Return the replaced texts;
+    the number is the position in this list.
     """
     figure.canvas.draw()
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined] - an Agg canvas has get_renderer

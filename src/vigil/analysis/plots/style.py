@@ -99,7 +99,7 @@ _paper_width: ContextVar[PaperWidth | None] = ContextVar("paper_width", default=
 def on_paper(width: PaperWidth | None) -> Generator[None, None, None]:
     """Draw figures inside the block for a paper: on white, as wide as they are printed, and without titles.
 
-    With None, they are drawn for a screen.
+    If `width` is None, figures are drawn for a screen.
     """
     token = _paper_width.set(width)
     try:
@@ -120,7 +120,7 @@ def is_column() -> bool:
 
 
 def points(size: float) -> float:
-    """Return the size (points) in which to write a text that has `size` on a screen; for a paper, texts are scaled."""
+    """Return the size (points) of a text whose size on a screen is `size`. For a paper, texts are scaled."""
     return max(MIN_POINTS, size * _TEXT_SCALES[_paper_width.get()])
 
 

@@ -38,7 +38,7 @@ from vigil.scoring.saved_run import RecordTable
 
 GOAL_COLOUR = LABEL_COLOURS["B"]
 GOAL_WORDS = "(hidden: the goal holds)"
-"""Words under the frame before a step after which the hidden goal holds."""
+"""Words under a frame if the hidden goal holds after the step that follows the frame."""
 CLICK_COLOUR = "#ff2d95"
 DEFAULT_COLUMNS = 6
 ANIMATION_MS = 900
@@ -223,9 +223,10 @@ def _name(axes: Axes, one: AgentTrajectory) -> None:
 
 
 def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
-    """Draw the frame before a step, marked where the step clicks; under it, the step and whether it met the goal.
+    """Draw the frame before a step, with a mark at the pixel that the step clicks; under it, the step and whether the
+    goal holds.
 
-    `previous` is the step of the panel to the left; steps between the two are counted above the frame.
+    `previous` is the step of the panel to the left; the number of steps between the two is written above the frame.
     """
     step = one.record.steps[index]
     axes.imshow(one.frames[index], interpolation="antialiased")

@@ -157,7 +157,8 @@ def _parts(
     parts: Mapping[str, ChoreTest],
     notes: tuple[str, ...],
 ) -> Table:
-    """Return a table with the rates of each run for each part of the chores; `words` are title and first heading."""
+    """Return a table of each run's rates for parts of the chores. `words` are the table's title and the heading of the
+    parts' column."""
     rates: dict[str, tuple[str, Callable[[ChoreOutcome], bool]]] = {
         "W": ("W %", lambda chore: chore.W),
         "B": ("Closed %", lambda chore: chore.B),

@@ -1,4 +1,5 @@
-"""Tables of the closure-stress suite, in a separate section: C by kind, and results of twins."""
+"""Tables of the closure-stress suite, in a separate section: correct closure (C) by kind of episode, and results of
+twins."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any

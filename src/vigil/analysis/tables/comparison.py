@@ -80,7 +80,7 @@ def family_clustered(study: Study) -> Table:
 
 
 def published_differences(study: Study) -> Table:
-    """Return own and published rates of the same models, and their differences."""
+    """Return a table of your own and the published rates of the same models, and their differences."""
     columns = (
         MODEL,
         *texts(rate="Rate"),

@@ -55,7 +55,7 @@ STABLE_PP = 1.0
 _W_AND_B = ("W", "B")
 _EVENTS = ("too_far", "path_blocked", "retry")
 _SIDES = {"base": "base", "fb": "+FB"}
-"""Name of a run of a pair in the keys of columns -> its name in headings."""
+"""Key of a run of a pair, as in the keys of columns -> its name in headings."""
 
 
 def proprio_minimal(study: Study) -> Table:
@@ -122,7 +122,7 @@ def open_repeat_robustness(study: Study) -> Table:
 
 
 def repeat_rates(study: Study) -> Table:
-    """Return every rate, with its interval, over all repeats taken together."""
+    """Return every rate, with its interval, over the plays of all repeats together."""
     columns = (
         MODEL,
         *texts(rate="Rate"),
@@ -177,7 +177,7 @@ def several_plays(study: Study) -> Table:
 
 
 def stability(study: Study) -> Table:
-    """Return a table of prompt shifts and half-ranges of repeats: how many are small, and which are largest."""
+    """Return a table of prompt shifts and of half-ranges of repeats: how many are small, and which are largest."""
     columns = (
         *texts(change="Between", rate="Rate"),
         *counts(n="Configurations", steady=f"Under {STABLE_PP:.0f} pp"),

@@ -96,7 +96,7 @@ def prompt_shifts(study: Study) -> Table:
 
 
 def profile_shifts(study: Study) -> Table:
-    """Return the shift of each rate under each profile, with tests, lag, length and tokens."""
+    """Return the shift of each rate under each profile, with tests, closure lag, number of steps and tokens."""
     measures = {"lag": "Lag, steps", "steps": "Steps", "input_tokens": "Input tokens", "output_tokens": "Output tokens"}
     columns = (
         MODEL,

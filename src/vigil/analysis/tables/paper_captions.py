@@ -57,6 +57,6 @@ CAPTIONS: dict[str, str] = {
     "intents": "Intents of `interact_pixel`.",
     "report_statuses": "Statuses of a report.",
 }
-"""Table -> its caption. Marks of rows are explained after it."""
+"""Table -> its caption. The text after a caption explains the marks of the table's rows."""
 PUBLISHED_MARK = "†: as published (arXiv:2605.08747), on other episodes and another simulator."
 PRIVILEGED_MARK = "‡: scripted, with access to the hidden state."

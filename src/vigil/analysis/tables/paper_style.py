@@ -29,15 +29,15 @@ PREAMBLE = (
     r"\renewcommand{\topfraction}{1}\renewcommand{\dbltopfraction}{1}\renewcommand{\textfraction}{0}",
     r"\renewcommand{\floatpagefraction}{.7}\renewcommand{\dblfloatpagefraction}{.7}",
 )
-"""First lines of a document with these tables."""
+"""First lines of a LaTeX document with the paper's tables."""
 WORD_GAP_PT = 4.0
 """Space on each side of a column of words."""
 WIDEST = 0.9
-"""Largest estimated width of a table of words that is not wrapped, as a share of the room for it."""
+"""Largest estimated width at which a table of words is not wrapped, as a share of the available width."""
 UNWRAPPED = 20
 """Largest number of characters of a column of words that is never wrapped."""
 HASH = re.compile(r" [0-9a-f]{8}$")
-"""Start of a pack's hash, which tells packs of one name apart."""
+"""Start of a pack's hash after its name. Hashes distinguish packs that have the same name."""
 NAMED_TABLE = re.compile(r"\(Table (\w+)\)")
 _BEGIN = r"\centering\fontsize{7}{8.4}\selectfont\setlength{\tabcolsep}{2pt}"
 _UPPER = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
@@ -236,13 +236,14 @@ def _text_table(table: Table) -> str:
 
 
 def _with_references(text: str) -> str:
-    """Return words as LaTeX; names of tables in brackets, such as "(Table intents)", become references."""
+    """Return a text as LaTeX. A name of a table in brackets, such as "(Table intents)", becomes a reference to the
+    table."""
     parts = NAMED_TABLE.split(text)
     return "".join(rf"(Table~\ref{{tab:{part}}})" if i % 2 else latex_text(part) for i, part in enumerate(parts))
 
 
 def _headers(parts: Sequence[PaperColumn]) -> Iterator[str]:
-    """Yield the header: two levels if any column has a heading above it."""
+    """Yield the lines of the header: two lines of headings if a heading stands over several columns, else one."""
     yield r"\toprule"
     if any(part.over for part in parts):
         upper, rules, at = [], [], 1
@@ -272,7 +273,7 @@ def _rows(rows: Sequence[tuple[TableRow, list[str]]], columns: int) -> Iterator[
 
 
 def _short(group: str) -> str:
-    """Return the heading of a group without what the caption says, which would be wider than a narrow table."""
+    """Return the heading of a group, shortened to fit a narrow table: without words of the caption."""
     named = group.replace(PUBLISHED, "Published")
     for said in (" from the paper's main tables", " from the main tables", " (low compliance or zero B)"):
         named = named.replace(said, "")
@@ -280,7 +281,7 @@ def _short(group: str) -> str:
 
 
 def _styled(row: TableRow, columns: Sequence[tuple[PaperColumn, Column]], cells: Sequence[str]) -> list[str]:
-    """Return cells as LaTeX, in bold and tinted as the row says."""
+    """Return the cells of a row as LaTeX, in bold or tinted where the row marks them so."""
     found: list[str] = []
     for (part, _), text in zip(columns, cells, strict=True):
         shown = latex_escaped(text)

@@ -107,7 +107,7 @@ def report_statuses(study: Study) -> Table:
 
 
 def failure_taxonomy(study: Study) -> Table:
-    """Return the meaning of each label: the three labels of the paper, and two that complete the partition."""
+    """Return the meaning of each label: the three labels of the paper, and the two others of the outcome partition."""
     del study
     columns = texts(label="Label", definition="Definition")
     lines = {line["label"]: line["definition"] for line in paper().tables["failure_taxonomy"]} | _FURTHER_LABELS

@@ -168,7 +168,7 @@ def counterfactual(study: Study) -> Table:
 
 
 def belief_lag(study: Study) -> Table:
-    """Return how long runs take to close once the goal holds, and how often they report success before it holds."""
+    """Return how long runs take to report once the goal holds, and how often they report success before it holds."""
 
     def lag_without_sv(entry: RunEntry) -> Any:
         rows = entry.run.rows

@@ -27,7 +27,7 @@ ROLE_HEADINGS: dict[Role, str] = {
     "condition": "Under another condition",
 }
 Measured = str | tuple[str, str]
-"""Heading of a column; a tuple adds the name of the measure, if this is not the key of the column."""
+"""Heading of a column. A tuple also has the name of the measure; without it, the column's key is the name."""
 
 
 def shown_name(name: str) -> str:

@@ -220,7 +220,7 @@ def _regimes_of(entry: RunEntry) -> str | None:
 
 
 def invalid_replies(study: Study) -> Table:
-    """Return means per episode: invalid replies by kind, events such as retries, tokens and seconds."""
+    """Return means per episode: invalid replies by kind, events (such as retries), tokens and seconds."""
     fine = ("protocol_failures", "malformed_actions", "truncated", "would_parse_leniently")
     fine += ("retry", "too_far", "path_blocked")
     columns = (

@@ -1,4 +1,5 @@
-"""Tables of results that the paper states only in its text: sources of gains in B, events, false success.
+"""Tables of results that the paper states only in its text: why B rises, events with feedback, and false reports of
+success.
 
 Each function takes a Study and returns one Table.
 """
@@ -20,7 +21,8 @@ from vigil.scoring.rates import rate_of
 
 EVENTS = ("too_far", "path_blocked", "retry")
 BINS = {"0": (0.0, 0.0), "to 25": (0.0, 0.25), "to 50": (0.25, 0.5), "to 75": (0.5, 0.75), "above 75": (0.75, 1.0)}
-"""Heading (%) -> (lower, upper end) of a class of progress. The lower end is excluded, except in the first class."""
+"""Heading (%) -> (lower, upper end) of a class of progress, as fractions. The lower end is excluded, except in the
+first class."""
 
 
 def gain_sources(study: Study) -> Table:
@@ -59,7 +61,7 @@ def _gain_cells(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, Any]:
 
 
 def event_reductions(study: Study) -> Table:
-    """Return how many models have fewer events with action feedback, and by how much."""
+    """Return how many models have fewer events (such as blocked moves) with action feedback, and by how much."""
     columns = (
         *texts(model="Event"),
         *counts(models="Models", fewer="With fewer"),

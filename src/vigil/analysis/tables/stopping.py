@@ -86,7 +86,7 @@ def stop_shifts(study: Study) -> Table:
 
 
 def stop_costs(study: Study) -> Table:
-    """Return the lag, length and tokens of each pair of runs, with and without reports."""
+    """Return the closure lag, number of steps and tokens of each pair of runs, with and without reports."""
     columns = (
         MODEL,
         *counts(n=("n", lambda pair: len(pair.tables()[0]))),

@@ -42,7 +42,7 @@ LINE_PT = 725.0
 WRAPPED_PT = 300.0
 """Width in points to which longer texts are wrapped in LaTeX."""
 MAX_REPEATED = 2
-"""Maximum number of first columns that a wide table repeats where it continues."""
+"""Maximum number of first columns that are repeated in each part of a table that is too wide for one line."""
 CODE = re.compile(r"`([^`]+)`")
 NO_ROWS = "No rows: this table does not apply to any of these runs."
 
@@ -65,7 +65,7 @@ def markdown(table: Table) -> str:
 def latex(table: Table) -> str:
     """Return a table as LaTeX at 7 points (packages booktabs and longtable), labelled `tab:NAME`.
 
-    It may span pages. The columns for which the line has no room follow below, after the first columns again.
+    It may span pages. Columns that do not fit the line are in further parts below, which repeat the first columns.
     """
     caption = rf"\caption{{{latex_text(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}} \\"
     lines = [r"{\setlength{\tabcolsep}{2pt}\setlength{\LTcapwidth}{\linewidth}\fontsize{7}{8.4}\selectfont"]

@@ -1,7 +1,7 @@
 """Recalibration: a map from stated to true likelihoods, fitted on other houses.
 
-The map repairs the beliefs of a miscalibrated agent. Those of an uninformative agent stay no better than the base rate.
-It is monotone (isotonic regression), because a surer belief should be at least as likely to be true.
+The map repairs the beliefs of a miscalibrated agent. It cannot make the beliefs of an uninformative agent better than
+the base rate. It is monotone (isotonic regression), because a surer belief should be at least as likely to be true.
 """
 
 import numpy as np
@@ -9,13 +9,14 @@ import numpy as np
 from vigil.analysis.measures.beliefs.scores import STATED, TRUE, P
 
 FOLDS = 5
-"""Number of parts of the houses. The beliefs in one part are recalibrated by the map that is fitted on the others."""
+"""Number of parts into which the houses are split. Beliefs in one part are recalibrated by a map fitted on the other
+parts."""
 
 
 def recalibrated(counts: np.ndarray, houses: np.ndarray) -> np.ndarray | None:
     """Return the likelihood (n,) of each of n beliefs after recalibration; None with fewer than two houses.
 
-    `counts`, (n, 21, 2), has one row for each belief, and `houses`, (n,), its house.
+    `counts`, (n, 21, 2), has one row for each belief; `houses`, (n,), has the house of each belief.
     """
     names, index = np.unique(houses.astype(str), return_inverse=True)
     folds = min(FOLDS, len(names))
@@ -29,9 +30,9 @@ def recalibrated(counts: np.ndarray, houses: np.ndarray) -> np.ndarray | None:
 
 
 def monotone_map(counts: np.ndarray) -> np.ndarray:
-    """Return the likelihood (21,) that beliefs of each stated value are true, from counts (21, 2).
+    """Return, for each of the 21 values that can be stated, the likelihood (21,) that a belief with this value is true.
 
-    It never falls with the value. Values that were never stated get the likelihood between that of their neighbours.
+    `counts` is (21, 2). A higher value never gets a lower likelihood. Values that were never stated are interpolated.
     """
     from scipy.optimize import isotonic_regression  # noqa: PLC0415 - loads many modules
 

@@ -20,7 +20,10 @@ STATED, TRUE = 0, 1
 
 
 def counts_of(sure: np.ndarray, is_true: np.ndarray) -> np.ndarray:
-    """Return the counts (n, 21, 2) of n beliefs, one row each. Summing rows gives the counts of several beliefs."""
+    """Return the counts (n, 21, 2) of n beliefs, one row each; the sum of rows has the counts of several beliefs.
+
+    `sure` has the stated values of the scale, (n,), and `is_true` says whether each belief was true, (n,).
+    """
     rows = np.zeros((len(sure), VALUES, 2))
     at = np.arange(len(sure))
     rows[at, sure.astype(int), STATED] = 1.0
@@ -50,8 +53,8 @@ def skill(counts: np.ndarray) -> np.ndarray:
 
 
 def reliability(counts: np.ndarray) -> np.ndarray:
-    """Return Murphy's reliability: the mean squared difference between each stated likelihood and how often its beliefs
-    were true; 0 is best."""
+    """Return Murphy's reliability: the mean squared difference between a stated likelihood and the share of beliefs
+    with it that were true; 0 is best."""
     share = _ratio(counts[..., TRUE], counts[..., STATED])
     return _weighted((share - P) ** 2, counts)
 
@@ -88,7 +91,8 @@ def debiased_calibration_error(counts: np.ndarray, squares: np.ndarray) -> np.nd
 
 
 def square_sums(counts: np.ndarray) -> np.ndarray:
-    """Return true^2, true * stated and stated^2 of each house's counts, (..., 21, 3)."""
+    """Return, for each house and value of the scale, true^2, true * stated and stated^2 (..., 21, 3) from its two
+    counts."""
     stated, true = counts[..., STATED], counts[..., TRUE]
     return np.stack([true**2, true * stated, stated**2], axis=-1)
 

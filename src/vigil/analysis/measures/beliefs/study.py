@@ -23,12 +23,13 @@ from vigil.scoring.rates import Interval, Rate, effective_sample_size
 from vigil.scoring.saved_run import SavedRun
 
 NEAR_STEPS = 3
-"""Maximum number of steps from attainment for `auroc_near`. Long before attainment, it is easy to know that the task is
-not done."""
+"""Largest number of steps between an answer and attainment of the goal at which `auroc_near` uses the answer. Long
+before attainment, it is easy to know that the task is not done."""
 CURVE_STEPS = 10
 """Number of steps before and after attainment that the curve of beliefs shows."""
 DELAY_STEPS = 10
-"""Number of steps to which delays are cut for their mean, because longer delays are often censored (unknown)."""
+"""Largest delay (steps) in the mean of delays: longer delays count as this long, because they are often unknown (the
+play ended first)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +74,7 @@ class Delay:
 
 @dataclass(frozen=True, slots=True)
 class PartShare:
-    """The share of all scored plays that have one label and one reason (`BeliefPart`) for it."""
+    """The share of scored plays that have a certain label (FR or NR) and a certain reason for it (`BeliefPart`)."""
 
     rate: Rate
     interval: Interval | None
@@ -132,7 +133,7 @@ class BeliefStudy:
 
     @property
     def broken_identities(self) -> list[str]:
-        """Identities of `parts` that do not hold, such as a wrong sum; normally empty."""
+        """Sums that do not hold, as text: the parts of FR must add up to FR, and those of NR to NR. Normally empty."""
         labels = Counter(play.outcome.label for play in self.plays)
         return [
             f"the parts of {label} = {label}"
@@ -164,8 +165,11 @@ class BeliefStudy:
         return self._share(lambda one: not one.is_held and not _is_before(one), lambda one: one.done)
 
     def lost(self) -> Rate:
-        """Return the share of plays that lost a right belief (`has_lost_belief`), among the plays in which this could
-        happen."""
+        """Return the share of plays in which the agent first said that the task is done, and later, while the goal
+        held, that it is not.
+
+        Only plays in which this could happen count (`has_lost_belief`).
+        """
         found = ((play.outcome.episode_id, play.has_lost_belief(self.framing)) for play in self.plays)
         return _play_rate((name, is_lost) for name, is_lost in found if is_lost is not None)
 
@@ -200,7 +204,8 @@ class BeliefStudy:
         }
 
     def recalibration(self) -> dict[str, Estimate]:
-        """Return {name: measure} before and after recalibration by other houses; empty with fewer than two houses."""
+        """Return {name: measure} before and after recalibration with maps fitted on other houses; empty with fewer than
+        two houses."""
         counts, houses = _counts(self._answered), _houses(self._answered)
         after = recalibrated(counts, houses) if self.answered else None
         if after is None:
@@ -310,7 +315,11 @@ def _of_sums(rows: np.ndarray, houses: np.ndarray, measure: Callable[[np.ndarray
 
 
 def _skill(sums: np.ndarray) -> np.ndarray:
-    """Return the Brier skill from sums (..., 4): squared error before and after, true beliefs, all beliefs."""
+    """Return the Brier skill after recalibration.
+
+    `sums`, (..., 4), has the squared error before and after recalibration, the number of true beliefs, and of all
+    beliefs.
+    """
     rate = sums[..., 2] / sums[..., 3]
     with np.errstate(divide="ignore", invalid="ignore"):
         return 1 - sums[..., 1] / sums[..., 3] / (rate * (1 - rate))
@@ -319,7 +328,8 @@ def _skill(sums: np.ndarray) -> np.ndarray:
 def _debiased(rows: Sequence[tuple[str, Belief]]) -> Estimate:
     """Return the debiased calibration error.
 
-    The mean over resamples differs from the value of the rows themselves. The interval is shifted by this difference.
+    The mean over resamples is biased: it differs from the value of the rows themselves. The interval is shifted by this
+    difference.
     """
     if not rows:
         return Estimate(math.nan, None, 0)
@@ -338,7 +348,10 @@ def _debiased(rows: Sequence[tuple[str, Belief]]) -> Estimate:
 
 
 def _delay(plays: Sequence[tuple[str, int, bool]]) -> Delay:
-    """Return the delay over plays, each given as (house, steps, whether the answer came after these steps)."""
+    """Return the delay over plays.
+
+    A play is (house, steps until the answer or the end, whether the answer came). The answer is that the task is done.
+    """
     longest = max(steps for _, steps, _ in plays)
     rows = np.zeros((len(plays), max(longest, DELAY_STEPS) + 1, 2))
     for at, (_, steps, is_detected) in enumerate(plays):
@@ -365,7 +378,8 @@ def _delay(plays: Sequence[tuple[str, int, bool]]) -> Delay:
 
 
 def _survival(counts: np.ndarray) -> np.ndarray:
-    """Return Kaplan and Meier's estimate of the share of plays without the answer after each step, (..., steps).
+    """Return Kaplan and Meier's estimate of the share of plays that have not yet said that the task is done, (...,
+    steps).
 
     `counts`, (..., steps, 2), has two numbers for each number of steps: plays in which the answer came then, and all
     plays that ended or answered then.
