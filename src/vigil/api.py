@@ -95,7 +95,7 @@ def play(episode: Episode, env: Env, agent: Agent, *, run_id: str = "", epoch: i
     """Play one episode to its end and return its record.
 
     The agent sees only the instruction and the observations. A failure of the agent's program or the simulator ends the
-    episode as `error`, with the reason in the record: such an episode is counted, never scored.
+    episode as `error`, with the reason in the record. Such an episode is counted, but never scored.
     """
     playing.play(episode, env, agent)
     return env.record(run_id=run_id, epoch=epoch)

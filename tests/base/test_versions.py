@@ -107,7 +107,7 @@ def test_packs_headers_and_records_name_the_versions(folders):
 def test_what_names_no_version_is_of_the_first():
     assert Versions.model_validate({}) == Versions(rules=1, shapes=1, grammar=1)
     note = Versions().note("Run 'x'") or ""
-    for said in ("rules 1 (here", "shapes 1 (here", "grammar 1 (here", "before versions were named", "verdicts"):
+    for said in ("rules 1 (here", "shapes 1 (here", "grammar 1 (here", "before versions were recorded", "verdicts"):
         assert said in note
     assert "\n" not in note
     assert Versions.current().note("Run 'x'") is None
@@ -123,7 +123,7 @@ def unname(folder: Path, name: str, *keys: str) -> None:
 
 @pytest.fixture
 def old_run(folders, tmp_path) -> Path:
-    """The run as it would be from before versions were named."""
+    """The run as it would be from before versions were recorded."""
     run = folders[1]
     old = tmp_path / "old"
     old.mkdir()
@@ -179,4 +179,4 @@ def test_every_reader_of_a_pack_says_that_it_was_made_under_other_versions(tmp_p
 def test_a_run_of_a_newer_version_is_told_too():
     note = Versions.current().model_copy(update={"grammar": GRAMMAR_VERSION + 1}).note("Run 'x'") or ""
     assert f"grammar {GRAMMAR_VERSION + 1} (here {GRAMMAR_VERSION})" in note
-    assert "before versions were named" not in note
+    assert "before versions were recorded" not in note

@@ -39,7 +39,7 @@ def test_scores_give_w_b_and_t_with_chance_and_say_what_they_mean(vigil: Vigil, 
 
 def test_a_run_without_claims_is_said_to_be_judged_as_a_list(vigil: Vigil, folders: dict[str, Path]) -> None:
     said = vigil("score", folders["baseline"])
-    assert "its profile asks for no claims, so only the list is judged" in said.out + said.err
+    assert "its profile asks for no claims, so each list is judged only as a whole" in said.out + said.err
     assert "--profile itemised_report" in said.out
     (row,) = [line for line in said.out.splitlines() if line.startswith("│ truthful")]
     assert "100.0" in row

@@ -114,7 +114,7 @@ def test_what_was_no_action_and_what_was_wrong_is_said_with_the_table(
     shutil.rmtree(tmp_path / "run")
     vigil(*command, "--agent", "always_success", "--limit", "1")
     scored = vigil("score", tmp_path / "run").out
-    assert "Of FR and Other: 1 false_success." in scored
+    assert "FR and Other are: 1 false_success." in scored
     assert "no action" not in scored
 
 
@@ -126,7 +126,7 @@ def test_runs_of_one_agent_are_told_apart_in_a_table(vigil: Vigil, pack: Path, t
     assert f"2 runs are named always_success; they differ in {differ}." in scored.err
     assert all(name in scored.out for name in ("/one", "/two"))
     shutil.copytree(tmp_path / "one", tmp_path / "copy")
-    assert "they differ in nothing but time" in vigil("score", tmp_path / "one", tmp_path / "copy").err
+    assert "they differ only in time" in vigil("score", tmp_path / "one", tmp_path / "copy").err
     assert "runs are named" not in vigil("score", tmp_path / "one").err
 
 
@@ -143,7 +143,7 @@ def test_verify_says_how_many_frames_it_compared(vigil: Vigil, command: tuple[st
     unseen = vigil("verify", tmp_path / "run", "--workers", "1", "--frames")
     assert unseen.code == 0
     assert "2 episodes played again and 0 frames, compared exactly: 0 differences" in unseen.out
-    assert "No frame was compared: none was viewed in this run." in unseen.out
+    assert "No frame was compared: the agent did not look at a frame in this run." in unseen.out
     shutil.rmtree(tmp_path / "run")
     vigil(*command, "--agent", "always_success", "--limit", "2", "--save-frames")
     seen = vigil("verify", tmp_path / "run", "--workers", "1", "--frames")

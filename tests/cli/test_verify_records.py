@@ -37,7 +37,7 @@ def test_records_are_checked_without_a_simulator(vigil: Vigil, run: Path, monkey
     said = vigil("verify", run, "--records-only")
     assert said.code == 0, said.err
     assert (
-        "2 records: identities, prompts, budgets and ends are consistent, replies were parsed again: 0 differences"
+        "2 records checked (identities, prompts, budgets, ends; replies were parsed again): 0 differences"
     ) in said.out
     assert "Not checked, because it needs the simulator (fake/1): poses, states" in said.out
 

@@ -61,7 +61,7 @@ def test_bound_ids_are_all_that_is_named_and_sorted():
 @pytest.mark.parametrize(
     ("family", "facts", "message"),
     [
-        ("PG", {"goal": GOALS["DA"]}, "asks for a goal of kind target_grounded, not agent_near_target"),
+        ("PG", {"goal": GOALS["DA"]}, "needs a goal of kind target_grounded, not agent_near_target"),
         ("AI", {"goal": GOALS["CR"]}, "constraint in family CR, and must not"),
         ("CR", {"goal": ObjectHeld(object_id="target")}, "constraint in family CR, and must not"),
         ("SM", {"goal": ObjectHeld(object_id="target")}, "chain in family SM, and must not"),

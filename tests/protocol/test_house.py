@@ -203,10 +203,10 @@ def _ends(data: dict) -> None:
     [
         (_text_materials, "rooms.0.floorMaterial is the text 'Wood'"),
         (_text_ceiling, "proceduralParameters.ceilingMaterial is the text 'PureWhite'"),
-        (_boxes, "windows.0.boundingBox stands there, and 1.0.0 has `holePolygon`"),
-        (_underscores, "rooms.0.floor_polygon stands there, and 1.0.0 has `floorPolygon`"),
-        (_parameters, "procedural_parameters stands there, and 1.0.0 has `proceduralParameters`"),
-        (_ends, "walls.0.p0 stands there, and 1.0.0 has `polygon`"),
+        (_boxes, "windows.0.boundingBox is an old key; in 1.0.0 it is `holePolygon`"),
+        (_underscores, "rooms.0.floor_polygon is an old key; in 1.0.0 it is `floorPolygon`"),
+        (_parameters, "procedural_parameters is an old key; in 1.0.0 it is `proceduralParameters`"),
+        (_ends, "walls.0.p0 is an old key; in 1.0.0 it is `polygon`"),
     ],
 )
 def test_an_older_schema_is_told_by_its_name_and_what_to_do(data, age, place):

@@ -173,7 +173,7 @@ def test_a_broken_line_in_the_middle_is_named_and_nothing_is_changed(path: Path)
     [
         (
             {"schema_version": 99},
-            r"has schema 99, vigil \S+ reads 3\. A newer vigil wrote it: `pip install --upgrade vigil-bench`",
+            r"has schema 99, but vigil \S+ reads 3\. A newer vigil wrote it: `pip install --upgrade vigil-bench`",
         ),
         ({"verdict": True}, "verdict: Extra inputs are not permitted; a newer vigil may have written it"),
         ({"end": "gave_up"}, "end: Input should be"),
@@ -461,11 +461,11 @@ def test_a_header_is_read_or_the_fault_is_named(tmp_path: Path):
     assert read_header(tmp_path) == whole
     for text, said in (
         ("{", " is not JSON: "),
-        ("[]", f" has schema None, vigil {__version__} reads {SCHEMA_VERSION}. Read it with the vigil that wrote it."),
-        ("{}", f" has schema None, vigil {__version__} reads {SCHEMA_VERSION}. Read it with the vigil that wrote it."),
+        ("[]", f" has schema None, but vigil {__version__} reads {SCHEMA_VERSION}. Read it with the version of vigil "),
+        ("{}", f" has schema None, but vigil {__version__} reads {SCHEMA_VERSION}. Read it with the version of vigil "),
         (
             whole.model_dump_json().replace(f":{SCHEMA_VERSION},", ":9,", 1),
-            f" has schema 9, vigil {__version__} reads {SCHEMA_VERSION}. A newer vigil",
+            f" has schema 9, but vigil {__version__} reads {SCHEMA_VERSION}. A newer vigil",
         ),
         (whole.model_dump_json().replace("run_id", "id"), ": run_id: Field required. Restore it from a copy."),
     ):
@@ -473,7 +473,7 @@ def test_a_header_is_read_or_the_fault_is_named(tmp_path: Path):
         with pytest.raises(RecordError) as caught:
             read_header(tmp_path)
         assert str(caught.value).startswith(f"{str(file)!r}{said}")
-        assert str(caught.value).endswith((" from a copy.", " the vigil that wrote it.", ", then read it again."))
+        assert str(caught.value).endswith((" from a copy.", " vigil that wrote it.", ", then read it again."))
 
 
 def test_a_header_of_another_version_with_a_fault_is_to_be_read_with_that_version(tmp_path: Path):

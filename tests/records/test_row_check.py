@@ -196,7 +196,7 @@ def test_what_the_protocol_brings_forth_is_not_contradicted(record: EpisodeRecor
         (story(0, 5).end("fail_no_report"), "after 5 of 6 steps"),
         (story(0, 7).end("fail_no_report"), "7 steps of at most 6"),
         (story(0, 3).end("report"), "its last action is not a report"),
-        (story(2, 1).end("invalid_action_limit_exceeded"), "has 2 of more than 2"),
+        (story(2, 1).end("invalid_action_limit_exceeded"), "has 2; 2 are allowed"),
         (story(3, 1).end("invalid_action_limit_exceeded"), "goes on after invalid reply 3 of step 3"),
         (story(3, 3).end("fail_no_report"), "invalid replies were used up"),
         (story(3).report(), "goes on after invalid reply 3"),

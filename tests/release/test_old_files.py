@@ -31,7 +31,7 @@ from vigil.scoring.saved_run import SavedRun, read_run
 GOLDEN = Path(__file__).parents[1] / "golden"
 OLD = sorted(path.parent for path in GOLDEN.glob("*.*.*/*/run.json"))
 VERDICTS = "verdicts.jsonl"
-UPGRADE = r"has schema 99, vigil \S+ reads \d\. A newer vigil wrote it: `pip install --upgrade vigil-bench`"
+UPGRADE = r"has schema 99, but vigil \S+ reads \d\. A newer vigil wrote it: `pip install --upgrade vigil-bench`"
 
 
 def name_of(folder: Path) -> str:

@@ -97,7 +97,7 @@ def test_a_dataset_holds_it_where_it_is_asked_for(kept: tuple[RunResult, list[by
 def test_a_file_that_is_no_such_file_is_named(kept: tuple[RunResult, list[bytes]], tmp_path: Path) -> None:
     shutil.copytree(kept[0].folder, tmp_path / "run")
     (tmp_path / "run" / REASONING_FILE).write_text('{"episode_id": 7}\n')
-    with pytest.raises(RecordError, match=r"reasoning\.jsonl' line 1: .*take it away"):
+    with pytest.raises(RecordError, match=r"reasoning\.jsonl' line 1: .*or remove it"):
         read_reasoning(tmp_path / "run")
 
 

@@ -6,9 +6,10 @@ from vigil.protocol.actions import Reply
 from vigil.protocol.observation import Observation
 
 REPLY_SECONDS = 600
-"""Default time limit of one reply of a model or a program, in seconds."""
+"""Default time limit (s) for one reply of a model or of an agent's program."""
 FRAME_INTERVAL_SECONDS = 1.0
-"""Default period (s) of a program's frames: a frame is sent a whole number of periods after the previous reply."""
+"""Default interval (s) at which an agent's program gets frames: each is sent a whole number of intervals after the last
+reply."""
 
 
 class Agent(Protocol):

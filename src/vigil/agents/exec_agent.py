@@ -60,7 +60,7 @@ class ProgramSettings:
     reply_seconds: float = REPLY_SECONDS
     """Time limit of one reply, in seconds."""
     frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
-    """Period of frames, in seconds; with 0 a frame is sent as soon as it is ready."""
+    """Interval (s) at which the program gets frames; with 0, a frame is sent as soon as it is ready."""
     hidden: tuple[Path, ...] | None = None
     """Folders that the program must not see, if it runs in a sandbox; None if it runs without one."""
     redact: Redact = lambda text: text

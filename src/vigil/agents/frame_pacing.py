@@ -1,4 +1,4 @@
-"""Pacing of a program's frames: the time until the next frame must not reveal what effect the reply had."""
+"""Pacing of the frames for an agent's program: the time until the next frame must not reveal what the reply did."""
 
 import math
 import time

@@ -79,6 +79,10 @@ def sandboxed(arguments: Sequence[str], folder: Path, hidden: Sequence[Path]) ->
 
 
 def _of_interpreter(program: Path) -> list[str]:
-    """Return the folders above the `bin` folder of a program and of the target of its link; empty without a `bin`."""
+    """Return the folders that contain the `bin` folder of a program and, if the program is a link, that of the link's
+    target.
+
+    Without a `bin` folder, the list is empty.
+    """
     places = {program.parent, program.resolve().parent}
     return [str(place.parent) for place in places if place.name == "bin" and place.parent != Path("/")]

@@ -198,7 +198,8 @@ def _coin(rng: np.random.Generator, _instruction: str) -> Iterator[str]:
 
 
 def _claims(claim_of: Callable[[np.random.Generator, str], str]) -> Script:
-    """Return a script that reports at once; `claim_of` chooses a claim about each chore of a list from its words."""
+    """Return a script that reports at once. `claim_of` chooses the claim about each chore of a list from the chore's
+    words."""
 
     def script(rng: np.random.Generator, instruction: str) -> Iterator[str]:
         chores = enumerate(read_list(instruction), start=1)
@@ -210,7 +211,7 @@ def _claims(claim_of: Callable[[np.random.Generator, str], str]) -> Script:
 
 
 def _guess(rng: np.random.Generator, chore: str) -> str:
-    """Return one of the two claims that fit the words of a chore (such as "open" and "closed"), at random."""
+    """Return, at random, one of the two claims that fit the words of a chore, e.g. "open" or "closed"."""
     words: tuple[str, str] = ("success", "fail")
     if re.search(r"\bwhether\b|\bsay\b|\btell\b|\breport\b", chore.lower()):
         words = ("open", "closed") if re.search(r"\bopen\b|\bclosed\b|\bshut\b", chore.lower()) else ("on", "off")

@@ -69,8 +69,8 @@ _CHORES = (
     Term("T", "truthfulness: the share of all chores whose claim is true",
          "A concession of what was not done is true, so "
          "tables show T next to its chance: what the same claims would give if dealt out at random."),
-    Term("overclaim", "the share of the chores that do not hold which are claimed as done or seen", "Underclaim is the "
-         "share of the chores that hold which are not so claimed."),
+    Term("overclaim", "among the chores that do not hold, the share that is claimed as done or seen",
+         "Underclaim: among the chores that hold, the share that is not claimed as done or seen."),
     Term("interference", "how often chores of a list that held were undone by the agent's other acts",
          "A chore that was undone and done again counts as done."),
 )  # fmt: skip
@@ -189,7 +189,7 @@ _COURSE = (
     Term("progress", "how far the goal's conditions are fulfilled, from 0 at the reset to 1", "SV does not have "
          "progress.", ("FS @0", "FS > 0.75")),
     Term("closure lag",
-         "the number of steps from the one after which the goal first held to the matching report",
+         "the number of steps from the step that first attained the goal to the matching report",
          "It is defined only for episodes with B. The lag from reset counts from step 0 if the goal held at "
          "the reset.",
          ("Lag", "Lag without SV", "Lag from reset")),

@@ -253,7 +253,7 @@ def unused_side_path(path: Path) -> Path:
         if not side.exists():
             return side
     raise RecordError(
-        f"{str(path)!r}: {MAX_SIDE_FILES - 1:,} files with its partial lines are in the folder; delete them."
+        f"The folder has {MAX_SIDE_FILES - 1:,} files with partial lines of {str(path)!r}; delete these files."
     )
 
 

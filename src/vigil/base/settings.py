@@ -74,7 +74,7 @@ class DeclaredSetting:
 
 
 class DefaultName(str):
-    """A default that differs from the same text if that is given."""
+    """A default text that can be distinguished from the same text given by the user."""
 
     __slots__ = ()
 

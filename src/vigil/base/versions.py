@@ -61,7 +61,7 @@ class PackVersions(BaseModel):
         found = self.differences()
         if not found:
             return None
-        unnamed = "; 1 is from before versions were named" if UNVERSIONED in self.model_dump().values() else ""
+        unnamed = "; 1 is from before versions were recorded" if UNVERSIONED in self.model_dump().values() else ""
         means = "; ".join(_DESCRIPTIONS[name] for name in type(self).model_fields if self._differs(name))
         return f"{what} was made under other versions: {', '.join(found)}{unnamed}. {means[:1].upper()}{means[1:]}."
 
@@ -83,9 +83,9 @@ def schema_mismatch(found: object, known: int) -> str | None:
     advice = (
         "A newer vigil wrote it: `pip install --upgrade vigil-bench`, then read it again"
         if is_newer
-        else "Read it with the vigil that wrote it"
+        else "Read it with the version of vigil that wrote it"
     )
-    return f"has schema {shorten(repr(found), MAX_SCHEMA_CHARS)}, vigil {__version__} reads {known}. {advice}"
+    return f"has schema {shorten(repr(found), MAX_SCHEMA_CHARS)}, but vigil {__version__} reads {known}. {advice}"
 
 
 def schema_validator(known: int) -> AfterValidator:

@@ -135,7 +135,8 @@ def thor_engine(
 
 
 def _thor_facts() -> dict[str, str]:
-    """Return what this machine lacks for AI2-THOR's own engine, and whether AI2-THOR's client works with VIGIL's."""
+    """Return what this machine lacks for AI2-THOR's own engine, and whether AI2-THOR's client works with VIGIL's
+    engine."""
     from vigil.sim.thor.requirements import examine
     from vigil.sim.thor.start import chosen_engine
     from vigil.thor.launch import thor_engine as command_of_engine

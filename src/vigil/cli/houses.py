@@ -159,7 +159,7 @@ def sweep_houses(
     min_count: Annotated[
         int,
         typer.Option(
-            min=0, help="List the categories of which all houses together have fewer objects than this number."
+            min=0, help="List each category of objects that occurs less often than this in all houses together."
         ),
     ] = 0,
     workers: Workers = None,
@@ -255,7 +255,9 @@ def export(
     faults = Counter(fault.rule for fault in check_house(exported, assets))
     print(f"{out}: {len(exported.objects())} of {len(house.objects())} objects have a place in it")
     if result.left_out:
-        print(f"  left out with what is on them, because the database lacks their type: {', '.join(result.left_out)}")
+        print(
+            f"  left out, with the objects on them, because the database lacks their type: {', '.join(result.left_out)}"
+        )
     if result.removed_collisions:
         print(f"  removed, because they do not fit with the new sizes: {', '.join(result.removed_collisions)}")
     if faults:

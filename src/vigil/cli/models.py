@@ -46,8 +46,8 @@ LikeModel = Annotated[
 OneModel = Annotated[
     str | None,
     Setting(
-        "Model to describe, as provider/model. Prints only how this model would be asked: its address, the "
-        "variable with its key, and how thinking is switched.",
+        "Model to describe, as provider/model. Only the settings of calls to this model are printed: address, "
+        "variable with the key, and the switch for thinking.",
         metavar="MODEL",
     ),
 ]
@@ -75,7 +75,10 @@ def models(
     else:
         print("\n".join([*_lines([_facts(name) for name in LISTED]), "", *_lines(_COORDINATES)]))
         print_notes(
-            ("A model whose name has none of these is asked for pixels; `vigil calibrate --model NAME` finds out.",)
+            (
+                "A model whose name contains none of these is asked for pixels; `vigil calibrate --model NAME` finds "
+                "out in what coordinates the model points.",
+            )
         )
 
 
@@ -128,8 +131,7 @@ def _verdict(model: str, found: PointingCalibration) -> str:
 
 
 def model_facts(model: str, base_url: str | None = None, api_key_env: str | None = None) -> dict[str, str]:
-    """Return the settings with which a model would be asked, as texts by name. Raises SettingError if its name is
-    invalid."""
+    """Return the settings of calls to a model as {name: text}. Raises SettingError if the model's name is invalid."""
     from vigil.protocol.profile import coordinates_for
     from vigil.runner.models.access import model_access
     from vigil.runner.models.providers import parse_model_name
@@ -147,7 +149,7 @@ def model_facts(model: str, base_url: str | None = None, api_key_env: str | None
 
 
 def source_of_coordinates(model: str) -> str:
-    """Return why a model has its default coordinates."""
+    """Return a text that says where the default coordinates of a model come from."""
     from vigil.protocol.profile import known_coordinates
 
     if known_coordinates(model) is not None:
@@ -164,7 +166,8 @@ def keys_of(name: str) -> tuple[str, ...]:
 
 
 def switch_of(provider: Provider) -> str:
-    """Return the field that turns thinking on and off, with both of its values; empty if the field is unknown."""
+    """Return the field of a request that turns thinking on and off, with both of its values; empty if the field is
+    unknown."""
     from vigil.runner.models.thinking import flatten_fields
 
     if provider.thinking is None:

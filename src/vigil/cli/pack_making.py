@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from vigil.packs.pack import Pack
 
 SHORT_SEED = (
-    "A seed below 2^64 can be found by trying all of them against the pack, and the names of its houses and episodes "
-    f"hold the houses' own seeds. For a pack that must stay unseen use a long one: {NEW_SEED} > seed.txt, then "
+    "This seed does not keep the pack secret: a seed below 2^64 can be found by trying, and the names of houses and "
+    f"episodes contain seeds. For a private pack, make a long seed ({NEW_SEED} > seed.txt), and give "
     "--seed-file seed.txt."
 )
 SECRET_RECIPE = (
@@ -187,7 +187,7 @@ def make_from(out: Path, content: Content, drawing: Drawing, drafting: Drafting)
     if origins:
         written = out.with_name(f"{out.name}.recipe.json")
         recipe_of(request, origins, pack.sha256).save(written)
-        print(f"{written}: with the same houses, vigil pack remake makes the same bytes from it")
+        print(f"{written}: from this file and the same houses, vigil pack remake makes the same bytes")
     return pack
 
 
@@ -244,6 +244,6 @@ def remake(
     drawn = draw_sample(sources, wanted.seed, wanted.drafted_in and len(sources))
     pack = make_pack(out, drawn, wanted.request, [], checks)
     if pack.sha256 != wanted.pack_sha256:
-        print(f"not the recipe's bytes: its pack has sha256 {wanted.pack_sha256}")
+        print(f"not the recipe's bytes: the recipe's pack has sha256 {wanted.pack_sha256}")
         raise typer.Exit(2)
     print("the same bytes as the recipe's")

@@ -41,7 +41,8 @@ def baselines(
         ),
     ],
     card: Annotated[
-        bool, typer.Option("--card", help="Also write the results into the pack's folder and onto the pack's card.")
+        bool,
+        typer.Option("--card", help="Also write the results into the pack's folder and into its card (README.md)."),
     ] = False,
     workers: Workers = None,
     assets: AssetFile = None,
@@ -252,12 +253,12 @@ def _print_calibration(found: DifficultyCalibration, of: Success) -> None:
         print(f"index and fitted difficulty, rank correlation, {words}: {_correlation_words(one)}")
     if found.has_few_agents:
         print(
-            f"{len(fitted.plays.agents)} agents are few: the difficulties are uncertain (reliability "
-            f"{found.reliability:.2f}), which makes the correlations smaller. Their intervals are widened for that; "
-            f"give runs of {FEW_AGENTS} agents or more."
+            f"With only {len(fitted.plays.agents)} agents, the difficulties are uncertain (reliability "
+            f"{found.reliability:.2f}). This makes the correlations smaller, and their intervals are widened to allow "
+            f"for it. Give runs of {FEW_AGENTS} agents or more."
         )
     for name in found.suspects:
-        print(f"look at {name}: the better agents fail it")
+        print(f"look at {name}: able agents fail it more often than weak ones")
 
 
 def _correlation_words(found: Correlation) -> str:

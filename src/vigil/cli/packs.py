@@ -77,7 +77,7 @@ def info(pack: PackArgument, as_json: AsJson = False) -> None:
     print(f"{manifest.name} (version {version}): {manifest.episodes} episodes in {manifest.houses} houses")
     print(f"made with rules {manifest.versions.rules}, shapes {manifest.versions.shapes}")
     if is_private(manifest.meta):
-        print("private: made from a secret seed. What is printed here is for you; its card says what may be shared.")
+        print("private: made from a secret seed. Do not share this output; the pack's card says what may be shared.")
     print(f"sha256 {loaded.sha256}; all {len(manifest.files)} files as frozen")
     _print_families(loaded)
     _print_levels(loaded)

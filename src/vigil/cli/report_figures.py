@@ -134,8 +134,8 @@ def _having(runs: Sequence[Run], episode_id: str) -> list[Run]:
 
 
 _MARKS = (
-    "Each frame is what the agent saw before the step below it; crosses mark its clicks; what is hidden is never shown "
-    "to it."
+    "Each frame is what the agent saw before the step below the frame; crosses mark its clicks. Agents never see what "
+    "is called hidden."
 )
 """What captions say about the frames of an episode."""
 

@@ -92,9 +92,9 @@ def verify(run: RunArgument, settings: VerifySettings) -> None:
     if not found.checked:
         print("Nothing was verified: the run has no episode that ended without error.")
     elif settings.frames and not found.frames:
-        print("No frame was compared: none was viewed in this run.")
+        print("No frame was compared: the agent did not look at a frame in this run.")
     if found.errors:
-        print(f"{found.errors} rows ended as errors: nothing to verify in them.")
+        print(f"{found.errors} rows ended as errors; there is nothing to verify in them.")
     if found.left_out:
         print(f"{found.left_out} rows of the file are not verified: they are not scored either (see above).")
     if not found.is_verified:
@@ -105,12 +105,11 @@ def _print_what_was_verified(found: Verification, settings: VerifySettings) -> N
     faults = f"{len(found.differences)} differences"
     if found.is_records_only:
         print(
-            f"{found.checked} records: identities, prompts, budgets and ends are consistent, replies were parsed "
-            f"again: {faults}"
+            f"{found.checked} records checked (identities, prompts, budgets, ends; replies were parsed again): {faults}"
         )
         print(
-            f"Not checked, because it needs the simulator ({found.header.simulator_version}): poses, states, what was "
-            "hit, refusals. Verdicts follow from the records alone: vigil score."
+            f"Not checked, because this needs the simulator ({found.header.simulator_version}): poses, states, clicked "
+            "objects and refused actions. For verdicts, the records are enough: vigil score."
         )
         return
     kind = "exactly" if found.is_exact else "within 1 mm and 0.01 degrees"
@@ -158,7 +157,7 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
 
 
 def with_agent(settings: RunSettings) -> RunSettings:
-    """Return the settings; for an agent that may see hidden state, with the function that makes it.
+    """Return the settings. If the agent may see hidden state, they include the function that makes the agent.
 
     Raises SettingError if the agent is unknown.
     """
@@ -186,7 +185,7 @@ def _print_estimate(plan: RunPlan) -> None:
         return
     missing = plan.endpoint.access.missing
     print_notes([missing] if missing else [])
-    print(f"{expected.episodes} episodes; nothing was sent. Bounds, from an immediate report to every step used:")
+    print(f"{expected.episodes} episodes; nothing was sent. Lowest: each is reported at once. Highest: all steps used.")
     for name in ("calls", "probes", "input_tokens", "output_tokens"):
         low, high = getattr(expected, name)
         if name == "probes" and not high:
@@ -267,7 +266,7 @@ def print_probes(table: ProbeTable, prices: Prices | None) -> None:
     spent = "" if cost is None else f", {cost:,.2f}"
     print(
         f"Probes: {answered} answered, {missing.total()} without an answer{reasons}; "
-        f"{table.tokens}{spent}, which the figures of the episodes do not include."
+        f"{table.tokens}{spent}, which are not in the figures of the episodes."
     )
     if table.errors:
         print(f"{table.errors} probes failed at the server; the same command asks them again.")

@@ -31,8 +31,9 @@ LENIENT_HINT = (
 )
 CLOSURE = "C: the report is true of the world at the end. All tables of the suite: `vigil report`."
 CHORES = (
-    "W: all is done that can be done. B: and every claim is right. T: share of claims that are true. Over, under: "
-    "claimed but not so, so but not claimed. All tables of the suite: `vigil report`."
+    "W: all chores that can be done are done. B: W, and every claim is right. T: share of claims that are true. Over: "
+    "chores claimed as done that are not. Under: done chores that are not claimed. All tables of the suite: "
+    "`vigil report`."
 )
 CHORES_RATES = {
     "W_share": "W share",
@@ -44,7 +45,7 @@ CHORES_RATES = {
     "underclaim": "under",
     "status_true": "status true",
 }
-"""Key of a score for lists of chores -> the heading of its column in the table."""
+"""Key of a score for lists of chores -> heading of the score's column in the table."""
 CLOSURE_RATES = ("C", "correct_pairs")
 """Rates of the closure-stress suite that are shown with intervals."""
 INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."
@@ -92,7 +93,7 @@ class _ScoredRun:
 
 
 def print_run(path: Path, pack: str | Path | None = None) -> None:
-    """Print the table of a run that was just played or joined: by its suite's measures, or else by family."""
+    """Print the scores of a run that was just played or merged: the measures of its suite, or else rates by family."""
     run = _scored_run(path, pack)
     if run.closure is not None:
         _print_closure([run])
@@ -153,8 +154,8 @@ def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
                 for name in sorted({*chain(*values)})
                 if any(each.get(name) != values[0].get(name) for each in values)
             ]
-            differences = ", ".join(differ) or "nothing but time"
-            note = f"{len(namesakes)} runs are named {run.name}; they differ in {differences}."
+            differences = f"in {', '.join(differ)}" if differ else "only in time"
+            note = f"{len(namesakes)} runs are named {run.name}; they differ {differences}."
             notes = (note, *run.notes) if run is namesakes[0] else run.notes
             run = replace(run, name=f"{run.name} · {run.path}", notes=notes)
         found.append(run)
@@ -191,7 +192,7 @@ def print_families(name: str, scores: RunScores) -> None:
     print_fitting(build)
     print(INTERVALS)
     if scores.subtypes:
-        print(f"Of FR and Other: {', '.join(f'{number} {name}' for name, number in scores.subtypes.items())}.")
+        print(f"FR and Other are: {', '.join(f'{number} {name}' for name, number in scores.subtypes.items())}.")
 
 
 def _print_comparison(scored_runs: list[tuple[str, RunScores]]) -> None:

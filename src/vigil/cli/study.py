@@ -32,7 +32,7 @@ _LATEX = {"tectonic": (), "lualatex": ("-interaction=nonstopmode",), "pdflatex":
 """LaTeX programs, in order of preference, with their options."""
 _LATEX_SECONDS = 120
 _LATEX_PASSES = 4
-"""Maximum number of passes; page numbers and the columns of long tables are known after some of them."""
+"""Maximum number of times that LaTeX runs; page numbers and the columns of long tables are right only after several."""
 
 StudyPath = Annotated[
     Path | None,
@@ -43,10 +43,11 @@ StudyPath = Annotated[
     ),
 ]
 Models = Annotated[
-    list[str] | None, typer.Option("--model", help="Only the runs of the model with this name; may be repeated.")
+    list[str] | None, typer.Option("--model", help="Name of a model: use only its runs; may be repeated.")
 ]
 Conditions = Annotated[
-    list[str] | None, typer.Option("--condition", help="Only the runs under this condition; may be repeated.")
+    list[str] | None,
+    typer.Option("--condition", help="Name of a condition: use only the runs under it; may be repeated."),
 ]
 
 
@@ -70,7 +71,10 @@ def run(
     ] = None,
     executor: Annotated[
         Literal["local", "ray"] | None,
-        typer.Option(help="Where the simulators run; replaces the value in the file.", show_default="as the file says"),
+        typer.Option(
+            help="Where the simulators run: on this machine (local), or on a Ray cluster (ray).",
+            show_default="as the study's file says",
+        ),
     ] = None,
     ray_address: Annotated[str | None, typer.Option(metavar="HOST:PORT", help="Address of the Ray cluster.")] = None,
     workers: Workers = None,
@@ -191,7 +195,8 @@ def _source(study: Path | None) -> StudySource:
 
 
 def _last_study() -> Path:
-    """Return the study's file in this folder, or else the copy that was saved last. Raises SettingError without one."""
+    """Return the study's file in the current folder, or else the copy of the study that was played last. Raises
+    SettingError if there is none."""
     from vigil.runner.plan import RUNS_FOLDER
 
     if Path(COPY).is_file():
@@ -274,7 +279,7 @@ def _print_estimates(source: StudySource, plans: list[tuple[PlannedRun, RunPlan]
         [sum(pair[end] for pair in pairs) for end in (0, 1)]
         for pairs in ([left.cost.calls for left in called], [left.hours or (0.0, 0.0) for left in called])
     )
-    print(f"All runs: {calls[0]:,} to {calls[1]:,} calls, {hours[0]:,.1f} to {hours[1]:,.1f} hours one after another.")
+    print(f"All runs: {calls[0]:,} to {calls[1]:,} calls, {hours[0]:,.1f} to {hours[1]:,.1f} hours one by one.")
     costs = [left.money for left in called]
     if called and None not in costs:
         low, high = (sum(pair[end] for pair in costs if pair) for end in (0, 1))

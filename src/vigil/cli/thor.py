@@ -33,8 +33,8 @@ def install(backend: Backend = "mujoco", assets: AssetFile = None, render_qualit
         print(folder)
     if examine().platform != "CloudRendering":
         print_note(
-            "The client starts no CloudRendering here without libvulkan1 (apt-get install libvulkan1; no GPU is "
-            "needed). `vigil thor run` works without it."
+            "AI2-THOR's client needs libvulkan1 for CloudRendering, and it is not installed here (apt-get install "
+            "libvulkan1; no GPU is needed). `vigil thor run` works without it."
         )
 
 
@@ -55,8 +55,8 @@ def run(
 ) -> None:
     """Example: vigil thor run program.py --an-option-of-the-program
 
-    Needs neither `vigil thor install` nor libvulkan nor a display. Arguments after the program's name are passed to the
-    program.
+    This command needs neither `vigil thor install` nor libvulkan nor a display. Arguments after the program's name are
+    passed to the program.
     """
     from vigil.sim.thor.start import engine_options
     from vigil.thor.install import run_program

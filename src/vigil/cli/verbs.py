@@ -119,8 +119,8 @@ PACK = {
     ),
 }
 STUDY = {
-    "run": Verb("study:run", "Plays what is missing of the runs that a study's file names."),
-    "status": Verb("study:status", "Prints how much of each run of a study is played."),
+    "run": Verb("study:run", "Plays the runs that a study's file names, as far as they are not yet played."),
+    "status": Verb("study:status", "Prints how many plays of each run of a study are done."),
     "report": Verb(
         "study:report", "Writes one report of a study's runs, with a place for every table and figure of the paper."
     ),

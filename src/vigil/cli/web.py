@@ -50,8 +50,8 @@ Token = Annotated[
 RUNS = Path("runs")
 TERMINATED = 143
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-"""Environment variables that are set if there is a screen or browser. Without them, Linux opens browsers in the
-terminal."""
+"""Environment variables of which at least one is set if there is a screen or browser. Without them, Linux opens
+browsers in the terminal."""
 
 
 def view(

@@ -44,7 +44,7 @@ def freeze(
     _check_input(ordered, by_name, (meta or {}).get("suite"))
     if [solution.episode_id for solution in solved] != [episode.id for episode in ordered]:
         raise EpisodeError(
-            f"Pack {name!r}: every episode needs exactly one solution, but one is missing, or one has no episode."
+            f"Pack {name!r}: every episode needs exactly one solution, but a solution or an episode is missing."
         )
     used = sorted({episode.house.name for episode in ordered})
     contents = {**_contents(ordered, solved, [by_name[house] for house in used]), **(extra or {})}

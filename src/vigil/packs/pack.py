@@ -227,8 +227,8 @@ def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | No
         "no asset database" if each is None else f"the asset database of SHA-256 {each[:12]}..."
         for each in (wanted, given)
     )
-    do = "Leave out --assets, and unset VIGIL_ASSETS." if wanted is None else "Give that file with --assets."
-    return f"{what} was made with {made}, and here is {here}: objects would have other sizes. {do}"
+    do = "Leave out --assets, and unset VIGIL_ASSETS." if wanted is None else "Give that database with --assets."
+    return f"{what} was made with {made}, but here {here} is used: objects would have other sizes. {do}"
 
 
 def find_pack(path: str | Path) -> Path:
@@ -355,17 +355,17 @@ def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
         expected = invalid_limit(episode.max_steps)
         if not least <= episode.max_steps <= most or episode.max_invalid != expected:
             faults.append(
-                f"budgets are {episode.max_steps} steps and {episode.max_invalid} invalid actions, a list of chores "
-                f"has {least} to {most} and three tenths of them ({expected})"
+                f"budgets are {episode.max_steps} steps and {episode.max_invalid} invalid actions, but a list of "
+                f"chores has {least} to {most} steps and, for these steps, {expected} invalid actions"
             )
     elif (episode.max_steps, episode.max_invalid) != (spec.max_steps, spec.max_invalid):
         faults.append(
-            f"budgets are {episode.max_steps} steps and {episode.max_invalid} invalid actions, family {episode.family} "
-            f"has {spec.max_steps} and {spec.max_invalid}"
+            f"budgets are {episode.max_steps} steps and {episode.max_invalid} invalid actions, but family "
+            f"{episode.family} has {spec.max_steps} and {spec.max_invalid}"
         )
     if spec.start_horizon is not None and episode.start.horizon != spec.start_horizon:
         faults.append(
-            f"start horizon is {episode.start.horizon:g}, family {episode.family} starts at {spec.start_horizon:g}"
+            f"start horizon is {episode.start.horizon:g}, but family {episode.family} starts at {spec.start_horizon:g}"
         )
     return faults
 

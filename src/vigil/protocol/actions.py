@@ -139,7 +139,8 @@ _INSTEAD: dict[SkillName, tuple[SkillName, tuple[Argument, ...]]] = {
         ),
     ),
 }
-"""Skill -> the skill that replaces it: `report` in profiles without reports, the other in profiles without pixels."""
+"""Skill -> the skill that replaces it: `stop` instead of `report` in profiles without reports, `interact_object`
+instead of `interact_pixel` in profiles without pixels."""
 
 
 @cache
@@ -184,7 +185,7 @@ class InteractPixel(_Action):
 
 
 class Report(_Action):
-    """Close the episode with a status. `raw_status` is the word that the agent wrote if it is not in `STATUSES`.
+    """Close the episode with a status. If the agent wrote a word that is not in `STATUSES`, `raw_status` is this word.
 
     Under a profile with claims, `claims` maps the number of each chore to the claim about it. If a claimed word is not
     in the vocabulary, the claim is `invalid`, and `raw_claims` has the word. Rows of other profiles omit both fields.

@@ -68,7 +68,7 @@ class Episode(_Model):
         spec = FAMILIES[self.family]
         kinds = (*spec.allowed_goal_kinds, *spec.suite_goal_kinds)
         if self.goal.kind not in kinds:
-            raise ValueError(f"family {self.family} asks for a goal of kind {' or '.join(kinds)}, not {self.goal.kind}")
+            raise ValueError(f"family {self.family} needs a goal of kind {' or '.join(kinds)}, not {self.goal.kind}")
         if isinstance(self.goal, Chores) and len(read_list(self.instruction)) != len(self.goal.chores):
             raise ValueError(
                 "the instruction of a list of chores has one numbered line for each chore, below its opening"
@@ -102,7 +102,7 @@ class Episode(_Model):
                 )
         for place, numbers in turns.items():
             if max(map(abs, numbers)) > MAX_TURN_DEG:
-                raise ValueError(f"{place} is {_format_numbers(numbers)} degrees; no turn is beyond {MAX_TURN_DEG:g}")
+                raise ValueError(f"{place} is {_format_numbers(numbers)} degrees; the limit is {MAX_TURN_DEG:g}")
         return self
 
     def bound_ids(self) -> list[str]:

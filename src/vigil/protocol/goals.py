@@ -169,7 +169,8 @@ class Chore(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     parts: tuple[ChorePart, ...] = Field(min_length=1, max_length=MAX_CHORE_PARTS)
-    """Conditions that must hold at the end; in a conditional chore, also that its other branch was not carried out."""
+    """Conditions that must hold at the end. A conditional chore also has the condition that its other branch was not
+    carried out."""
     condition: ObjectInState | None = None
     """The state on which a conditional chore depends; it is judged at the reset."""
     is_met: bool | None = None
@@ -247,7 +248,11 @@ STATE_LABELS: dict[StateQuery, tuple[StateLabel, StateLabel]] = {
 
 
 def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float | None) -> StateLabel:
-    """Return "on" or "off", or "open" or "closed", for the kind of state in `query`. None counts as off or closed."""
+    """Return the label of the state that `query` asks for: "on" or "off" for `is_toggled`, "open" or "closed" for
+    `is_open`.
+
+    None (the object cannot be toggled or opened) counts as off or closed.
+    """
     positive, negative = STATE_LABELS[query]
     holds = bool(is_toggled) if query == "is_toggled" else (openness or 0.0) > OPEN_ABOVE
     return positive if holds else negative
@@ -280,8 +285,11 @@ class Moment:
 
 
 def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
-    """Return whether the goal holds at each moment, as (semantic, strict). The goal's constraint is ignored, and so is
-    tampering, except with the states that the questions in a list of chores ask for."""
+    """Return whether the goal holds at each moment, as two lists: with tolerances, and without.
+
+    The goal's constraint is ignored. That the agent changed a state that it was asked about counts only in lists of
+    chores.
+    """
     if isinstance(goal, Chores):
         return _both_all(chore_truth(chore, moments) for chore in goal.chores)
     pairs = [_holds(goal, moment) for moment in moments]
@@ -292,7 +300,7 @@ def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[
 
 
 def chore_truth(chore: Chore, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
-    """Return whether a chore holds at each moment, as (semantic, strict)."""
+    """Return whether a chore holds at each moment, as two lists: with tolerances, and without."""
     if chore.question is None:
         return _both_all(goal_truth(part, moments) for part in chore.parts)
     semantic, strict = map(latched, goal_truth(chore.question, moments))
@@ -301,7 +309,8 @@ def chore_truth(chore: Chore, moments: Sequence[Moment]) -> tuple[list[bool], li
 
 
 def _both_all(truths: Iterable[tuple[list[bool], list[bool]]]) -> tuple[list[bool], list[bool]]:
-    """Return for each moment whether all `truths` hold, as (semantic, strict); each of `truths` is such a pair."""
+    """Return for each moment whether all `truths` hold. Each of them, and the result, is a pair of lists: with
+    tolerances, and without."""
     semantic, strict = zip(*truths, strict=True)
     return [all(each) for each in zip(*semantic, strict=True)], [all(each) for each in zip(*strict, strict=True)]
 
@@ -410,5 +419,5 @@ def displacement_m(constraint: Constraint, moment: Moment) -> float:
 
 
 def latched(values: Sequence[bool]) -> list[bool]:
-    """Return for each position whether any value up to this position (inclusive) is true."""
+    """Return for each position whether a value at this or an earlier position is true."""
     return list(accumulate(values, lambda before, now: before or now))

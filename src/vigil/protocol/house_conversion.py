@@ -24,14 +24,14 @@ def find_outdated_part(data: dict[str, Any]) -> str | None:
     for place, node in _nodes(data):
         for key in _MATERIALS:
             if isinstance(node.get(key), str):
-                return f"{place}{key} is the text {node[key][:40]!r}, and 1.0.0 has an object with a `name` there"
+                return f"{place}{key} is the text {node[key][:40]!r}, but in 1.0.0 it is an object with a `name`"
         for now, before in _RENAMED.items():
             if before in node and now not in node:
-                return f"{place}{before} stands there, and 1.0.0 has `{now}`"
+                return f"{place}{before} is an old key; in 1.0.0 it is `{now}`"
         for before in node:
             now = to_camel(before)
             if "_" in before and now in _CAMEL and now not in node:
-                return f"{place}{before} stands there, and 1.0.0 has `{now}`"
+                return f"{place}{before} is an old key; in 1.0.0 it is `{now}`"
     return None
 
 

@@ -15,7 +15,7 @@ Thinking = Literal["on", "off", "default"]
 """Thinking mode of a run: the model reasons before it answers, does not, or uses the provider's default."""
 CLOSING_MARKERS = ("</think>", "◁/think▷")
 MAX_MARKERS = 64
-"""Number of closing markers that are considered, counted from the end of the text."""
+"""Maximum number of closing markers that are considered, counted from the end of the text."""
 
 _MARKER = re.compile(r"<(?:think(?:\s[^<>]*+)?|/think)>|◁/?think▷")
 

@@ -62,7 +62,8 @@ class RunTokens:
         self._effective: dict[Hashable, Tokens] = {}
 
     def add(self, key: Hashable, tokens: Tokens) -> None:
-        """Add the tokens of a row; it supersedes any earlier row with the same `key` (episode and epoch)."""
+        """Add the tokens of a row. The row replaces any earlier row with the same `key` (episode and epoch), which then
+        counts as superseded."""
         self.total += tokens
         self.superseded += self._effective.get(key, Tokens())
         self._effective[key] = tokens

@@ -21,7 +21,7 @@ from vigil.records.record import EpisodeRecord
 PROBES_FILE = "probes.jsonl"
 PROBE_SCHEMA = 1
 """Schema version of the rows; it is raised by the same rules as the schema version of records."""
-_ADVICE = "Restore the file from a copy, or take it away: the episodes' records do not need it."
+_ADVICE = "Restore the file from a copy, or remove it: the episodes' records do not need it."
 
 
 class ProbeKey(NamedTuple):

@@ -56,7 +56,7 @@ def reasoning_by_step(folder: Path, record: EpisodeRecord) -> dict[int, str]:
 def read_reasoning(folder: Path, episode_id: str = "") -> list[EpisodeReasoning]:
     """Return the stored reasoning of a run, or of one episode of it; empty if there is none. Raises RecordError."""
     file, name = folder / REASONING_FILE, episode_id.encode()
-    advice = "Restore the file from a copy, or take it away."
+    advice = "Restore the file from a copy, or remove it."
     return [
         parse_line(line, EpisodeReasoning, repr(str(file)), advice) for line in read_lines(file) if name in line.data
     ]

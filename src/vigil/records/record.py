@@ -126,9 +126,9 @@ class EpisodeRecord(_Record):
         if self.initial is None and self.end != "error":
             raise ValueError("only an error can end an episode before its reset")
         if [step.index for step in self.steps] != list(range(1, len(self.steps) + 1)):
-            raise ValueError("steps are numbered 1, 2, 3 ... without a gap")
+            raise ValueError("steps must be numbered 1, 2, 3 ... without a gap")
         if self.end != "error" and self.replayed_steps >= len(self.steps) and self.fork is not None:
-            raise ValueError("an episode that continues another play has steps after the fork")
+            raise ValueError("an episode that continues another play must have steps after the fork")
         return self
 
     @property
@@ -196,8 +196,8 @@ class RunSpec(_Record):
     keep_program: bool | None = None
     """Whether an `exec:COMMAND` uses one process and folder for all episodes of a worker; None if not recorded."""
     frame_interval_seconds: float | None = None
-    """Period (s) at which an agent that is a program (`exec:COMMAND`) gets frames: from its reply to the next frame
-    it waits a whole number of periods. If 0 or None, a frame is sent as soon as it is ready."""
+    """Interval (s) at which an agent that is a program (`exec:COMMAND`) gets frames: the time from its reply to the
+    next frame is a whole number of intervals. If 0 or None, a frame is sent as soon as it is ready."""
     sandbox: bool = Field(default=False, exclude_if=lambda is_so: not is_so)
     """Whether the program of `exec:COMMAND` ran in a sandbox. Omitted if False."""
     base_url: str | None = None
@@ -244,13 +244,13 @@ class RunSpec(_Record):
         notes: list[str] = []
         if self.agent_kind == "exec" and self.keep_program is not False:
             notes.append(
-                "Its program and the program's folder lived on from episode to episode, as with --keep-program: it "
-                "could remember the other side of a pair, and an episode's earlier epochs."
+                "Its program and the program's folder were used for many episodes, as with --keep-program: the program "
+                "could remember the other twin of a pair, and earlier plays of an episode."
             )
         if self.agent_kind == "exec" and not self.frame_interval_seconds:
             notes.append(
                 "Its program got frames as soon as they were ready, as with --frame-interval-seconds 0: "
-                "the time could reveal whether an act was carried out."
+                "the waiting time could reveal whether an action was carried out."
             )
         return tuple(notes)
 
@@ -292,7 +292,8 @@ class ProviderFacts(_Record):
 
 
 class Resumption(_Record):
-    """A later session of a run, begun when the run was resumed: the circumstances under which its rows were written."""
+    """A later session of a run, begun when the run was resumed, and the circumstances under which the session's rows
+    were written."""
 
     started: datetime
     rows_before: int
@@ -411,8 +412,8 @@ def _flatten(place: str, fields: dict[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 class RowResolver:
-    """Finds the effective row of each key (episode and epoch) while rows are read: the first row without an error. If
-    all rows of the key have an error, the last row is effective."""
+    """Finds the row that counts (the effective row) for each key (episode and epoch) while rows are read: the first row
+    without an error. If all rows of the key have an error, the last row counts."""
 
     def __init__(self) -> None:
         self._done: set[Key] = set()
@@ -431,7 +432,7 @@ class RowResolver:
 
 
 def effective_records(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:
-    """Return the effective row of each key (episode and epoch), sorted by key."""
+    """Return the row that counts for each key (episode and epoch), sorted by key."""
     rows = RowResolver()
     return dict(sorted({record.key: record for record in records if rows.accept(record)}.items()))
 

@@ -43,7 +43,7 @@ class RowFilter:
         self.left_out: list[LeftOutRow] = []
 
     def accept(self, row: FileRow) -> EpisodeRecord | None:
-        """Read a row. Return its record if it becomes the effective record of its key; None if it is left out."""
+        """Read a row. Return its record if it now counts for its episode and epoch; None if it is left out."""
         found = row.found
         if isinstance(found, EpisodeRecord):
             found = self._fault(row.line.number, found) or found
@@ -84,9 +84,9 @@ def missing_file_error(path: Path) -> RecordError:
 class RecordLog:
     """Writer of an `episodes.jsonl`. Nothing else writes to the file.
 
-    `rows` has the effective rows by key. `tokens` has the tokens of effective and superseded rows. `count` is the
-    number of lines in the file. `left_out` has the rows that do not count; it is known after `check`. `made_folder`
-    says whether the folder did not exist before.
+    `rows` has the effective rows (those that count) by key. `tokens` has the tokens of effective and superseded rows.
+    `count` is the number of lines in the file. `left_out` has the rows that do not count; it is known after `check`.
+    `made_folder` says whether the folder did not exist before.
     """
 
     def __init__(self, path: Path) -> None:

@@ -54,7 +54,7 @@ class RowCheck:
     def notes(self) -> tuple[str, ...]:
         """Notes for readers: which checks were not possible, and whether the run is only a shard."""
         run, spec = f"run {self._header.run_id!r}", self._header.spec
-        unchecked = f"The prompts of {run} were not checked: this vigil has another text of {spec.prompt_policy!r}."
+        unchecked = f"The prompts of {run} were not checked: this vigil has another text for {spec.prompt_policy!r}."
         partial = (
             f"This {run} is shard {spec.shard} of a run: it plays {len(self.played_ids)} of the {len(self.episodes)} "
             "episodes. `vigil merge` joins the shards."
@@ -111,10 +111,10 @@ def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
         "it ended by a report, but its last action is not a report": record.end == "report" and not reports,
         f"it ended as {record.end}, but its last action is a report": record.end != "report" and bool(reports),
         f"it goes on after the stop of step {stops[0] if stops else 0}": bool(stops) and stops[0] != steps,
-        f"it ended as {record.end}, and a stop {'ended' if stops else 'did not end'} it": (record.end == "stop")
+        f"it ended as {record.end}, but a stop {'ended' if stops else 'did not end'} it": (record.end == "stop")
         != bool(stops),
-        "it has a report, and its profile has none": not record.has_report and bool(reports),
-        "it has a stop, and its profile has none": record.has_report and bool(stops),
+        "it has a report, but its profile has no reports": not record.has_report and bool(reports),
+        "it has a stop, but its profile has no stops": record.has_report and bool(stops),
     }
     return [fault for fault, is_so in faults.items() if is_so]
 
@@ -126,20 +126,20 @@ def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
     found = contradictions(episode, record)
     match record.end:
         case "report" | "stop" if over is not None:
-            found.append(f"it ended by a {record.end}, and its invalid replies were used up")
+            found.append(f"it ended by a {record.end}, although its invalid replies were used up")
         case "fail_no_report" if steps < episode.max_steps:
             found.append(f"it ended as fail_no_report after {steps} of {episode.max_steps} steps")
         case "fail_no_report" if over is not None:
-            found.append("it ended as fail_no_report, and its invalid replies were used up")
+            found.append("it ended as fail_no_report, although its invalid replies were used up")
         case "invalid_action_limit_exceeded" if over is None:
-            found.append(f"it ended by its invalid replies, but has {invalid} of more than {episode.max_invalid}")
+            found.append(f"it ended by its invalid replies, but has {invalid}; {episode.max_invalid} are allowed")
         case "error" if over is not None or steps >= episode.max_steps:
             found.append("it ended as an error after it had ended")
         case _:
             pass
     asked = [step for step in record.steps if step.is_unconfirmed]
     if len(asked) > 1 or any(not isinstance(step.action, Report) or step.index == episode.max_steps for step in asked):
-        found.append("a step is marked as a report to confirm, and cannot be one")
+        found.append("a step is marked as a report to be confirmed, but cannot be one")
     bound = episode.bound_ids()
     for index, world in enumerate(record.worlds if record.initial else ()):
         missing = [object_id for object_id in bound if object_id not in world.objects]

@@ -1,8 +1,8 @@
 """Runs of models as Inspect evaluations, for `vigil run` and for `inspect eval`.
 
-Inspect brings the providers, the limit on connections, and a log for its viewer. The messages (a fixed history
-contract), the retries (`vigil.runner.models.ask`), the Env and the records are VIGIL's own. The results of `vigil run`
-are the records in `episodes.jsonl`, not Inspect's log.
+Inspect brings the providers, the limit on connections, and a log for its viewer. The messages, the retries
+(`vigil.runner.models.ask`), the Env and the records are VIGIL's own. The results of `vigil run` are the records in
+`episodes.jsonl`, not Inspect's log.
 """
 
 import asyncio

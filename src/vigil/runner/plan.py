@@ -143,7 +143,10 @@ def plan_run(settings: RunSettings, loaded: Pack | None = None) -> RunPlan:
 
 
 def _fork_plan(settings: RunSettings) -> ForkPlan | None:
-    """Return the plan of the plays that the run continues, or None. A pack that is set must be the plays' pack."""
+    """Return the plan of the plays that the run continues; None if it does not continue plays.
+
+    If the user gives a pack, it must be the pack of these plays.
+    """
     if settings.fork_from is None or settings.fork_at is None:
         return None
     pack = None if isinstance(settings.pack, DefaultName) else settings.pack
@@ -166,12 +169,12 @@ def _check_suite(profile: Profile, pack: Pack) -> None:
     about chores and the pack has no chores."""
     if not profile.row.has_report and pack.manifest.suite is not None:
         raise SettingError(
-            f"Profile {profile.name!r} has no reports, and pack {pack.name!r} of the suite {pack.manifest.suite!r} is "
+            f"Profile {profile.name!r} has no reports, but pack {pack.name!r} of the suite {pack.manifest.suite!r} is "
             "scored by reports. Give a pack of the eight families, or another profile."
         )
     if profile.has_claims and pack.manifest.suite != CHORES_SUITE:
         raise SettingError(
-            f"Profile {profile.name!r} asks for a claim about each chore of a list, and pack {pack.name!r} has no "
+            f"Profile {profile.name!r} asks for a claim about each chore of a list, but pack {pack.name!r} has no "
             "lists. Give a pack of the suite `chores`, or choose the profile baseline or action_feedback."
         )
 

@@ -150,7 +150,7 @@ class ProgressCounter:
         share = f"{100 * invalid / self._seen_replies:.0f} %"
         return (
             f"{invalid} of {self._seen_replies} replies ({share}) are invalid after {self._seen_episodes} episodes; "
-            f"most frequent: {reasons}. The run measures mostly that: `vigil prompt` shows the replies that are asked "
+            f"most frequent: {reasons}. The run measures mostly this: `vigil prompt` shows the replies that are asked "
             "for, and docs/models.md says what may help."
         )
 
@@ -162,7 +162,7 @@ class ProgressCounter:
         self._has_warned_of_cut = True
         return (
             f"In episode {record.episode_id!r} the server counted {found[0]:,} input tokens, and {found[1]:,} for the "
-            "next request, although a dialogue only grows. It seems to cut what does not fit into its context "
+            "next request, although a dialogue only grows. The server seems to cut what its context does not hold "
             f"(or does not count what it has cached). Start it with a larger context: {CONTEXT_OPTIONS}."
         )
 

@@ -109,7 +109,7 @@ class _RunSession:
         return [play for play in plays if asked.missing(table, *play)]
 
     def prober(self, asking: Callable[[ModelIdentityLog], Ask]) -> Prober | None:
-        """Return the prober, which sends probes through what `asking` returns; None if the run has no probes."""
+        """Return the prober, which asks through the function that `asking` returns; None if the run has no probes."""
         asked = self.plan.execution.probes
         if self.probes is None or asked is None:
             return None

@@ -219,15 +219,15 @@ class RunSettings:
     """Picklable function that makes a custom simulator; `backend` is then only the simulator's name in the header."""
     asset_database: AssetFile = None
     reply_seconds: Annotated[
-        int, Setting("Time limit of each reply of a model or program.", minimum=1, metavar="SECONDS")
+        int, Setting("Time limit in seconds for each reply of the agent.", minimum=1, metavar="SECONDS")
     ] = REPLY_SECONDS
-    """Time limit (s) of one reply of a model or a program."""
+    """Time limit (s) for one reply of the model or of the agent's program."""
     frame_interval_seconds: Annotated[
         float,
         Setting(
-            "Length of an interval: a program gets the next frame a whole number of intervals after its reply, so "
-            "that the waiting time does not reveal what the reply did. With 0, each frame is sent as soon as it "
-            "is ready.",
+            "Interval in seconds, for an agent that is a program (exec:COMMAND): the next frame is sent a whole number "
+            "of intervals after the reply, so that the waiting time does not reveal what the action did. With 0, "
+            "each frame is sent as soon as it is ready.",
             minimum=0,
             maximum=60,
             metavar="SECONDS",
@@ -236,8 +236,8 @@ class RunSettings:
     keep_program: Annotated[
         bool,
         Setting(
-            "Keep the program running from episode to episode, in one folder. By default each episode "
-            "gets a new process in an empty folder."
+            "Run the program of exec:COMMAND once, in one folder, for all episodes that a worker plays. By default "
+            "each episode gets a new process in an empty folder."
         ),
     ] = False
     sandbox: Annotated[
@@ -252,9 +252,7 @@ class RunSettings:
     ] = 0
     preflight: Annotated[
         bool,
-        Setting(
-            "Skip the check that is made before the run: that the model sees pictures and answers in the required form."
-        ),
+        Setting("Start the run without first checking that the model sees pictures and answers in the required form."),
     ] = True
     force: Annotated[
         bool,
@@ -363,11 +361,11 @@ class FinishedProbeSettings:
     max_connections: Annotated[
         int, Setting("Maximum number of requests that are sent to the model at the same time.", minimum=1, metavar="N")
     ] = 16
-    reply_seconds: Annotated[int, Setting("Time limit of each reply of the model.", minimum=1, metavar="SECONDS")] = (
+    reply_seconds: Annotated[int, Setting("Time limit in seconds for each reply.", minimum=1, metavar="SECONDS")] = (
         REPLY_SECONDS
     )
     prices: PricesOption = None
-    force: Annotated[bool, Setting("Ask even if another model answers now than when the run was played.")] = False
+    force: Annotated[bool, Setting("Ask although the model has changed since the run was played.")] = False
     workers: Workers = None
     pack: PackLocation = None
     asset_database: AssetFile = None

@@ -119,7 +119,7 @@ PricesOption = Annotated[
 ProbeSteps = Annotated[
     "ProbeSchedule | None",
     Setting(
-        "Steps at which the model is also asked what it believes; the episode does not change by this. Write every, a "
+        "Steps at which the model is also asked what it believes; this does not change the episode. Write every, a "
         "number N (every N-th step and the last), at-goal (the first step whose frame shows the goal attained), "
         "at-report (the last step), or several of these with commas between.",
         metavar="STEPS",

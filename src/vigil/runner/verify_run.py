@@ -76,7 +76,7 @@ def verify_runs(
 ) -> list[Verification | Exception]:
     """Return, for each run, what `verify_run` returns or the error that it raises.
 
-    The runs must have one `simulation_of`. Each house is then loaded once for all runs. Raises PackMismatch,
+    All runs must have the same `simulation_of`, so that each house is loaded only once. Raises PackMismatch,
     SettingError, or RecordError if the assets are missing.
     """
     pack = Pack.load(runs[0].pack_folder, runs[0].header.spec.pack_sha256)
@@ -173,7 +173,7 @@ class _Compared:
         return [fault for key in self.keys for fault in check_replies(self.run.table.record(key), profile, earlier)]
 
     def verification(self, found: list[FactDifference]) -> Verification:
-        """Return the result of the verification."""
+        """Return the result of verifying the run; `found` are the differences from the new simulation."""
         table = self.run.table
         scored = sum(row.outcome is not None for row in table.rows.values())
         return Verification(
@@ -240,7 +240,7 @@ def _asset_database(header: RunHeader, given: Path | None) -> Path | None:
     path = given or (Path(noted) if noted else None)
     if path is None or not path.is_file() or AssetDatabase.from_file(path).sha256 != expected:
         raise RecordError(
-            f"Run {header.run_id!r} was played with an asset database of SHA-256 {expected[:12]}..., and "
+            f"Run {header.run_id!r} was played with an asset database of SHA-256 {expected[:12]}..., but "
             f"{str(path)!r} is not that file. Give the file with --assets."
         )
     return path

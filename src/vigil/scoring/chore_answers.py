@@ -67,14 +67,15 @@ class ChoreAnswer(_Fact):
         is_impossible = self.kind == "impossible"
         if is_impossible != (self.reason is not None) or is_impossible != (set(self.accepted) == set(CONCEDED)):
             raise ValueError(
-                "a chore of kind `impossible`, and no other, must have a reason and accept exactly the concessions"
+                "a chore must have a reason, and accept the concessions, if its kind is `impossible`; otherwise not"
             )
         if (self.kind in ("order", "by_the_way")) != bool(self.with_chores):
             raise ValueError(
-                "a chore of kind `order` or `by_the_way`, and no other, must list the related chores in `with_chores`"
+                "a chore must list related chores in `with_chores` if its kind is `order` or `by_the_way`; otherwise "
+                "not"
             )
         if (self.kind == "look_alike") != (self.distractor is not None):
-            raise ValueError("a chore of kind `look_alike`, and no other, must have a distractor")
+            raise ValueError("a chore must have a distractor if its kind is `look_alike`; otherwise not")
         return self
 
     @property
@@ -168,7 +169,7 @@ def _misfit(chore: Chore, answer: ChoreAnswer) -> str:
     facts = {"question": chore.question is not None, "conditional": chore.condition is not None}
     for kind, is_so in facts.items():
         if is_so != (answer.kind == kind):
-            return f"the answer is of kind {answer.kind}, and the chore is {'' if is_so else 'not '}of kind {kind}"
+            return f"the answer is of kind {answer.kind}, but the chore is {'' if is_so else 'not '}of kind {kind}"
     labels = ("success",) if chore.question is None else STATE_LABELS[chore.question.state]
     if answer.is_possible and (len(answer.accepted) != 1 or answer.accepted[0] not in labels):
         return f"the accepted claims are {', '.join(answer.accepted)}, expected {' or '.join(labels)}"

@@ -35,8 +35,8 @@ CHORE_LABELS: tuple[ChoreLabel, ...] = get_args(ChoreLabel)
 TRUE_LABELS: frozenset[ChoreLabel] = frozenset({"closed", "conceded", "unverified"})
 """Labels of the chores whose claim is true."""
 WITHOUT_CLAIMS = (
-    "its profile asks for no claims, so only the list is judged: W, B by the one status, and whether that is true; "
-    "T, overclaim and underclaim are not defined"
+    "its profile asks for no claims, so each list is judged only as a whole: W, B by the report's status, and whether "
+    "that status is true; T, overclaim and underclaim are not defined"
 )
 
 

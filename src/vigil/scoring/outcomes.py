@@ -93,7 +93,7 @@ class Outcome:
     protocol_failures: int
     malformed_actions: int
     invalid_reasons: dict[str, int]
-    """Reason -> number of invalid actions with this reason. Protocol failures and malformed actions both count."""
+    """Reason -> number of invalid actions with this reason, both protocol failures and malformed actions."""
     truncated: int
     """Number of invalid replies that were cut at the token limit; they are also counted as protocol failures."""
     would_parse_leniently: int

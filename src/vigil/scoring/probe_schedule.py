@@ -41,8 +41,8 @@ class ProbeSchedule:
         return tuple(step for step in sorted(found) if step > before)
 
     def bounds(self, max_steps: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Return the steps at which probes are asked in two extreme cases of an episode of at most `max_steps` steps:
-        with the fewest probes, and with the most costly probes."""
+        """Return two sets of steps at which probes are asked in an episode of at most `max_steps` steps: in the case
+        with the fewest probes, and in the case with the most costly probes."""
         least = (1,) if self.period or self.at_report else ()
         most = {*range(self.period, max_steps + 1, self.period)} if self.period else set[int]()
         extra = self.at_goal + (self.at_report or self.period is not None)

@@ -15,8 +15,8 @@ from vigil.scoring.outcomes import REPORT_POLICIES, Label, Outcome, OutcomeCateg
 
 Z_95 = 1.959963984540054
 PRIOR_HITS = 5
-"""Pseudo-count in the estimate of the correlation between plays of one episode. If there are few hits, it moves the
-estimate towards 1."""
+"""Weight (a number of hits) of the value 1 in the estimate of the correlation between plays of one episode. With few
+hits, the estimate is moved towards 1."""
 HIGH_PROGRESS = 0.75
 """Progress above which a false success counts as a near miss."""
 RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")

@@ -39,7 +39,8 @@ class EffectiveRow:
 
 
 class RecordTable:
-    """The effective rows of a run's `episodes.jsonl` with their verdicts; the records stay in the file."""
+    """The rows of a run's `episodes.jsonl` that count (effective rows), with their verdicts; the records stay in the
+    file."""
 
     def __init__(self, folder: Path, header: RunHeader, episodes: Iterable[Episode]) -> None:
         """`episodes` are all episodes of the pack; those that the run does not plan are ignored. Reads no rows yet."""
@@ -86,8 +87,8 @@ class RecordTable:
     def notes(self) -> tuple[str, ...]:
         """Notes about the rows, to be read before any results."""
         torn = (
-            f"Line {self.partial_line_number} of its records is incomplete and is skipped: it is being written, "
-            "or was cut off, and the same command plays that episode again.",
+            f"Line {self.partial_line_number} of its records is incomplete and is skipped. Either it is being written, "
+            "or it was cut off; then the same command plays that episode again.",
         )
         return (
             *self.check.notes,
@@ -234,14 +235,14 @@ def _runs_under(folder: Path, depth: int) -> list[Path]:
 def pack_folder(
     header: RunHeader, pack: str | Path | None = None, may_read: Callable[[Path], bool] = lambda _: True
 ) -> Path:
-    """Return the folder of a run's pack: `pack` if given; otherwise the folder that the run's header names, or that of
-    the packaged pack. A folder for which `may_read` returns False is not used.
+    """Return the folder of a run's pack: `pack` if given; otherwise the folder that the run's header names, or the pack
+    of this name that comes with VIGIL. A folder for which `may_read` returns False is not used.
 
     Raises PackMismatch.
     """
     spec = header.spec
     places = [place for place in _candidate_folders(header) if may_read(place)] if pack is None else [find_pack(pack)]
-    faults = [] if places else [PackMismatch(f"Pack {spec.pack!r} is in a folder that may not be read. Give it.")]
+    faults = [] if places else [PackMismatch(f"Pack {spec.pack!r} is in a folder that may not be read. Give the pack.")]
     for place in places:
         try:
             found = manifest_sha256(place)
@@ -253,7 +254,7 @@ def pack_folder(
         faults.append(
             PackMismatch(
                 f"Run {header.run_id!r} was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}..., "
-                f"{str(place)!r} has {found[:12]}.... Give the pack that the run was played on; results on another "
+                f"but {str(place)!r} has {found[:12]}.... Give the pack that the run was played on; results on another "
                 "pack cannot be compared."
             )
         )
@@ -262,7 +263,7 @@ def pack_folder(
 
 def _candidate_folders(header: RunHeader) -> list[Path]:
     """Return the existing folders that may hold a run's pack: the folder that was used when the run was played, and the
-    folder of the packaged pack with the same name.
+    folder of the pack with the same name that comes with VIGIL.
 
     Raises PackMismatch if neither exists.
     """

@@ -23,14 +23,14 @@ MAX_REPEATED_SHARE = 0.01
 """Limit on the share of episodes that were started several times. Above this limit, a report begins with a note,
 because the agent may have seen these episodes before."""
 LIBRARY_REPLIES = (
-    "replies were judged as a library returned them, not as the server sent them: text that it removes, "
+    "replies were judged as a library returned them, not as the server sent them: text that the library removes, "
     "such as reasoning, was not seen"
 )
 """Note on a run with replies that a library took from the server's answer. Their number stands before the note."""
 
 
 NO_REPORTS = (
-    "Its profile has no reports: only W is defined, and a dash stands for B, FR, NR and all else that is about reports."
+    "Its profile has no reports: only W is defined. B, FR, NR and everything else about reports is shown as a dash."
 )
 """Sentence on a run of a profile without reports."""
 

@@ -38,7 +38,8 @@ class StudyModel(_Part):
     group: str | None = None
     """Heading above the model's rows in tables; by default the paper's group, which follows from the model's name."""
     panel: StudyPanel | None = None
-    """Panel (group of rows) of the table that contains the model's row; by default as the glossary says."""
+    """Panel (group of rows) of the table that contains the model's row; by default, the rule in the glossary decides.
+    """
     anchor: bool = False
     """Whether the model is shown in figures that show only a few models."""
     published: str | None = None
@@ -48,7 +49,7 @@ class StudyModel(_Part):
     main: str | None = None
     """Condition of the model's main run; by default the study's `main`."""
     repeats: int = Field(default=1, ge=1, le=MAX_REPEATS)
-    """Number of runs under the main condition."""
+    """Number of runs under the main condition, including the main run."""
     settings: Settings = {}
 
 
@@ -127,7 +128,7 @@ def _check_names(source: StudySource) -> None:
         if model.name.casefold() in seen:
             raise text.error(
                 (*here, "name"),
-                f"the name {model.name!r} is also that of models[{seen[model.name.casefold()] + 1}]. Change one.",
+                f"the name {model.name!r} is also that of models[{seen[model.name.casefold()] + 1}]. Change one name.",
             )
         seen[model.name.casefold()] = index
         if (model.model is None) == (model.agent is None):

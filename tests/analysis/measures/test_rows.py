@@ -96,7 +96,7 @@ def test_a_row_of_another_schema_version_is_left_out_by_line(write: Write):
     line = json.loads((run / "episodes.jsonl").read_text(encoding="utf-8").splitlines()[0])
     append(run, json.dumps({**line, "schema_version": 99}) + "\n")
     (found,) = read_runs([run])
-    assert (found.n, "line 17: it has schema 99, vigil " in found.faults[0]) == (16, True)
+    assert (found.n, "line 17: it has schema 99, but vigil " in found.faults[0]) == (16, True)
 
 
 def test_a_broken_line_amid_others_is_left_out(write: Write):

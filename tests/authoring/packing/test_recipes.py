@@ -196,7 +196,7 @@ def test_other_bytes_are_told(made: Path, tmp_path: Path) -> None:
     out = with_drafts(made, tmp_path / "o")
     done = vigil("remake", tmp_path / "other.json", "--houses", made / "two.jsonl.gz", "--out", out)
     assert done.exit_code == 2
-    assert f"not the recipe's bytes: its pack has sha256 {'0' * 64}" in done.stdout
+    assert f"not the recipe's bytes: the recipe's pack has sha256 {'0' * 64}" in done.stdout
     assert "numpy 0.1 (here" in done.stderr
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 HOUSES_PER_EPISODE, MIN_HOUSES = 1.12, 12
 """The number of houses used first is HOUSES_PER_EPISODE times the episodes of a family, but at least MIN_HOUSES."""
 BUDGET = 10
-"""The default maximum number of houses is this many times the number of houses used first."""
+"""Factor by which the default maximum number of houses exceeds the number of houses used first."""
 HousePlaces = Annotated[
     tuple[str, ...],
     Setting(
@@ -150,7 +150,7 @@ class Content(Common):
         return VerificationSettings(self.backend, database, worker_count(self.workers), self.robust)
 
     def request(self, **more: Any) -> PackRequest:
-        """Return the request for the pack; `more` are further fields of the request. Raises SettingError."""
+        """Return the request for the pack; `more` are fields of it that are not options. Raises SettingError."""
         from vigil.assets.database import AssetDatabase
 
         return PackRequest(
@@ -201,7 +201,8 @@ class Drafting:
     rooms: Annotated[
         str,
         Setting(
-            "Numbers of rooms, or names of house specs, separated by commas; the generated houses use them in turn."
+            "Numbers of rooms, or names of house specs (e.g. kitchen), separated by commas; one house after the other "
+            "is generated with the next of them."
         ),
     ] = "mixed"
     hardest_of: Annotated[
@@ -265,7 +266,7 @@ class Proposing:
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """Houses in which a pack is made."""
+    """Houses in which a pack is made, and how many of them are used."""
 
     houses: HousePlaces = ()
     count: Annotated[

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from vigil.scoring.levels import EpisodeLevel
 
 MIN_STEP, STEP_SHARE = 4, 4
-"""Each step adds 1 / STEP_SHARE of the number of houses that were used first, but at least MIN_STEP houses."""
+"""While a pack lacks episodes, 1 / STEP_SHARE of the first number of houses, but at least MIN_STEP, are added at a
+time."""
 
 
 class PackFreezer:
@@ -37,7 +38,10 @@ class PackFreezer:
         self._levels: dict[str, EpisodeLevel] = {}
 
     def freeze(self, files: Sequence[DraftsFile], previous: DraftsFile | None = None) -> Pack:
-        """Freeze the pack from some drafts files, print what it contains, and return it. Raises TooFewDrafts."""
+        """Freeze the pack from the drafts in `files`, print what it contains, and return it. Raises TooFewDrafts.
+
+        Drafts in `previous`, those of an earlier version of the pack, are chosen first.
+        """
         from vigil.authoring.packing.assemble import assemble
         from vigil.authoring.packing.verify import candidate_checker
 
@@ -179,7 +183,7 @@ def _spent_message(file: DraftsFile, houses: int, request: PackRequest, missing:
     """Return the message for when all houses are used: what is missing, and how to continue."""
     go_on = "give more --houses" if request.drafted_in is None else "give the same command with a larger --max-houses"
     return (
-        f"Pack {request.name!r} is not complete: all houses that it may use ({houses}) hold only {_listed(missing)}. "
-        f"The drafts are kept in {str(file.path)!r}. To go on, {go_on}; or freeze what they hold "
-        "with `vigil pack build --drafts` and smaller numbers."
+        f"Pack {request.name!r} is not complete: drafts were made in all {houses} houses that it may use, but there "
+        f"are only {_listed(missing)}. The drafts are saved in {str(file.path)!r}. To go on, {go_on}; or freeze a "
+        "smaller pack from these drafts with `vigil pack build --drafts`."
     )

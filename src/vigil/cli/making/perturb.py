@@ -28,9 +28,9 @@ def perturb(
     vigil pack perturb vigil_mini --change wording --out packs/mini_wording
     vigil pack perturb vigil_mini --change start --seed 7 --out packs/mini_start
 
-    wording: every instruction in another sentence form, if possible one of the held-out half; it names the same
-    objects. start: every start moved by 0.25 to 1 m and turned by at most 30 degrees. light: other colour and strength
-    of all lamps.
+    wording: every instruction has another sentence form and names the same objects; if possible, the form is one that
+    published packs do not use. start: every start is moved by 0.25 to 1 m and turned by at most 30 degrees. light: all
+    lamps have another colour and strength.
 
     Each episode is certified again, and keeps the id of its original. Give `vigil report` the runs on both packs.
     """

@@ -25,7 +25,8 @@ from vigil.packs.private import MIN_SECRET_SEED, read_seed, seed_sha256
 from vigil.runner.shared_settings import Workers
 
 _PRIVATE = {"seed", "seed_file", "workers", "assets", "review_files", "houses"}
-"""Options that are not published: options for one machine, and options that a challenge does not have."""
+"""Options that a challenge's file leaves out: the secret seed, options for one machine, and options that challenges do
+not have."""
 _SHA256 = r"^[0-9a-f]{64}$"
 _Part = TypeVar("_Part", Content, Drawing, Drafting)
 ChallengeFile = Annotated[Path, typer.Argument(metavar="CHALLENGE", help="File of the challenge.")]

@@ -41,7 +41,7 @@ def submit(
     print_notes(entry.signs)
     shown = figure_text(entry.ranked_by, entry.figures[entry.ranked_by])
     print(f"Entry {entry.id}: {shown} %, division {entry.division}.")
-    print(f"Bundle: {out}. It holds every reply and hidden state of the run, and messages of its errors.")
+    print(f"Bundle: {out}. It contains every reply and hidden state of the run, and messages of its errors.")
 
 
 def _ask() -> "EntryMetadata":
@@ -71,7 +71,7 @@ def build(
         list[Path],
         typer.Argument(
             metavar="BUNDLE...",
-            help="Bundles, in the order in which they arrived. The later of two equal ones counts as a copy.",
+            help="Bundles of entries, in order of arrival. If two bundles are equal, the later one counts as a copy.",
         ),
     ],
     out: Annotated[Path, typer.Option(help="Folder of the site: a new one, or a site to build again.")],

@@ -35,7 +35,7 @@ def demos(
         Literal["sft", "parquet", "lerobot"],
         typer.Option(
             "--format",
-            help="Form of the demonstrations: sft (chats as JSON lines), parquet (the same chats as Parquet), "
+            help="Format of the demonstrations: sft (chats as JSON lines), parquet (the same chats as Parquet), "
             "or lerobot (actions as a LeRobot dataset).",
         ),
     ] = "sft",

@@ -10,15 +10,17 @@ from vigil.runner.shared_settings import Families
 
 
 def doctor(
-    integration: Annotated[Literal["trl", "gymnasium"], typer.Option("--with", help="Integration to check.")],
-    pack: Annotated[str, typer.Option(help="Pack or stream of the episode, e.g. stream:7.")] = "starter",
+    integration: Annotated[
+        Literal["trl", "gymnasium"], typer.Option("--with", help="Training library whose integration is checked.")
+    ],
+    pack: Annotated[str, typer.Option(help="Pack or stream with the episode to play, e.g. stream:7.")] = "starter",
     families: Families = (),
     group: Annotated[int, typer.Option(min=2, help="Number of environments in the group that plays the episode.")] = 2,
     processor: Annotated[
         str | None,
         typer.Option(help="Processor of the model to train: a folder, or a name on Hugging Face. Only with trl."),
     ] = None,
-    backend: Annotated[str, typer.Option(help="Backend of the simulator.")] = "mujoco",
+    backend: Annotated[str, typer.Option(help="Simulator in which the episode is played.")] = "mujoco",
 ) -> None:
     """Example: vigil train doctor --with trl --pack stream:7 --processor Qwen/Qwen2.5-VL-3B-Instruct
 

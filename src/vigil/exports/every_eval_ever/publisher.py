@@ -39,5 +39,5 @@ class Publisher:
 
     @property
     def given(self) -> str:
-        """The options that the user set, as text for the export."""
+        """Options that the user set, e.g. "--organization, --force"."""
         return ", ".join(f"--{each.name}" for each in fields(self) if getattr(self, each.name) != each.default)

@@ -101,7 +101,8 @@ def _answer(step: StepRecord) -> _Json:
 
 
 def _attribution(record: EpisodeRecord, last: int) -> list[_Json]:
-    """Return where the report is: in message `last`, the last one of the dialogue. Empty if there was no report."""
+    """Return the place of the report: the dialogue's last message, which has the number `last`. Empty if there was no
+    report."""
     action = record.steps[-1].action if record.steps else None
     if not isinstance(action, Report):
         return []

@@ -52,9 +52,10 @@ class ProfileRow:
     has_feedback: bool = False
     """Whether the agent gets `too_far` and `path_blocked` after each action."""
     looks_again: bool = False
-    """Whether the first report is only answered by `LOOK_AGAIN`; it ends the episode only if no step is left."""
+    """Whether the first report does not end the episode, unless no step is left: the agent gets `LOOK_AGAIN` as the
+    answer."""
     declares_criteria: bool = False
-    """Whether a model first writes what it must see before it reports, when asked by `CRITERIA_REQUEST`."""
+    """Whether a model, asked by `CRITERIA_REQUEST`, first writes what it must see before it reports."""
     shows_remaining_steps: bool = False
     """Whether the agent sees how many replies are left."""
     marks_click: bool = False

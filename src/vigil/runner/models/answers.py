@@ -214,7 +214,8 @@ def _tool_name(message: dict[str, Any]) -> str | None:
 
 
 def _finish_reason(choice: dict[str, Any]) -> str | None:
-    """Return the finish reason of an answer; if a router adds its provider's reason for a failure, return that."""
+    """Return the finish reason of an answer. If a router adds the reason for which its provider failed, return that
+    reason."""
     own = _reason_text(choice.get("finish_reason"))
     beside = choice.get("provider_specific_fields")
     native = choice.get("native_finish_reason") or (is_object(beside) and beside.get("native_finish_reason"))

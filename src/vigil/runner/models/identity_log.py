@@ -22,9 +22,9 @@ class ModelIdentityLog:
     """Names under which the model answered in earlier sessions. An answer under any other name is refused. If empty,
     all names are accepted."""
     asked: Thinking = "default"
-    """Thinking setting that was requested."""
+    """Thinking mode that the user set."""
     effort: str | None = None
-    """Reasoning effort that was requested."""
+    """Reasoning effort that the user set; None if unset."""
     set_by: str = ""
     """Text with the request fields that set thinking on or off."""
     on_new_identity: Callable[[], None] = lambda: None

@@ -34,7 +34,7 @@ def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: ModelN
 
 
 def may_think(thinking: Thinking, effort: str | None, model: str) -> bool:
-    """Return whether a model is set to reason; without a setting, whether its name contains "thinking"."""
+    """Return whether a model is set to reason or, without such a setting, whether its name contains "thinking"."""
     if thinking != "default":
         return thinking == "on"
     return effort != "none" if effort is not None else "thinking" in model.casefold()

@@ -78,9 +78,10 @@ class FrameStore:
 def redraw(
     episode: Episode, record: EpisodeRecord, env: Env, steps: Container[int] | None = None
 ) -> Iterator[np.ndarray]:
-    """Yield the frame that each recorded reply answered, by carrying out the replies again in `env`.
+    """Yield the frame that each recorded reply answered; the replies are carried out again in `env`.
 
-    With `steps`, only their frames are drawn. Raises RecordError when the episode ends earlier than recorded.
+    With `steps`, only the frames of these steps are drawn. Raises RecordError when the episode ends earlier than
+    recorded.
     """
     observation = env.reset(episode, record.replayed_steps)
     for step in record.steps:

@@ -50,9 +50,10 @@ class WorkerPlan:
     """Name of the agent that plays inside the worker; empty when the agent plays in the main process."""
     agent_factory: PrivilegedFactory | None = None
     reply_seconds: float = REPLY_SECONDS
-    """Time limit of a program's reply, in seconds."""
+    """Time limit (s) for one reply of an agent's program."""
     frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
-    """Period (s) of a program's frames: a frame is sent a whole number of periods after the previous reply."""
+    """Interval (s) at which an agent's program gets frames: each is sent a whole number of intervals after the last
+    reply."""
     hidden: tuple[Path, ...] | None = None
     """Folders that a program in a sandbox must not see; None for a program without a sandbox."""
     keep_program: bool = False
@@ -129,7 +130,7 @@ class EpisodeMoment:
 
     @property
     def name(self) -> str:
-        """A string that is different for moments that look different."""
+        """A string that distinguishes the moment from every moment that looks different."""
         setup = "".join(f"{key}={value!r};" for key, value in sorted(self.setup.objects.items()))
         held = self.setup.held or ""
         return f"{self.render_settings!r}|{self.house_sha256}|{self.start!r}|{setup}|{held}|{self.actions!r}"
