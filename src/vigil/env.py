@@ -251,7 +251,8 @@ class Env:
         return world
 
     def _profile_now(self) -> Profile:
-        """Return the profile of the current step."""
+        """Return the profile of the current step: `recorded_profile` for repeated steps, otherwise the Env's
+        profile."""
         return self._recorded_profile if len(self._steps) < self._recorded_steps else self.profile
 
     def _is_unconfirmed(self, action: AnyAction | None, profile: Profile, episode: Episode) -> bool:

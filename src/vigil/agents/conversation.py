@@ -45,7 +45,7 @@ class Conversation:
         self._opening = [Message("user", CRITERIA_REQUEST), Message("assistant", text)]
 
     def messages(self, picture: EncodedFrame, feedback: Feedback | None, cues: Cues | None = None) -> list[Message]:
-        """Return all messages for the current observation."""
+        """Return all messages of the request for a reply to the current frame."""
         messages = [*self._opening]
         turns = recent_turns(self._turns, self._profile)
         shown = self._pictures[-self._profile.row.images :] if self._profile.row.images else []

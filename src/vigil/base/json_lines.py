@@ -81,7 +81,7 @@ class LineReader:
         """Whether the last complete line ends without a newline."""
 
     def __iter__(self) -> Iterator[Line]:
-        """Yield the complete lines. Raises RecordError if a limit is exceeded."""
+        """Yield each line whose end has been written. Raises RecordError if a limit is exceeded."""
         while read := self._file.readline(MAX_LINE_BYTES + 1):
             for raw in read.splitlines(keepends=True):
                 self._check(raw)

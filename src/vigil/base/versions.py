@@ -39,7 +39,7 @@ MAX_SCHEMA_CHARS = 40
 
 
 class PackVersions(BaseModel):
-    """The versions that a pack depends on."""
+    """The versions that a pack depends on: those of the rules and of the shapes."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

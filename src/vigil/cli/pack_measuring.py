@@ -105,7 +105,7 @@ def _settings(pack: Pack, agent: str, folder: Path, workers: int | None, assets:
 
 
 def _played(agent: str, settings: RunSettings) -> RunResult:
-    """Return the complete run of an agent. Raises SimulatorError if some of its episodes ended as errors."""
+    """Play the pack with an agent and return the result. Raises SimulatorError if some episodes ended as errors."""
     from vigil.runner.run import run_pack
 
     with run_progress(agent) as show:

@@ -264,7 +264,7 @@ def _listed(name: str, verb: Verb | Group) -> TyperCommand | TyperGroup:
 
 
 def load(verb: Verb) -> Any:
-    """Return the command of a verb."""
+    """Import the function of a verb, and return the verb's command."""
     module, _, function = verb.place.partition(":")
     found = getattr(import_module(f"vigil.cli.{module}"), function)
     holder = typer.Typer(add_completion=False)

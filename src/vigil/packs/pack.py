@@ -78,7 +78,8 @@ class Pack:
 
     @classmethod
     def load(cls, path: str | Path, sha256: str | None = None) -> "Pack":
-        """Return the pack in a folder, or the packaged pack of that name. The hash of every file is checked.
+        """Return the pack in a folder, or the pack of that name that comes with VIGIL. The hash of every file is
+        checked.
 
         Raises PackMismatch, EpisodeError or HouseError. If `sha256` is given and the pack's hash differs, raises
         PackMismatch.

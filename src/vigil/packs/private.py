@@ -14,7 +14,7 @@ from typing import Any
 from vigil.errors import SettingError
 
 MIN_SECRET_SEED = 2**64
-"""Smallest secret seed; smaller ones can be found by trying all of them."""
+"""Smallest secret seed. A smaller seed can be found by trying all of them."""
 SEED_SHA256 = "seed_sha256"
 """Key in a manifest's `meta` under which the hash of a secret seed stands; only private packs have the key."""
 REVEAL = "--reveal-private-pack"

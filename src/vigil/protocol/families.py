@@ -36,7 +36,7 @@ Family = Annotated[str, AfterValidator(_check_family)]
 FAMILIES: dict[Family, FamilySpec] = {
     spec.code: spec for spec in exported_by_modules("vigil.authoring.families", "FAMILY", _REQUIRED)
 }
-"""Code of a family -> the family."""
+"""Code of a family -> the description of the family."""
 PACKAGED_FAMILIES = frozenset(FAMILIES)
 
 

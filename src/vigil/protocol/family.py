@@ -73,7 +73,8 @@ class FamilySpec:
     rules: tuple[str, ...] = ()
     """Names of rules for drafts (`vigil.authoring.review`) that apply to this family but not to every family."""
     end_words: str | None = None
-    """Regular expression that an instruction must match, to say when the task is done; None without such a rule."""
+    """Regular expression for words that say when the task is done; each instruction must match it. None without such a
+    rule."""
     stratum: Literal["template", "target_size", "distance", "label", "turning"] = "template"
     """Fact about episodes over which a pack is balanced: each value of the fact has about equally many episodes."""
     grading: StreamGrading | None = None

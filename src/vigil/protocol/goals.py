@@ -204,9 +204,9 @@ class Chore(BaseModel):
 
 
 class Chores(_Goal):
-    """A list of chores, each of which must hold; `object_id` is that of the first part of the first chore.
+    """A list of chores, each of which must hold; `object_id` is the object of the first part of the first chore.
 
-    A list may contain a chore that cannot be met; such a list never holds as a whole. `vigil.scoring.chores` judges
+    A list may contain a chore that cannot be met. Such a list never holds as a whole. `vigil.scoring.chores` judges
     each chore.
     """
 

@@ -171,7 +171,7 @@ class Door(Opening):
 
 
 class Window(Opening):
-    """A window."""
+    """A window in a wall."""
 
 
 class HouseObject(_Node):
@@ -204,14 +204,14 @@ class Light(_Node):
 
 
 class ProceduralParameters(_Node):
-    """Lights and ceiling."""
+    """The lights and the ceiling material of a house document."""
 
     lights: list[Light] = Field(default_factory=list[Light])
     ceiling_material: MaterialRef | None = None
 
 
 class HouseDocument(_Node):
-    """A whole document as ProcTHOR writes it."""
+    """A house document, as ProcTHOR writes it."""
 
     rooms: list[Room] = Field(default_factory=list[Room])
     walls: list[Wall] = Field(default_factory=list[Wall])

@@ -32,7 +32,7 @@ class Profile(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str = BASELINE
-    """Full name of a row of `vigil.protocol.profiles.rows`."""
+    """Full name of the profile, as in its row of `vigil.protocol.profiles.rows`."""
     prompt_variant: str = "default"
     """Name of the prompt variant: a variant of the paper, or a name made from the hash of `prompt_template`."""
     prompt_template: str | None = None

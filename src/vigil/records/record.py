@@ -215,7 +215,7 @@ class RunSpec(_Record):
     pack: str
     pack_sha256: str
     pack_versions: PackVersions = PackVersions()
-    """Versions under which the pack was made."""
+    """Versions of rules and shapes under which the pack was made."""
     episode_ids: tuple[str, ...]
     """Sorted ids of the episodes to play. If the run is a shard, the ids of all shards are listed."""
     shard: Shard | None = None
@@ -226,7 +226,7 @@ class RunSpec(_Record):
     simulator: str = "mujoco"
     """Name of the simulator's backend, as on the command line."""
     asset_database_sha256: str | None = None
-    """SHA-256 of the file with the sizes of THOR's assets; None if the project's own sizes are used."""
+    """SHA-256 of the file with the sizes of THOR's assets; None if the typical size of each category is used."""
     render_quality: Quality = "default"
     fork: ForkSource | None = Field(default=None, exclude_if=lambda fork: fork is None)
     """The run whose plays this run continues; None, and omitted, if the run does not continue plays."""
@@ -419,7 +419,7 @@ class RowResolver:
         self._done: set[Key] = set()
 
     def accept(self, record: EpisodeRecord) -> bool:
-        """Read a row. Return whether it becomes the effective row for its key."""
+        """Read a row. Return whether it is now the row that counts for its key."""
         if self.is_done(record.key):
             return False
         if record.end != "error":

@@ -90,7 +90,7 @@ class RecordLog:
     """
 
     def __init__(self, path: Path) -> None:
-        """Open the file, or create it and its folder; move a partial last line to a side file. Raises RecordError."""
+        """Open the file, or create it and its folder. Move a partial last line to another file. Raises RecordError."""
         self._file = AppendFile(path, makes_folder=True)
         self.made_folder = self._file.made_folder
         self._read = tuple(parse_rows(self._file.lines.complete))

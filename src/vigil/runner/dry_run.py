@@ -27,12 +27,12 @@ class CostEstimate:
     calls: tuple[int, int]
     """Number of calls: at least one for each play, and at most the episode's budget of steps for each play."""
     probes: tuple[int, int]
-    """Number of calls that are probes."""
+    """Number of calls that are probes, i.e. questions about what the model believes."""
     input_tokens: tuple[int, int]
     output_tokens: tuple[int, int]
 
     def cost(self, prices: Prices) -> tuple[float, float]:
-        """Return the lowest and the highest cost."""
+        """Return the lowest and the highest cost of the run at these prices."""
         low, high = (
             prices.cost_of(taken, given) for taken, given in zip(self.input_tokens, self.output_tokens, strict=True)
         )

@@ -20,7 +20,7 @@ from vigil.scoring.outcomes import Outcome, score
 
 @dataclass(frozen=True, slots=True)
 class RunProgress:
-    """State of a run."""
+    """State of a run while it is played."""
 
     total: int
     """Number of planned plays: episodes times epochs."""
@@ -78,7 +78,7 @@ class ProgressCounter:
         on_progress: OnProgress,
         cost: Callable[[], float | None],
     ) -> None:
-        """`records` are the effective rows so far; `cost` returns the cost so far."""
+        """`records` are the rows so far that count; `cost` returns the cost so far."""
         by_id = {episode.id: episode for episode in plan.episodes}
         self._total = len(plan.episodes) * plan.spec.epochs
         self._profile = plan.spec.profile

@@ -49,7 +49,7 @@ PlayOne = Callable[[Assignment], Awaitable[EpisodeRecord]]
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """Result of a run."""
+    """Result of a run: its records, and facts about the session that has ended."""
 
     folder: Path
     header: RunHeader

@@ -321,7 +321,7 @@ class VerifySettings:
     pack: PackLocation = None
     asset_database: AssetFile = None
     backend: str | None = None
-    """Simulator; None for the simulator of the run."""
+    """Simulator on which the replies are played again; None for the simulator of the run."""
     exact: bool | None = None
     """Whether numbers must be bit-identical; None: only if the facts `SAME_HOST` are those of the run's machine."""
     timeout_s: float = WORKER_TIMEOUT_S
@@ -352,7 +352,7 @@ class MergeSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FinishedProbeSettings:
-    """Settings for probing a finished run. The model and its sampling are those of the run."""
+    """Settings for probing a finished run. The model and its sampling settings are taken from the run."""
 
     steps: ProbeSteps = None
     framing: ProbeFraming = "state"

@@ -152,7 +152,7 @@ class _Compared:
 
     run: SavedRun
     keys: list[Key]
-    """The records to verify."""
+    """Keys (episode and epoch) of the records to verify."""
     settings: ComparisonSettings
     is_records_only: bool
 

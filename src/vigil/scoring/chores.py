@@ -149,7 +149,7 @@ class ListOutcome:
 
     @property
     def W_strict(self) -> bool:
-        """Whether all chores that can be met hold strictly."""
+        """Whether all chores that can be met hold without tolerances."""
         return all(chore.W_strict for chore in self.possible)
 
     @property
@@ -201,7 +201,8 @@ class ListOutcome:
         return self.outcome.steps - chore.first_held if is_met and chore.first_held is not None else None
 
     def since_done(self, chore: ChoreOutcome) -> int | None:
-        """Return the number of steps at the end during which a chore held; None if it does not hold at the end."""
+        """Return the steps since `done`, the last time that a chore began to hold; None if it does not hold at the
+        end."""
         return None if chore.done is None else self.outcome.steps - chore.done
 
 
@@ -299,7 +300,8 @@ def _expected(number: int, chore: Chore, answer: ChoreAnswer, record: EpisodeRec
 
 
 def _since(found: GoalCheck) -> int | None:
-    """Return the moment (0: reset) since which a goal holds until the end; None if it does not hold at the end."""
+    """Return the first moment (0 is the reset) of the final period in which a goal holds; None if it does not hold at
+    the end."""
     if not found.semantic:
         return None
     failing = [row for row, each in enumerate(found.rows) if not each.semantic]

@@ -48,7 +48,7 @@ def _check_kind(name: str) -> str:
 
 
 Kind = Annotated[str, AfterValidator(_check_kind)]
-"""A name in `CLOSURE_KINDS`."""
+"""Name of a kind of closure-stress episodes: a key of `CLOSURE_KINDS`."""
 CLOSURE_KINDS: dict[Kind, ClosureKind] = {
     kind.name: kind for kind in exported_by_modules("vigil.authoring.closure.kinds", "KIND", ("tasks",))
 }

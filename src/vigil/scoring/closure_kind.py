@@ -37,10 +37,10 @@ class ClosureKind:
     suite.
     """
     faults: str | Callable[..., Any] | None = None
-    """Function that yields (rule, message) for each fault of a side under the rules that only this kind has.
+    """Function that yields (rule, message) for each rule that only this kind has and that an episode breaks.
 
-    None if the kind does not have such rules. The arguments of the function are a `PrivilegedView` at the side's start,
-    the task, the episode, and the actions that solve the episode.
+    None if the kind does not have such rules. The arguments of the function are a `PrivilegedView` at the episode's
+    start, the task, the episode, and the actions that solve the episode.
     """
 
     def exempt_of(self, form: str, template: str) -> frozenset[str]:

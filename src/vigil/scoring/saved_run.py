@@ -25,7 +25,7 @@ from vigil.scoring.summary import RunScores, Unscored, run_scores, score_or_erro
 
 @dataclass(frozen=True, slots=True)
 class EffectiveRow:
-    """An effective record (the one that counts for its episode and epoch): its place in the file, and its verdict."""
+    """A record that counts for its episode and epoch: its place in the file, and its verdict."""
 
     line: int
     start: int
@@ -55,7 +55,7 @@ class RecordTable:
 
     def _reset(self, identity: tuple[int, int] = (0, 0)) -> None:
         self.rows: dict[Key, EffectiveRow] = {}
-        """Effective rows by key, in the order of the file."""
+        """The rows that count, by key (episode and epoch), in the order of the file."""
         self.partial_line_number: int | None = None
         """Number of the last line if it is partial (being written, or cut off by a crash); None if it is whole."""
         self._filter = RowFilter(self.check)
@@ -142,7 +142,7 @@ class RecordTable:
         return nlargest(count, list(self.rows.values()), key=lambda row: row.line)
 
     def record(self, key: Key) -> EpisodeRecord:
-        """Return the effective record of `key`, read from the file. Raises RecordError."""
+        """Return the record that counts for `key`, read from the file. Raises RecordError."""
         row = self.rows.get(key)
         if row is None:
             raise RecordError(f"No readable record of episode {key[0]!r} (epoch {key[1]}) is in this run.")

@@ -79,7 +79,7 @@ class RunScores:
 
     @property
     def library_replies(self) -> int:
-        """Number of replies for which only a library's version was available, not the server's own text."""
+        """Number of replies whose text comes from a library, because the server's own text was not available."""
         return sum(outcome.library_replies for outcome in self.outcomes)
 
     @property
@@ -158,7 +158,7 @@ def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Ep
 
 
 def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epochs: int = 1) -> RunScores:
-    """Return the verdicts on the effective records, sorted by episode and epoch.
+    """Return the verdicts on the records that count, sorted by episode and epoch.
 
     `episodes` are the planned episodes. Raises RecordError for a record of any other episode.
     """

@@ -19,7 +19,7 @@ _SIZE_ORDER = {"under": 0, "small": 0, "over": 2, "large": 2}
 
 
 def size_of(category: str, longest_side_m: float) -> TargetSize:
-    """Return the size class of a target."""
+    """Return the size class of a target (large, medium or small), from its category and its longest side (m)."""
     by_side: TargetSize = "large" if longest_side_m >= LARGE_M else "small" if longest_side_m <= SMALL_M else "medium"
     return SIZE_OF_CATEGORY.get(category, by_side)
 

@@ -17,7 +17,7 @@ from vigil.studies.yaml_text import Place, YamlText, read_yaml
 
 MAX_REPEATS = 20
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=60)]
-"""Name that is also the name of a folder."""
+"""Name that can also be the name of a folder: it has only letters, digits, `.`, `_` and `-`."""
 ShownName = Annotated[str, StringConstraints(pattern=r"^\S(?:[^\n\[\]]*\S)?$", max_length=80)]
 Settings = Annotated[dict[str, Any], BeforeValidator(lambda given: {} if given is None else given)]
 """Settings of `vigil run` by name. In YAML, a key with nothing after the colon means no settings."""

@@ -333,9 +333,10 @@ class Power:
     claims: float
     """Mean number of claims about one list."""
     design_effect: float
-    """Variance of T divided by that of equally many independent claims: above 1 if the claims of a list are alike."""
+    """Variance of T, divided by its variance for equally many independent claims: above 1 if the claims of a list are
+    alike."""
     rate: float
-    """T of the run."""
+    """T of the run, from which the intervals are predicted."""
 
     def half_width(self, calls: int) -> float:
         """Return half the width of the 95 % interval on T after a number of model calls."""

@@ -43,7 +43,7 @@ _SMOOTHING = 0.5
 
 @dataclass(frozen=True)
 class SuiteRun:
-    """One scored run of a pack of a suite."""
+    """A scored run on a pack of a suite: closure stress, or lists of chores."""
 
     name: str
     header: RunHeader

@@ -41,10 +41,10 @@ class Fit:
 
     plays: SuccessTable
     difficulty: np.ndarray
-    """(episodes,) difficulty."""
+    """(episodes,) difficulty of each episode, in logits."""
     difficulty_se: np.ndarray
     ability: np.ndarray
-    """(agents,) ability."""
+    """(agents,) ability of each agent, in logits."""
     ability_se: np.ndarray
 
     @property

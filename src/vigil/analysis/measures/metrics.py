@@ -179,7 +179,8 @@ def is_excluded(measures: RunMetrics) -> bool:
 
 
 def broken_run_identities(run: Run) -> list[str]:
-    """Return the identities between rates that do not hold in a run: overall, by family and by epoch."""
+    """Return the equations between rates (such as B + FR + NR + IL + Other = all) that do not hold in a run: overall,
+    by family and by epoch."""
     parts = {"all": run.rows}
     parts |= {f"family {family}": rows for family, rows in run.rows.groupby("family")}
     parts |= {f"epoch {epoch}": rows for epoch, rows in run.rows.groupby("epoch")}

@@ -1,6 +1,6 @@
 """Models: the group, serving mode and name of a run's row, from published tables of patterns.
 
-Groups are those of the paper's panels; agents that are not models form separate groups.
+Models are grouped as in the paper's panels; agents that are not models form separate groups.
 """
 
 import re

@@ -83,7 +83,7 @@ class Repeats:
     """Two or more plays of the same episodes under the same settings: runs, or epochs of one run."""
 
     run: Run
-    """The first of the runs."""
+    """The first of the runs that repeat the condition."""
     runs: tuple[Run, ...]
     """All runs that repeat the condition."""
     name: str

@@ -23,7 +23,7 @@ NR_NOTE = (
 
 @dataclass(frozen=True, slots=True)
 class PublishedModel:
-    """One of the paper's 28 models."""
+    """One of the 28 models that the paper evaluates."""
 
     name: str
     group: str
@@ -38,7 +38,7 @@ class PublishedModel:
 
 @dataclass(frozen=True, slots=True)
 class Paper:
-    """The published rows."""
+    """The paper's printed results: its models, its tables, and rates from its text."""
 
     models: tuple[PublishedModel, ...]
     tables: dict[str, list[dict[str, Any]]]

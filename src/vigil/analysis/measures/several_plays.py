@@ -23,7 +23,7 @@ class PlaysOfK:
     k: int
     episodes: int
     plays: int
-    """Number of plays of these episodes."""
+    """Number of plays of the episodes that were played at least k times."""
     every: tuple[float, Interval | None]
     """Chance that all k plays succeed (pass^k). It equals the expected result of the worst of k plays."""
     any: tuple[float, Interval | None]

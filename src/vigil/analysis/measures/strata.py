@@ -43,7 +43,8 @@ def by_stratum(rows: pd.DataFrame) -> dict[str, list[Stratum]]:
 
 
 def _sort_key(name: str) -> tuple[int, str]:
-    """Return the sort key of a stratum: sizes and distances in their own order, templates in the order of families."""
+    """Return the sort key of a stratum: sizes and distances in their usual order, templates in the order of
+    families."""
     known = (*_SIZES, *_BANDS, *FAMILIES)
     word = name if name in known else name.split()[0]
     return known.index(word) if word in known else len(known), name

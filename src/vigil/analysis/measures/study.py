@@ -113,7 +113,7 @@ class Study:
 
     @property
     def runs(self) -> list[Run]:
-        """The runs, by name."""
+        """The runs, sorted by name."""
         return [entry.run for entry in self.entries]
 
     def main_runs(self) -> list[RunEntry]:
@@ -125,7 +125,7 @@ class Study:
         return self.main_runs() or sorted_by_b(self.entries)
 
     def entry(self, run: Run) -> RunEntry:
-        """Return the entry that has the name of the run."""
+        """Return the entry that has the same name as `run`."""
         return next(entry for entry in self.entries if entry.name == run.name)
 
     def outside_main_panel(self) -> list[RunEntry]:

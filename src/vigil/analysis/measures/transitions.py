@@ -17,7 +17,8 @@ from vigil.scoring.rates import Interval
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """Number of episodes whose label changed from `source` to `target` between two runs, and of the reverse changes."""
+    """Number of episodes whose label changed from `source` to `target` between two runs, and number of opposite
+    changes."""
 
     source: str
     target: str

@@ -90,7 +90,7 @@ PaperWidth = Literal["page", "column"]
 PAPER_WIDTHS_IN: dict[PaperWidth, float] = {"page": 6.75, "column": 3.25}
 """Widths (inches) of a page's text and of a column in a paper of two columns."""
 MIN_POINTS = 6.0
-"""Smallest size of text in any figure, at the width at which it is printed."""
+"""Smallest size (points) of text in a figure, at the width at which the figure is printed."""
 _TEXT_SCALES: dict[PaperWidth | None, float] = {None: 1.0, "page": 0.85, "column": 0.75}
 _paper_width: ContextVar[PaperWidth | None] = ContextVar("paper_width", default=None)
 

@@ -70,7 +70,8 @@ class AgentTrajectory:
 
 
 def find_record(run: Run, episodes: Iterable[Episode], key: Key) -> EpisodeRecord:
-    """Return the effective record `key` of a run. `episodes` are those of the run's pack. Raises RecordError."""
+    """Return the record that counts for `key` (episode and epoch) in a run. `episodes` are all episodes of the run's
+    pack. Raises RecordError."""
     table = RecordTable(run.folder, run.header, episodes)
     table.refresh()
     row = table.rows.get(key)

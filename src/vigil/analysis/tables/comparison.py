@@ -36,7 +36,7 @@ from vigil.analysis.tables.table import (
 from vigil.scoring.rates import CONDITIONAL, RATES, wilson
 
 PUBLISHED_EPISODES = 1000
-"""Number of episodes of each published rate."""
+"""Number of episodes from which each published rate was computed."""
 BY_HOUSES_NOTE = (
     "Intervals: Wilson's with the effective number of plays by houses, and Student's t; not given below five houses."
 )

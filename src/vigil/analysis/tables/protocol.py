@@ -74,7 +74,7 @@ def family_specs(study: Study) -> Table:
 
 
 def action_specs(study: Study) -> Table:
-    """Return the action space."""
+    """Return a table of the action space: the skills and their arguments."""
     del study
     columns = texts(
         skill=("Skill", lambda each: each[0]),
@@ -88,7 +88,7 @@ def action_specs(study: Study) -> Table:
 
 
 def intents(study: Study) -> Table:
-    """Return the eight intents."""
+    """Return a table of the eight intents of clicks."""
     del study
     columns = texts(intent="Intent", semantics="Semantics", pixel="Needs (x, y)")
     rows = tuple(
@@ -99,7 +99,7 @@ def intents(study: Study) -> Table:
 
 
 def report_statuses(study: Study) -> Table:
-    """Return the eight terminal statuses."""
+    """Return a table of the eight statuses of reports."""
     del study
     columns = texts(status="Status", semantics="Semantics")
     rows = tuple(TableRow({"status": status, "semantics": semantics}) for status, semantics in STATUSES.items())
@@ -117,7 +117,7 @@ def failure_taxonomy(study: Study) -> Table:
 
 
 def benchmark_comparison(study: Study) -> Table:
-    """Return the paper's comparison of benchmarks."""
+    """Return the paper's table that compares embodied benchmarks."""
     del study
     columns = (
         *texts(benchmark="Benchmark"),

@@ -71,7 +71,7 @@ ALL = Column("All", "All W/B", "pair", lambda entry: _w_and_b(entry.overall))
 
 
 def family_columns() -> tuple[Column, ...]:
-    """Return a column of W and B for each family."""
+    """Return one column for each family, with W and B."""
     return tuple(
         Column(family, f"{family} W/B", "pair", lambda entry, family=family: _w_and_b(entry.families.get(family)))
         for family in FAMILIES
@@ -219,7 +219,8 @@ def conditional_report(study: Study) -> Table:
 def _own_and_published(
     study: Study, table: str, columns: Sequence[Column], renamed: dict[str, str] | None = None
 ) -> list[TableRow]:
-    """Return the rows of the main panel, those of other panels under separate headings, and the published rows.
+    """Return the rows of the main panel, then the rows of other panels under separate headings, then the published
+    rows.
 
     `renamed` maps keys of columns in the paper's table to keys in this table.
     """

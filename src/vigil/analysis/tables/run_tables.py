@@ -163,7 +163,8 @@ def sv_statuses(study: Study) -> Table:
 
 
 def composition(study: Study) -> Table:
-    """Return rates of the compositional families next to those of the diagnostic families whose skills they combine."""
+    """Return a table of rates of each compositional family, next to the rates of the diagnostic families whose skills
+    it combines."""
     columns = (
         RUN,
         *intervals(PG="PG W %", DA="DA W %", PGxDA="PG x DA %"),
@@ -243,7 +244,7 @@ def _no_actions(rows: pd.DataFrame) -> str:
 
 
 def runs(study: Study) -> Table:
-    """Return the settings of each run."""
+    """Return a table of each run's settings."""
     columns = (
         RUN,
         *texts(
@@ -351,7 +352,7 @@ def _composed(entry: RunEntry) -> dict[str, Any]:
 
 
 def family_rates(study: Study) -> Table:
-    """Return every rate of every run for each family."""
+    """Return a table of every rate, for every run and family."""
     columns = (
         RUN,
         *texts(family="Family"),

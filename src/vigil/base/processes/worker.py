@@ -112,7 +112,7 @@ the log, and the environment."""
 
 @dataclass(frozen=True, slots=True)
 class WorkerSettings:
-    """Settings of a worker."""
+    """Settings of a worker: time limit, environment, log, and what happens if its process ends."""
 
     timeout_s: float | None = None
     """Time limit (s) for one request, or between two events of a request; None for no limit."""

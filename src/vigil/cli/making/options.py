@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 HOUSES_PER_EPISODE, MIN_HOUSES = 1.12, 12
 """The number of houses used first is HOUSES_PER_EPISODE times the episodes of a family, but at least MIN_HOUSES."""
 BUDGET = 10
-"""Factor by which the default maximum number of houses exceeds the number of houses used first."""
+"""Default maximum number of houses, as a multiple of the number of houses used first."""
 HousePlaces = Annotated[
     tuple[str, ...],
     Setting(
@@ -196,7 +196,7 @@ class Content(Common):
 
 @dataclass(frozen=True, kw_only=True)
 class Drafting:
-    """How drafts are made."""
+    """Options that determine how drafts are made."""
 
     rooms: Annotated[
         str,
@@ -228,7 +228,7 @@ class Drafting:
         return "held_out" if self.form_names == "held-out" else self.form_names or default
 
     def specs(self, suite: SuiteName | None) -> list[str]:
-        """Return the specs of houses to generate."""
+        """Return the specs of the houses to generate: numbers of rooms, or names such as `kitchen`."""
         if suite is not None and self.rooms == "mixed":
             return list(SUITES[suite].houses)
         return [name.strip() for name in self.rooms.split(",")]

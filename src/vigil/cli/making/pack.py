@@ -40,7 +40,7 @@ class PackFreezer:
     def freeze(self, files: Sequence[DraftsFile], previous: DraftsFile | None = None) -> Pack:
         """Freeze the pack from the drafts in `files`, print what it contains, and return it. Raises TooFewDrafts.
 
-        Drafts in `previous`, those of an earlier version of the pack, are chosen first.
+        Drafts in `previous`, which is from an earlier version of the pack, are chosen first.
         """
         from vigil.authoring.packing.assemble import assemble
         from vigil.authoring.packing.verify import candidate_checker
@@ -60,7 +60,7 @@ class PackFreezer:
         return pack
 
     def _measured_levels(self, files: Sequence[DraftsFile], previous: DraftsFile | None) -> Mapping[str, EpisodeLevel]:
-        """Return the level of every candidate, by id."""
+        """Return the level of every candidate episode by id. Each is measured only once."""
         from vigil.authoring.drafting.drafts import house_in
         from vigil.authoring.packing.episode_measures import measured_levels
         from vigil.authoring.packing.selection import candidates

@@ -51,7 +51,7 @@ _NOT_ABOUT_THE_REQUEST = re.compile(
 
 
 class AttemptFailed(Exception):
-    """One attempt to get a reply failed."""
+    """Error: one attempt to get a reply from the model failed."""
 
     def __init__(
         self, message: str, *, can_retry: bool = False, is_rejection: bool = False, wait_s: float | None = None

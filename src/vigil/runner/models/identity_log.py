@@ -81,7 +81,7 @@ class ModelIdentityLog:
 
 
 def client_versions() -> dict[str, str]:
-    """Return the versions of the installed clients of models."""
+    """Return {package: version} of the installed client libraries of models."""
     found: dict[str, str] = {}
     for name in CLIENTS:
         try:

@@ -20,7 +20,7 @@ class MomentRenderer:
         self._settings: RenderSettings | None = None
         """Settings with which the simulator was made."""
         self._loaded_house: str | None = None
-        """Hash of the loaded house."""
+        """Hash of the house that is loaded; None if no house is loaded."""
         self._moment: EpisodeMoment | None = None
 
     def draw(self, moment: EpisodeMoment) -> bytes:

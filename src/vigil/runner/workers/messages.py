@@ -77,7 +77,7 @@ class Fork:
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """One attempt at one episode."""
+    """One attempt at one episode, given to a worker."""
 
     episode: Episode
     epoch: int = 1

@@ -59,7 +59,7 @@ def worker_count(asked: int | None) -> int:
 
 
 class SimulatorPool:
-    """The workers of a run."""
+    """The workers of a run, each with a simulator."""
 
     def __init__(
         self,

@@ -54,7 +54,7 @@ class ComparisonSettings:
     exact: bool = False
     """Whether numbers must be bit-identical, as they are on the machine that made the record."""
     profile: Profile | None = None
-    """Profile of the record; None for that of the Env."""
+    """Profile of the record; None if it is the profile of the Env."""
     recorded_profile: Profile | None = None
     """Profile of the play that the record continues; None if it does not continue one."""
 

@@ -78,8 +78,8 @@ class PartShare:
 
     rate: Rate
     interval: Interval | None
-    """Interval that spans Wilson's interval and the one from resampled houses, because each alone can be too narrow.
-    None without plays."""
+    """Interval that contains both Wilson's interval and the interval from resampled houses, because either can be too
+    narrow. None without plays."""
 
 
 @dataclass(frozen=True, eq=False)
