@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 
 class FramePacer:
-    """Pacer that releases each frame a whole number of periods after the reply, however long the action took."""
+    """Releases each frame a whole number of periods after the reply, however long the action took."""
 
     def __init__(
         self,

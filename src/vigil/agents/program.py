@@ -63,7 +63,7 @@ class ProgramFault(Exception):
     def __init__(self, what: str, partial_output: bytes = b"", stderr_line: str = "") -> None:
         super().__init__(what)
         self.partial_output = partial_output
-        """Output of the program that is not a whole answer."""
+        """The part of an answer that the program wrote before the fault."""
         self.stderr_line = stderr_line
         """Last line that the program wrote to standard error, without secrets."""
 

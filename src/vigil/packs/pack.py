@@ -233,8 +233,8 @@ def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | No
 
 
 def find_pack(path: str | Path) -> Path:
-    """Return the folder of a pack: `path` itself, or the folder of the packaged pack of that name. A name without a
-    version means the pack's newest version.
+    """Return the folder of a pack: `path` itself, or the folder of the pack with that name that comes with VIGIL. A
+    name without a version means the pack's newest version.
 
     Raises PackMismatch.
     """

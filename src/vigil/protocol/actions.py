@@ -256,7 +256,8 @@ class Reply(_Action):
     """Return value of an agent's `act`: the raw text, with the facts that the provider sent with the text.
 
     `text` accepts any string or bytes. If it is not valid UTF-8, the invalid parts are replaced by U+FFFD, `is_utf8` is
-    False, and `raw_base64` holds the original bytes. The lone surrogates of a string are encoded like other characters.
+    False, and `raw_base64` holds the original bytes. If a string has lone surrogates (halves of a character), they are
+    encoded like other characters.
     """
 
     text: str

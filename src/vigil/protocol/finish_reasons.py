@@ -120,5 +120,6 @@ def stop_cause(finish_reason: str | None) -> StopCause | None:
 
 
 def hit_token_limit(finish_reason: str | None) -> bool:
-    """Whether a finish reason means that the answer was cut at a token limit or at the end of the model's context."""
+    """Return whether a finish reason means that the answer was cut at a token limit or at the end of the model's
+    context."""
     return stop_cause(finish_reason) in ("cut", "full")

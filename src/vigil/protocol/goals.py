@@ -259,12 +259,12 @@ def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float |
 
 
 def is_observable(state: ObjectState) -> bool:
-    """Whether the object can be recognized in the frame."""
+    """Return whether the object can be recognized in the frame."""
     return _is_recognizable(state, state.visible_px)
 
 
 def is_state_observable(state: ObjectState, query: StateQuery) -> bool:
-    """Whether the parts that show the queried state can be recognized in the frame."""
+    """Return whether the parts that show the queried state can be recognized in the frame."""
     return _is_recognizable(state, state.state_px(query))
 
 
@@ -393,7 +393,7 @@ def constraint_truth(constraint: Constraint, moments: Sequence[Moment]) -> list[
 
 
 def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
-    """Whether the constraint is met at one moment, regardless of earlier moments."""
+    """Return whether the constraint is met at one moment, regardless of earlier moments."""
     state = moment.world.objects[constraint.object_id]
     match constraint.kind:
         case "object_open":

@@ -269,7 +269,8 @@ class House:
             ) from None
 
     def may_contain(self, object_id: str) -> bool:
-        """Whether the document has an object or opening with that id, or furniture that may have a drawer with that id.
+        """Return whether the document has an object or opening with that id, or furniture that may have a drawer with
+        that id.
 
         The document does not list the drawers of furniture: the furniture's shape decides which drawers it has.
         """
@@ -358,7 +359,7 @@ def drawer_id(chest_id: str, name: str) -> str:
 
 
 def is_outside(room: str) -> bool:
-    """Whether a room name in a door, window or wall means the outside of the house."""
+    """Return whether a room name in a door, window or wall means the outside of the house."""
     return not room or EXTERIOR in room
 
 

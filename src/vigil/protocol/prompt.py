@@ -135,7 +135,7 @@ def past_turn(
 
 
 def is_truncated_in_history(answer: str, profile: Profile) -> bool:
-    """Whether an answer is longer than the history allows, and is therefore cut in the history."""
+    """Return whether an answer is longer than the history allows, and is therefore cut in the history."""
     return len(answer) > profile.history_reply_chars
 
 

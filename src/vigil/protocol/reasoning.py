@@ -40,7 +40,7 @@ def split_reasoning(text: str) -> tuple[str, int]:
 
 
 def is_unclosed(text: str) -> bool:
-    """Whether a text begins with reasoning that is never closed."""
+    """Return whether a text begins with reasoning that is never closed."""
     head = len(text) - len(text.lstrip())
     return _MARKER.match(text, head) is not None and not any(marker in text for marker in CLOSING_MARKERS)
 
@@ -70,7 +70,7 @@ def _objects(text: str, starts: tuple[int, ...]) -> Iterator[tuple[int, int]]:
 
 
 def _is_in_reasoning(text: str, position: int) -> bool:
-    """Whether reasoning that was opened before `position` is closed after it."""
+    """Return whether reasoning that was opened before `position` is closed after it."""
     depth = 0
     for marker in _MARKER.finditer(text, position):
         depth += -1 if _is_closing(marker) else 1

@@ -269,7 +269,7 @@ def _objects_in(text: str, keys: tuple[str, ...]) -> list[dict[str, Any]]:
 
 
 def _is_list(text: str) -> bool:
-    """Whether the text begins with a JSON list that contains objects."""
+    """Return whether the text begins with a JSON list that contains objects."""
     text = text.strip()
     try:
         value, end = _decode(text)
@@ -426,9 +426,8 @@ def _ill_typed(argument: Argument, value: Any) -> ReplyFault:
 
 
 def looks_like_other_coordinates(invalid: InvalidAction) -> bool:
-    """Whether an invalid action has fractions as coordinates, or a pixel outside the frame. The agent may then use
-    another coordinate mode.
-    """
+    """Return whether an invalid action has fractions as coordinates, or a pixel outside the frame. The agent may then
+    be using another coordinate mode."""
     is_fraction = invalid.reason == "ill_typed" and invalid.detail in ("x: float", "y: float")
     return is_fraction or invalid.reason == "pixel_outside_frame"
 

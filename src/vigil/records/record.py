@@ -427,7 +427,7 @@ class RowResolver:
         return True
 
     def is_done(self, key: Key) -> bool:
-        """Whether `key` already has a row without an error. No later row replaces this row."""
+        """Return whether `key` already has a row without an error. No later row replaces this row."""
         return key in self._done
 
 

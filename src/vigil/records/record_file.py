@@ -84,8 +84,8 @@ def missing_file_error(path: Path) -> RecordError:
 class RecordLog:
     """Writer of an `episodes.jsonl`. Nothing else writes to the file.
 
-    `rows` has the effective rows (those that count) by key. `tokens` has the tokens of effective and superseded rows.
-    `count` is the number of lines in the file. `left_out` has the rows that do not count; it is known after `check`.
+    `rows` has the row that counts for each key. `tokens` has the tokens of all rows, including superseded ones. `count`
+    is the number of lines in the file. `left_out` has the rows that are not scored; it is known after `check`.
     `made_folder` says whether the folder did not exist before.
     """
 
@@ -122,7 +122,7 @@ class RecordLog:
         self.count += 1
 
     def is_done(self, key: Key) -> bool:
-        """Whether `key` has a row without an error."""
+        """Return whether `key` has a row without an error."""
         row = self.rows.get(key)
         return row is not None and row.end != "error"
 

@@ -56,7 +56,7 @@ class RunResult:
     episodes: tuple[Episode, ...]
     """Episodes that the run plans to play; for a shard, only the shard's part of them."""
     records: tuple[EpisodeRecord, ...]
-    """Effective rows (for each play, the row that counts), including errors."""
+    """The row that counts for each play, including errors."""
     resumed: int
     """Number of rows from earlier sessions."""
     tokens: RunTokens
@@ -154,9 +154,8 @@ class _RunSession:
     def _is_played_again(self, record: EpisodeRecord) -> bool:
         """Return whether an episode is played again after this attempt.
 
-        A failure of a model is not retried here, because each request was already retried. An episode is not played
-        again, either, if its program saw a frame before the worker was finally lost: the program would know the
-        episode.
+        A failure of a model is not retried here, because each request was already retried. If a program saw a frame and
+        the worker was then lost, the episode is not played again either: the program would know the episode.
         """
         boundary = None if record.error is None else record.error.boundary
         has_seen_frame = self.folder.attempts.count(record.key) >= record.attempt

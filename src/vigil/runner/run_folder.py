@@ -130,11 +130,11 @@ class RunFolder:
         return self.path / INSPECT_FOLDER
 
     def records(self) -> list[EpisodeRecord]:
-        """Return the effective rows (for each play, the row that counts), sorted by episode and epoch."""
+        """Return the row that counts for each play, sorted by episode and epoch."""
         return [self._log.rows[key] for key in sorted(self._log.rows)]
 
     def is_done(self, episode_id: str, epoch: int) -> bool:
-        """Return whether this play has an effective row that is not an error."""
+        """Return whether a row of this play counts and is not an error."""
         return self._log.is_done((episode_id, epoch))
 
     @property

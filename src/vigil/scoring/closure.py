@@ -283,7 +283,7 @@ def _shows(world: WorldState, evidence: Evidence) -> bool:
 
 
 def is_in_picture(agent: Pose, spot: Vec3, within_m: float = OBSERVABLE_M) -> bool:
-    """Whether a place is inside an agent's frame and at most `within_m` from the camera, ignoring occlusion."""
+    """Return whether a place is inside an agent's frame and at most `within_m` from the camera, ignoring occlusion."""
     eye = agent.eye
     x, y, z = (there - here for there, here in zip(spot, eye, strict=True))
     yaw, pitch = math.radians(agent.rotation), math.radians(agent.horizon)
@@ -302,7 +302,7 @@ def _claim(outcome: Outcome) -> Claim:
 
 
 def _is_done_to(object_id: str | None, goal: Goal, record: EpisodeRecord) -> bool:
-    """Whether the goal, with `object_id` instead of its target, holds at the end and did not hold at the reset."""
+    """Return whether the goal, with `object_id` as its target, holds at the end and did not hold at the reset."""
     if object_id is None or not isinstance(goal, ObjectInState | ObjectHeld):
         return False
     rows = check(goal.model_copy(update={"object_id": object_id}), record).rows
@@ -326,7 +326,8 @@ def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
 
 
 def _is_needless(goal: Goal, held: Sequence[ObjectInState], record: EpisodeRecord) -> bool:
-    """Whether the agent changed or clicked something whose required state held at the reset. Refused clicks count too.
+    """Return whether the agent changed or clicked an object whose required state held at the reset. Refused clicks
+    count too.
 
     If the whole goal held at the reset, every act is needless, whatever it hits: a click meant for an open door may hit
     the floor.
@@ -338,7 +339,7 @@ def _is_needless(goal: Goal, held: Sequence[ObjectInState], record: EpisodeRecor
 
 
 def _is_act(action: AnyAction | None) -> bool:
-    """Whether an action is a click with any intent except `ground`, which only points."""
+    """Return whether an action is a click with any intent except `ground`, which only points."""
     return isinstance(action, InteractPixel) and action.intent != "ground"
 
 

@@ -110,7 +110,7 @@ def level_of(family: Family, index: float) -> Level:
 
     The package's bounds are near the quartiles of a sample of drafted episodes. Half of the episodes start at the first
     place that shows the target well, the other half at the hardest of twelve places. The bounds are higher in VS and
-    SM, in which human players failed most.
+    SM, because models failed most in these two families.
     """
     given = [spec.level_bounds for spec in FAMILIES.values() if spec.level_bounds is not None]
     bounds = FAMILIES[family].level_bounds or tuple(statistics.fmean(each) for each in zip(*given, strict=True))

@@ -146,7 +146,7 @@ def expected_status(episode: Episode, record: EpisodeRecord) -> Status | None:
 
 
 def report_matches(status: Status, expected: Status | None, holds: bool) -> bool:
-    """Whether a reported status agrees with the hidden world.
+    """Return whether a reported status agrees with the hidden world.
 
     If there is an `expected` label, only this label agrees. Otherwise `success` agrees if the goal `holds`, and a
     negative status agrees if the goal does not hold.

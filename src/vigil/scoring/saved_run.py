@@ -39,8 +39,7 @@ class EffectiveRow:
 
 
 class RecordTable:
-    """The rows of a run's `episodes.jsonl` that count (effective rows), with their verdicts; the records stay in the
-    file."""
+    """The rows of a run's `episodes.jsonl` that count, with their verdicts. The records stay in the file."""
 
     def __init__(self, folder: Path, header: RunHeader, episodes: Iterable[Episode]) -> None:
         """`episodes` are all episodes of the pack; those that the run does not plan are ignored. Reads no rows yet."""

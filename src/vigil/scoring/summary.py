@@ -26,7 +26,7 @@ LIBRARY_REPLIES = (
     "replies were judged as a library returned them, not as the server sent them: text that the library removes, "
     "such as reasoning, was not seen"
 )
-"""Note on a run with replies that a library took from the server's answer. Their number stands before the note."""
+"""Note on replies whose text comes from a library. The number of these replies stands before the note."""
 
 
 NO_REPORTS = (
@@ -117,7 +117,7 @@ class RunScores:
 
 
 def has_many_errors(errors: int, scored: int) -> bool:
-    """Whether more than 1 % of the attempted episodes ended as an error."""
+    """Return whether more than 1 % of the attempted episodes ended as an error."""
     return errors > MAX_ERROR_SHARE * (errors + scored)
 
 
@@ -134,7 +134,8 @@ def repeats(attempts: Sequence[int]) -> str:
 
 
 def has_many_repeats(attempts: Sequence[int]) -> bool:
-    """Whether more than 1 % of the episodes were started more than once. `attempts` has one number for each episode."""
+    """Return whether more than 1 % of the episodes were started more than once. `attempts` has one number for each
+    episode."""
     return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 

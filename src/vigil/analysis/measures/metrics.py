@@ -88,7 +88,8 @@ def macro_interval(rows: pd.DataFrame, name: str) -> Interval | None:
 
 
 def house_intervals(rows: pd.DataFrame, names: Iterable[str]) -> dict[str, Interval | None]:
-    """Return the intervals of rates, by name, that account for episodes sharing houses; None below five houses."""
+    """Return intervals of rates, by name, that allow for episodes in the same house being alike. With fewer than five
+    houses, an interval is None."""
     masks, houses = count_masks(rate_columns(rows)), houses_of(rows)
     masks = {**masks, ALL: np.ones(len(rows), dtype=bool)}
     parts = {name: CONDITIONAL.get(name, (name, ALL)) for name in names}

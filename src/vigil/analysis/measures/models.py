@@ -22,7 +22,8 @@ _GROUP_PATTERNS: tuple[tuple[str, ModelGroup], ...] = (
     (r"gemma|gpt-oss", "Open general and reasoning VLMs"),
     (r"gemini|gpt-?\d|\bo[134]\b|claude|doubao|seed-?\d|grok|qwen.*-(max|plus)", "Closed-source frontier"),
 )
-"""Published patterns of groups. The first that matches a model's case-folded name decides; the default is `open`."""
+"""Published patterns and groups. The first pattern that matches a model's name in lower case decides its group; the
+default is `open`."""
 _CLOSED_PROVIDERS = frozenset({"anthropic", "google", "vertex", "azureai", "grok", "bedrock"})
 _THINKING = re.compile(r"thinking|reason|\br1\b")
 _INSTRUCT = re.compile(r"(?<![a-z])instruct(?![a-z])")

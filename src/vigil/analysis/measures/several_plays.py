@@ -31,7 +31,8 @@ class PlaysOfK:
 
 
 def plays_of_k(rows: pd.DataFrame, name: Literal["W", "B"]) -> list[PlaysOfK]:
-    """Return the chances for k = 1, 2 ... up to the most plays of an episode. Intervals resample houses."""
+    """Return the chances for k = 1, 2 ... up to the largest number of plays of an episode. Intervals resample
+    houses."""
     by_episode = rows.groupby("episode_id", sort=True)
     plays = pd.DataFrame(by_episode.agg(hits=(name, "sum"), n=(name, "size"), house=("house", "first")))
     found: list[PlaysOfK] = []

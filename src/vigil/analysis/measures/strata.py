@@ -24,7 +24,7 @@ _BY_TEMPLATE: tuple[Family, ...] = tuple(
 
 @dataclass(frozen=True, slots=True)
 class Stratum:
-    """A group of episodes, as counts."""
+    """Name and counts of a group of episodes."""
 
     name: str
     counts: Counts

@@ -179,7 +179,8 @@ def sorted_by_group(entries: Iterable[RunEntry]) -> list[RunEntry]:
 
 
 def _roles(runs: Sequence[Run], pairing: Pairing) -> dict[str, Role]:
-    """Return the role of each run by name. A study's label decides; without a label, the settings and the repeats do.
+    """Return the role of each run by name. A study's label decides; without a label, the settings and repeats of the
+    run decide.
 
     If several runs repeat each other, the earliest is the main run.
     """

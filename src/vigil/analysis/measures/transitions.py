@@ -28,7 +28,7 @@ class Transition:
     """`forward` minus `backward`, as a share of the episodes."""
     interval: Interval | None
     p: float
-    """p-value of McNemar's exact test of `forward` against `backward`. All plays of an episode count together."""
+    """p-value of McNemar's exact test of `forward` against `backward`. The plays of an episode are first added up."""
 
 
 def label_matrix(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, dict[str, int]]:

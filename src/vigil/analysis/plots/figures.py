@@ -282,7 +282,7 @@ def _place(measures: RunMetrics) -> tuple[float, float]:
 
 
 def _plane_frame(axes: Axes, study: Study, entries: Sequence[RunEntry]) -> float:
-    """Draw the diagonal and lines of equal gap, and return the upper limit of both axes."""
+    """Draw the diagonal and the lines of equal W - B, and return the upper limit of both axes."""
     values = [value for entry in entries for value in _place(entry.overall)]
     if study.published:
         values += [value for _, w, b in study.published.points() for value in (w, b)]

@@ -55,7 +55,7 @@ STABLE_PP = 1.0
 _W_AND_B = ("W", "B")
 _EVENTS = ("too_far", "path_blocked", "retry")
 _SIDES = {"base": "base", "fb": "+FB"}
-"""Key of a run of a pair, as in the keys of columns -> its name in headings."""
+"""Key of each run of a pair, as in the keys of columns -> name of the run in headings."""
 
 
 def proprio_minimal(study: Study) -> Table:

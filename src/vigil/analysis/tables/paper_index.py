@@ -54,7 +54,7 @@ PARTS = (
     PaperPart("fig:trajectory_s4_sv", "Trajectories, state verification", "trajectory_sv", "main runs of four models"),
     PaperPart("fig:trajectory_t1_ai", "Trajectories, interaction", "trajectory_ai", "main runs of four models"),
 )
-"""Parts in the paper's order: sixteen tables, seven figures."""
+"""The paper's sixteen tables and seven figures, in the paper's order."""
 
 
 def paper_index(tables: Mapping[str, Table], figures: Collection[str]) -> Table:

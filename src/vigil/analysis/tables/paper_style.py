@@ -87,7 +87,8 @@ COLUMNS: dict[str, tuple[PaperColumn, ...]] = {
     ),
     "open_repeat_robustness": (*_MODEL, *_columns(W="W", B="B", Delta="Δ", FR="FR", NR="NR")),
 }
-"""Name of a table -> its columns in the paper. Tables that are not listed have the same columns in the paper."""
+"""Name of a table -> its columns in the paper. A table that is not listed has the same columns in the paper as in a
+report."""
 IN_STEPS = ("mean_steps", "lag")
 """Columns in steps. Their intervals have one decimal; intervals in percent have no decimals."""
 NAME_PT = 92.0

@@ -44,7 +44,7 @@ class Challenge(BaseModel):
     seed_sha256: str = Field(pattern=_SHA256)
     pack_sha256: str = Field(pattern=_SHA256)
     options: dict[str, dict[str, Any]]
-    """Options of `vigil pack make`, without the seed: content, drawing and drafting."""
+    """Options of `vigil pack make` without the seed, in three groups: `content`, `drawing` and `drafting`."""
     drafts: int
     """Version of the code that makes drafts and their wording."""
     made_with: dict[str, str]

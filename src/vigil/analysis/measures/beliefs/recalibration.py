@@ -42,8 +42,8 @@ def monotone_map(counts: np.ndarray) -> np.ndarray:
 
 
 def calibration_error(likelihood: np.ndarray, counts: np.ndarray) -> float:
-    """Return the expected calibration error: the mean difference between a belief's likelihood and how often beliefs of
-    the same stated value were true.
+    """Return the expected calibration error: the mean difference between a belief's likelihood and the share of beliefs
+    with the same stated value that were true.
 
     `likelihood` is (n,), `counts` is (n, 21, 2).
     """

@@ -14,7 +14,7 @@ from vigil.records.probe import SCALE
 
 VALUES = SCALE + 1
 P = np.arange(VALUES) / SCALE
-"""Likelihood from 0 to 1 for each value of the scale."""
+"""(21,) likelihood, from 0 to 1, of each value of the scale."""
 STATED, TRUE = 0, 1
 """Columns of the counts: how often a value was stated, and how often the belief was then true."""
 

@@ -222,7 +222,8 @@ class BeliefStudy:
         }
 
     def reliability_points(self) -> list[tuple[float, Estimate]]:
-        """Return (stated likelihood, share of these beliefs that were true) for each likelihood that was stated."""
+        """For each likelihood that was stated, return it and the share of the beliefs with this likelihood that were
+        true."""
         found: list[tuple[float, Estimate]] = []
         for value in range(scores.VALUES):
             rows = [row for row in self._answered if row[1].sure == value]
@@ -308,7 +309,7 @@ def _statistic(rows: Sequence[tuple[str, Belief]], measure: Callable[[np.ndarray
 
 
 def _of_sums(rows: np.ndarray, houses: np.ndarray, measure: Callable[[np.ndarray], np.ndarray]) -> Estimate:
-    """Return a measure of the sums of rows, (n, ...), with its interval from resampled houses."""
+    """Return a measure of the sum of `rows`, (n, ...), with its interval from resampled houses."""
     centre, resampling = float(measure(rows.sum(axis=0))), HouseResampling.of(houses)
     interval = None if resampling is None else resampling.interval(measure(resampling.sums(rows)), centre)
     return Estimate(centre, interval, len(rows))
