@@ -146,7 +146,7 @@ REFUSED: list[tuple[str, bytes, bytes, bool, type[VigilError], str]] = [
         b'"schema_version": 9',
         True,
         PackMismatch,
-        r"schema 9, vigil .* A newer vigil",
+        r"schema 9, but vigil .* A newer vigil",
     ),
     ("manifest.json", b'"name": "small"', b'"name": "small", "x": 1', True, PackMismatch, r"x: Extra inputs"),
     ("manifest.json", b"houses/house.json", b"../house.json", True, PackMismatch, r"outside the pack"),

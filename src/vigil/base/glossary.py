@@ -268,8 +268,8 @@ _CONDITIONS = (
          "protocol"),
     Term("panel",
          "the group of runs that a table compares",
-         "Main: runs under the baseline profile and the default prompt. Extended: the runs of the main panel "
-         "that have B = 0 or IL above 50 %. Aside: runs under another profile or prompt.",
+         "Main: runs under the baseline profile and the default prompt, except those with B = 0 or with IL above "
+         "50 %, which are in the panel extended. Aside: runs under another profile or prompt.",
          ("Panel",)),
     Term("published",
          "a result that the paper printed, marked †",

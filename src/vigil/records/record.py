@@ -412,8 +412,8 @@ def _flatten(place: str, fields: dict[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 class RowResolver:
-    """Finds the row that counts (the effective row) for each key (episode and epoch) while rows are read: the first row
-    without an error. If all rows of the key have an error, the last row counts."""
+    """Finds the row that counts for each key (episode and epoch) while rows are read: the first row without an error.
+    If all rows of the key have an error, the last row counts."""
 
     def __init__(self) -> None:
         self._done: set[Key] = set()

@@ -40,7 +40,7 @@ class CostEstimate:
 
 
 def estimate(plan: RunPlan) -> CostEstimate:
-    """Return the bounds for a planned run."""
+    """Return bounds on the calls and tokens of a planned run."""
     profile, epochs, outputs = plan.spec.profile, plan.spec.epochs, _output_tokens(plan.spec)
     answers = min(REPLY_TOKENS[0], outputs[0]), min(REPLY_TOKENS[1], outputs[1])
     calls, probes, inputs = [0, 0], [0, 0], [0.0, 0.0]

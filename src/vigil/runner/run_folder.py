@@ -106,7 +106,7 @@ class RunFolder:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on rows that do not count, on several answering models, and on checks that failed before the run."""
+        """Notes on rows that do not count, on replies from several models, and on checks that failed before the run."""
         names = self.header.answering_models
         several = f"The provider answered under several names: {', '.join(names)}." if len(names) > 1 else ""
         sessions = (self.header.answered, *(session.answered for session in self.header.resumed))

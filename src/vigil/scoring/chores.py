@@ -144,12 +144,12 @@ class ListOutcome:
 
     @property
     def W(self) -> bool:
-        """Whether all chores that can be met hold."""
+        """Whether each chore that can be met holds at the end."""
         return all(chore.W for chore in self.possible)
 
     @property
     def W_strict(self) -> bool:
-        """Whether all chores that can be met hold without tolerances."""
+        """Whether each chore that can be met holds at the end without tolerances."""
         return all(chore.W_strict for chore in self.possible)
 
     @property

@@ -39,7 +39,7 @@ class RunEstimate:
     money: tuple[float, float] | None
     """Minimum and maximum cost; None if no prices are known."""
     hours: tuple[float, float] | None
-    """Minimum and maximum hours of calls; None if the agent calls no model."""
+    """Minimum and maximum time (hours) that the calls take; None if the agent calls no model."""
 
 
 def state_of(run: PlannedRun, plan: RunPlan) -> RunState:

@@ -38,8 +38,8 @@ class StudyModel(_Part):
     group: str | None = None
     """Heading above the model's rows in tables; by default the paper's group, which follows from the model's name."""
     panel: StudyPanel | None = None
-    """Panel (group of rows) of the table that contains the model's row; by default, the rule in the glossary decides.
-    """
+    """Panel (group of rows in tables) of the model's main run; by default, the panel follows from the rule of exclusion
+    in the glossary."""
     anchor: bool = False
     """Whether the model is shown in figures that show only a few models."""
     published: str | None = None

@@ -290,7 +290,8 @@ CHANCE_SKILL = 0.05
 
 
 def tendencies(run: ChoresRun) -> tuple[str, ...]:
-    """Return names of the faults that a run shows often, by the thresholds above; empty if it shows none."""
+    """Return names of the faults that a run shows often, by the limits `OFTEN`, `SELDOM` and `CHANCE_SKILL`; empty if
+    it shows none."""
     chores = run.chores if run.has_claims else []
     acts = [chore for _, chore in chores if chore.query is None]
     reported = [(each, chore) for each, chore in chores if each.outcome.is_reported]

@@ -99,7 +99,7 @@ def clustered_ratio_intervals(
 
 @dataclass(frozen=True, eq=False)
 class HouseResampling:
-    """Resamples of houses, for the interval of any statistic of sums over rows."""
+    """Resamples of houses, for the interval of any statistic that is computed from sums over rows."""
 
     index: np.ndarray
     """(n,) number of each row's house."""

@@ -30,7 +30,8 @@ class ItemisingPair:
 
 
 def itemising_pairs(runs: Sequence[ChoresRun]) -> list[ItemisingPair]:
-    """Return the pairs of runs that differ only in whether their report has claims, and share scored plays."""
+    """Return the pairs of runs that differ only in whether their report has claims, and that both have scored plays of
+    some of the same lists."""
     found: list[ItemisingPair] = []
     for base in (run for run in runs if not run.has_claims):
         for itemised in (run for run in runs if run.has_claims and _settings_of(run) == _settings_of(base)):

@@ -127,7 +127,8 @@ class RunComparison:
 
 
 def make_pair(first: Run, second: Run, kind: PairKind) -> Pair:
-    """Return two runs, given in any order, as a pair. Raises RecordError if they also differ in other settings."""
+    """Return two runs, given in any order, as a pair. Raises RecordError if they differ in settings other than those of
+    `kind`."""
     found = setting_differences(first, second)
     unwanted = [
         text for place, text in found.items() if not any(f"{place}.".startswith(f"{one}.") for one in VARIED[kind])

@@ -58,8 +58,8 @@ class RunEntry:
 
     @cached_property
     def by_houses(self) -> dict[str, Interval | None]:
-        """Interval of each rate that accounts for the similarity of plays in one house; None where there are too few
-        houses."""
+        """Name of a rate -> its interval, which accounts for the similarity of plays in one house; None where there are
+        too few houses."""
         return house_intervals(self.run.rows, (*RATES, *CONDITIONAL))
 
     @cached_property

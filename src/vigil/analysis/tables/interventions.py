@@ -150,7 +150,8 @@ def repeat_rates(study: Study) -> Table:
 
 
 def several_plays(study: Study) -> Table:
-    """Return pass^k and the best of k plays for every run that played episodes several times."""
+    """Return a table of the chances that all, and that any, of k plays succeed, for every run that played episodes
+    several times."""
     columns = (
         MODEL,
         *counts(k="k", episodes="Episodes", plays="Plays"),

@@ -33,7 +33,7 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class PageFigure:
-    """A figure of the report."""
+    """Name, picture and caption of a figure of the report."""
 
     name: str
     svg: bytes

@@ -228,7 +228,8 @@ def transition_matrix(study: Study) -> Table:
 
 
 def transition_tests(study: Study) -> Table:
-    """Return tests of whether labels became more or less frequent, and in which direction two labels changed."""
+    """Return tests of whether each label became more or less frequent, and of whether changes between two labels were
+    more frequent in one direction."""
     columns = (
         *texts(model="Labels", test="Test"),
         *counts(there="→", back="←"),

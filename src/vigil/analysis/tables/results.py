@@ -117,7 +117,8 @@ def full_panel(study: Study) -> Table:
 
 
 def extended_panel(study: Study) -> Table:
-    """Return the rows of runs that the exclusion rule removes from the main tables, and the paper's extended rows."""
+    """Return the rows of runs that the exclusion rule removes from the main tables, and the rows of the paper's
+    extended panel."""
     columns = (
         MODEL,
         *rates(B="B %", W="W %"),

@@ -98,7 +98,8 @@ def published_rows(
 
 
 def side_by_side(study: Study, own: Sequence[TableRow], published: Sequence[TableRow]) -> list[TableRow]:
-    """Return own rows, each followed by the published row of the same model, then the remaining published rows."""
+    """Return the rows of `own`, each followed by the published row of the same model, then the remaining published
+    rows."""
     names = {entry.name: entry.published for entry in study.entries}
     printed = {row.cells["model"]: row for row in published}
     found = []

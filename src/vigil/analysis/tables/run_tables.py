@@ -96,7 +96,8 @@ def _macro(entry: RunEntry, name: str) -> RateCell:
 
 
 def outcome_partition(study: Study) -> Table:
-    """Return the shares of the five labels among all episodes, and of the four categories."""
+    """Return the shares of the five labels among all episodes, and of the categories of outcomes, such as verified
+    success."""
     categories = {
         "verified_success": "Verified success", "unsupported_commitment": "Unsupported commitment",
         "post_attainment_drift": "Post-attainment drift", "missed_execution": "Missed execution",
@@ -311,7 +312,7 @@ def _coordinates(entry: RunEntry) -> str:
 
 
 def _code(entry: RunEntry) -> str:
-    """Return the versions of VIGIL's code in the sessions of a run."""
+    """Return the versions of VIGIL's code with which the sessions of a run were played."""
     header = entry.run.header
     versions = []
     for session in (header, *header.resumed):

@@ -51,7 +51,8 @@ _EVENTS: dict[str, tuple[str, _Mask]] = {
     "unfinished": ("it did, and the goal did not hold", lambda rows: _ended(rows) & ~_held(rows)),
     "late": ("it did not, and the goal held", lambda rows: ~_ended(rows) & _held(rows)),
 }
-"""Key of an event that can happen with and without reports -> its name, and the rows in which it happened."""
+"""Key of an event that can happen with and without reports -> its name, and a function that marks the rows in which it
+happened."""
 
 
 def stop_shifts(study: Study) -> Table:

@@ -104,12 +104,12 @@ def numbers(**headings: Heading) -> tuple[Column, ...]:
 
 
 def intervals(**headings: Heading) -> tuple[Column, ...]:
-    """Return columns of numbers with one decimal and 95 % interval; `headings` are {key: heading with unit}."""
+    """Return columns of numbers with one decimal and a 95 % interval; `headings` are {key: heading with unit}."""
     return _columns("rate", headings)
 
 
 def means(**headings: Heading) -> tuple[Column, ...]:
-    """Return columns of numbers with two decimals and 95 % interval; `headings` are {key: heading}."""
+    """Return columns of numbers with two decimals and a 95 % interval; `headings` are {key: heading}."""
     return _columns("mean", headings)
 
 

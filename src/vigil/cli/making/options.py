@@ -92,7 +92,7 @@ class Common:
 
 @dataclass(frozen=True, kw_only=True)
 class Content(Common):
-    """What a pack contains."""
+    """Options that say what a pack contains."""
 
     name: Annotated[str, Setting("Name of the new pack.")]
     per_family: Annotated[int, Setting("Number of episodes of each family in the new pack.", minimum=1)] = PER_FAMILY
@@ -236,7 +236,7 @@ class Drafting:
 
 @dataclass(frozen=True, kw_only=True)
 class Proposing:
-    """Who proposes drafts, in which houses, and how many."""
+    """Options that say who proposes drafts, in which houses, and how many."""
 
     houses: HousePlaces = ()
     seeds: Annotated[
@@ -266,7 +266,7 @@ class Proposing:
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """Houses in which a pack is made, and how many of them are used."""
+    """Options that say in which houses a pack is made, and how many of them are used."""
 
     houses: HousePlaces = ()
     count: Annotated[
@@ -312,7 +312,7 @@ class Drawing:
 
 @dataclass(frozen=True, kw_only=True)
 class Building:
-    """Drafts from which a pack is built, and what the pack's manifest says."""
+    """Options that say from which drafts a pack is built, and what its manifest says."""
 
     drafts: Annotated[
         tuple[Path, ...],

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from vigil.scoring.levels import EpisodeLevel
 
 MIN_STEP, STEP_SHARE = 4, 4
-"""While a pack lacks episodes, 1 / STEP_SHARE of the first number of houses, but at least MIN_STEP, are added at a
-time."""
+"""Houses that are added at a time while a pack lacks episodes: 1 / STEP_SHARE of the number of houses used first, but
+at least MIN_STEP."""
 
 
 class PackFreezer:

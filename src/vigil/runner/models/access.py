@@ -171,9 +171,10 @@ def model_access(
 
 @contextmanager
 def hiding_other_keys(found: ModelAccess) -> Generator[None, None, None]:
-    """Remove all secrets from the environment inside the context if a model is served from a foreign address.
+    """If a model is served from an address that is not its provider's, hide all secrets of the environment inside the
+    context.
 
-    Several clients read a key from the environment even when they are given another key. Proxies are removed, too, if
+    Several clients read a key from the environment even when they are given another key. Proxies are hidden, too, if
     the server is on this machine.
     """
     hidden = [name for name in os.environ if is_secret_name(name) or name in _ACCOUNTS] if found.is_foreign else []

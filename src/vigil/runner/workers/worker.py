@@ -161,7 +161,7 @@ class EpisodeWorker:
         return self._record(slot)
 
     def drop(self, session: int) -> None:
-        """Remove a live episode."""
+        """Remove a live episode, and release its simulator."""
         slot = self._live.pop(session, None)
         if slot is not None:
             self._release(slot)

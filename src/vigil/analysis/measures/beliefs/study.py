@@ -63,7 +63,7 @@ class Delay:
     detected: int
     """Number of these plays with an answer that the task is done."""
     at_once: Estimate
-    """Share of plays in which the agent says that the task is done at the first frame that shows the goal."""
+    """Share of plays in which, at the first frame that shows the goal, the agent says that the task is done."""
     median: float | None
     """Median delay in steps; None if, by the estimate, fewer than half of the plays ever say that the task is done."""
     restricted_mean: Estimate
