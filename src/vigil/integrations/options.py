@@ -36,7 +36,7 @@ class EpisodeOptions(BaseModel):
         [], description="difficulty in a stream: one or more of `easy`, `medium` and `hard`; all if unset"
     )
     suite: Literal["chores"] | None = Field(
-        None, description="suite of a stream's episodes: `chores`; those of the families if unset"
+        None, description="suite of a stream's episodes: `chores`; if unset, episodes of the families"
     )
     houses: tuple[int, int] | None = Field(
         None,
