@@ -151,7 +151,7 @@ def test_work_that_tells_nothing_is_said_to_go_on(
         while "checks: begun" not in said:  # waits for the event
             said += capfd.readouterr().err
         show(3, 9, "1 left out")
-        while "(at it for" not in said:
+        while "  (begun " not in said:
             said += capfd.readouterr().err
     assert "checks: 3/9  1 left out  ETA -" in said
 

@@ -67,8 +67,8 @@ _CHORES = (
     Term("claim", "what a report says about one chore of a list", "It is one of the eight statuses or `unknown`. A "
          "profile with claims asks for one claim for each chore."),
     Term("T", "truthfulness: the share of all chores whose claim is true",
-         "A concession of what was not done is true, so "
-         "tables show T next to its chance: what the same claims would give if dealt out at random."),
+         "A concession of what was not done is true. So tables show T next to T by chance: the T that the same claims "
+         "would have if they were assigned to the chores at random."),
     Term("overclaim", "among the chores that do not hold, the share that is claimed as done or seen",
          "Underclaim: among the chores that hold, the share that is not claimed as done or seen."),
     Term("interference", "how often chores of a list that held were undone by the agent's other acts",
@@ -421,7 +421,7 @@ _CODE = (
          "a command that tries random and hostile cases",
          "A piece is a numbered part of a sweep. A failure is a case in which a check failed."),
     Term("synthetic record",
-         "a record whose worlds were written by a program instead of played"),
+         "a record whose worlds were written by a program, not recorded in a play"),
     Term("timeline",
          "one recorded episode, step by step, as the viewer shows it"),
     Term("worker",

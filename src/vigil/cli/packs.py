@@ -86,7 +86,7 @@ def info(pack: PackArgument, as_json: AsJson = False) -> None:
         _print_strata(strata)
         print(f"reviewed: {manifest.meta['reviews']}")
         if manifest.meta["text_guess_sv"] is not None:
-            print(f"best guess of states by category alone: {manifest.meta['text_guess_sv']}")
+            print(f"SV labels guessed rightly from the object's category: share {manifest.meta['text_guess_sv']}")
 
 
 def _print_families(pack: Pack) -> None:
@@ -165,9 +165,9 @@ def verify(
     for finding in findings:
         print(finding)
     for (family, rule), count in sorted(_faulty_of(loaded, findings).items()):
-        print(f"{family}: {count} break {rule}")
+        print(f"{family}: {count} episodes break the rule {rule}")
     faulty = len({finding.episode_id for finding in findings})
-    print(f"{len(loaded.episodes) - faulty} of {len(loaded.episodes)} episodes of pack {loaded.name!r} hold")
+    print(f"{len(loaded.episodes) - faulty} of {len(loaded.episodes)} episodes of pack {loaded.name!r} are valid")
     if findings:
         raise typer.Exit(2)
 

@@ -59,7 +59,7 @@ class _PlainProgress:
     def print_heartbeat(self) -> None:
         """Print that the work continues, unless a line was printed recently."""
         since = duration(time.monotonic() - self._began_s)
-        self.print_line(QUIET_SECONDS, f"  (at it for {since})" if self._text else f"{self._label}: begun {since} ago")
+        self.print_line(QUIET_SECONDS, f"  (begun {since} ago)" if self._text else f"{self._label}: begun {since} ago")
 
 
 @contextmanager

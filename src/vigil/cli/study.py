@@ -59,7 +59,8 @@ def run(
         bool,
         typer.Option(
             "--dry-run",
-            help="Do not play; print the calls, tokens, cost and hours that the remaining plays need at most.",
+            help="Do not play; print how many calls, tokens and hours the remaining plays need, and what they cost, at "
+            "least and at most.",
         ),
     ] = False,
     shard: Annotated[

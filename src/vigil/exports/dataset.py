@@ -42,26 +42,27 @@ steps = load_dataset("FOLDER", "steps", split="train")
 """
 _CARD_TAIL = """
 ## What is not here
-Hidden state (where things were, what each action did to them, the goals) is left out: it is the answer key of the pack,
-and what is published ends up in training data. The runs' own folders hold it. Nor is any server's address or key here.
+Hidden state (where objects were, what each action did to them, the goals) is left out: it is the answer key of the
+pack, and published data ends up in training data. The folders of the runs contain the hidden state. Addresses and keys
+of servers are left out, too.
 {answer_key}
 
-Episodes that ended by a failure of the infrastructure are not scored and not here.
+Episodes that a failure of the infrastructure ended are not scored, and are left out.
 
 ## Licence and citation
-Not stated yet. The replies are the models', whose providers may have terms of their own; the frames show the houses of
-the packs.
+Not stated yet. The replies come from models, and the providers of these models may have their own terms. The frames
+show the houses of the packs.
 """
 
 
 _WITHOUT_ANSWER_KEY = (
-    "So are the columns `target`, `distance_m`, `expected`, `first_goal_step`, and what they follow from (`lag`,\n"
-    "`lag_from_reset`, `actions_after_goal.KIND`). A report on a queried state that is right (SV, `B`) tells the label "
-    "by itself."
+    "These columns of `episodes` are left out, too: `target`, `distance_m`, `expected`, `first_goal_step`, `lag`,\n"
+    "`lag_from_reset` and `actions_after_goal.KIND`. For a question about a state (SV), a report with B "
+    "reveals the label."
 )
 _WITH_ANSWER_KEY = (
     "**The answer key is here in part**: the columns `target`, `distance_m`, `expected`, `first_goal_step`, `lag`,\n"
-    "`lag_from_reset` and `actions_after_goal.KIND` were asked for by `--answer-key`."
+    "`lag_from_reset` and `actions_after_goal.KIND` are included, because `--answer-key` was given."
 )
 
 
@@ -107,11 +108,11 @@ def _card(runs: Sequence[Run], extra: Collection[str], *, has_key: bool) -> str:
     steps = {name: says for name, (_, says) in columns_with(extra).items()}
     parts = [_CARD_HEAD, "## Runs", *map(_run_description, runs), ""]
     if faults := [f"- {fault}" for run in runs for fault in run.faults]:
-        parts += ["## What is missing or odd", *faults, ""]
+        parts += ["## What is missing or unusual", *faults, ""]
     columns = {name: COLUMNS[name] for name in (COLUMNS if has_key else without_answer_key(COLUMNS))}
-    parts += ["## `episodes`: a row an episode", *_column_list(columns), ""]
+    parts += ["## `episodes`: one row per episode", *_column_list(columns), ""]
     tail = _CARD_TAIL.format(answer_key=_WITH_ANSWER_KEY if has_key else _WITHOUT_ANSWER_KEY)
-    parts += ["## `steps`: a row a reply", *_column_list(steps), tail]
+    parts += ["## `steps`: one row per reply", *_column_list(steps), tail]
     return "\n".join(parts)
 
 

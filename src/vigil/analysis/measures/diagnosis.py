@@ -61,7 +61,7 @@ ENDING_ADVICE: Mapping[str, str] = {
     "sv_unverified_match": "The answer is right, but the agent had not looked: it guessed, or changed the state.",
     "NR": "The agent never reported: compare P(no rep | W=1), which counts goals that were reached and not closed, "
     "and see in `vigil view` what it did instead.",
-    "IL": "See the reasons of the replies.",
+    "IL": "Too many replies were not actions: see the reasons for this.",
     "unreported": "The goal held, and the agent did not report that: see the last frames in `vigil view`.",
     "wrong_object": "The agent took the look-alike: it did not look at what distinguishes the two, or did not read it.",
     "wrong_branch": "The agent acted on the other branch of the condition: see in `vigil view` what it saw.",

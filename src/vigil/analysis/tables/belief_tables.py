@@ -115,13 +115,14 @@ def _over_time(study: Study) -> Table:
             cells |= {"median": delay.median, "mean": (mean, low, high)}
         rows.append(_row(entry, beliefs, cells))
     notes = (
-        "Shares of answers given in that state of the world, except: belief lost, the share of plays in which a right "
-        "belief was given up while the goal held, of those that were asked again. Failed: probes on which the server "
-        "failed.",
-        "Delay: steps from the first frame that shows the goal to the first answer that it is done, by Kaplan and "
-        "Meier, censored at the last answer before the play ended or the goal was lost. Where not every step is "
-        "probed, a delay is known only up to the next probe. The median is a dash if half of the plays never answered "
-        "so.",
+        "Done, before the goal: among the answers before the goal first held, the share that says that the task is "
+        "done. The next two columns are shares among the answers while the goal held, and after it was lost. Belief "
+        "lost: among the plays that were asked again, the share in which a right belief was given up while the goal "
+        "held. Failed: probes on which the server failed.",
+        "Delay: steps from the first frame that shows the goal to the first answer that the task is done, by Kaplan "
+        "and Meier's method, censored at the last answer before the play ended or the goal was lost. If not every step "
+        "is probed, a delay is known only up to the next probe. The median is a dash if half of the plays never gave "
+        "this answer.",
         "Intervals: resampled houses, if there are at least five and they differ; belief lost: Wilson.",
     )
     return Table("belief_over_time", "Belief against the world", columns, tuple(rows), notes)
@@ -150,9 +151,10 @@ def _calibration(study: Study) -> Table:
         "The stated likelihood, 0 to 20, against what was true. Overconfidence: mean stated likelihood minus the share "
         "that was true. Brier score = reliability − resolution + uncertainty; skill: 1 − Brier score / uncertainty. "
         "The debiased squared calibration error may be below 0. AUROC: the chance that a true belief is stated as "
-        f"likelier than a false one, at 50 % without knowledge; within {NEAR_STEPS} steps of attainment, because far "
-        "before it doubt is easy. Risk and coverage: 100 % if every right belief is surer than every wrong one, 0 % as "
-        "if by chance.",
+        "likelier than a false one; 50 % without knowledge. One column uses only answers within "
+        f"{NEAR_STEPS} steps of attainment, because long before attainment it is easy to know that the task is not "
+        "done; the other uses only answers at the last step. Risk and coverage: 100 % if every right belief is surer "
+        "than every wrong one, 0 % if the order is random.",
         "Intervals: resampled houses, if there are at least five and they differ.",
     )
     return Table("belief_calibration", "Calibration of stated beliefs", columns, tuple(rows), notes)
@@ -178,8 +180,8 @@ def _recalibration(study: Study) -> Table:
         "fitted on other houses, so no episode recalibrates itself. Gain: Brier score minus that after the map. "
         "Miscalibrated: the gain is above 0, and so is the skill afterwards. Uninformative: the skill stays at 0 or "
         "below, because no map helps beliefs that do not depend on what is true.",
-        "Calibration error: mean difference between likelihoods and how often beliefs of that stated value were true; "
-        "not debiased. Intervals: resampled houses, with the maps as fitted.",
+        "Calibration error: mean difference between a belief's likelihood and the share of beliefs with the same "
+        "stated value that were true; not debiased. Intervals: resampled houses; the maps are not fitted again.",
     )
     return Table("belief_recalibration", "What recalibration repairs", columns, tuple(rows), notes)
 

@@ -98,12 +98,14 @@ def _scores(runs: Sequence[ChoresRun]) -> Table:
             )
         )
     notes = (
-        "W: all chores hold that can be met; W share: the share of them. B: every chore is closed, that is, holds and "
-        "is so claimed, or cannot be met and is conceded; without claims: W, and the one status is right. T: the share "
-        "of chores whose claim is true, next to what the same claims would give if dealt out at random, and the skill "
-        "over that. Overclaim: of the chores that do not hold, those claimed as done or seen. Underclaim: of those "
-        "that hold, those not so claimed. Lag: mean steps from when a chore that did not hold at the reset first held "
-        f"to the report that claims it. Protocol, section 9. {CLUSTERS}",
+        "W: each chore that can be met holds. W share: among the chores that can be met, the share that holds. "
+        "B: every chore is closed: it holds and is claimed, or it cannot be met and is conceded; without claims: W, "
+        "and the reported status is right. T: the share of chores whose claim is true. T by chance: the T that the "
+        "same claims would have if they were assigned to the chores at random; the skill compares T with this. "
+        "Overclaim: among the chores that do not hold, the share that is claimed as done or seen. Underclaim: among "
+        "the chores that hold, the share that is not claimed as done or seen. Lag: mean number of steps from when a "
+        "chore that did not hold at the reset first held to the report that claims it. Source: protocol, section 9. "
+        f"{CLUSTERS}",
         "Tendencies, by thresholds of 80 and 20 %: claims all (also what does not hold), claims none, claims what it "
         "tried (where that is not what holds), forgets the first (leaves chore 1 unclaimed), undoes (a chore of most "
         "lists), stops early (reports, and leaves a chore of most lists untouched), claims regardless (skill over "
@@ -248,11 +250,12 @@ def _power(runs: Sequence[ChoresRun]) -> Table:
             facts = {"calls": found.calls, "claims": found.claims, "design": found.design_effect}
             rows.append(_row(run, **facts, **widths, **others))
     notes = (
-        "Half the width of the 95 % interval on T, in percentage points, that a number of model calls buys at this "
-        "run's T, calls and claims per list. Design effect: the variance of T over that of as many independent claims; "
-        "it is above 1 if the claims of a list or home are alike. One claim: the same for a rate as high in episodes "
-        "with one claim and 8.8 calls each, as a careful reader needs in hard episodes of the thousand. A smaller ± "
-        "says nothing of what is measured: T of lists and B of the thousand are different questions.",
+        "±: half the width of the 95 % interval on T, in percentage points, after a number of model calls, for the T "
+        "of this run and its calls and claims per list. Design effect: the variance of T, divided by the variance for "
+        "equally many independent claims; it is above 1 if the claims of a list or home are alike. One claim: the same "
+        "for an equal rate over episodes with one claim and 8.8 calls each, the number that a careful reader needs in "
+        "hard episodes of the pack of a thousand. A smaller ± does not mean that T of lists and B of that pack measure "
+        "the same.",
     )
     return Table("chores_power", "Power: model calls and the interval on T", columns, tuple(rows), notes)
 

@@ -96,9 +96,10 @@ def published_differences(study: Study) -> Table:
         for name, value in (("W", w), ("B", b), ("Delta", w - b)):
             rows.append(run_row(entry, _difference_cells(entry, name, value / 100)))
     notes = (
-        "Published rows were measured on another pack and simulator: a difference is not one of the models alone. "
-        f"{BY_HOUSES_NOTE} Published: Wilson's, of {PUBLISHED_EPISODES:,} episodes, as if independent. Differences: "
-        "both combined as those of independent rates (MOVER).",
+        "Published rows were measured on another pack and simulator, so a difference does not come from the models "
+        f"alone. {BY_HOUSES_NOTE} Intervals of published rates: Wilson's, for {PUBLISHED_EPISODES:,} independent "
+        "episodes. Intervals of differences: computed from the intervals of the two rates, as for independent rates "
+        "(MOVER).",
     )
     return Table("published_differences", "Your runs and the published rows", columns, tuple(rows), notes)
 

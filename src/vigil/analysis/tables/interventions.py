@@ -170,9 +170,10 @@ def several_plays(study: Study) -> Table:
                 cells |= {f"every_{name}": points(*found.every), f"any_{name}": points(*found.any)}
             rows.append(run_row(entry, cells))
     notes = (
-        "k plays of one episode, over the episodes that were played at least k times; k = 1 is the mean. All of k is "
-        "pass^k, and the worst of k plays; any of k is the best. Both count every set of k plays of an episode. "
-        "Intervals resample houses.",
+        "All of k: the chance that all of k plays of an episode succeed (pass^k), which is the expected result of the "
+        "worst of k plays. Any of k: the chance that at least one of them succeeds, which is the expected result of "
+        "the best. Both are means over the episodes that were played at least k times, and over every set of k plays "
+        "of an episode; k = 1 is the mean over all plays. Intervals resample houses.",
     )
     return Table("several_plays", "Several plays of each episode", columns, tuple(rows), notes)
 
