@@ -283,9 +283,10 @@ _CONDITIONS = (
 _STATISTICS = (
     Term("interval",
          "the 95 % confidence interval, in brackets after a number",
-         "For rates it is Wilson's interval, with the effective number of plays if episodes were played "
-         "several times. For means and differences it is a bootstrap that resamples houses, because episodes "
-         "of one house are similar. It is not given for fewer than five houses."),
+         "For rates it is Wilson's interval. If episodes were played several times, the interval uses the "
+         "effective number of plays: the number of independent plays that would give as much information. For means "
+         "and differences it is a bootstrap that resamples houses, because episodes of one house are similar. It is "
+         "not given for fewer than five houses."),
     Term("p",
          "the chance of a difference at least this large if the two runs were equally good",
          "It comes from McNemar's exact test, on the episodes that only one of the two completed.",

@@ -32,7 +32,7 @@ _Row = TypeVar("_Row", bound=BaseModel)
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One complete line of a file."""
+    """One complete line of a file: a line that ends with a newline, or a last line that is whole JSON."""
 
     number: int
     """Line number, counted from 1."""

@@ -263,10 +263,10 @@ def houses_of(rows: "pd.DataFrame") -> np.ndarray:
 def rate_interval_by_houses(hits: np.ndarray, trials: np.ndarray, houses: np.ndarray) -> Interval | None:
     """Return the 95 % interval of sum(hits) / sum(trials), which accounts for the similarity of plays in one house.
 
-    The interval is Wilson's, with the effective number of plays, and Student's t in place of the normal quantile. The
-    arrays have one entry for each play; `trials` is 1 where the play counts, `hits` 1 where it also is a hit. None with
-    fewer than five houses. Source: Dean and Pagano, "Evaluating confidence interval methods for binomial proportions in
-    clustered surveys", 2015.
+    The interval is Wilson's, for the number of independent plays that would give as much information, with Student's t
+    in place of the normal quantile. The arrays have one entry for each play; `trials` is 1 where the play counts,
+    `hits` 1 where it also is a hit. None with fewer than five houses. Source: Dean and Pagano, "Evaluating confidence
+    interval methods for binomial proportions in clustered surveys", 2015.
     """
     is_trial = trials > 0
     found, n = hits[is_trial].astype(float), int(is_trial.sum())
@@ -283,9 +283,10 @@ def rate_interval_by_houses(hits: np.ndarray, trials: np.ndarray, houses: np.nda
 def mean_of_rates_interval(hits: np.ndarray, groups: np.ndarray, houses: np.ndarray) -> Interval:
     """Return the 95 % interval of the unweighted mean of the groups' rates; the arrays have one entry for each play.
 
-    The interval is Wilson's with the effective number of plays, which follows from the groups' variances. Each group's
-    rate is shrunk to the mean of all rates (`SHRINKAGE`), so that a group with one play has a variance. With five
-    houses or more, the interval accounts for the similarity of plays in one house.
+    The interval is Wilson's, for the number of independent plays that would give as much information; this number
+    follows from the groups' variances. Each group's rate is shrunk to the mean of all rates (`SHRINKAGE`), so that a
+    group with one play has a variance. With five houses or more, the interval accounts for the similarity of plays in
+    one house.
     """
     _, group = np.unique(groups.astype(str), return_inverse=True)
     found, sizes = hits.astype(float), np.bincount(group)

@@ -38,7 +38,8 @@ from vigil.scoring.rates import CONDITIONAL, RATES, wilson
 PUBLISHED_EPISODES = 1000
 """Number of episodes from which each published rate was computed."""
 BY_HOUSES_NOTE = (
-    "Intervals: Wilson's with the effective number of plays by houses, and Student's t; not given below five houses."
+    "Intervals: Wilson's, for the number of independent plays that would give as much information as these plays in "
+    "shared houses, with Student's t; not given below five houses."
 )
 CONDITIONAL_HEADINGS = {
     "P_B_W1": "P(B | W=1)",

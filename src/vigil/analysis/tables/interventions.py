@@ -95,8 +95,8 @@ def prompt_sensitivity(study: Study) -> Table:
     rows += published_rows(study, "prompt_sensitivity", printed_pairs, published_group)
     notes = (
         "Neutral prompt: both anti-hallucination lines removed, nothing else changed. The shifts from the default "
-        "prompt are in `prompt_shifts`, the largest in `stability`. Your rows by B in each group, published ones as "
-        f"printed. {INTERVALS_ELSEWHERE}",
+        "prompt are in `prompt_shifts`, the largest in `stability`. Within each group your rows are sorted by B, "
+        f"and published rows stand in their printed order. {INTERVALS_ELSEWHERE}",
     )
     return Table(
         "prompt_sensitivity", "Prompt sensitivity: neutral-report variant, W/B in %", columns, tuple(rows), notes
@@ -145,7 +145,9 @@ def repeat_rates(study: Study) -> Table:
             if known:
                 cells |= {"low": min(known), "high": max(known), "half_range": (max(known) - min(known)) / 2}
             rows.append(run_row(study.entry(one.run), cells))
-    notes = ("Wilson intervals, with the effective number of plays of an episode.",)
+    notes = (
+        "Wilson intervals, for the number of independent plays that would give as much information as repeated ones.",
+    )
     return Table("repeat_rates", "Repeated runs: rates over all repeats", columns, tuple(rows), notes)
 
 

@@ -47,9 +47,9 @@ def _held(rows: pd.DataFrame) -> np.ndarray:
 _EVENTS: dict[str, tuple[str, _Mask]] = {
     "W": ("W: the goal held at the end", _held),
     "ended": ("the agent ended the episode", _ended),
-    "both": ("it did, and the goal held", lambda rows: _ended(rows) & _held(rows)),
-    "unfinished": ("it did, and the goal did not hold", lambda rows: _ended(rows) & ~_held(rows)),
-    "late": ("it did not, and the goal held", lambda rows: ~_ended(rows) & _held(rows)),
+    "both": ("the agent ended it, and the goal held", lambda rows: _ended(rows) & _held(rows)),
+    "unfinished": ("the agent ended it, and the goal did not hold", lambda rows: _ended(rows) & ~_held(rows)),
+    "late": ("the agent did not end it, and the goal held", lambda rows: ~_ended(rows) & _held(rows)),
 }
 """Key of an event that can happen with and without reports -> its name, and a function that marks the rows in which it
 happened."""
@@ -80,8 +80,8 @@ def stop_shifts(study: Study) -> Table:
         "A profile without reports has no B, FR or NR: the agent says nothing that could be true or false. So they are "
         f"dashes in all tables. {INTERVAL_NOTE} {P_NOTE}",
         DISAGREEMENT_NOTE,
-        "The goal held and the agent ended the episode: what a protocol would score that only asks for a stop. Table "
-        "`stop_only` computes it from runs with reports alone.",
+        "The agent ended it, and the goal held: a protocol that only asks for a stop would score this share. The table "
+        "`stop_only` computes this share from runs with reports alone.",
     )
     return Table("stop_shifts", "Stop only: what changes without a report", columns, tuple(rows), notes)
 
