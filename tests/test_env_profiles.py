@@ -65,7 +65,7 @@ def test_a_row_that_marks_another_step_as_unconfirmed_contradicts_the_protocol()
     record, _ = play(env_of("baseline"), WALK, DONE)
     walk, report = record.steps
     marked = record.model_copy(update={"steps": (walk.model_copy(update={"is_unconfirmed": True}), report)})
-    assert "marked as a report to confirm" in " ".join(protocol_violations(TASK, marked))
+    assert "marked as a report to be confirmed" in " ".join(protocol_violations(TASK, marked))
     open_end = record.model_copy(update={"steps": (walk, report.model_copy(update={"is_unconfirmed": True}))})
     assert "its last action is not a report" in " ".join(protocol_violations(TASK, open_end))
 
@@ -152,4 +152,4 @@ def test_a_row_whose_end_does_not_fit_its_profile_contradicts_the_protocol() -> 
     late = record.model_copy(update={"end": "fail_no_report"})
     assert "a stop ended it" in " ".join(protocol_violations(TASK, late))
     other = record.model_copy(update={"has_report": True})
-    assert "its profile has none" in " ".join(protocol_violations(TASK, other))
+    assert "its profile has no stops" in " ".join(protocol_violations(TASK, other))

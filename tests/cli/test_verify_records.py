@@ -39,7 +39,7 @@ def test_records_are_checked_without_a_simulator(vigil: Vigil, run: Path, monkey
     assert (
         "2 records checked (identities, prompts, budgets, ends; replies were parsed again): 0 differences"
     ) in said.out
-    assert "Not checked, because it needs the simulator (fake/1): poses, states" in said.out
+    assert "Not checked, because this needs the simulator (fake/1): poses, states" in said.out
 
 
 def test_an_action_that_its_reply_does_not_say_is_a_difference(vigil: Vigil, run: Path) -> None:

@@ -68,7 +68,7 @@ def test_published_plays_are_a_run_with_its_pack(name: str) -> None:
     if name not in OLD_UNCOUNTED:
         assert counts_of(run) == {**OLD, **OLD_LISTS}[name]
     assert any("shapes 4 (here" in note for note in run.notes) == (run.header.spec.versions.shapes == 4)
-    assert any("has another text of" in note for note in run.notes) == (name in OLD_LISTS)
+    assert any("has another text for" in note for note in run.notes) == (name in OLD_LISTS)
     found = verify_run(PLAYS / name, VerifySettings(records_only=True))
     assert found.left_out == 0
     assert [(fault.episode_id, fault.step, fault.fact) for fault in found.differences] == REWORDED.get(name, [])

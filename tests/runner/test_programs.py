@@ -217,8 +217,8 @@ def test_tables_say_which_programs_could_remember_or_take_the_time(pack: Path, t
     label, model, notes = shown["kept"]
     assert label.endswith(" (program kept)")
     assert model.endswith(" (program kept)")
-    assert "could remember the other side of a pair" in notes
-    assert "time could reveal whether an act was carried out" in notes
+    assert "could remember the other twin of a pair" in notes
+    assert "time could reveal whether an action was carried out" in notes
 
 
 def test_the_first_error_is_said_at_once_with_the_programs_last_words(pack: Path, tmp_path: Path) -> None:

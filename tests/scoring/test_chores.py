@@ -255,8 +255,8 @@ def test_an_answer_that_does_not_fit_its_chore_is_refused(place: int, answer: Ch
     [
         ({"kind": "impossible"}, "must have a reason"),
         ({"kind": "plain", "reason": "locked", "accepted": ("fail", "invalid")}, "must have a reason"),
-        ({"kind": "order"}, "must list the related chores"),
-        ({"kind": "plain", "with_chores": (2,)}, "must list the related chores"),
+        ({"kind": "order"}, "must list related chores"),
+        ({"kind": "plain", "with_chores": (2,)}, "must list related chores"),
         ({"kind": "look_alike"}, "distractor"),
         ({"kind": "sweep"}, "kind"),
     ],

@@ -118,7 +118,7 @@ def test_more_houses_are_drawn_until_the_pack_is_complete(made: Path, tmp_path: 
     short = vigil(*make, out, "--max-houses", "1")
     assert isinstance(short.exception, TooFewDrafts)
     assert [(each.group, each.asked) for each in short.exception.missing] == [("PG", 4)]
-    assert "larger --max-houses; or freeze what they hold" in str(short.exception)
+    assert "larger --max-houses; or freeze a smaller pack from these drafts" in str(short.exception)
     assert not out.exists()
     done = vigil(*make, out)
     assert done.exit_code == 0, done.output
