@@ -55,7 +55,8 @@ PROTOCOL_VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class ProgramSettings:
-    """Settings of the program of an `exec:` agent."""
+    """Settings of the program of an `exec:` agent: its time limits, what it must not see, and what is removed from its
+    output."""
 
     reply_seconds: float = REPLY_SECONDS
     """Time limit of one reply, in seconds."""
@@ -68,7 +69,8 @@ class ProgramSettings:
 
 
 class ExecAgent:
-    """An agent that is a running program."""
+    """An agent that is a separate program (`exec:COMMAND`). VIGIL starts the program, and exchanges lines of JSON with
+    it."""
 
     def __init__(
         self,

@@ -24,7 +24,7 @@ PNG_LEVEL = 1
 
 @dataclass(frozen=True)
 class EncodedFrame:
-    """A frame as an image file."""
+    """The bytes of an image file with a frame, and the file's format."""
 
     data: bytes
     format: ImageFormat

@@ -28,7 +28,7 @@ class ShowProgress(Protocol):
 
 
 class _PlainProgress:
-    """Latest progress, shown as plain lines."""
+    """Latest progress of long work, which is printed as plain lines."""
 
     def __init__(self, label: str) -> None:
         self._label = label

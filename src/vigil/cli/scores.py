@@ -78,7 +78,7 @@ def score(
 
 @dataclass(frozen=True, slots=True)
 class _ScoredRun:
-    """A run with its verdicts."""
+    """A run with the verdicts on its episodes, its name in tables, and notes about it."""
 
     path: Path
     name: str

@@ -87,7 +87,7 @@ class Manifest(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class PackFiles:
-    """A pack's folder with its manifest."""
+    """A pack's folder with its manifest. Every file is checked against its hash in the manifest when it is read."""
 
     folder: Path
     manifest: Manifest

@@ -110,7 +110,7 @@ class Ceiling(_Node):
 
 
 class Room(_Node):
-    """A room: its floor polygon and material."""
+    """A room: its type, floor polygon, floor material and ceilings."""
 
     id: str
     room_type: str = ""
@@ -223,7 +223,7 @@ class HouseDocument(_Node):
 
 
 class House:
-    """A house document with its name and hash."""
+    """A house document with its name and hash. Unknown keys are preserved."""
 
     def __init__(self, name: str, data: dict[str, Any]) -> None:
         """`data` is the JSON document. Raises HouseError."""

@@ -65,7 +65,7 @@ class ReplyFault(Exception):
 
 @dataclass(frozen=True, slots=True)
 class _Form(Generic[_Read]):
-    """The form of an answer: one JSON object."""
+    """The form of an answer, which is one JSON object: its required keys, and how its fields are read."""
 
     keys: tuple[str, ...]
     """Required keys of the object."""
@@ -85,7 +85,7 @@ class _Grammar:
 
 @dataclass(frozen=True, slots=True)
 class ReadReply:
-    """A reply, separated into its parts."""
+    """A reply after reading: the answer without the reasoning before it, and the action that the answer states."""
 
     answer: str
     """Text of the reply without the reasoning before it."""

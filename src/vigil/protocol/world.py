@@ -102,7 +102,8 @@ class WorldState(_Fact):
 
 
 class Effect(_Fact):
-    """The effect of one action in the simulator."""
+    """The effect of one action in the simulator: what was hit, how far the agent moved, and what changed or was
+    refused."""
 
     hit: str | None = None
     """Id of the object under the clicked pixel; None if there is no object."""
@@ -149,7 +150,7 @@ class ObjectSetup(_Fact):
 
 
 class Setup(_Fact):
-    """Changes to a house before an episode starts."""
+    """Changes to a house before an episode starts: changed objects, and the object in the hand."""
 
     objects: dict[str, ObjectSetup] = Field(default_factory=dict)
     held: str | None = None

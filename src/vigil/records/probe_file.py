@@ -25,7 +25,7 @@ _ADVICE = "Restore the file from a copy, or remove it: the episodes' records do 
 
 
 class ProbeKey(NamedTuple):
-    """What identifies a probe within a run."""
+    """What identifies a probe within a run: the attempt at an episode, the step, and the framing of the question."""
 
     episode_id: str
     epoch: int

@@ -90,7 +90,7 @@ class ForkPoint(_Record):
 
 
 class EpisodeRecord(_Record):
-    """One attempt at one episode."""
+    """What happened in one attempt at one episode, step by step, and how it ended."""
 
     schema_version: int = SCHEMA_VERSION
     versions: Versions = Versions()

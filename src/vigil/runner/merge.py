@@ -46,7 +46,7 @@ _PLAYER_FACTS = ("agent_files", "answering models")
 
 @dataclass(frozen=True, slots=True)
 class _ShardRun:
-    """One shard, with its rows as they were read."""
+    """One shard to be joined: its run, its rows as lines of its file, and its number of missing plays."""
 
     run: SavedRun
     shard: Shard

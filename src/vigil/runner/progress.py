@@ -20,7 +20,7 @@ from vigil.scoring.outcomes import Outcome, score
 
 @dataclass(frozen=True, slots=True)
 class RunProgress:
-    """State of a run while it is played."""
+    """State of a run while it is played: counts, rates so far, time left and cost."""
 
     total: int
     """Number of planned plays: episodes times epochs."""
@@ -69,7 +69,7 @@ WARNING_OUT_OF_FRAME_SHARE = 0.2
 
 
 class ProgressCounter:
-    """Counter of finished episodes that reports progress."""
+    """Counter of finished episodes, which reports the run's progress after each."""
 
     def __init__(
         self,

@@ -81,7 +81,7 @@ class RunResult:
 
 @dataclass(frozen=True, slots=True)
 class _RunSession:
-    """State of one session of a run."""
+    """State of one session of a run: its plan, folder, progress and probes."""
 
     plan: RunPlan
     folder: RunFolder

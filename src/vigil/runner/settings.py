@@ -298,7 +298,7 @@ class RunSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerifySettings:
-    """Settings for verifying a run."""
+    """Settings of `vigil verify`, which verifies a run."""
 
     frames: Annotated[
         bool,
@@ -338,7 +338,7 @@ class VerifySettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MergeSettings:
-    """Settings for joining shards."""
+    """Settings of `vigil merge`, which joins shards."""
 
     partial: Annotated[
         bool,

@@ -28,7 +28,7 @@ SAME_HOST = ("machine", "python", "numpy", "processor")
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """Result of verifying a run."""
+    """Result of verifying a run: what was checked, and which recorded facts differ."""
 
     header: RunHeader
     checked: int

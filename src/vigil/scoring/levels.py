@@ -63,7 +63,7 @@ class LevelMeasures(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class LevelCost:
-    """The contribution of one figure to the index."""
+    """The contribution of one figure to the index of difficulty, as a formula for readers and as a function."""
 
     formula: str
     """Formula of the contribution, as text for readers."""

@@ -162,7 +162,7 @@ class RecordTable:
 
 @dataclass(frozen=True, slots=True)
 class SavedRun:
-    """A run that was saved in a folder."""
+    """A run that was saved in a folder: its header, its rows, and the folder of its pack."""
 
     folder: Path
     header: RunHeader

@@ -28,7 +28,7 @@ PARTS_FOLDER = "parts"
 
 @dataclass(frozen=True, slots=True)
 class PlannedRun:
-    """One run that a study's file asks for."""
+    """One run that a study's file asks for, with its settings, label and folders."""
 
     settings: RunSettings
     """Settings of the whole run, without `shard`; `log_dir` is the run's folder."""

@@ -13,7 +13,7 @@ from vigil.studies.planned_runs import PlannedRun
 
 @dataclass(frozen=True, slots=True)
 class RunState:
-    """How much of a run was played."""
+    """How much of a run was played: numbers of scored and planned plays, errors, and parts that are not joined."""
 
     scored: int
     errors: int

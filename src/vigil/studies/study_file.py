@@ -28,7 +28,7 @@ class _Part(BaseModel):
 
 
 class StudyModel(_Part):
-    """A model or scripted agent of a study."""
+    """A model or scripted agent of a study, with its conditions, repeats and place in tables."""
 
     name: ShownName
     """Name that tables and figures show."""
@@ -54,7 +54,7 @@ class StudyModel(_Part):
 
 
 class StudyFile(_Part):
-    """The content of a study's file."""
+    """The content of a study's file: models, conditions, and settings of the runs."""
 
     name: Name
     folder: Path | None = None

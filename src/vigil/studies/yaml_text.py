@@ -30,7 +30,7 @@ _Loader.add_implicit_resolver("tag:yaml.org,2002:bool", re.compile("(?:true|fals
 
 @dataclass(frozen=True)
 class YamlText:
-    """A parsed YAML file."""
+    """The values in a YAML file, with the line of every key and item."""
 
     path: Path
     value: Any

@@ -29,7 +29,7 @@ their success on the others."""
 
 @dataclass(frozen=True, slots=True)
 class Correlation:
-    """Rank correlation of two columns over episodes."""
+    """Rank correlation of two columns over episodes: its value, its interval, and the number of episodes."""
 
     value: float
     """Spearman's correlation; NaN if it cannot be estimated."""

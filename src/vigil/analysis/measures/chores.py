@@ -271,7 +271,8 @@ def by_steps_since_done(run: ChoresRun) -> dict[str, Mean]:
 
 
 def _split(run: ChoresRun, parts: Mapping[str, Callable[[ListOutcome, ChoreOutcome], bool]]) -> dict[str, Mean]:
-    """Return {name of a part: T of its chores}. Parts without chores are left out; empty if the run has no claims."""
+    """Return T for each part of the run's chores, by the name of the part. `parts` maps this name to a function that
+    says whether a chore belongs to the part. Parts without chores are left out; empty if the run has no claims."""
     found = {
         name: mean_over(
             run.outcomes, lambda each, is_in=is_in: [(c.is_true, 1.0) for c in each.chores if is_in(each, c)]

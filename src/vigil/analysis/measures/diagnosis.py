@@ -75,7 +75,7 @@ ENDING_ADVICE: Mapping[str, str] = {
 
 @dataclass(frozen=True, slots=True)
 class FailureCauses:
-    """Counts that may explain the rates of one run."""
+    """Counts that may explain the rates of one run: how its episodes ended, and why its replies were invalid."""
 
     episodes: int
     replies: int

@@ -25,7 +25,7 @@ MIN_EPISODES = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SuccessTable:
-    """Successes and plays of each agent on each episode."""
+    """Number of successes and of plays of each agent on each episode."""
 
     agents: tuple[str, ...]
     episodes: tuple[str, ...]
@@ -37,7 +37,7 @@ class SuccessTable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """The fitted model, in logits."""
+    """The fitted difficulties and abilities, in logits, with their standard errors."""
 
     plays: SuccessTable
     difficulty: np.ndarray

@@ -10,7 +10,7 @@ StudyPanel = Literal["main", "extended", "supplementary"]
 
 @dataclass(frozen=True, slots=True)
 class RunLabel:
-    """What a study says of one run."""
+    """What a study's file says of one run: its name in tables, its role, and the group and panel of its row."""
 
     model: str
     """Name of the model in tables and figures."""

@@ -70,8 +70,8 @@ class Pair:
         return name == "W" or all(run.header.spec.profile.row.has_report for run in (self.base, self.other))
 
     def p(self, name: str) -> float | None:
-        """Return McNemar's exact p of W, B or a label over the shared episodes; None if there are no shared episodes,
-        or if a run does not define `name`."""
+        """Return the p-value of McNemar's exact test of W, B or a label over the shared episodes; None if there are no
+        shared episodes, or if a run does not define `name`."""
         base, other = self.tables()
         if not len(base) or not self.defines(name):
             return None
@@ -100,7 +100,7 @@ class Repeats:
 
 @dataclass(frozen=True)
 class Pairing:
-    """All pairs and repeats found among some runs."""
+    """All pairs and repeats found among some runs, by kind, and the reasons why other runs are not paired."""
 
     feedback: tuple[Pair, ...]
     profile: tuple[Pair, ...]

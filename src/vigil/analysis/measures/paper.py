@@ -23,7 +23,7 @@ NR_NOTE = (
 
 @dataclass(frozen=True, slots=True)
 class PublishedModel:
-    """One of the 28 models that the paper evaluates."""
+    """One of the 28 models that the paper evaluates, with its group and panel."""
 
     name: str
     group: str

@@ -33,7 +33,7 @@ and runs with similar W, are compared."""
 
 @dataclass(frozen=True)
 class RunEntry:
-    """One run with its measures."""
+    """A run with its measures, overall and by family, and its role in the study."""
 
     run: Run
     overall: RunMetrics
@@ -100,7 +100,8 @@ class RunEntry:
 
 @dataclass(frozen=True)
 class Study:
-    """The data of a report's tables and figures."""
+    """The data of a report's tables and figures: runs with their measures, pairs and comparisons of runs, and published
+    rows."""
 
     entries: tuple[RunEntry, ...]
     """The runs with their measures, sorted by name."""

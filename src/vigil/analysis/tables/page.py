@@ -47,7 +47,7 @@ class PageFigure:
 
 @dataclass(frozen=True, slots=True)
 class PageNotes:
-    """The sentences that stand above the figures."""
+    """The sentences that stand above a report's figures: warnings, causes of failures, and limits of the numbers."""
 
     warnings: Sequence[str]
     causes_heading: str
@@ -58,7 +58,7 @@ class PageNotes:
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """The content of the report's page."""
+    """The content of a report's page: its summary, legend, notes, pictures and sections of tables."""
 
     summary: str
     legend: str

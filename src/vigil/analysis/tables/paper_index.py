@@ -12,7 +12,7 @@ ABSENT = "not in this report"
 
 @dataclass(frozen=True, slots=True)
 class PaperPart:
-    """One table or figure of the paper."""
+    """One table or figure of the paper: where it is in a report, and which runs it needs."""
 
     label: str
     """Label in the paper's LaTeX."""

@@ -45,7 +45,7 @@ _UPPER = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
 
 @dataclass(frozen=True, slots=True)
 class PaperColumn:
-    """One column of a table in a paper."""
+    """One column of a table in a paper: its key, and its headings."""
 
     key: str
     heading: str

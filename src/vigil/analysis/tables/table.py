@@ -47,7 +47,7 @@ class TableRow:
 
 @dataclass(frozen=True)
 class Table:
-    """One table of a report."""
+    """A table of a report: its name, title, columns, rows and notes."""
 
     name: str
     title: str

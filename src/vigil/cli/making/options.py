@@ -40,7 +40,7 @@ OutFolder = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class Common:
-    """Options of every verb that makes drafts or packs."""
+    """Options of every verb that makes drafts or packs, such as families, seed and simulator."""
 
     families: Families = ()
     suite: Annotated[
@@ -196,7 +196,7 @@ class Content(Common):
 
 @dataclass(frozen=True, kw_only=True)
 class Drafting:
-    """Options that determine how drafts are made."""
+    """Options that determine how drafts are made: in which houses, from which starts, and in which sentence forms."""
 
     rooms: Annotated[
         str,

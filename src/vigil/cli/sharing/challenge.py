@@ -33,7 +33,7 @@ ChallengeFile = Annotated[Path, typer.Argument(metavar="CHALLENGE", help="File o
 
 
 class Challenge(BaseModel):
-    """The content of a challenge's file."""
+    """The content of a challenge's file: how the pack is made, the hashes of seed and pack, and the deadline."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -10,7 +10,8 @@ Relationship = Literal["first_party", "third_party", "collaborative", "other"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Publisher:
-    """Who publishes the results, and how."""
+    """Options about the publication of results: the organization, its relationship to the model's developer, and the
+    developer."""
 
     organization: Annotated[
         str, Setting("Organization that ran the evaluation, stated in the results of --format every-eval-ever.")

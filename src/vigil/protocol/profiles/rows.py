@@ -44,7 +44,7 @@ EVERYTHING = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class ProfileRow:
-    """What distinguishes a profile from the baseline."""
+    """What distinguishes a profile from the baseline: what it shows an agent, and what it asks of the agent."""
 
     short: str
     """Short name of the profile, for the command line."""

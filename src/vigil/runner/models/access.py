@@ -34,7 +34,7 @@ _ACCOUNTS = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class ModelAccess:
-    """Arguments for Inspect's `get_model`."""
+    """How a model is reached: the arguments for Inspect's `get_model`, with address and key."""
 
     name: str
     base_url: str | None = field(default=None, repr=False)
@@ -107,7 +107,7 @@ class ModelAccess:
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """A model and how it is called."""
+    """A model with the settings of its calls: sampling settings, time limits, retries, and number of connections."""
 
     access: ModelAccess
     sampling: dict[str, Any] = field(default_factory=dict[str, Any])

@@ -311,7 +311,7 @@ If the service is not in the table, its variables are named after it, e.g. SERVI
 
 @dataclass(frozen=True, slots=True)
 class ModelName:
-    """The parts of a model's name."""
+    """A model's name, separated into the provider and the name that is sent to the server."""
 
     prefix: str
     """Provider, or provider and service; empty when the name does not have a provider."""

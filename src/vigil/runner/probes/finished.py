@@ -29,7 +29,7 @@ from vigil.scoring.saved_run import SavedRun, read_run
 
 @dataclass(frozen=True, slots=True)
 class FinishedProbing:
-    """The probes that a finished run still lacks."""
+    """The probes that a finished run still lacks, and what is needed to ask them."""
 
     run: SavedRun
     pack: Pack

@@ -83,7 +83,7 @@ class FrameMemory:
 
 @dataclass(slots=True)
 class Prober:
-    """Asks probes and writes their records."""
+    """Asks the probes of finished episodes, and writes the answers to the run's file of probes."""
 
     plan: ProbePlan
     profile: Profile

@@ -102,7 +102,7 @@ class EncodedObservation:
 
 @dataclass(frozen=True, slots=True)
 class SimulatorFacts:
-    """Facts about a backend, for the run header."""
+    """Facts about a backend for the run header: the name and version of the simulator, and the renderer."""
 
     simulator: str
     renderer: str
@@ -138,7 +138,7 @@ class EpisodeMoment:
 
 @dataclass(frozen=True, slots=True)
 class WalkResult:
-    """Pose, effect and frame after one action."""
+    """Pose of the agent, effect and frame after one action."""
 
     pose: Pose
     effect: Effect
