@@ -336,7 +336,7 @@ def test_budgets_are_those_of_the_suite():
     assert invalid_limit(45) == 13
     assert "40 to 240" in protocol_faults(a_list(max_steps=39, max_invalid=11), "chores")[0]
     assert "40 to 240" in protocol_faults(a_list(max_steps=241, max_invalid=72), "chores")[0]
-    assert "(12)" in protocol_faults(a_list(max_invalid=13), "chores")[0]
+    assert "these steps, 12 invalid" in protocol_faults(a_list(max_invalid=13), "chores")[0]
     assert "only in packs of a suite" in protocol_faults(a_list())[0]
 
 

@@ -31,17 +31,17 @@ class EncodedFrame:
 
     @property
     def media_type(self) -> str:
-        """MIME type of the file."""
+        """MIME type of the frame's image file."""
         return f"image/{self.format}"
 
     @cached_property
     def base64(self) -> str:
-        """The file in base64."""
+        """The image file as a text in base64."""
         return base64.b64encode(self.data).decode("ascii")
 
     @property
     def data_uri(self) -> str:
-        """The file as a `data:` URI."""
+        """The image file as a `data:` URI."""
         return f"data:{self.media_type};base64,{self.base64}"
 
 

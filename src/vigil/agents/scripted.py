@@ -98,7 +98,7 @@ class StoppingAgent:
         self._agent = agent
 
     def start(self, instruction: str) -> None:
-        """Begin an episode."""
+        """Begin an episode with this instruction, and forget any earlier episode."""
         self._agent.start(instruction)
 
     def act(self, observation: Observation) -> Reply:

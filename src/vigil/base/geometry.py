@@ -33,7 +33,7 @@ class Pose(BaseModel):
 
     @property
     def eye(self) -> Vec3:
-        """The camera's position."""
+        """Position of the agent's camera."""
         x, y, z = self.position
         return Vec3(x, y + EYE_HEIGHT_M, z)
 
@@ -49,12 +49,12 @@ class Box(BaseModel):
 
     @property
     def bottom(self) -> float:
-        """Height (m) of the lowest face."""
+        """Height (m) of the lowest face of the box."""
         return self.center.y - self.size.y / 2
 
     @property
     def top(self) -> float:
-        """Height (m) of the highest face."""
+        """Height (m) of the highest face of the box."""
         return self.center.y + self.size.y / 2
 
     def corners(self) -> list[Vec3]:

@@ -222,7 +222,7 @@ class AppendFile:
         self._file.close()
 
     def fileno(self) -> int:
-        """Return the file descriptor."""
+        """Return the file descriptor of the open file."""
         return self._file.fileno()
 
     def __enter__(self) -> Self:

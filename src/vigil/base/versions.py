@@ -48,7 +48,7 @@ class PackVersions(BaseModel):
 
     @classmethod
     def current(cls) -> Self:
-        """Return the versions of this package."""
+        """Return the versions of the rules and shapes in this package."""
         return cls.model_validate({name: number for name, number in _CURRENT.items() if name in cls.model_fields})
 
     def differences(self) -> list[str]:

@@ -298,5 +298,5 @@ class Reply(_Action):
 
     @property
     def raw(self) -> bytes:
-        """Original bytes of the text."""
+        """Original bytes of the reply's text."""
         return self.text.encode() if self.raw_base64 is None else base64.b64decode(self.raw_base64)

@@ -53,7 +53,7 @@ class _Goal(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     object_id: str
-    """Id of the target."""
+    """Id of the target: the object that the goal is about."""
     constraint: Constraint | None = None
     """Constraint that must be resolved in addition to the goal; only in CR."""
     chain: tuple["ChainLink", ...] = ()

@@ -59,7 +59,7 @@ class Point(_Values):
 
     @property
     def vec(self) -> Vec3:
-        """The point as a tuple."""
+        """The point as a tuple (x, y, z)."""
         return Vec3(self.x, self.y, self.z)
 
 

@@ -68,7 +68,7 @@ class _Form(Generic[_Read]):
     """The form of an answer, which is one JSON object: its required keys, and how its fields are read."""
 
     keys: tuple[str, ...]
-    """Required keys of the object."""
+    """Keys that the object must have."""
     build: Callable[[dict[str, Any]], _Read]
     """Function that reads the object's fields. Raises ReplyFault."""
 

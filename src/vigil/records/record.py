@@ -143,7 +143,7 @@ class EpisodeRecord(_Record):
 
     @property
     def tokens(self) -> Tokens:
-        """Tokens of the agent's own replies."""
+        """Tokens of the agent's own replies, without those of replies that repeat another play."""
         replies = [step.reply for step in self.steps[self.replayed_steps :]]
         return Tokens.of(reply.usage for reply in [*([self.criteria] if self.criteria else []), *replies])
 
@@ -161,7 +161,7 @@ class Shard(_Record):
     index: int = Field(ge=1)
     """Number of the shard, counted from 1."""
     of: int = Field(ge=1)
-    """Total number of shards."""
+    """Number of shards into which the run is divided."""
 
     @model_validator(mode="after")
     def _is_within_count(self) -> "Shard":

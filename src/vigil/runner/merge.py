@@ -211,7 +211,7 @@ def _sessions(part: _ShardRun, before: int) -> Iterator[Resumption]:
 
 
 def _write(out: Path, header: RunHeader, parts: Sequence[_ShardRun]) -> None:
-    """Write the joined run atomically. Raises RecordError."""
+    """Write the joined run to the folder `out` atomically. Raises RecordError."""
     try:
         out.absolute().parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.absolute().parent) as beside:

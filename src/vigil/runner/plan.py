@@ -46,7 +46,7 @@ class Execution:
     """Settings of a run that are not part of its identity. `RunSettings` explains fields of the same name."""
 
     folder: Path
-    """Folder of the run."""
+    """Folder in which the run is recorded."""
     input_paths: Mapping[str, str]
     """Paths of the run's inputs, for its header."""
     timeout_s: float

@@ -179,7 +179,7 @@ class ProgressCounter:
         )
 
     def _count_replies(self, record: EpisodeRecord) -> None:
-        """Count replies, for the warnings about them."""
+        """Count the replies, invalid replies and clicks of an episode, for the warnings about them."""
         out_of_frame = sum(
             step.invalid is not None and looks_like_other_coordinates(step.invalid) for step in record.steps
         )

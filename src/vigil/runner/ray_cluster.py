@@ -175,7 +175,7 @@ def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
 
 
 def _with_absolute_paths(plan: WorkerPlan) -> WorkerPlan:
-    """Return the plan with absolute paths."""
+    """Return the plan, with its paths made absolute."""
     return replace(
         plan,
         pack=plan.pack and _portable_path(plan.pack),
@@ -190,7 +190,7 @@ def _portable_path(pack: Path) -> Path:
 
 
 def _code_sha256() -> str:
-    """Return the hash of the package's code."""
+    """Return a hash of all Python files of the package. It must be equal on all nodes."""
     root = Path(vigil.__file__).parent
     digest = hashlib.sha256()
     for file in sorted(root.rglob("*.py")):

@@ -273,7 +273,7 @@ class RunSettings:
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
-        """Check the values against their declarations."""
+        """Raise SettingError if a value is out of bounds or contradicts another value."""
         check_settings(self)
         if self.ray_address is not None and self.executor != "ray":
             raise SettingError("--ray-address needs --executor ray: give both, or neither.")
@@ -327,7 +327,7 @@ class VerifySettings:
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
-        """Check the values against their declarations and against each other."""
+        """Raise SettingError if a value is out of bounds or contradicts another value."""
         check_settings(self)
         if self.records_only and self.frames:
             raise SettingError(
@@ -376,5 +376,5 @@ class FinishedProbeSettings:
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
-        """Check the values against their declarations."""
+        """Raise SettingError if a value is out of bounds."""
         check_settings(self)

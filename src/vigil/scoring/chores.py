@@ -78,7 +78,7 @@ class ChoreOutcome:
 
     @property
     def is_true(self) -> bool:
-        """Whether the claim is true."""
+        """Whether the claim about the chore is true."""
         if self.is_concession:
             return not self.W
         return self.raw_claim is None and self.claim == self.expected and (self.W or self.query is not None)
@@ -129,7 +129,7 @@ class ListOutcome:
 
     @cached_property
     def possible(self) -> tuple[ChoreOutcome, ...]:
-        """Chores that can be met."""
+        """Chores of the list that can be met."""
         return tuple(chore for chore in self.chores if chore.answer.is_possible)
 
     @property

@@ -148,7 +148,7 @@ class ClosureAnswer(_Fact):
 
     @property
     def is_impossible(self) -> bool:
-        """Whether the goal cannot be reached."""
+        """Whether the goal of the episode cannot be reached."""
         return self.side == "impossible"
 
 

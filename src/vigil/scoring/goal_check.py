@@ -70,12 +70,12 @@ class GoalCheck:
 
     @property
     def progress(self) -> float | None:
-        """Progress at the end."""
+        """Progress towards the goal at the end."""
         return self.rows[-1].progress
 
     @property
     def max_progress(self) -> float | None:
-        """The highest progress at any moment."""
+        """Highest progress towards the goal at any moment."""
         return max((row.progress for row in self.rows if row.progress is not None), default=None)
 
     @property

@@ -60,7 +60,7 @@ class Outcome:
     target_size: TargetSize | None
     goal_kind: str
     target: str | None
-    """Category of the target."""
+    """Category of the episode's target."""
     distance_m: float | None
     """Floor-plane distance (m) from the start to the target's box."""
     end: End

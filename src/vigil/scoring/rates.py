@@ -87,7 +87,7 @@ class Counts:
 
     @property
     def has_reports(self) -> bool:
-        """Whether the agent could report."""
+        """Whether the agent could report in these episodes."""
         return self.n == 0 or self.counts.get("judged", self.n) > 0
 
     def rate(self, name: str) -> Rate:
@@ -215,7 +215,7 @@ def broken_identities(columns: Columns) -> list[str]:
 
 
 def mean(values: Sequence[float]) -> float | None:
-    """Return the mean; None without values."""
+    """Return the mean of `values`; None without values."""
     return sum(values) / len(values) if values else None
 
 

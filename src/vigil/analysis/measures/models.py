@@ -47,7 +47,7 @@ class ModelInfo:
 
     @property
     def checkpoint(self) -> str:
-        """The name without the serving mode."""
+        """The model's name without its serving mode (thinking or instruct)."""
         return checkpoint_of(self.name)
 
 

@@ -114,7 +114,7 @@ class Study:
 
     @property
     def runs(self) -> list[Run]:
-        """The runs, sorted by name."""
+        """The runs of the study, sorted by name."""
         return [entry.run for entry in self.entries]
 
     def main_runs(self) -> list[RunEntry]:

@@ -52,7 +52,7 @@ def episode_distribution(study: Study) -> Table:
 
 
 def family_specs(study: Study) -> Table:
-    """Return the families' budgets and expected skills."""
+    """Return a table of each family's budgets and expected skills."""
     del study
     columns = (
         *texts(

@@ -31,7 +31,7 @@ Measured = str | tuple[str, str]
 
 
 def shown_name(name: str) -> str:
-    """Return a rate's heading with its unit."""
+    """Return the heading of a rate's column, with the unit."""
     return "Δ (pp)" if name == "Delta" else f"{name} %"
 
 

@@ -245,7 +245,7 @@ def _no_actions(rows: pd.DataFrame) -> str:
 
 
 def runs(study: Study) -> Table:
-    """Return a table of each run's settings."""
+    """Return a table of the settings of each run."""
     columns = (
         RUN,
         *texts(

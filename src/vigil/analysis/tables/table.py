@@ -56,7 +56,7 @@ class Table:
     notes: tuple[str, ...] = ()
 
     def cell(self, row: TableRow, column: Column) -> str:
-        """Return the text of a cell."""
+        """Return the text that the table shows in this row and column."""
         return formatted(row.cells.get(column.key), column.kind)
 
     def flat_columns(self) -> list[tuple[str, Column, int | None]]:

@@ -27,7 +27,7 @@ class WorkerGroup:
         self._end = weakref.finalize(self, end_workers, self._workers)
 
     def pids(self) -> list[int]:
-        """Return the ids of the running processes."""
+        """Return the ids of the worker processes that are running."""
         return [pid for worker in self._workers if (pid := worker.pid) is not None]
 
     def submit(self, function: Callable[..., _Result], *arguments: Any) -> "Future[_Result]":

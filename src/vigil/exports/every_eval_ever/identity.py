@@ -86,7 +86,7 @@ def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
 
 
 def model_info(header: RunHeader, identity: Identity) -> dict[str, Any]:
-    """Return the schema's description of the model."""
+    """Return the description of a run's model, in the fields of the schema."""
     provider, deployment = identity.served_name.provider, _deployment(header, identity.served_name)
     info: dict[str, Any] = {"name": header.spec.agent, "id": identity.id, "developer": identity.developer}
     if deployment == "externally_managed":

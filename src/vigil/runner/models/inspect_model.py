@@ -130,10 +130,10 @@ class _EventSink:
     """Sink that drops Inspect's model events, because they would keep every frame in memory."""
 
     def on_pending(self, event: ModelEvent) -> None:
-        """Do nothing."""
+        """Drop the event of a request that begins."""
 
     def on_complete(self, event: ModelEvent) -> None:
-        """Do nothing."""
+        """Drop the event of a request that has ended."""
 
 
 def sender(

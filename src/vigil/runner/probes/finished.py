@@ -35,13 +35,13 @@ class FinishedProbing:
     pack: Pack
     plan: ProbePlan
     plays: tuple[Play, ...]
-    """Plays that lack probes."""
+    """Plays of the run that lack probes."""
     table: ProbeTable
     """Probes that were asked before this command."""
 
     @property
     def probes(self) -> int:
-        """Number of probes to ask."""
+        """Number of probes that remain to be asked."""
         return sum(len(each) for play in self.plays for each in self.plan.missing(self.table, *play).values())
 
     def input_tokens(self) -> tuple[int, int]:

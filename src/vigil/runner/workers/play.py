@@ -28,7 +28,7 @@ class Before:
     """What is carried out before the agent's first reply in this process."""
 
     fork: Fork | None = None
-    """Play that the episode continues."""
+    """Recorded play that the episode continues; None if the episode begins at its start."""
     earlier: Sequence[Reply] | None = None
     """The agent's replies from a process that was lost; None if the agent has not begun."""
 

@@ -94,7 +94,7 @@ class SimulatorPool:
         self.close()
 
     def close(self) -> None:
-        """End all workers."""
+        """End all workers of the pool."""
         for worker in self.workers:
             worker.close()
         for worker in self.workers:
