@@ -226,7 +226,7 @@ class House:
     """A house document with its name and hash. Unknown keys are preserved."""
 
     def __init__(self, name: str, data: dict[str, Any]) -> None:
-        """`data` is the JSON document. Raises HouseError."""
+        """`data` is the house document, as parsed from JSON. Raises HouseError if the document is not valid."""
         self.name = name
         self.data = data
         older = find_outdated_part(data)

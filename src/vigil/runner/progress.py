@@ -45,7 +45,8 @@ class RunProgress:
     retry_reason: str | None = None
     """Latest failure since the last finished episode that led to a retry; None if there was none."""
     T: float | None = None
-    """Mean share of the chores of a list whose claim is true; None without lists, claims or finished plays."""
+    """Mean, over the finished lists, of the share of a list's chores whose claim is true; None without lists, claims or
+    finished plays."""
     warning: str | None = None
     """Warning for the user, or None.
 

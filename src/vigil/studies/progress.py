@@ -80,7 +80,7 @@ def estimate_rest(run: PlannedRun, plan: RunPlan, call_seconds: float) -> RunEst
 
 
 def _unplayed(run: PlannedRun, plan: RunPlan) -> Iterator[Episode]:
-    """Yield the episodes that have not been scored in every epoch."""
+    """Yield the episodes of which at least one epoch has not been scored."""
     saved = run.saved()
     done: dict[str, int] = {}
     for (episode_id, _), row in ({} if saved is None else saved.table.rows).items():

@@ -122,7 +122,7 @@ def make_pack(
 def drafting_settings(
     request: PackRequest, families: tuple[str, ...], checks: VerificationSettings
 ) -> GenerationSettings:
-    """Return the settings that make drafts of some families, or of a suite, for a pack."""
+    """Return the settings for making drafts of some families, or of a suite, for a pack."""
     from vigil.authoring.closure.generation import FAMILY
     from vigil.authoring.drafting.generation import FAMILY_GRAMMAR, GenerationSettings
     from vigil.authoring.packing.suites import SUITES
