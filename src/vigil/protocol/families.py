@@ -43,8 +43,8 @@ PACKAGED_FAMILIES = frozenset(FAMILIES)
 def register_family(spec: FamilySpec) -> None:
     """Add a custom family to `FAMILIES`, in this process only. The family can use only the existing kinds of goals.
 
-    Raises SettingError if the code is taken or is not two capital letters, if a kind of goal is unknown, or if the
-    bound `medium` of `grading` is not above its bound `easy`.
+    Raises SettingError if the code is taken or is not two capital letters, if a kind of goal is unknown, or unless 0 <
+    `easy` <= `medium` in `grading`.
     """
     if not re.fullmatch(r"[A-Z]{2}", spec.code):
         raise SettingError(

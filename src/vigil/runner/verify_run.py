@@ -36,7 +36,7 @@ class Verification:
     errors: int
     """Number of rows that ended as an error; they have nothing to verify."""
     is_exact: bool
-    """Whether numbers had to be bit-identical."""
+    """Whether numbers had to be bit-identical to the recorded numbers."""
     is_records_only: bool
     """Whether only the records were checked, without a simulator, so that hidden states were not compared."""
     differences: tuple[FactDifference, ...]

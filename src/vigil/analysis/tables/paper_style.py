@@ -31,13 +31,14 @@ PREAMBLE = (
 )
 """First lines of a LaTeX document with the paper's tables."""
 WORD_GAP_PT = 4.0
-"""Space on each side of a column of words."""
+"""Space (points) on each side of a column of words."""
 WIDEST = 0.9
 """Largest estimated width at which a table of words is not wrapped, as a share of the available width."""
 UNWRAPPED = 20
 """Largest number of characters of a column of words that is never wrapped."""
 HASH = re.compile(r" [0-9a-f]{8}$")
-"""Start of a pack's hash after its name. Hashes distinguish packs that have the same name."""
+"""Pattern of the start of a pack's hash, which follows the pack's name in a cell. Hashes distinguish packs that have
+the same name."""
 NAMED_TABLE = re.compile(r"\(Table (\w+)\)")
 _BEGIN = r"\centering\fontsize{7}{8.4}\selectfont\setlength{\tabcolsep}{2pt}"
 _UPPER = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
