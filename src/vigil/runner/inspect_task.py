@@ -364,7 +364,8 @@ class _InspectSession:
 
 
 def _with_key(active: Model, api_key_env: str | None) -> Model:
-    """Return `active`, or a copy with another key if Inspect would send a provider's key to a foreign host."""
+    """Return `active`, or a copy with another key if Inspect would send a provider's key to a host that is not the
+    provider's."""
     if not parse_model_name(str(active)).is_known:
         return active
     found = model_access(str(active), active.api.base_url, active.model_args, api_key_env)

@@ -83,11 +83,11 @@ class Repeats:
     """Two or more plays of the same episodes under the same settings: runs, or epochs of one run."""
 
     run: Run
-    """The first of the runs that repeat the condition."""
+    """First of the runs that have the same settings."""
     runs: tuple[Run, ...]
-    """All runs that repeat the condition."""
+    """All runs that have the same settings."""
     name: str
-    """Name of the condition that was repeated."""
+    """Name of the condition under which the repeats were played."""
     names: tuple[str, ...]
     tables: tuple[pd.DataFrame, ...]
 
