@@ -98,7 +98,7 @@ def _pack_row(slug: str, folder: Path) -> dict[str, Any]:
 
 
 def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return one row for each family of a pack: its budgets, and the number of its episodes of each kind.
+    """Return one row for each family of a pack: its specification, and the number of its episodes of each kind.
 
     The kinds are those over which the pack was balanced, if its manifest names them; otherwise the sizes of targets or
     the templates.

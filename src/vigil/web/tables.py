@@ -45,7 +45,7 @@ class RunGroup:
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A segment of a stacked bar, in the chart's units."""
+    """A segment of a stacked bar: the episodes with one label. Lengths are in the chart's units."""
 
     label: Label
     count: int
@@ -56,7 +56,7 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """One stacked bar."""
+    """One stacked bar, for all episodes or for the episodes of a family."""
 
     name: str
     count: int
@@ -71,7 +71,7 @@ class RunProgress:
     """Number of episodes that were scored or ended as an error."""
     planned: int
     counts: dict[str, int]
-    """W or a label -> number of episodes with W, or with this label."""
+    """"W" (the goal holds at the end) or an outcome's label -> number of episodes for which it applies."""
     errors: int
     cost: str
     """Text about the cost; empty if the cost is unknown."""

@@ -61,8 +61,8 @@ def _numbers(raw: Any, known: Known, sides: Sequence[str | None]) -> str:
 def _list(raw: Any, known: Known, read: Callable[[Any, Known], str]) -> str:
     """Return the expression of a list: one formula, or entries. An entry may stand for several values.
 
-    An entry for several values is a formula of a list, or a table with `of` (the value) and `each` (what it is repeated
-    for).
+    An entry for several values is a formula that gives a list, or a table with `of` (the value) and `each` (the names
+    and values with which it is repeated).
     """
     if isinstance(raw, str):
         return formula(raw, known)

@@ -80,7 +80,7 @@ def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def curtains(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a pair of curtains on a rod. Closed, they cover the window; each opens to its own side in three panels."""
+    """Return two curtains on a rod. When closed, they cover the window; each opens to its own side in three panels."""
     builder = Builder("Curtains", size)
     name, tint = colour(rng, "cream", "grey", "blue", "red", "teal", "beige", "green", "navy", "white")
     weave = one_of(rng, ("fabric", "fabric", "stripes", "dots", "velvet"))

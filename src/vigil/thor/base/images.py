@@ -31,7 +31,7 @@ class Image:
     kind: str
     """Kind of the image: "image", "depth", "ids" or "classes"."""
     is_third_party: bool
-    """Whether the image is of a camera that the program added."""
+    """Whether the image is of a camera that the client added."""
     data: bytes
 
 
