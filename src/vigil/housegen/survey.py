@@ -81,7 +81,7 @@ class Survey:
         if report.name is not None:
             twin = self.fingerprints.setdefault(report.fingerprint, report.name)
             if twin != report.name:
-                problems.append(f"{report.name}: is the same house as {twin}")
+                problems.append(f"{report.name} is the same house as {twin}")
             self.houses[report.rooms] += 1
             self.seconds.setdefault(report.rooms, []).append(report.seconds)
             self.objects.setdefault(report.rooms, []).append(report.objects)

@@ -262,7 +262,7 @@ def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box
 
 
 def _rename_materials(data: dict[str, Any], materials: dict[str, list[str]]) -> None:
-    """Give floors, walls and the ceiling THOR's material names; any other name is replaced by a similar name of THOR."""
+    """Give floors, walls and the ceiling THOR's material names; a name that THOR lacks becomes a similar name."""
     names = sorted({name for kind in materials.values() for name in kind})
     for room in data["rooms"]:
         _rename(room["floorMaterial"], names, "wood floor")

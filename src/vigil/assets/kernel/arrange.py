@@ -117,7 +117,7 @@ def bend(part: Mesh, lift: Callable[[np.ndarray], np.ndarray]) -> Mesh:
 
 
 def creased(part: Mesh) -> Mesh:
-    """Return the mesh with flat shading at its sharp folds; with smooth normals, light from behind would fall on them."""
+    """Return the mesh with flat shading at its sharp folds, where smooth normals would look as if lit from behind."""
     corners = part.vertices[part.faces].astype(np.float64)
     across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(across, axis=1, keepdims=True)

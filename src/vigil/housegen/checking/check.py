@@ -72,7 +72,7 @@ def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
         *(*faults, *_assets(house, assets), *_hovering(house, scene, assets)),
         *(*_outside(house, scene), *_misplaced(house, scene)),
         *(
-            Fault("overlap", one.id, f"and {two.id!r} share room, {depth:.3f} m high", two.id)
+            Fault("overlap", one.id, f"and {two.id!r} overlap by {depth:.3f} m in height", two.id)
             for one, two, depth in solid_overlaps.overlaps()
         ),
         *(*_walkability(house, grid), *_start(house, grid), *_access(scene, grid, solid_overlaps)),
@@ -133,7 +133,9 @@ def _extent(house: House) -> list[Fault]:
         if len(low) < 2 or not high:
             faults.append(Fault("wall-shape", wall.id, "has no length or no height"))
         elif low != high:
-            faults.append(Fault("wall-outline", wall.id, "is not an upright rectangle; it is treated as one"))
+            faults.append(
+                Fault("wall-outline", wall.id, "is not an upright rectangle, but is treated as an upright rectangle")
+            )
     for node in (*document.doors, *(node for node, _ in house.objects())):
         if node.openness is not None and not 0.0 <= node.openness <= 1.0:
             faults.append(Fault("state", node.id, f"openness {node.openness} is not within 0 and 1"))

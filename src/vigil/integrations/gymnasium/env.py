@@ -178,4 +178,4 @@ def _facts_of_list(outcome: ListRates) -> dict[str, float]:
 def _failure(record: EpisodeRecord) -> SimulatorError:
     """Return the error to raise for an episode that the simulator could not play."""
     message = record.error.message if record.error else ""
-    return SimulatorError(f"The simulator failed in episode {record.episode_id!r}; call reset(). It said: {message}")
+    return SimulatorError(f"The simulator failed in episode {record.episode_id!r}; call reset(). The cause: {message}")

@@ -178,7 +178,7 @@ def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> 
 
 
 def farthest_m(eye: Vec3, boxes: list[np.ndarray]) -> float:
-    """Return slightly more than the distance (m) from an eye to the farthest corner of boxes, given as corners (8, 3)."""
+    """Return slightly more than the distance (m) from an eye to the farthest of the boxes' corners (8, 3)."""
     return float(np.linalg.norm(np.concatenate(boxes) - np.array(eye), axis=1).max()) + BEYOND_M
 
 
@@ -261,7 +261,7 @@ class Sight:
         return thing, Vec3(*(float(value) for value in point))
 
     def ids_near_pixel(self, agent: Pose, x: int, y: int) -> tuple[str, ...]:
-        """Return the sorted ids of the things within 3 px of a pixel; a drawer is listed together with its furniture."""
+        """Return the sorted ids of the things within 3 px of a pixel; for a drawer, its furniture is listed, too."""
         rays = directions(agent, pixels_near(x, y))
         hit = np.unique(self._engine.cast(agent.eye, rays, through_glass=False).things)
         met = [self._things[index] for index in hit if index >= 0]
