@@ -44,7 +44,7 @@ class HouseReport:
 
 @dataclass(slots=True)
 class Survey:
-    """Results of a survey."""
+    """What a survey found in the houses of many seeds: counts, times and problems."""
 
     houses: Counter[int] = field(default_factory=Counter)
     """Number of generated houses, by number of rooms."""

@@ -95,7 +95,7 @@ def _ranked(entries: Sequence[CheckedEntry]) -> Iterable[Ranked]:
 
 
 def _test(first: CheckedEntry, second: CheckedEntry) -> PairedTest | None:
-    """Return the test of the first entry minus the second; None if they share no play."""
+    """Return the paired test of the first entry's lead over the second; None if they share no play."""
     shared = first.plays.merge(second.plays, on=_KEY, suffixes=("", "_2"))
     if not len(shared):
         return None

@@ -30,7 +30,7 @@ class SvgShape(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class PlanDrawing:
-    """A house seen from above."""
+    """The plan of a house, seen from above, as shapes and labels for SVG."""
 
     view_box: str
     text_m: float

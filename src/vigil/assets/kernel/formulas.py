@@ -11,7 +11,7 @@ from vigil.assets.kernel.shapes import rounded_rectangle
 from vigil.errors import did_you_mean
 
 Names = dict[str, Any]
-"""Values by name."""
+"""Name -> value, for the names that the formulas of a row use."""
 Known = frozenset[str]
 """Names that have a value at some place in a row."""
 

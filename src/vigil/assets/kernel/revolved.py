@@ -102,7 +102,7 @@ def cylinder(
 
 
 def ellipsoid(size: Point3, at: Point3 = ORIGIN, segments: int = 16, rings: int = 8) -> Mesh:
-    """Return an ellipsoid of full `size`."""
+    """Return an ellipsoid whose bounding box has the given `size`."""
     return translate(scale(_ball(segments, rings), size), at)
 
 

@@ -33,7 +33,7 @@ def closure_facts(answers: Sequence[ClosureAnswer]) -> dict[str, Any]:
 
 
 def guessing(answers: Sequence[ClosureAnswer]) -> dict[str, dict[str, float]]:
-    """Return for each agent in `BLIND` its expected C (%) by kind, and its expected share of correct pairs (%) by kind.
+    """Return for each agent in `BLIND` its expected share of correct closures (C, %) and of correct pairs (%), by kind.
 
     These agents never act, so the goal holds at the end if and only if it holds at the reset.
     """

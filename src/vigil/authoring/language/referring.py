@@ -125,7 +125,7 @@ class DescribedThing:
 
 @dataclass(frozen=True, slots=True)
 class Phrase:
-    """The parts of a referring expression."""
+    """The parts of a phrase such as "the red mug on the desk": name, colour, support, room, relation and anchor."""
 
     name: str
     colour: str | None = None

@@ -46,7 +46,7 @@ MAX_TRIED = 12
 NO_OTHER: Mapping[Change, str] = {"wording": "no_other_form", "start": "no_near_start", "light": "no_lamp"}
 """Change -> reason why nothing could be tried for an episode."""
 _COPIED = ("suite", "seed", SEED_SHA256, "asset_database_sha256", "house_sources")
-"""Entries of the original's manifest that stay true."""
+"""Keys of the original pack's manifest whose values also hold for the perturbed pack."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ class ClickHit:
 
 @dataclass(frozen=True, slots=True)
 class InteractionResult:
-    """The result of an interaction."""
+    """What an interaction did: the things that it changed, or why it was refused."""
 
     refusal: RefusalCode | None = None
     """Reason why the interaction was refused; None when it was carried out."""

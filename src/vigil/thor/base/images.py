@@ -15,7 +15,7 @@ from vigil.thor.base.floors import rooms_at
 from vigil.thor.base.world import ThirdPartyCamera, World
 
 Wanted = Literal["all", "without colours", "none"]
-"""The images that an answer should have."""
+"""The images that an answer should have: all, all except colour images ("rgb"), or none."""
 OPAQUE = 255
 FAR_AWAY_M = 40.0
 """Distance (m) from which a camera imitates an orthographic camera. From there, farther things hardly look smaller."""

@@ -66,7 +66,7 @@ def _temperature(thing: Thing, scene: Scene) -> str:
 
 
 def mass_of(thing: Thing) -> float:
-    """Return the mass (kg) of a thing."""
+    """Return the mass (kg) of a thing, computed from the volume of its box."""
     return round(float(np.prod(thing.asset.size)) * DENSITY, 3)
 
 

@@ -36,7 +36,7 @@ class ThirdPartyCamera:
 
 @dataclass(slots=True)
 class World:
-    """The state of the engine."""
+    """The state of the engine: the open house, the settings, and what the client's actions have changed."""
 
     editor: SceneEditor
     settings: Settings = field(default_factory=Settings)

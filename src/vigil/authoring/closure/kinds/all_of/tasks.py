@@ -38,7 +38,7 @@ from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
 
 MAX_TARGETS = 5
-"""Maximum number of targets."""
+"""Maximum number of targets of one task."""
 MIN_TARGETS_BY_STATE = 3
 """Minimum number of targets if the instruction identifies them by their state ("everything that is on")."""
 MIN_CANDIDATES: dict[Act, tuple[int, int]] = {"turn_off": (5, 9), "close": (8, 14)}
