@@ -48,7 +48,7 @@ class ThorExport:
 
     data: dict[str, Any]
     left_out: list[str] = field(default_factory=list)
-    """Ids of objects for which THOR has no asset, of objects on these, and of openings that no asset fits."""
+    """Ids of objects for which THOR has no asset, of objects that lie on them, and of openings that no asset fits."""
     removed_collisions: list[str] = field(default_factory=list)
     """Ids of small objects that were removed because other objects, with their new sizes, leave too little room."""
 

@@ -70,7 +70,7 @@ class ListRates:
     W: bool
     B: bool
     W_share: float
-    """Share of chores that hold, among the chores that can be met."""
+    """Share of the chores that hold at the end, among the chores that can be done."""
     B_share: float
     """Share of the chores that are closed correctly."""
     T: float | None

@@ -44,7 +44,7 @@ _STRATA = {
 def add_pack_pages(
     site: FastAPI, library: Library, render_service: RenderService, render_settings: RenderSettings
 ) -> None:
-    """Add the pages of all packs: those that come with VIGIL, those that were given, and those of the runs."""
+    """Add the pages of all packs: those that come with VIGIL, those that the user named, and those of the runs."""
 
     @site.get("/packs", response_class=HTMLResponse)
     def packs() -> Response:

@@ -21,7 +21,7 @@ BLIND: dict[str, tuple[Status | None, ...]] = {
 
 
 def kind_counts(answers: Sequence[ClosureAnswer]) -> dict[str, int]:
-    """Return text "KIND SIDE REASON" (empty parts are omitted) -> number of such episodes, sorted by the text."""
+    """Return the number of episodes for each text "KIND SIDE REASON" (empty parts are omitted), sorted by the text."""
     names = [" ".join(filter(None, (each.kind, each.side, each.reason))) for each in answers]
     return dict(sorted(Counter(names).items()))
 

@@ -185,7 +185,7 @@ def items_as_seen(scene: Scene) -> dict[str, DescribedThing]:
 
 
 _description_facts = attrgetter("position", "rotation", "parent", "surface", "is_toggled", "is_present")
-"""Function that returns those changeable facts about a thing on which its description depends."""
+"""Function that returns the changeable facts about a thing that its description depends on."""
 
 
 def description_key(scene: Scene) -> Hashable:

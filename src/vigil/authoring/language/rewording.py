@@ -67,7 +67,7 @@ def read(text: str, tables: Sequence[Sentences]) -> Reading | None:
 def rewordings(text: str, tables: Sequence[Sentences], rng: np.random.Generator) -> Iterator[str]:
     """Yield the text in other forms of the same meaning, in random order, but held-out forms first.
 
-    Each text is read back to the form and to the words of the original.
+    Each new text must read back to its form and to the words of the original.
     """
     reading = read(text, tables)
     if reading is None:
@@ -95,7 +95,7 @@ def _match(text: str, table: Sentences, form: str) -> Reading | None:
 
 @cache
 def _patterns(form: str) -> tuple[re.Pattern[str], re.Pattern[str]]:
-    """Return two patterns of a form: one takes as few words into a slot as possible, the other as many."""
+    """Return two patterns of a form: one takes as few words into a slot as possible, the other as many as possible."""
     return _pattern(form, "*?"), _pattern(form, "*")
 
 

@@ -129,7 +129,7 @@ class Perturber:
                 return [_with(task, instruction=text) for text in self._well_worded(first, house, texts)]
 
     def _well_worded(self, episode: Episode, house: House, texts: Iterator[str]) -> list[str]:
-        """Return those instructions that do not break a rule about wording that the original obeys."""
+        """Return the instructions in `texts` that obey every rule about wording that the original obeys."""
         start = self._verifier.begin(episode, house)
         names = [item.name for item in items_as_seen(start.view.scene).values()]
         broken = {rule for rule, _ in worded_badly(start)}

@@ -1,7 +1,7 @@
 """Containers: where people would look for an object, and whether it is fair to search for it by opening containers.
 
 If the instruction does not say where an object is, the search is fair only if people would look for the object in its
-place, and if there are few such containers.
+container, and if there are only a few containers in which they would look.
 """
 
 from collections.abc import Iterable, Iterator

@@ -184,7 +184,7 @@ def make_vector(
     autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
     **options: Any,
 ) -> SharedProcessVectorEnv:
-    """Return the vector of `gymnasium.make_vec("Vigil-v0", ...)`; `options` are those of `gymnasium.make`."""
+    """Return the vector that `gymnasium.make_vec("Vigil-v0", ...)` makes; `options` are those of `gymnasium.make`."""
     make = partial(gymnasium.make, ENV_ID, **options)
     return SharedProcessVectorEnv(
         [make] * num_envs, processes=processes, context=context, copy=copy, autoreset_mode=autoreset_mode

@@ -197,7 +197,7 @@ class EmbeddedSimulator:
 
     @contextmanager
     def at_pose(self, pose: Pose) -> Iterator[None]:
-        """Return a context in which the agent is at a pose; it is not checked that the body fits there."""
+        """Return a context in which the agent is at a pose. Whether the body fits there is not checked."""
         with self.rollback():
             self.stand(pose)
             yield
@@ -205,7 +205,7 @@ class EmbeddedSimulator:
     # The rest of `SceneEditor`: for programs that edit a scene.
 
     def stand(self, pose: Pose) -> None:
-        """Put the agent, with what it holds, at a pose; it is not checked that the body fits there."""
+        """Put the agent, with what it holds, at a pose. Whether the body fits there is not checked."""
         state = self._require_loaded().state
         state.agent = pose
         state.move_held()

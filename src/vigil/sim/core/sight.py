@@ -48,7 +48,7 @@ _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """The size and focal length of a camera's image, in pixels; by default those of the agent's camera."""
+    """The size and the focal length of a camera's image, in pixels. The defaults are those of the agent's camera."""
 
     width: int = WIDTH
     height: int = HEIGHT
@@ -227,13 +227,13 @@ class Sight:
         self._seen: dict[Pose, dict[str, ObjectVisibility]] = {}
         """Cached results of `see`, by pose and id. A change in the scene empties all caches of this object."""
         self._boxes: dict[str, list[np.ndarray]] = {}
-        """Cached corners of the boxes of whole things, by id."""
+        """Cached corners of the boxes of things, each together with its drawers, by id."""
         self._outlines: LRUCache[tuple[Pose, str], _Outline] = LRUCache(MAX_CACHED_OUTLINES)
         """Cached outlines of things, by pose and id."""
         self._behind_walls: LRUCache[tuple[Vec3, str], bool] = LRUCache(MAX_CACHED_EYES)
         """Whether walls alone hide a thing from an eye: cached results by eye and id."""
         self._extents: dict[str, Extent] = {}
-        """Cached extents of whole things, by id."""
+        """Cached extents of things, each together with its drawers, by id."""
 
     @cached_property
     def _portals(self) -> Portals:

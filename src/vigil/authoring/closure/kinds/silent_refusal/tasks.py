@@ -91,8 +91,8 @@ def _full_shelf_tasks(context: HouseContext) -> Tasks:
 def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
     """Return the surface of furniture nearest to `HAND_HEIGHT_M`, with its frame.
 
-    It is one of the surfaces inside; if there are fewer than two inside, one of the outer surfaces. None if there are
-    fewer than two of these, too.
+    It is one of the surfaces inside or, if there are fewer than two inside, one of the outer surfaces. None if there
+    are fewer than two outer surfaces, too.
     """
     level = list(level_surfaces(shelves))
     for is_inside in (True, False):
