@@ -233,16 +233,19 @@ class Certifier:
         """Yield (rule, message) for the faults of the second side of twins, and of the actions to close it."""
         is_of_many = answer.form in CLOSURE_KINDS[answer.kind].forms_of_many
         if is_of_many and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
-            yield "enough_to_look_at", f"only {len(actions)} steps of {second.max_steps} to see all that is asked about"
+            yield (
+                "enough_to_look_at",
+                f"seeing all that is asked about takes only {len(actions)} of {second.max_steps} steps",
+            )
         if len(actions) > BUDGET_SHARE * second.max_steps:
-            yield "evidence_seen", f"{len(actions)} steps of {second.max_steps} to see the evidence"
+            yield "evidence_seen", f"seeing the evidence takes {len(actions)} of {second.max_steps} steps"
         record = self._validator.play(second, house, actions)
         if record.end == "error":
             yield "closes_correctly", record.error.message if record.error else "the replay ended as an error"
             return
         verdict = score_closure(answer, second, record)
         if verdict.evidence_seen != 1.0:
-            yield "evidence_seen", f"a share of {verdict.evidence_seen} of the evidence is seen"
+            yield "evidence_seen", f"only the share {verdict.evidence_seen} of the evidence is seen"
         if not verdict.C or verdict.is_needless or verdict.outcome.W is answer.is_impossible:
             yield "closes_correctly", f"C={verdict.C:d} W={verdict.outcome.W:d} ({verdict.outcome.label})"
 
@@ -261,7 +264,10 @@ def faults_of_gaps(view: PrivilegedView, object_ids: Iterable[str]) -> BrokenRul
         if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
             continue
         if not (can_be_partly_open(thing) and is_partly_open(thing.openness)):
-            yield "gap_visible", f"{thing.id!r} starts at openness {thing.openness}"
+            yield (
+                "gap_visible",
+                f"{thing.id!r} starts at openness {thing.openness}, which is not clearly open or closed",
+            )
             continue
         try:
             viewpoint_showing(view, (gap_evidence(thing, thing.openness),))
