@@ -16,8 +16,8 @@ PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
 }
 """Kind -> the function that proposes its tasks in a house."""
 FAMILY: Family = "SI"
-"""Family under which a drafts file records that a house is finished. Episodes are of SI, or of CR if they have a
-constraint."""
+"""Family that a drafts file names when it records that a house is finished. The suite's episodes themselves are of SI
+or CR."""
 
 
 def closure_proposer(seed: int) -> Proposer:

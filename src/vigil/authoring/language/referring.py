@@ -287,8 +287,8 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
 
 
 def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the items that a phrase could mean. If it has a relation, a single item is returned only if the relation
-    clearly holds for this item."""
+    """Return the items that a phrase could mean. If the phrase has a relation that does not clearly hold for exactly
+    one item, all items that may be meant are returned."""
     everything = list(items)
     found = [item for item in everything if fits(phrase, item)]
     if phrase.relation is None or phrase.anchor is None:

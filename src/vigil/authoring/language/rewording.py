@@ -55,10 +55,10 @@ class Reading:
 
 
 def read(text: str, tables: Sequence[Sentences]) -> Reading | None:
-    """Return the sentence form that a text has, with the words for its slots; None if there is none.
+    """Return the sentence form that a text has, with the words for its slots.
 
-    If several forms fit, return the form with the most words outside its slots. None also if the text could be divided
-    into slots in two ways.
+    Of several forms, return the one with the most words outside its slots. None if no form fits, or if the text could
+    be divided into slots in two ways.
     """
     found = [reading for table in tables for form in table.of("all") if (reading := _match(text, table, form))]
     return max(found, key=lambda reading: len(_literal(reading.form)), default=None)
