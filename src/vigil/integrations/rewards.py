@@ -85,7 +85,7 @@ class Verdict:
     of_list: ListRates | None = None
     """Verdict on a list of chores; None for other episodes."""
     confidence: float | None = None
-    """Probability that the report states for B; None if it does not state one."""
+    """Probability of B that the report states; None if the report does not state a probability."""
 
     @property
     def B(self) -> bool:

@@ -69,7 +69,7 @@ class PackSource:
         """Name for messages; it does not reveal a secret seed."""
         self.is_private = is_private(pack.manifest.meta)
         self.folder: Path | None = pack.folder
-        """Folder of the pack that simulators load."""
+        """Folder of the pack, from which simulators load the houses."""
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
         """Choose an episode at random, all with equal chance, and return a function that reads its house."""

@@ -61,7 +61,7 @@ class Board:
 
 
 def boards_of(entries: Iterable[CheckedEntry]) -> list[Board]:
-    """Return the boards: the newest packs first, then the most trusted tiers, then by division."""
+    """Return the boards, sorted by pack (the newest first), then by tier (the most trusted first), then by division."""
     groups: dict[tuple[str, str, str, Tier, Division], list[CheckedEntry]] = {}
     for entry in entries:
         spec = entry.header.spec

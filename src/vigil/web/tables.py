@@ -1,4 +1,4 @@
-"""Tables and charts of runs as plain values for templates: rates, outcome partition, and flips between two runs."""
+"""Tables and charts of runs as plain values for templates: rates, shares of outcomes, and flips between two runs."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -148,7 +148,7 @@ def run_values(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
 
 
 def make_bars(scores: RunScores) -> list[Bar]:
-    """Return the bars of the outcome partition: all episodes, then each family."""
+    """Return the bars that divide episodes by their outcomes: one bar for all episodes, then one for each family."""
     outcomes = scores.outcomes
     families = [family for family in FAMILIES if any(outcome.family == family for outcome in outcomes)]
     groups = [("all", outcomes), *((family, [o for o in outcomes if o.family == family]) for family in families)]
@@ -180,7 +180,7 @@ class Flip:
 
 @dataclass(frozen=True, slots=True)
 class PairedRate:
-    """A rate of two runs over the episodes that both have scored, with the test of their difference."""
+    """W or B of each of two runs, over the episodes that both have scored, with the test of the difference."""
 
     name: str
     a: Rate

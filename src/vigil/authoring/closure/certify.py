@@ -276,7 +276,8 @@ def faults_of_gaps(view: PrivilegedView, object_ids: Iterable[str]) -> BrokenRul
 
 
 def search_refusal(view: PrivilegedView, goal: Goal | GoalPart) -> str:
-    """Return in words why an exhaustive search finds no way to a goal. Raises BrokenRule if it finds one."""
+    """Return in words why an exhaustive search finds no way to reach a goal. Raises BrokenRule if the search finds a
+    way."""
     macro_actions = MacroActions(view, may_tilt=True, is_exhaustive=True)
     target = view.scene.things[goal.object_id]
     if not target.is_present:

@@ -44,7 +44,7 @@ from vigil.protocol.house import House
 MAX_TRIED = 12
 """Maximum number of changes of one task that are certified. The first valid one is used."""
 NO_OTHER: Mapping[Change, str] = {"wording": "no_other_form", "start": "no_near_start", "light": "no_lamp"}
-"""Change -> reason why nothing could be tried for an episode."""
+"""Kind of change -> reason that is given for an episode for which there was nothing to try."""
 _COPIED = ("suite", "seed", SEED_SHA256, "asset_database_sha256", "house_sources")
 """Keys of the original pack's manifest whose values also hold for the perturbed pack."""
 
@@ -220,7 +220,7 @@ WORDS: Mapping[Change, str] = {
     "start": "every start moved by at most one metre",
     "light": "other light in every house",
 }
-"""Change -> what it does, in words."""
+"""Kind of change -> what has changed in the perturbed pack, in words."""
 
 
 def _with(task: VerificationTask, **facts: Any) -> VerificationTask:

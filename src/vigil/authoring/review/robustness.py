@@ -1,4 +1,4 @@
-"""Robustness rules: an episode can be solved with small motor errors, and its start has room and a view.
+"""Robustness rules: small motor errors do not matter, and the start has free floor and shows more than a wall.
 
 They are checked only on request, because they take seconds per episode. The motor errors are those of
 `vigil.authoring.solving.noisy_actions`.

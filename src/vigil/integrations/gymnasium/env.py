@@ -134,7 +134,8 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return Dict(spaces)
 
     def _to_space(self, observation: Observation) -> dict[str, Any]:
-        """Return an observation as an element of the observation space; without feedback, its two booleans are 0."""
+        """Return an observation as an element of the observation space; without feedback, the two booleans of feedback
+        are 0."""
         seen: dict[str, Any] = {"instruction": self._now.episode.instruction}
         if self._options.frames:
             seen["frame"] = self._frame(observation)

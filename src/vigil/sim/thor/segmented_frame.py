@@ -50,7 +50,7 @@ class SegmentedFrame:
         return {name for name in found if name is not None and name not in self._in_hand}
 
     def pixel_count(self, *names: str) -> PixelCount:
-        """Return what the frame shows of an object and its parts, all given by name; a held object counts as not shown."""
+        """Return what the frame shows of an object and its parts, by their names; a held object counts as not shown."""
         rows, columns = (np.concatenate(each) for each in zip(*map(self._shown, names), strict=True))
         if not len(rows):
             return PixelCount()
