@@ -1,4 +1,4 @@
-"""What a click does: open, close, switch, pick up, place or drop something, or be refused for a reason.
+"""What a click does: it opens, closes, switches, picks up, places or drops something, or is refused for a reason.
 
 Source: protocol.md section 2.2. A refused click leaves the scene exactly as it was.
 """

@@ -25,7 +25,8 @@ FOCAL_PX = HEIGHT / 2
 NEAR_M = 0.02
 """Depth (m) of the camera's near plane; nothing nearer than this is visible."""
 RAYS_PER_OBJECT = 1600
-"""Approximate limit on the rays cast for one object. If the object may cover more pixels, only every n-th is used."""
+"""Approximate limit on the rays cast for one object. If the object may cover more pixels, only every n-th pixel is
+used."""
 NEAR_CLICK_PX = 3
 """Objects within this radius (pixels) around a click count as near the click."""
 VISIBLE_PX = 200
@@ -192,7 +193,8 @@ def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
-    """Return points (n, 3) around the part of the boxes beyond the near plane, and whether that is the whole boxes.
+    """Return points (n, 3) around the part of the boxes beyond the near plane, and whether the whole boxes are beyond
+    it.
 
     The points are the boxes' corners beyond the plane, and the points where the boxes' edges cross the plane.
     """
