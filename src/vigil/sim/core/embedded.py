@@ -124,7 +124,7 @@ class EmbeddedSimulator:
         return pixel_of_named(loaded.state.scene, loaded.sight, loaded.state.agent, name)
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Return the hidden state of the agent and of the objects with these ids. Raises EpisodeError on an unknown id."""
+        """Return the hidden state of the agent and the objects with these ids. Raises EpisodeError on an unknown id."""
         loaded = self._require_loaded()
         state, things = loaded.state, [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
         seen = loaded.sight.see(state.agent, things)
