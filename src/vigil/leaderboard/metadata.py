@@ -131,7 +131,7 @@ def contradictions(header: RunHeader, metadata: EntryMetadata) -> Iterator[str]:
     if metadata.submission_type == "standard" and (has_own_prompt or spec.agent_kind != "model"):
         yield (
             f"`submission_type` is standard, but the agent is of the kind {spec.agent_kind!r} with prompt "
-            f"{spec.profile.prompt_variant!r}: write custom"
+            f"{spec.profile.prompt_variant!r}, so it must be custom"
         )
     if max(len(spec.agent), len(header.run_id)) > MAX_NAME_CHARS:
         yield f"the name of its agent or run has more than {MAX_NAME_CHARS} characters"

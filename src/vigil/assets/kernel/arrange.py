@@ -43,7 +43,7 @@ def along_longest(maker: Maker) -> Maker:
 
 
 def quarter_turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
-    """Return the asset turned by a quarter about an axis; about x or z, the result has no surfaces."""
+    """Return the asset turned by 90 degrees or a multiple about an axis; about x or z, the result has no surfaces."""
     matrix = np.round(shapes.rotation(axis, degrees))
 
     def point(value: Sequence[float]) -> Vec3:

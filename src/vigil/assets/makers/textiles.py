@@ -113,7 +113,8 @@ def _rod(builder: Builder, metal: str) -> float:
 
 
 def _panels(builder: Builder, cloth_look: str, top: float, *, left: int, right: int) -> None:
-    """Add panels of cloth across the width. When open, all panels of one side lie over its outermost panel.
+    """Add panels of cloth across the width. When open, all panels of one side lie over the outermost panel of this
+    side.
 
     `left` and `right` are the numbers of panels that open to each side.
     """
