@@ -15,8 +15,7 @@ Tier = Literal["self_reported", "re_simulated", "fresh_pack", "hosted", "maintai
 """How far an entry can be trusted, from the least to the most; entries are ranked within their tier."""
 TIERS: tuple[Tier, ...] = get_args(Tier)
 Division = Literal["standard", "custom", "trained on streams", "baseline"]
-"""Group of entries that are ranked together. Scripted agents, agents that see hidden state, and people are baselines.
-"""
+"""Group of entries that are ranked together. Scripted agents, agents that see hidden state and people are baselines."""
 MAX_PLAYS_OF_AN_EPISODE = 32
 """Maximum number of plays of one episode in an entry. It limits how long the check of an entry takes."""
 MAX_NAME_CHARS = 300

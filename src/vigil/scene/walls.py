@@ -135,11 +135,8 @@ def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomS
 
 
 def _light_of(room: RoomNode, floor: shapely.Polygon, lights: list[Light]) -> Light | None:
-    """Return a room's light; None if there is none.
-
-    It is a light in the room that has the room's name, else any light in the room, else a light elsewhere that has the
-    room's name.
-    """
+    """Return a room's light: a light in the room that has the room's name, else any light in the room, else a light
+    elsewhere that has the room's name. None if there is no such light."""
     suffix = room.id.rpartition("|")[2]
     named = [light for light in lights if light.id.rpartition("_")[2] == suffix]
     inside = [light for light in lights if floor.contains(shapely.Point(light.position.x, light.position.z))]

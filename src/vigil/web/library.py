@@ -111,8 +111,8 @@ class LibraryRun:
             return known[2], known[3]
 
     def closure(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
-        """Return C (share of correct closures) and related rates, by kind; None for packs that are not of the
-        closure-stress suite."""
+        """Return C (correct closures) and related rates by kind; None for packs that are not of the closure-stress
+        suite."""
         from vigil.analysis.measures.closure import closure_rates  # noqa: PLC0415 - loads pandas
 
         with self.lock:

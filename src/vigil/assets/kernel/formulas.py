@@ -55,8 +55,7 @@ def formula(text: str, known: Known) -> str:
 
 
 def text(raw: Any, known: Known) -> str:
-    """Return a Python expression for a text with names in braces; the text "{name}" alone gives the name's value as it
-    is."""
+    """Return a Python expression for a text with names in braces; "{name}" alone gives the name's value as it is."""
     if not isinstance(raw, str):
         raise ValueError(f"{raw!r} is not a text")
     fields = [field for _, field, _, _ in Formatter().parse(raw) if field is not None]

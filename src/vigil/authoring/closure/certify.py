@@ -146,8 +146,7 @@ class Certifier:
             yield from FAULTS_BY_KIND[task.kind](self._view, task, episode, actions)
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
-        """Return the answers to twins. Raises BrokenRule if the episodes are not twins, or the side called impossible
-        is possible."""
+        """Return the answers to twins. Raises BrokenRule if they are not twins, or an impossible side is possible."""
         first = task.episodes[0]
         check_single_difference(task, second)
         for side in () if CLOSURE_KINDS[task.kind].has_branches else task.episodes:
@@ -191,8 +190,7 @@ class Certifier:
         return reason_for_absence(meant, items_of(self._view.scene).values())
 
     def _show_evidence_and_report(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
-        """Return the actions that show all evidence (the objects that an agent must see to know the answer) and then
-        report.
+        """Return the actions that show all evidence (objects that reveal the answer) and then report.
 
         Raises BrokenRule if some evidence cannot be seen.
         """
@@ -258,8 +256,7 @@ class Certifier:
 
 
 def faults_of_gaps(view: PrivilegedView, object_ids: Iterable[str]) -> BrokenRules:
-    """Yield a fault for each thing that is neither closed, nor wide open, nor open by a gap that is visible from close
-    by."""
+    """Yield a fault for each thing that is neither closed, nor wide open, nor open by a gap visible from close by."""
     for thing in (view.scene.things[name] for name in object_ids):
         if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
             continue
@@ -276,8 +273,7 @@ def faults_of_gaps(view: PrivilegedView, object_ids: Iterable[str]) -> BrokenRul
 
 
 def search_refusal(view: PrivilegedView, goal: Goal | GoalPart) -> str:
-    """Return in words why an exhaustive search finds no way to reach a goal. Raises BrokenRule if the search finds a
-    way."""
+    """Return in words why an exhaustive search finds no way to a goal. Raises BrokenRule if the search finds a way."""
     macro_actions = MacroActions(view, may_tilt=True, is_exhaustive=True)
     target = view.scene.things[goal.object_id]
     if not target.is_present:

@@ -16,8 +16,7 @@ PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
 }
 """Kind -> the function that proposes its tasks in a house."""
 FAMILY: Family = "SI"
-"""Family that a drafts file names when it records that a house is finished. The suite's episodes themselves are of SI
-or CR."""
+"""Family that a drafts file names when it records that a house is finished. The episodes themselves are of SI or CR."""
 
 
 def closure_proposer(seed: int) -> Proposer:

@@ -45,8 +45,7 @@ class Example:
     feedback: Feedback | None
     """Feedback on the previous action (all False at the first step); None if the profile has no feedback."""
     messages: tuple[Message, ...]
-    """Messages of the request. The last has the current picture; earlier messages have the pictures that the profile
-    keeps."""
+    """Messages of the request. The last has the current picture; earlier ones have pictures that the profile keeps."""
     action: Action
     thought: str
     answer: str

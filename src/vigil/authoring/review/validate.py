@@ -220,8 +220,7 @@ class Validator:
         return self._env.record()
 
     def _blind_record(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
-        """Return the record of an agent without sight. If the agent only reports, no replay is needed, as nothing
-        changes."""
+        """Return the record of an agent without sight. An agent that only reports needs no replay: nothing changes."""
         if all(isinstance(action, Report) for action in actions):
             return record_of(record, (), "success")
         return self._replay(episode, actions)

@@ -134,8 +134,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return Dict(spaces)
 
     def _to_space(self, observation: Observation) -> dict[str, Any]:
-        """Return an observation as an element of the observation space; without feedback, the two booleans of feedback
-        are 0."""
+        """Return an observation as an element of the observation space; before the first action, feedback is 0."""
         seen: dict[str, Any] = {"instruction": self._now.episode.instruction}
         if self._options.frames:
             seen["frame"] = self._frame(observation)

@@ -147,8 +147,7 @@ class EmbeddedSimulator:
         return sorted(thing.id for thing in self._require_loaded().state.scene.things.values() if thing.is_present)
 
     def pixels_of(self, object_id: str) -> np.ndarray:
-        """Return the pixels (n, 2; x and y) on which a click hits the object; only pixels of a regular lattice are
-        tried."""
+        """Return the pixels (n, 2; x and y) on which a click hits the object; only a lattice of pixels is tried."""
         loaded = self._require_loaded()
         return loaded.sight.click_pixel(loaded.state.agent, self._thing(object_id))
 

@@ -129,8 +129,7 @@ class CollisionMap:
         return cells[fits], places[fits]
 
     def _gaps(self, owners: list[str], hits: np.ndarray, shape: BaseGeometry) -> np.ndarray:
-        """Return the least distance (m) from `shape` to the obstacles of each owner (id); only the obstacles in `hits`
-        count."""
+        """Return the least distance (m) from `shape` to each owner's (thing's) obstacles, out of those in `hits`."""
         gaps = shapely.distance(self._shapes[hits], shape)
         names = np.array([self._owners[hit] for hit in hits])
         return np.array([gaps[names == owner].min() for owner in owners])

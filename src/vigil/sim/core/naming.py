@@ -12,8 +12,7 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.core.sight import Sight
 
 IN_VIEW_PX, IN_VIEW_M = 40, 6.0
-"""Least number of pixels and greatest distance (m) of a thing in view; the limits for an observable object are the
-same."""
+"""Least number of pixels and greatest distance (m) of a thing in view, as for an observable object."""
 ARTICLES = ("the ", "a ", "an ")
 
 

@@ -25,8 +25,7 @@ FOCAL_PX = HEIGHT / 2
 NEAR_M = 0.02
 """Depth (m) of the camera's near plane; nothing nearer than this is visible."""
 RAYS_PER_OBJECT = 1600
-"""Approximate limit on the rays cast for one object. If the object may cover more pixels, only every n-th pixel is
-used."""
+"""Approximate limit on the rays cast for one object. For an object with more pixels, only every n-th pixel is used."""
 NEAR_CLICK_PX = 3
 """Objects within this radius (pixels) around a click count as near the click."""
 VISIBLE_PX = 200
@@ -193,7 +192,7 @@ def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
-    """Return points (n, 3) around the part of the boxes beyond the near plane, and whether the whole boxes are beyond
+    """Return points (n, 3) around the part of the boxes beyond the near plane, and whether the boxes are wholly beyond
     it.
 
     The points are the boxes' corners beyond the plane, and the points where the boxes' edges cross the plane.

@@ -75,8 +75,7 @@ def _about_one(context: HouseContext, act: Act) -> Tasks:
 
 
 def _about_all(context: HouseContext, act: Act, places: Places) -> Tasks:
-    """Yield twins that ask to make sure that nothing in a place is on (or open). On the first side, one thing is on (or
-    open)."""
+    """Yield twins that ask to make sure that all things in a place are off (closed). On the first side, one is not."""
     for place, things in places:
         found = _meant(things, act)
         if not MIN_TARGETS <= len(found) <= MAX_PARTS:

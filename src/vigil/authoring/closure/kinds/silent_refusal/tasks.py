@@ -29,8 +29,7 @@ from vigil.scene.things import Thing
 from vigil.sim.core.placing import EDGE_M
 
 ANY_MOVE_M = 0.01
-"""Minimum distance (m) by which an obstacle must be moved. It is small, because any move counts if the door can then
-open."""
+"""Minimum distance (m) by which an obstacle must be moved. It is small: any move counts if the door can then open."""
 SHELVES = ("ShelvingUnit", "Fridge", "Cabinet", "TVStand", "SideTable", "Cart", "Desk", "CoffeeTable", "Dresser")
 """Categories of furniture that may have several level surfaces. One of the surfaces can be full."""
 HAND_HEIGHT_M = 1.0
