@@ -99,7 +99,7 @@ class PackSource:
         return map(TaskRow, self._episodes)
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Return the assignment of the episode with that id. Raises SettingError."""
+        """Return what a simulator worker needs to play the episode with that id. Raises SettingError."""
         del house
         return Assignment(self._pack.episode(episode_id))
 
@@ -170,7 +170,8 @@ class StreamSource:
         return islice(self._rows(), self._limit)
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Return the assignment of an episode. If its house is not cached, the house is first made in the background.
+        """Return what a simulator worker needs to play an episode. If its house is not cached, it is first made in the
+        background.
 
         Raises SettingError or SimulatorError.
         """
