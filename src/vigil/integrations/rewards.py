@@ -83,7 +83,7 @@ class Verdict:
 
     outcome: Outcome
     of_list: ListRates | None = None
-    """Verdict on a list of chores; None for other episodes."""
+    """Scores of a list of chores; None for other episodes."""
     confidence: float | None = None
     """Probability of B that the report states; None if the report does not state a probability."""
 

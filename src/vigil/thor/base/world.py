@@ -74,7 +74,7 @@ class World:
         return self.editor.world([]).agent
 
     def need_house(self) -> None:
-        """Raise ActionFailed before `CreateHouse`."""
+        """Raise ActionFailed if no house has been opened yet."""
         if not self.has_house:
             raise invalid_operation("There is no house yet: call CreateHouse, or give the Controller a house as scene")
 
