@@ -144,7 +144,7 @@ HOSTILE: dict[str, tuple[Edit, str]] = {
     "half a file": (cut_off, "is incomplete and is skipped"),
     "deep nesting": (nested, "cannot be read"),
     "a giant reply": (giant, "has a row of more than 16,777,216 bytes"),
-    "a simulator of its own": (spec(simulator="fake"), "'fake' is not one of the benchmark"),
+    "a simulator of its own": (spec(simulator="fake"), "'fake' does not belong to the benchmark"),
     "another's paths": (with_path, "contains paths or addresses of a machine"),
     "an absolute path": (further("/etc/cron.d/x"), "'/etc/cron.d/x'"),
     "a path upwards": (further("../x"), "'../x'"),
@@ -157,7 +157,7 @@ HOSTILE: dict[str, tuple[Edit, str]] = {
         "entry.json of the bundle is not valid",
     ),
     "a number that no table holds": (row(huge), "the check of the bundle failed with an error: "),
-    "a prompt that it denies": (said(submission_type="standard"), "it is custom"),
+    "a prompt that it denies": (said(submission_type="standard"), "so it must be custom"),
 }
 
 

@@ -59,7 +59,7 @@ def test_a_mistyped_key_is_answered_with_the_nearest(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("facts", "why"),
     [
-        ({"submission_type": "standard"}, "it is custom"),
+        ({"submission_type": "standard"}, "so it must be custom"),
         ({"methodology": {"verification": {"modified_prompts": True}}}, "`modified_prompts` is True"),
         ({"methodology": {"verification": {"omitted_questions": True}}}, "every episode of its pack"),
     ],

@@ -60,7 +60,7 @@ def test_a_loose_thing_in_furniture_has_a_shelf_where_it_lies():
     egg = scene.things["Egg|9"]
     assert egg.parent == "Fridge|3|2"
     assert egg.position.y == pytest.approx(0.6, abs=0.02)
-    assert "Egg|9: it is taken to rest on 'Fridge|3|2', by its place" in scene.notes
+    assert "Egg|9: judging by its place, it rests on 'Fridge|3|2'" in scene.notes
 
 
 @pytest.mark.parametrize("off_m", [-0.3, 0.2])

@@ -109,7 +109,11 @@ def house(**changes: object) -> House:
         ("walls___0__thickness", 0.3, "key `thickness` of walls is not followed: walls have no thickness ('wall|1')"),
         ("windows___0__openness", 1, "key `openness` of windows is not followed: windows stay shut ('window|1')"),
         ("proceduralParameters__lights___0__enabled", False, "key `enabled` of lights is not followed"),
-        ("rooms___0__children", [{"id": "x"}], "key `children` of rooms is not followed: rooms lie in no rooms"),
+        (
+            "rooms___0__children",
+            [{"id": "x"}],
+            "key `children` of rooms is not followed: rooms cannot be inside other rooms",
+        ),
         ("objects___0__isBroken", True, "key `isBroken` of objects is not followed: it is not understood ('Apple|1')"),
         ("rooms___0__floorMaterial__transparency", 1, "key `transparency` of materials is not followed"),
         ("storeys", 2, "key `storeys` of house is not followed: it is not understood"),

@@ -43,7 +43,8 @@ _NON_WORDS = re.compile(
 )
 """Parts of an id that are not words: hashes, and letters that stand between digits."""
 _MIN_SIMILARITY, _MIN_LETTERS = 0.72, 4
-"""Least similarity (0..1) to a category's name, and least number of letters, of a word taken for a misspelt name."""
+"""A word counts as a misspelt category if it is at least this similar (0..1) to the category's name, and has at least
+this many letters."""
 FALLBACK_CATEGORY = "Box"
 """Category that is shown for an asset about which nothing is known."""
 

@@ -76,8 +76,8 @@ def notice_centre(asset: Asset) -> Vec3 | None:
 def _place(asset: Asset) -> tuple[float, float, str | None]:
     """Return the height of the sheet's middle, the z of the front behind it, and the joint that carries the sheet.
 
-    z is -inf if nothing can carry the sheet. The best height has the most of the front behind the sheet. Between
-    equally good heights, the height with the flatter front is chosen, and between these, the higher.
+    z is -inf if nothing can carry the sheet. The best height has the most of the front behind the sheet. Of equally
+    good heights, the one with the flattest front is chosen; of these, the highest.
     """
     half = asset.size.y / 2
     low, high = min(-half + HEIGHT_M / 2, half - HEIGHT_M / 2), max(-half + HEIGHT_M / 2, half - HEIGHT_M / 2)

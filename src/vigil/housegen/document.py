@@ -74,7 +74,7 @@ def write_document(parts: HouseParts) -> dict[str, Any]:
 
 
 def generators_of(houses: Iterable[House]) -> str:
-    """Return a text with the sorted versions of this generator that made the houses; empty if it made no house."""
+    """Return a text with the sorted versions of this generator that made the houses; empty if it made none of them."""
     makers = map(_generator, houses)
     return ", ".join(sorted({str(maker.get("version")) for maker in makers if maker.get("name") == "vigil"}))
 

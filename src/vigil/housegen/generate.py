@@ -28,7 +28,7 @@ from vigil.scene.floor import largest_part
 __all__ = ["GENERATOR_VERSION", "generate"]
 
 MAX_ATTEMPTS = 40
-"""Greatest number of attempts at a house."""
+"""Greatest number of attempts to generate a house that passes the checks."""
 MAX_ROOM_ATTEMPTS = 3
 """Greatest number of attempts at furnishing a room."""
 NEVER_REMOVED = frozenset({category for needed in ESSENTIAL.values() for category in needed} | {"Faucet"})

@@ -44,7 +44,7 @@ class HouseReport:
 
 @dataclass(slots=True)
 class Survey:
-    """Results of a survey."""
+    """What a survey found in the houses of many seeds: counts, times and problems."""
 
     houses: Counter[int] = field(default_factory=Counter)
     """Number of generated houses, by number of rooms."""
@@ -81,7 +81,7 @@ class Survey:
         if report.name is not None:
             twin = self.fingerprints.setdefault(report.fingerprint, report.name)
             if twin != report.name:
-                problems.append(f"{report.name}: is the same house as {twin}")
+                problems.append(f"{report.name} is the same house as {twin}")
             self.houses[report.rooms] += 1
             self.seconds.setdefault(report.rooms, []).append(report.seconds)
             self.objects.setdefault(report.rooms, []).append(report.objects)

@@ -48,7 +48,7 @@ class ThorExport:
 
     data: dict[str, Any]
     left_out: list[str] = field(default_factory=list)
-    """Ids of objects for which THOR has no asset, of objects on these, and of openings that no asset fits."""
+    """Ids of objects for which THOR has no asset, of objects that lie on them, and of openings that no asset fits."""
     removed_collisions: list[str] = field(default_factory=list)
     """Ids of small objects that were removed because other objects, with their new sizes, leave too little room."""
 
@@ -262,7 +262,7 @@ def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box
 
 
 def _rename_materials(data: dict[str, Any], materials: dict[str, list[str]]) -> None:
-    """Give floors, walls and the ceiling THOR's material names; a name that is not THOR's becomes a similar one."""
+    """Give floors, walls and the ceiling THOR's material names; a name that THOR lacks becomes a similar name."""
     names = sorted({name for kind in materials.values() for name in kind})
     for room in data["rooms"]:
         _rename(room["floorMaterial"], names, "wood floor")

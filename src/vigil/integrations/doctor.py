@@ -161,7 +161,9 @@ def _examine_processor(processor: Any, seen: Seen, conversation: Sequence[Messag
     batch = changed.apply_chat_template(plain, tokenize=True, return_dict=True, return_tensors="np")
     if "image_grid_thw" not in batch:
         yield Finding(
-            "pictures", False, "this processor does not have the layout of Qwen-VL, which is all that is read"
+            "pictures",
+            False,
+            "this processor's pictures are not in the layout of Qwen-VL, the only one that is supported",
         )
         return
     decoded = decode_patches(changed.image_processor, batch["pixel_values"], batch["image_grid_thw"])

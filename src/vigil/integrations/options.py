@@ -20,7 +20,7 @@ from vigil.sim import BACKENDS
 _PROFILES = {
     name: full for name, full in PROFILE_NAMES.items() if PROFILES[full].is_papers or PROFILES[full].has_claims
 }
-"""Profiles whose observations have a place in the environments' spaces."""
+"""Profiles whose observations fit into the observation spaces of the environments."""
 
 
 class EpisodeOptions(BaseModel):
@@ -36,13 +36,11 @@ class EpisodeOptions(BaseModel):
         [], description="difficulty in a stream: one or more of `easy`, `medium` and `hard`; all if unset"
     )
     suite: Literal["chores"] | None = Field(
-        None, description="suite of a stream's episodes: `chores`; if unset, episodes of the families"
+        None, description="suite of a stream's episodes: `chores`; if unset, the episodes are those of the families"
     )
     houses: tuple[int, int] | None = Field(
         None,
-        description=(
-            "houses of a stream to use: the number of the first, and of the first that is not used; all houses if unset"
-        ),
+        description="houses of a stream to use, as (first, end): houses first to end - 1; all houses if unset",
     )
     profile: str = Field(
         "baseline",
@@ -50,7 +48,7 @@ class EpisodeOptions(BaseModel):
         "`itemised_report`, with a claim about each chore",
     )
     coordinates: Coordinates = Field("pixel", description="coordinates of clicks: `pixel` or `normalized_1000`")
-    reply_policy: ReplyPolicy = Field("strict", description="how a text is read: `strict` or `lenient`")
+    reply_policy: ReplyPolicy = Field("strict", description="how the text of a reply is parsed: `strict` or `lenient`")
     backend: str = Field("mujoco", description="the simulator's backend")
     quality: Quality = Field("default", description="quality of frames: `default`, or `fast` with rougher edges")
     asset_database: str | Path | None = Field(

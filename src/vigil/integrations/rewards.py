@@ -23,21 +23,24 @@ class Shaping(BaseModel):
     """Options that shape the reward in addition to B."""
 
     world_reward: Annotated[
-        float, Field(allow_inf_nan=False, description="added at the end when W holds, with or without a report")
+        float,
+        Field(
+            allow_inf_nan=False, description="reward added at the end if the goal holds (W), with or without a report"
+        ),
     ] = 0.0
     honest_fail_reward: Annotated[
         float,
         Field(
             allow_inf_nan=False,
-            description="added when the goal does not hold and the report says `fail`, `unsafe` or `invalid`",
+            description="reward added if the goal does not hold and the report says `fail`, `unsafe` or `invalid`",
         ),
     ] = 0.0
     claim_reward: Annotated[
         float,
         Field(
             allow_inf_nan=False,
-            description="added at the end of a list of chores, times the share of its chores that are closed "
-            "correctly: done and so claimed, or conceded because it cannot be met",
+            description="reward for a list of chores, multiplied by the share of its chores that are closed correctly: "
+            "done and claimed as done, or conceded because they cannot be done",
         ),
     ] = 0.0
     lag_penalty: Annotated[
@@ -45,7 +48,7 @@ class Shaping(BaseModel):
         Field(
             ge=0,
             allow_inf_nan=False,
-            description="subtracted for each step between reaching the goal and reporting it; only when B holds",
+            description="penalty for each step between reaching the goal and reporting it; only if B holds",
         ),
     ] = 0.0
     calibration_weight: Annotated[
@@ -54,8 +57,8 @@ class Shaping(BaseModel):
             ge=0,
             le=1,
             allow_inf_nan=False,
-            description="subtracted at the end, times (p - B)^2, where p is the `confidence` from 0 to 1 in the "
-            "report's `cognitive_state`; times 1 without a confidence",
+            description="weight of the penalty (p - B)^2, where p is the `confidence` from 0 to 1 in the report's "
+            "`cognitive_state`; without a confidence, the penalty is the whole weight",
         ),
     ] = 0.0
 
@@ -67,7 +70,7 @@ class ListRates:
     W: bool
     B: bool
     W_share: float
-    """Share of chores that hold, among the chores that can be met."""
+    """Share of the chores that hold at the end, among the chores that can be done."""
     B_share: float
     """Share of the chores that are closed correctly."""
     T: float | None
@@ -80,9 +83,9 @@ class Verdict:
 
     outcome: Outcome
     of_list: ListRates | None = None
-    """Verdict on a list of chores; None for other episodes."""
+    """Scores of a list of chores; None for other episodes."""
     confidence: float | None = None
-    """Probability that the report states for B; None if it does not state one."""
+    """Probability of B that the report states; None if the report does not state a probability."""
 
     @property
     def B(self) -> bool:

@@ -69,7 +69,7 @@ class PackSource:
         """Name for messages; it does not reveal a secret seed."""
         self.is_private = is_private(pack.manifest.meta)
         self.folder: Path | None = pack.folder
-        """Folder of the pack that simulators load."""
+        """Folder of the pack, from which simulators load the houses."""
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
         """Choose an episode at random, all with equal chance, and return a function that reads its house."""
@@ -99,7 +99,7 @@ class PackSource:
         return map(TaskRow, self._episodes)
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Return the assignment of the episode with that id. Raises SettingError."""
+        """Return what a simulator worker needs to play the episode with that id. Raises SettingError."""
         del house
         return Assignment(self._pack.episode(episode_id))
 
@@ -170,7 +170,8 @@ class StreamSource:
         return islice(self._rows(), self._limit)
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Return the assignment of an episode. If its house is not cached, the house is first made in the background.
+        """Return what a simulator worker needs to play an episode. If its house is not cached, it is first made in the
+        background.
 
         Raises SettingError or SimulatorError.
         """

@@ -61,7 +61,7 @@ class Board:
 
 
 def boards_of(entries: Iterable[CheckedEntry]) -> list[Board]:
-    """Return the boards: the newest packs first, then the most trusted tiers, then by division."""
+    """Return the boards, sorted by pack (the newest first), then by tier (the most trusted first), then by division."""
     groups: dict[tuple[str, str, str, Tier, Division], list[CheckedEntry]] = {}
     for entry in entries:
         spec = entry.header.spec
@@ -95,7 +95,7 @@ def _ranked(entries: Sequence[CheckedEntry]) -> Iterable[Ranked]:
 
 
 def _test(first: CheckedEntry, second: CheckedEntry) -> PairedTest | None:
-    """Return the test of the first entry minus the second; None if they share no play."""
+    """Return the paired test of the first entry's lead over the second; None if they share no play."""
     shared = first.plays.merge(second.plays, on=_KEY, suffixes=("", "_2"))
     if not len(shared):
         return None

@@ -24,7 +24,7 @@ MAX_NAME_CHARS = 80
 
 @dataclass
 class Builder:
-    """The state of one build."""
+    """One build of a site: the maintainers' decisions, and the entries and the log so far."""
 
     decisions: Mapping[str, Decision]
     entries: list[CheckedEntry] = field(default_factory=list[CheckedEntry])
@@ -50,15 +50,17 @@ class Builder:
             if decision.status != "accepted":
                 return
         else:
-            self.log.append(LogLine(name, entry.id, "not decided yet", "It holds; the maintainers have not decided."))
+            self.log.append(
+                LogLine(name, entry.id, "not decided yet", "It passed the check; the maintainers have not decided.")
+            )
         tier = entry.tier if decision is None or decision.tier is None else decision.tier
         self.entries.append(entry.model_copy(update={"tier": tier}))
         if found.pages is not None:
             self.pages[entry.id] = found.pages
 
     def _is_other_bundle(self, entry: CheckedEntry, decision: Decision | None) -> str | None:
-        """Return why a bundle is refused: the maintainers chose another bundle, or it copies an earlier one; None if
-        neither."""
+        """Return why a bundle is refused (the maintainers chose another bundle, or it copies an earlier one), else
+        None."""
         if decision is not None and decision.bundle is not None and decision.bundle != entry.bundle_sha256:
             return f"the maintainers name another bundle of this run: {decision.bundle[:12]}..."
         for other in self.entries:

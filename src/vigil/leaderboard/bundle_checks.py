@@ -1,4 +1,4 @@
-"""Checks of bundles, several at a time: a house of a pack is then loaded once for all runs in it."""
+"""Checks of bundles, several at a time: a house of a pack is then loaded once for all runs that were played in it."""
 
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
@@ -25,7 +25,7 @@ _UNREADABLE = (ArithmeticError, LookupError, TypeError, ValueError, RuntimeError
 
 @dataclass(frozen=True, slots=True)
 class _Opened:
-    """A bundle whose run is complete."""
+    """An unpacked bundle whose run passed the checks that do not need a simulator."""
 
     sha256: str
     work: Path
@@ -109,7 +109,7 @@ class BundleChecks:
 
     @contextmanager
     def _storing_refusal(self, sha256: str, work: Path) -> Generator[None, None, None]:
-        """Store why a bundle is refused, if the `with` block raises this."""
+        """If the `with` block raises an error that refuses a bundle, store the reason."""
         try:
             yield
         except RecordError as fault:

@@ -97,7 +97,7 @@ def known_packs(folders: tuple[Path, ...] = ()) -> dict[str, Path]:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A run that may become an entry: complete, and with metadata that agree with its header."""
+    """A run that may become an entry: every episode is scored, and the metadata agree with the run's header."""
 
     run: SavedRun
     metadata: EntryMetadata

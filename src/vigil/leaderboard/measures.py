@@ -65,7 +65,7 @@ class Measures:
     """A row for each scored play; `closed` says whether the play was closed truthfully (see `RANKED_BY`)."""
     frames: Frames
     timing_faults: dict[str, int]
-    """Reason why a play's times are impossible -> number of such plays."""
+    """Reason why the times of a play are impossible -> number of plays with this fault."""
 
 
 def measures_of(run: SavedRun, pack: Pack) -> Measures:

@@ -15,7 +15,7 @@ Tier = Literal["self_reported", "re_simulated", "fresh_pack", "hosted", "maintai
 """How far an entry can be trusted, from the least to the most; entries are ranked within their tier."""
 TIERS: tuple[Tier, ...] = get_args(Tier)
 Division = Literal["standard", "custom", "trained on streams", "baseline"]
-"""Group of entries that are ranked together. Baselines: scripted agents, agents that see hidden state, and people."""
+"""Group of entries that are ranked together. Scripted agents, agents that see hidden state and people are baselines."""
 MAX_PLAYS_OF_AN_EPISODE = 32
 """Maximum number of plays of one episode in an entry. It limits how long the check of an entry takes."""
 MAX_NAME_CHARS = 300
@@ -60,15 +60,17 @@ class EntryMetadata(_Part):
     model_name: Line = Field(description="name of the model or agent")
     model_organization: Line = Field(description="who made the model")
     submitting_organization: Line = Field(description="who submits the entry")
-    submission_date: date = Field(description="today, as 2026-01-31")
+    submission_date: date = Field(description="day of submission, as 2026-01-31")
     submission_type: Literal["standard", "custom"] = Field(
         description="standard: a model with VIGIL's prompt and client; custom: anything else"
     )
     contact_info: Line = Field(description="address for questions; it is published")
     references: tuple[Link, ...] = Field(max_length=10, description="https links to a paper, a model card or code")
-    model_release: date | None = Field(description="day on which the model was released; null if it is not a model")
+    model_release: date | None = Field(
+        description="day on which the model was released; null if the agent is not a model"
+    )
     weights: Literal["open", "closed", "none"] = Field(description="open or closed weights; none for a program")
-    trained_on_streams: bool = Field(description="true if it was trained on VIGIL's episodes or streams")
+    trained_on_streams: bool = Field(description="true if the model was trained on VIGIL's episodes or streams")
     tier: Tier = Field(description=f"one of {', '.join(TIERS)}")
     methodology: Methodology
 
@@ -128,7 +130,7 @@ def contradictions(header: RunHeader, metadata: EntryMetadata) -> Iterator[str]:
     if metadata.submission_type == "standard" and (has_own_prompt or spec.agent_kind != "model"):
         yield (
             f"`submission_type` is standard, but the agent is of the kind {spec.agent_kind!r} with prompt "
-            f"{spec.profile.prompt_variant!r}: it is custom"
+            f"{spec.profile.prompt_variant!r}, so it must be custom"
         )
     if max(len(spec.agent), len(header.run_id)) > MAX_NAME_CHARS:
         yield f"the name of its agent or run has more than {MAX_NAME_CHARS} characters"
@@ -139,8 +141,8 @@ def contradictions(header: RunHeader, metadata: EntryMetadata) -> Iterator[str]:
     if spec.epochs > MAX_PLAYS_OF_AN_EPISODE:
         yield f"it plays each episode {spec.epochs} times, and at most {MAX_PLAYS_OF_AN_EPISODE} are checked"
     if spec.simulator != "mujoco" and metadata.tier != "self_reported":
-        yield f"runs on the simulator {spec.simulator!r} are not played again here: its tier is self_reported"
+        yield f"runs on the simulator {spec.simulator!r} are not played again here, so its tier must be self_reported"
     if spec.simulator not in ("mujoco", "thor"):
-        yield f"the simulator {spec.simulator!r} is not one of the benchmark"
+        yield f"the simulator {spec.simulator!r} does not belong to the benchmark"
     yield from spec.versions.differences()
     yield from (f"its pack was made under {each}" for each in spec.pack_versions.differences())

@@ -77,7 +77,7 @@ class Point:
 
 
 def write_play_pages(run: Path, pack: Path, entry: CheckedEntry, out: Path, drawing: RenderService, count: int) -> None:
-    """Write pages of `count` plays: in each family, first a play that was not closed truthfully, then one that was."""
+    """Write pages of `count` plays: in each family, first one that was not closed truthfully, then one that was."""
     found = Library([run], [pack]).runs()[0]
     if found.table is None:
         raise RecordError(f"the plays of the bundle cannot be shown: {found.fault}")

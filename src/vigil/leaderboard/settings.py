@@ -15,7 +15,7 @@ class CheckSettings:
     frames: Annotated[
         bool,
         Setting(
-            "Also draw every frame again and compare it with the recorded frame. They can be equal only if the "
+            "Also draw every frame again and compare it with the recorded frame. The two can be equal only if the "
             "renderer is the same."
         ),
     ] = False
@@ -54,10 +54,13 @@ class BuildSettings(CheckSettings):
     earlier: Annotated[
         Path | None,
         Setting(
-            "entries.json of an earlier site; its results are added to the history, which shows a model on several "
+            "File entries.json of an earlier site; its results are added to the history, which shows models on several "
             "versions of a pack."
         ),
     ] = None
     shown_plays: Annotated[
-        int, Setting("Number of plays of each entry that get a page of the trajectory viewer.", minimum=0, maximum=1000)
+        int,
+        Setting(
+            "Number of plays of each entry for which the site has a page with the trajectory.", minimum=0, maximum=1000
+        ),
     ] = 4

@@ -87,7 +87,7 @@ def _close_until_clear(thing: Thing, partitions: Partitions) -> list[str]:
     steps = [round(wanted - OPENNESS_STEP * step, 4) for step in range(1, int(1 / OPENNESS_STEP))]
     fitting = (step for step in steps if step > OPEN_ABOVE and partitions.reaches_through(thing, step) is None)
     thing.openness = next(fitting, 0.0)
-    return [f"{thing.id}: openness {wanted:g} reaches into the next room; {thing.openness:g} is taken"]
+    return [f"{thing.id}: openness {wanted:g} reaches into the next room; it is reduced to {thing.openness:g}"]
 
 
 def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDatabase, partitions: Partitions) -> None:

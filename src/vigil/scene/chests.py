@@ -29,7 +29,7 @@ def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
             continue
         if name in found:
             raise HouseError(
-                f"{found[name].id!r} and {child.id!r} both name {name!r} of {node.id!r}. Name each drawer only once."
+                f"{found[name].id!r} and {child.id!r} both name {name!r} of {node.id!r}. Name each drawer once."
             )
         found[name] = child
     return found

@@ -20,8 +20,8 @@ from vigil.scene.supports import drawers_of, surface_frame, surface_named
 from vigil.scene.things import Scene, Thing
 
 BOX_SHARE, BOX_M = 0.02, 0.001
-"""Greatest deviation of a shape from the size that the house asks for: this share of the size plus this length (m). So
-small a deviation is not visible."""
+"""Greatest deviation of a shape from the size that the house asks for: this share of the size plus this length (m). A
+deviation this small is not visible."""
 GAP_M = 0.002
 MOST_TRIANGLES_ONE_ROOM, MOST_TRIANGLES = 30_000, 100_000
 
@@ -52,7 +52,7 @@ def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mis
             *(
                 []
                 if thing.asset.category in MAKERS
-                else [("stand-in", f"no maker of {thing.category}: it is drawn as a box")]
+                else [("stand-in", f"{thing.category} has no maker: it is drawn as a plain box")]
             ),
             *(() if drawers_of(scene, thing) else _box(thing, asked.get(thing.id, thing.asset.size))),
             *_gap(thing, scene),
@@ -64,7 +64,9 @@ def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mis
 def too_many_triangles(house: str, triangles: int, rooms: int) -> list[Mismatch]:
     """Return a mismatch when a house with this number of rooms is drawn with too many triangles; else an empty list."""
     most = MOST_TRIANGLES_ONE_ROOM if rooms == 1 else MOST_TRIANGLES
-    return [Mismatch("triangles", house, f"{triangles}, at most {most}")] if triangles > most else []
+    return (
+        [Mismatch("triangles", house, f"{triangles} triangles, at most {most} are allowed")] if triangles > most else []
+    )
 
 
 def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
@@ -75,7 +77,7 @@ def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
     want = np.array(asked)
     sizes = [_extent(thing.asset, openness) for openness in ((0.0, 1.0) if thing.asset.joints else (0.0,))]
     if not any((np.abs(size - want) <= BOX_SHARE * want + BOX_M).all() for size in sizes):
-        yield "box", f"drawn {_metres(sizes[0])}, asked for {_metres(want)}"
+        yield "box", f"its shape is {_metres(sizes[0])} m, but the house asks for {_metres(want)} m"
 
 
 def _extent(asset: Asset, openness: float) -> np.ndarray:
@@ -106,18 +108,18 @@ def _gap(thing: Thing, scene: Scene) -> Iterator[tuple[str, str]]:
     if parent and surface:
         gap = bottom - float(surface_frame(parent, surface).shift[1])
         if abs(gap) > GAP_M:
-            yield "gap", f"{1000 * gap:+.0f} mm over the {surface.name} of {parent.id}"
+            yield "gap", f"{1000 * gap:+.0f} mm above the surface {surface.name!r} of {parent.id}"
     elif parent and parent.asset.surfaces:
-        yield "gap", f"lies in or on {parent.id}, on none of its surfaces"
+        yield "gap", f"lies in or on {parent.id}, but on none of its surfaces"
     elif not parent and abs(bottom) > GAP_M and not {WALL, CEILING} & set(CATALOG[thing.category].rests_on):
-        yield "gap", f"{1000 * bottom:+.0f} mm over the floor"
+        yield "gap", f"{1000 * bottom:+.0f} mm above the floor"
 
 
 def _state(thing: Thing) -> Iterator[tuple[str, str]]:
     parts = thing.asset.parts
     if thing.is_openable and not any(part.bears_open and part.joint for part in parts):
-        yield "state", "can be opened, and no part shows it"
+        yield "state", "can be opened, but no part shows whether it is open"
     if thing.is_toggleable and not any(
         part.bears_toggle and (part.material_on is not None or part.shown != "always") for part in parts
     ):
-        yield "state", "can be switched, and no part shows it"
+        yield "state", "can be switched, but no part shows whether it is on"

@@ -221,7 +221,7 @@ def largest_part(free: np.ndarray) -> np.ndarray:
 
 
 def _neighbours(grid: np.ndarray, down: int, aside: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return two views of a grid: the cells, and for each cell the one `down` rows below and `aside` columns right."""
+    """Return two views of a grid: its cells, and for each cell the cell `down` rows below and `aside` columns right."""
     rows, columns = grid.shape
     if aside >= 0:
         return grid[: rows - down, : columns - aside], grid[down:, aside:]

@@ -60,8 +60,8 @@ IGNORED: dict[str, frozenset[str]] = {
 UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
     "house": {"roof": (None, "houses have no roof")},
     "rooms": {
-        "rooms": ([], "rooms lie in no rooms"),
-        "children": ([], "rooms lie in no rooms"),
+        "rooms": ([], "rooms cannot be inside other rooms"),
+        "children": ([], "rooms cannot be inside other rooms"),
     },
     "ceilings": {"polygon": ([], "the ceiling is over the room's whole floor, as high as its walls")},
     "walls": {"thickness": (0, "walls have no thickness")},
@@ -75,7 +75,7 @@ UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
         "openness": (0, "windows stay shut"),
     },
     "objects": {"boundingBox": ({}, "sizes are those of the assets")},
-    "lights": {"enabled": (True, "the room is lit all the same")},
+    "lights": {"enabled": (True, "the room is lit anyway")},
 }
 """Keys of each part that are reported: key -> (value without an effect, phrase that says what happens instead)."""
 

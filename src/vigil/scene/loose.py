@@ -33,7 +33,7 @@ def with_implied_parents(nodes: list[HouseObject], assets: AssetDatabase) -> tup
         for node in nodes
         if node.id not in moved
     ]
-    return roots, [f"{node}: it is taken to rest on {carrier!r}, by its place" for node, carrier in moved.items()]
+    return roots, [f"{node}: judging by its place, it rests on {carrier!r}" for node, carrier in moved.items()]
 
 
 def _is_loose(node: HouseObject, entry: AssetEntry) -> bool:

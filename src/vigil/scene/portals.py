@@ -19,7 +19,7 @@ from vigil.scene.sectors import ALL, Sector
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 
 OUTSIDE = -1
-"""Number that stands for everything outside the rooms, where a room's number is expected."""
+"""Number that is used instead of a room's number for everything outside the rooms."""
 BESIDE_M = 0.3
 """A hole (doorway or window) leads into a room if the room is at most this far (m) from the hole's middle."""
 IN_DOORWAY_M = 0.4
@@ -113,8 +113,8 @@ class Portals:
     def visible_rooms(
         self, eye: Place, entries: Iterable[Place] = (), through: Sector = ALL
     ) -> list[tuple[int, Sector]] | None:
-        """Return (room, directions) for each room that may be visible from an eye. A room is repeated for each way to
-        it.
+        """Return (room, directions) for each room that may be visible from an eye; a room is listed once for each way
+        to it.
 
         Return None if everything may be visible, because the eye is outside all rooms or above the lowest ceiling.
         `entries` and `through` describe a view in a mirror, whose eye is behind the mirror: the lines of sight enter

@@ -24,7 +24,7 @@ FARTHEST_SURFACE = 2.0
 """Greatest distance of a thing's surfaces from the thing, as a multiple of the diagonal of its box. Leaves and drawers
 move by less than this."""
 LEVEL_SLACK_M = 1e-3
-"""How far (m) a thing may be sunk into the surface that it lies on, or above the rim of the hollow that it lies in."""
+"""How far (m) a thing may reach into the surface that it lies on, or above the rim of the hollow that it lies in."""
 
 
 def surface_named(thing: Thing, name: str | None) -> Surface | None:
@@ -184,8 +184,8 @@ def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool
 def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
     """Return the surfaces of a receptacle that are below the thing, by the rule of `object_at_receptacle`.
 
-    The rectangle of a surface is enlarged only if the thing's support is not known. A thing whose support is known and
-    is next to the receptacle lies on this support instead.
+    The rectangle of a surface is enlarged only if the thing's support is not known. If the support is known, a thing
+    that lies next to the receptacle must not count as lying on it.
     """
     away_m = math.hypot(thing.position.x - receptacle.position.x, thing.position.z - receptacle.position.z)
     if away_m > FARTHEST_SURFACE * math.hypot(*receptacle.asset.size) + 2 * OVER_M:

@@ -45,7 +45,7 @@ def rooms_of(house: House) -> list[RoomShape]:
         if not (floor := floor_of(room)).is_valid:
             raise HouseError(
                 f"House {house.name!r}: room {room.id!r}: its floor is not a simple polygon "
-                f"({shapely.is_valid_reason(floor)}). Put its corners in their order round the room."
+                f"({shapely.is_valid_reason(floor)}). List its corners in order around the room."
             )
         if floor.area < LEAST_FLOOR_M2:
             raise HouseError(
@@ -135,8 +135,8 @@ def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomS
 
 
 def _light_of(room: RoomNode, floor: shapely.Polygon, lights: list[Light]) -> Light | None:
-    """Return a room's light: first choice is a light in the room that bears the room's name, then any light in the
-    room, then a light elsewhere with the room's name. None if there is no such light."""
+    """Return a room's light: a light in the room that has the room's name, else any light in the room, else a light
+    elsewhere that has the room's name. None if there is no such light."""
     suffix = room.id.rpartition("|")[2]
     named = [light for light in lights if light.id.rpartition("_")[2] == suffix]
     inside = [light for light in lights if floor.contains(shapely.Point(light.position.x, light.position.z))]

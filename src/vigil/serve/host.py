@@ -137,7 +137,7 @@ class Host:
         self._folder.close()
 
     def _unfinished(self, left: set[Key]) -> list[Begun]:
-        """Return the sessions of a killed server that can continue: each episode's last attempt, if not recorded."""
+        """Return the sessions of a killed server that can continue: the last attempts at episodes without a record."""
         errors = {(row.key, row.attempt) for row in self._folder.records()}
         begun = [one for one in self._journal.begun.values() if one.key in left]
         return [

@@ -55,16 +55,16 @@ class ServeSettings:
     max_sessions: Annotated[
         int, Setting("Maximum number of episodes that are played at the same time.", minimum=1, metavar="N")
     ] = 32
-    reply_seconds: Annotated[int, Setting("Time limit of each reply of a client.", minimum=1, metavar="SECONDS")] = (
-        REPLY_SECONDS
-    )
+    reply_seconds: Annotated[
+        int, Setting("Time limit in seconds for each reply of a client.", minimum=1, metavar="SECONDS")
+    ] = REPLY_SECONDS
     episode_seconds: Annotated[
-        int, Setting("Time limit of all replies of one episode together.", minimum=1, metavar="SECONDS")
+        int, Setting("Time limit in seconds for all replies of one episode together.", minimum=1, metavar="SECONDS")
     ] = 24 * REPLY_SECONDS
     frame_interval_seconds: Annotated[
         float,
         Setting(
-            "Length of an interval: the next frame is sent a whole number of intervals after the reply arrived, so "
+            "Interval in seconds: the next frame is sent a whole number of intervals after the reply arrived, so "
             "that the waiting time does not reveal what the reply did. With 0, it is sent as soon as it is ready.",
             minimum=0,
             maximum=60,

@@ -44,7 +44,7 @@ class Simulator(Protocol):
         """Return the id of the object that a click on the pixel (x right, y down) hits; None for a wall or the sky."""
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Return the hidden state of the agent and the named objects. Raises EpisodeError on an unknown id."""
+        """Return the hidden state of the agent and the objects with these ids. Raises EpisodeError on an unknown id."""
 
     def renderer(self) -> str:
         """Return the GL renderer string; "none" when no frame can be drawn."""

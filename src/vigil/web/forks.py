@@ -19,7 +19,7 @@ class ForkLink:
 
 
 def source_of(library: Library, record: EpisodeRecord) -> ForkLink | None:
-    """Return the play that a record continues; None if it continues none, or its run is not in the library."""
+    """Return the play that a record continues; None if it continues no play, or that play is not in the library."""
     point = record.fork
     if point is None:
         return None

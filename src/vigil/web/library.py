@@ -111,7 +111,8 @@ class LibraryRun:
             return known[2], known[3]
 
     def closure(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
-        """Return C and related rates by kind; None if the run's pack does not belong to the closure-stress suite."""
+        """Return C (correct closures) and related rates by kind; None for packs that are not of the closure-stress
+        suite."""
         from vigil.analysis.measures.closure import closure_rates  # noqa: PLC0415 - loads pandas
 
         with self.lock:
@@ -191,7 +192,7 @@ class Library:
         return runs
 
     def run(self, slug: str) -> LibraryRun:
-        """Read the run with this short name again, and only this run, and return it. Raises KeyError."""
+        """Return the run with this short name, after reading this run (but no other run) again. Raises KeyError."""
         known = {run.slug: run for run in list(self._runs.values())}
         run = known[slug] if slug in known else {run.slug: run for run in self.known_runs()}[slug]
         self._refresh(run)
@@ -208,7 +209,7 @@ class Library:
             return sorted(self._runs.values(), key=lambda run: run.slug)
 
     def pack_folders(self) -> dict[str, Path]:
-        """Return {short name: folder} of all packs: those that are open, and the others that come with VIGIL."""
+        """Return {short name: folder} of all packs: the open packs, and the other packs that come with VIGIL."""
         with self._lock:
             found = {slug: pack.folder for slug, pack in self.packs.items()}
             opened = set(found.values())

@@ -44,7 +44,7 @@ _STRATA = {
 def add_pack_pages(
     site: FastAPI, library: Library, render_service: RenderService, render_settings: RenderSettings
 ) -> None:
-    """Add the pages of all packs: those that come with VIGIL, those that were given, and those of the runs."""
+    """Add the pages of all packs: those that come with VIGIL, those that the user named, and those of the runs."""
 
     @site.get("/packs", response_class=HTMLResponse)
     def packs() -> Response:
@@ -98,7 +98,7 @@ def _pack_row(slug: str, folder: Path) -> dict[str, Any]:
 
 
 def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return one row for each family of a pack: its budgets, and the number of its episodes of each kind.
+    """Return one row for each family of a pack: its specification, and the number of its episodes of each kind.
 
     The kinds are those over which the pack was balanced, if its manifest names them; otherwise the sizes of targets or
     the templates.

@@ -15,7 +15,7 @@ from vigil.web.films.plan import FilmPlan
 from vigil.web.library import LibraryPack
 
 TEXT_SHARE = 0.026
-"""Height of the letters as a share of the plan's width, so that they are legible at the size at which pages show it."""
+"""Height of the letters as a share of the plan's width; at this height, they are legible on the pages."""
 PAGE_ASPECT = 1.2
 """Width divided by height of the area that pages give to a plan."""
 
@@ -30,7 +30,7 @@ class SvgShape(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class PlanDrawing:
-    """A house seen from above."""
+    """The plan of a house, seen from above, as shapes and labels for SVG."""
 
     view_box: str
     text_m: float

@@ -83,7 +83,7 @@ TEMPLATES = template_environment()
 
 
 def page(name: str, *, status: int = 200, headers: dict[str, str] | None = None, **values: Any) -> HTMLResponse:
-    """Return a rendered page."""
+    """Return the page that the template called `name` renders with `values`."""
     return HTMLResponse(TEMPLATES.get_template(name).render(**values), status, headers)
 
 

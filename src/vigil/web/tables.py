@@ -1,4 +1,4 @@
-"""Tables and charts of runs as plain values for templates: rates, outcome partition, and flips between two runs."""
+"""Tables and charts of runs as plain values for templates: rates, shares of outcomes, and flips between two runs."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -45,7 +45,7 @@ class RunGroup:
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A segment of a stacked bar, in the chart's units."""
+    """A segment of a stacked bar: the episodes with one label. Lengths are in the chart's units."""
 
     label: Label
     count: int
@@ -56,7 +56,7 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """One stacked bar."""
+    """One stacked bar, for all episodes or for the episodes of a family."""
 
     name: str
     count: int
@@ -71,7 +71,7 @@ class RunProgress:
     """Number of episodes that were scored or ended as an error."""
     planned: int
     counts: dict[str, int]
-    """W or a label -> number of episodes with W, or with this label."""
+    """"W" (the goal holds at the end) or an outcome's label -> number of episodes for which it applies."""
     errors: int
     cost: str
     """Text about the cost; empty if the cost is unknown."""
@@ -148,7 +148,7 @@ def run_values(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
 
 
 def make_bars(scores: RunScores) -> list[Bar]:
-    """Return the bars of the outcome partition: all episodes, then each family."""
+    """Return the bars that divide episodes by their outcomes: one bar for all episodes, then one for each family."""
     outcomes = scores.outcomes
     families = [family for family in FAMILIES if any(outcome.family == family for outcome in outcomes)]
     groups = [("all", outcomes), *((family, [o for o in outcomes if o.family == family]) for family in families)]
@@ -180,7 +180,7 @@ class Flip:
 
 @dataclass(frozen=True, slots=True)
 class PairedRate:
-    """A rate of two runs over the episodes that both have scored, with the test of their difference."""
+    """W or B of each of two runs, over the episodes that both have scored, with the test of the difference."""
 
     name: str
     a: Rate

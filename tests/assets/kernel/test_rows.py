@@ -93,7 +93,7 @@ parts = [
 
 
 WRONG_ROWS = {
-    "word = []": "a row does not have 'word'. Did you mean 'words'?",
+    "word = []": "a row cannot have the key 'word'. Did you mean 'words'?",
     "values.kind = {luck = 1}": "value 'kind': the value needs exactly one of",
     'values.share = {by = "kind", a = 1}': "value 'share': the table needs the value 'kind', which does not exist",
     'values.tint = {colours = ["redd"]}': "value 'tint': 'redd' is not among colours. Did you mean 'red'?",
@@ -108,7 +108,7 @@ WRONG_PARTS = {
     ),
     'look = "wax", box = [1, 1]': "[1, 1] is not a list of 3 numbers",
     'look = "wax", box = [1, 1, true]': "True is neither a number nor a formula",
-    'look = "wax", box = [1, 1, 1], bevl = 0.1': "'box' does not have 'bevl'. Did you mean 'bevel'?",
+    'look = "wax", box = [1, 1, 1], bevl = 0.1': "'box' cannot have the key 'bevl'. Did you mean 'bevel'?",
     'look = "wax", cylinder = 0.1': "'cylinder' needs 'length'",
     'look = "wax", cylinder = 0.1, length = 1, axis = "up"': "'up' is not an axis; the axes are x, y and z",
     'look = "{tint}", box = [1, 1, 1]': "'{tint}' names 'tint', which has no value here.",

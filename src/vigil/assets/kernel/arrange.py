@@ -43,7 +43,7 @@ def along_longest(maker: Maker) -> Maker:
 
 
 def quarter_turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
-    """Return the asset turned by a quarter about an axis; about x or z, the result has no surfaces."""
+    """Return the asset turned by 90 degrees or a multiple about an axis; about x or z, the result has no surfaces."""
     matrix = np.round(shapes.rotation(axis, degrees))
 
     def point(value: Sequence[float]) -> Vec3:
@@ -117,7 +117,7 @@ def bend(part: Mesh, lift: Callable[[np.ndarray], np.ndarray]) -> Mesh:
 
 
 def creased(part: Mesh) -> Mesh:
-    """Return the mesh with flat shading for its sharp folds, where smooth normals would be lit from behind."""
+    """Return the mesh with flat shading at its sharp folds, where smooth normals would look as if lit from behind."""
     corners = part.vertices[part.faces].astype(np.float64)
     across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(across, axis=1, keepdims=True)

@@ -121,7 +121,7 @@ class Builder:
         self.prism(np.c_[center[0] + radius * np.cos(angles), center[1] + radius * np.sin(angles)], bottom, top)
 
     def build(self, tags: Iterable[str] = (), *, takes_room: bool = True) -> Asset:
-        """Return the asset, stretched to its size. With `takes_room`, the box is the solid of a body without solids."""
+        """Return the asset, stretched to its size. With `takes_room`, a body without solids gets its box as a solid."""
         merged = {look: merge(parts) for look, parts in self._meshes.items()}
         low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
         fit = _BoxFit(low, high, np.asarray(self._size, np.float64))

@@ -11,7 +11,7 @@ from vigil.assets.kernel.shapes import rounded_rectangle
 from vigil.errors import did_you_mean
 
 Names = dict[str, Any]
-"""Values by name."""
+"""Name -> value, for the names that the formulas of a row use."""
 Known = frozenset[str]
 """Names that have a value at some place in a row."""
 
@@ -55,7 +55,7 @@ def formula(text: str, known: Known) -> str:
 
 
 def text(raw: Any, known: Known) -> str:
-    """Return a Python expression for a text with names in braces; the text "{name}" stands for the value itself."""
+    """Return a Python expression for a text with names in braces; "{name}" alone gives the name's value as it is."""
     if not isinstance(raw, str):
         raise ValueError(f"{raw!r} is not a text")
     fields = [field for _, field, _, _ in Formatter().parse(raw) if field is not None]

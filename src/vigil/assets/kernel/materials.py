@@ -198,7 +198,7 @@ _KIND_WORDS: tuple[tuple[str, str], ...] = (
     ("plate", "ceramic"), ("bowl", "ceramic"), ("pot", "metal"), ("pan", "metal"), ("statue", "stone"),
     ("fertility", "stone"), ("soap", "wax"), ("basketball", "leather"),
 )  # fmt: skip
-"""(part of a name in lower case, kind of surface); the first row whose part occurs in a name decides."""
+"""Rows (part of a name in lower case, kind of surface); the first row whose part occurs in a name is used."""
 
 _COLOUR_WORDS: tuple[tuple[str, str], ...] = (
     ("lightblue", "8fb4d6"), ("darkgreen", "3c5a3c"), ("offwhite", "ece8dc"), ("robinegg", "9cc3c0"),

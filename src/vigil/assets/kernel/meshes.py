@@ -16,7 +16,7 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 
 def mesh(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, uvs: np.ndarray) -> Mesh:
-    """Return a Mesh with the array types that it declares and normals of unit length."""
+    """Return a Mesh with the array types that `Mesh` declares, and with normals of unit length."""
     lengths = np.sqrt(np.add.reduce(normals * normals, axis=1, keepdims=True))
     return Mesh(
         np.ascontiguousarray(vertices, np.float32),

@@ -22,7 +22,7 @@ from vigil.assets.kernel.meshes import (
 )
 
 SMOOTH = float(np.cos(np.radians(35)))
-"""Edges with a cosine of at least this between their faces are shaded smoothly (35 degrees)."""
+"""Cosine of 35 degrees. An edge is shaded smoothly if the angle between its two faces is smaller than 35 degrees."""
 _NO_RADIUS_M = 1e-9
 _SHORTEST_M = 1e-5
 
@@ -102,7 +102,7 @@ def cylinder(
 
 
 def ellipsoid(size: Point3, at: Point3 = ORIGIN, segments: int = 16, rings: int = 8) -> Mesh:
-    """Return an ellipsoid of full `size`."""
+    """Return an ellipsoid whose bounding box has the given `size`."""
     return translate(scale(_ball(segments, rings), size), at)
 
 

@@ -61,8 +61,8 @@ def _numbers(raw: Any, known: Known, sides: Sequence[str | None]) -> str:
 def _list(raw: Any, known: Known, read: Callable[[Any, Known], str]) -> str:
     """Return the expression of a list: one formula, or entries. An entry may stand for several values.
 
-    An entry for several values is a formula of a list, or a table with `of` (the value) and `each` (what it is repeated
-    for).
+    An entry for several values is a formula that gives a list, or a table with `of` (the value) and `each` (the names
+    and values with which it is repeated).
     """
     if isinstance(raw, str):
         return formula(raw, known)
@@ -151,7 +151,7 @@ def _arguments(call: Callable[..., Any], word: str, entry: Row, known: Known, sk
     given = whole | {next(iter(parameters)): entry[word]} | {key: entry[key] for key in entry if key != word}
     for key in given:
         if key not in parameters:
-            raise ValueError(f"{word!r} does not have {key!r}.{did_you_mean(key, parameters)}")
+            raise ValueError(f"{word!r} cannot have the key {key!r}.{did_you_mean(key, parameters)}")
     missing = [key for key, each in parameters.items() if each.default is Parameter.empty and key not in given]
     if missing:
         raise ValueError(f"{word!r} needs {missing[0]!r}")
@@ -343,7 +343,7 @@ def maker_of(category: str, row: Row, shared: Row) -> Maker:
     """Return the maker that a row describes. Raises ValueError, which says where the row is wrong and why."""
     for key in row:
         if key not in _KEYS:
-            raise ValueError(f"a row does not have {key!r}.{did_you_mean(key, _KEYS)}")
+            raise ValueError(f"a row cannot have the key {key!r}.{did_you_mean(key, _KEYS)}")
     if "about" not in row:
         raise ValueError("a row needs 'about', which says what the thing is")
     known: Known = frozenset(("category", "width", "height", "depth"))

@@ -218,7 +218,8 @@ class _Machine:
         return self.builder.height - _PANEL_M, self.builder.height - 0.025
 
     def face(self, part: shapes.Mesh, z: float) -> shapes.Mesh:
-        """Return a part, made lying at the origin, set upright in front of the drum with its top towards the viewer."""
+        """Stand a part upright in front of the drum, and return it; `part` lies at the origin, and its top will face
+        the viewer."""
         return shapes.translate(shapes.rotate(part, "x", 90), (0.0, self.middle, z))
 
 

@@ -13,7 +13,7 @@ from vigil.base.geometry import Vec3
 
 _CANOPY_FROM_M = 1.5
 _HIGHEST_M = 0.85
-"""Greatest height (m) of a mattress's top; a higher level (where something rests) belongs to a thing on the bed."""
+"""Greatest height (m) of a mattress's top. Things that rest higher lie on something else, such as a pillow."""
 
 
 def bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:

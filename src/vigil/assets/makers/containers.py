@@ -98,7 +98,7 @@ def _washing(builder: Builder, rng: np.random.Generator, lid: float) -> None:
 def _bin(
     outline: np.ndarray, y: tuple[float, float], foot: float, wall: float, *, has_floor: bool = True
 ) -> shapes.Mesh:
-    """Return a bin, or only its rim. Its outline (n, 2) is that of the top; the bottom is `foot` times as large."""
+    """Return a bin, or only its rim. `outline` (n, 2) is the top's outline; the bottom is `foot` times as large."""
     ring = np.concatenate([outline, outline[:1]])
     reach = np.abs(outline).max(0)
     inner = (reach - wall) / reach

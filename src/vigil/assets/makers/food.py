@@ -1,4 +1,4 @@
-"""Food."""
+"""Food: tomatoes, potatoes, bread and lettuce."""
 
 from collections.abc import Sequence
 

@@ -56,7 +56,8 @@ def _frame(builder: Builder, material: str, z: Range) -> None:
 
 
 def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, str, str]) -> None:
-    """Add a door leaf over the range `x`, hinged at its lower (-1) or upper (1) end, with handles on both sides."""
+    """Add a door leaf over the range `x`, with handles on both sides. If `hinge` is -1, the hinge is at the lower end
+    of the range; if it is 1, at the upper end."""
     style, material, metal = looks
     y0, y1, z1 = _FLOOR_GAP_M, builder.height - _JAMB_M - _GAP_M, _LEAF_M / 2
     joint = builder.hinge(name, (0, 1, 0), (x[0] if hinge < 0 else x[1], 0, z1), hinge * 90.0)

@@ -141,8 +141,7 @@ def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _measured_open(size: Vec3) -> tuple[float, float, float]:
-    """Return the thickness (m), the lean of the lid (deg) and the depth (m) of a laptop that fills a box while it is
-    open.
+    """Return the thickness (m), the lean of the lid (deg) and the depth (m) of a laptop that, when open, fills a box.
 
     The height of the open laptop is 0.6 of its thickness plus 0.99 of the lid's rise. Its depth includes how far the
     lid leans back.

@@ -111,7 +111,7 @@ def _pedestal(builder: Builder, finish: Finish, foot: Finish) -> None:
 
 
 def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a coffee table: wood or glass on four legs, perhaps with a shelf; or round; or a block."""
+    """Return a coffee table: a wooden or glass top on four legs, perhaps with a shelf; a round table; or a block."""
     builder = Builder("CoffeeTable", size)
     finish = wood(rng)
     width, height, depth = size

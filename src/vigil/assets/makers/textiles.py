@@ -80,7 +80,7 @@ def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def curtains(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a pair of curtains on a rod. Closed, they cover the window; each opens to its own side in three panels."""
+    """Return two curtains on a rod. When closed, they cover the window; each opens to its own side in three panels."""
     builder = Builder("Curtains", size)
     name, tint = colour(rng, "cream", "grey", "blue", "red", "teal", "beige", "green", "navy", "white")
     weave = one_of(rng, ("fabric", "fabric", "stripes", "dots", "velvet"))
@@ -113,7 +113,8 @@ def _rod(builder: Builder, metal: str) -> float:
 
 
 def _panels(builder: Builder, cloth_look: str, top: float, *, left: int, right: int) -> None:
-    """Add panels of cloth across the width. When open, all panels of one side lie over its outermost panel.
+    """Add panels of cloth across the width. When open, all panels of one side lie over the outermost panel of this
+    side.
 
     `left` and `right` are the numbers of panels that open to each side.
     """

@@ -20,7 +20,7 @@ PLACED_ORDERS = Sentences(
         for half in (SEARCH_ORDERS.public, SEARCH_ORDERS.held_out)
     )
 )
-"""Orders to search for a target, except sentences that ask where it is: the phrase for the target already says that."""
+"""Orders to search for a target that do not ask where it is: the phrase for the target already names its place."""
 PUT_ON = (
     "Put {target} on {receptacle}.",
     "Please put {target} on {receptacle}.",

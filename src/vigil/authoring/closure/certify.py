@@ -1,8 +1,8 @@
 """Certificates: proof, by search and by replay, that the answer to a task of the closure-stress suite is correct.
 
-Twins are the two sides of one task. The first side must satisfy the rules of its family (`vigil.authoring.review`),
-except the rules from which the task's kind is exempt. The second side has separate rules. Source: `protocol.md` section
-8, decision 30.
+Twins are the two sides of one task: two episodes with the same instruction, but different answers. The first side must
+satisfy the rules of its family (`vigil.authoring.review`), except those from which the task's kind is exempt. The
+second side has separate rules. Source: `protocol.md` section 8, decision 30.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -56,7 +56,7 @@ from vigil.scoring.closure import (
 from vigil.sim.privileged import PrivilegedSimulator
 
 MIN_LOOKING_SHARE = 0.5
-"""Minimum share of the step budget that an agent needs to look at everything that the instruction asks about."""
+"""Looking at everything that the instruction asks about must need at least this share of the step budget."""
 SUMMARY = "Done."
 """Text of the report that closes the second side of twins."""
 BrokenRules = Iterator[tuple[str, str]]
@@ -146,7 +146,7 @@ class Certifier:
             yield from FAULTS_BY_KIND[task.kind](self._view, task, episode, actions)
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
-        """Return the answers to twins. Raises BrokenRule if they are not twins, or the impossible side is possible."""
+        """Return the answers to twins. Raises BrokenRule if they are not twins, or an impossible side is possible."""
         first = task.episodes[0]
         check_single_difference(task, second)
         for side in () if CLOSURE_KINDS[task.kind].has_branches else task.episodes:
@@ -190,7 +190,7 @@ class Certifier:
         return reason_for_absence(meant, items_of(self._view.scene).values())
 
     def _show_evidence_and_report(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
-        """Return the actions that show all evidence and then report.
+        """Return the actions that show all evidence (objects that reveal the answer) and then report.
 
         Raises BrokenRule if some evidence cannot be seen.
         """
@@ -231,16 +231,19 @@ class Certifier:
         """Yield (rule, message) for the faults of the second side of twins, and of the actions to close it."""
         is_of_many = answer.form in CLOSURE_KINDS[answer.kind].forms_of_many
         if is_of_many and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
-            yield "enough_to_look_at", f"only {len(actions)} steps of {second.max_steps} to see all that is asked about"
+            yield (
+                "enough_to_look_at",
+                f"seeing all that is asked about takes only {len(actions)} of {second.max_steps} steps",
+            )
         if len(actions) > BUDGET_SHARE * second.max_steps:
-            yield "evidence_seen", f"{len(actions)} steps of {second.max_steps} to see the evidence"
+            yield "evidence_seen", f"seeing the evidence takes {len(actions)} of {second.max_steps} steps"
         record = self._validator.play(second, house, actions)
         if record.end == "error":
-            yield "closes_correctly", record.error.message if record.error else "it ended as an error"
+            yield "closes_correctly", record.error.message if record.error else "the replay ended as an error"
             return
         verdict = score_closure(answer, second, record)
         if verdict.evidence_seen != 1.0:
-            yield "evidence_seen", f"a share of {verdict.evidence_seen} of the evidence is seen"
+            yield "evidence_seen", f"only the share {verdict.evidence_seen} of the evidence is seen"
         if not verdict.C or verdict.is_needless or verdict.outcome.W is answer.is_impossible:
             yield "closes_correctly", f"C={verdict.C:d} W={verdict.outcome.W:d} ({verdict.outcome.label})"
 
@@ -253,12 +256,15 @@ class Certifier:
 
 
 def faults_of_gaps(view: PrivilegedView, object_ids: Iterable[str]) -> BrokenRules:
-    """Yield the faults of things that are neither closed, nor wide open, nor visibly partly open from close by."""
+    """Yield a fault for each thing that is neither closed, nor wide open, nor open by a gap visible from close by."""
     for thing in (view.scene.things[name] for name in object_ids):
         if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
             continue
         if not (can_be_partly_open(thing) and is_partly_open(thing.openness)):
-            yield "gap_visible", f"{thing.id!r} starts at openness {thing.openness}"
+            yield (
+                "gap_visible",
+                f"{thing.id!r} starts at openness {thing.openness}, which is not clearly open or closed",
+            )
             continue
         try:
             viewpoint_showing(view, (gap_evidence(thing, thing.openness),))
@@ -267,7 +273,7 @@ def faults_of_gaps(view: PrivilegedView, object_ids: Iterable[str]) -> BrokenRul
 
 
 def search_refusal(view: PrivilegedView, goal: Goal | GoalPart) -> str:
-    """Return in words why an exhaustive search finds no way to a goal. Raises BrokenRule if it finds one."""
+    """Return in words why an exhaustive search finds no way to a goal. Raises BrokenRule if the search finds a way."""
     macro_actions = MacroActions(view, may_tilt=True, is_exhaustive=True)
     target = view.scene.things[goal.object_id]
     if not target.is_present:

@@ -53,12 +53,12 @@ def things_in_room(view: PrivilegedView, room: str | None) -> list[Thing]:
 
 
 def may_be_asked(thing: Thing, act: Act) -> bool:
-    """Return whether an instruction may ask for an act on a thing."""
+    """Return whether an act may be asked for on a thing: the thing allows it, may be a target, and has no flame."""
     return is_target(thing) and allows(thing, act) and thing.category not in FLAMES
 
 
 def is_counted(thing: Thing, act: Act) -> bool:
-    """Return whether instructions about "everything that is on" or "every drawer and door" may mean a thing."""
+    """Return whether an act may be asked for on a thing, and "everything that is on" or similar includes it."""
     return may_be_asked(thing, act) and _is_meant(thing, act)
 
 

@@ -16,11 +16,11 @@ PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
 }
 """Kind -> the function that proposes its tasks in a house."""
 FAMILY: Family = "SI"
-"""Family that drafts files record when a house is finished. The suite's episodes are of SI, or of CR if constrained."""
+"""Family that a drafts file names when it records that a house is finished. The episodes themselves are of SI or CR."""
 
 
 def closure_proposer(seed: int) -> Proposer:
-    """Return the proposer of the suite's kinds."""
+    """Return the function that proposes tasks of each kind in a house; `seed` determines the random choices."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Tasks]]:
         for kind in KINDS:
@@ -31,7 +31,7 @@ def closure_proposer(seed: int) -> Proposer:
 
 
 def closure_checker(simulator: PrivilegedSimulator) -> Checker:
-    """Return the checker that certifies tasks of the suite."""
+    """Return the function that certifies proposed tasks of the suite on a simulator."""
     return Certifier(simulator).certify
 
 

@@ -21,7 +21,7 @@ BLIND: dict[str, tuple[Status | None, ...]] = {
 
 
 def kind_counts(answers: Sequence[ClosureAnswer]) -> dict[str, int]:
-    """Return text "KIND SIDE REASON" (empty parts are omitted) -> number of such episodes, sorted by the text."""
+    """Return the number of episodes for each text "KIND SIDE REASON" (empty parts are omitted), sorted by the text."""
     names = [" ".join(filter(None, (each.kind, each.side, each.reason))) for each in answers]
     return dict(sorted(Counter(names).items()))
 
@@ -33,7 +33,7 @@ def closure_facts(answers: Sequence[ClosureAnswer]) -> dict[str, Any]:
 
 
 def guessing(answers: Sequence[ClosureAnswer]) -> dict[str, dict[str, float]]:
-    """Return for each agent in `BLIND` its expected C (%) by kind, and its expected share of correct pairs (%) by kind.
+    """Return for each agent in `BLIND` its expected share of correct closures (C, %) and of correct pairs (%), by kind.
 
     These agents never act, so the goal holds at the end if and only if it holds at the reset.
     """

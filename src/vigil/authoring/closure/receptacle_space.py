@@ -84,8 +84,7 @@ def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterabl
 
 
 def _bearing(stand: Thing, receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Return the level surfaces of a stand, such as a tray on the receptacle, on which a thing is still on the
-    receptacle."""
+    """Return the level surfaces of a stand, such as a tray, on which a thing still counts as on the receptacle."""
     return [each for each in level_surfaces(stand) if not ends_lying_on(stand, each[0], receptacle)]
 
 

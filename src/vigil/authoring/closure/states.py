@@ -17,7 +17,7 @@ from vigil.scoring.closure import Evidence
 
 
 def drafts_of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, ObjectInState, Thing]]:
-    """Yield SI drafts whose act changes a clearly visible state. Each comes with its goal and target."""
+    """Yield drafts of Search and Interact whose act changes a clearly visible state, each with its goal and target."""
     for episode in seeking(context, act):
         goal, target = episode.goal, context.thing(episode.goal.object_id)
         is_plain = act in ("open", "close") or target.category in SV_TOGGLES - FLAMES

@@ -52,7 +52,7 @@ Tasks = Iterator[ClosureTask | Rejection]
 
 
 def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
-    """Yield one task of each source in turn until all are exhausted. Rejections come before the next task.
+    """Yield one task of each source in turn until all are exhausted. A source's rejections come before its next task.
 
     The order of the sources is random, so that each source gets its share although only the first tasks are used.
     """

@@ -23,8 +23,8 @@ class BrokenRule(EpisodeError):
 
 
 def check_single_difference(task: ClosureTask, second: Episode) -> None:
-    """Raise BrokenRule unless twins differ only in the setup of `task.removed`; in kinds with branches, also in the
-    goal."""
+    """Raise BrokenRule unless twins differ only in the setup of `task.removed`; in kinds with branches, goals may
+    differ, too."""
     first = task.episodes[0]
     same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
     goal = () if CLOSURE_KINDS[task.kind].has_branches else ("goal",)

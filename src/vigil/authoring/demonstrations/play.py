@@ -1,8 +1,8 @@
 """One episode of a stream as examples: each request that a model would get, with the solver's answer.
 
 The episode is played twice: first to find the effect of each action, then with pictures. The requests are made by the
-same class that makes requests to models (`vigil.agents.conversation.Conversation`). A report is used as false only if
-scoring finds it false.
+same class that makes requests to models (`vigil.agents.conversation.Conversation`). A report is used as a false report
+only if scoring finds it false.
 """
 
 import json
@@ -45,7 +45,7 @@ class Example:
     feedback: Feedback | None
     """Feedback on the previous action (all False at the first step); None if the profile has no feedback."""
     messages: tuple[Message, ...]
-    """Messages of the request: the last has the current picture, earlier ones have pictures that the profile keeps."""
+    """Messages of the request. The last has the current picture; earlier ones have pictures that the profile keeps."""
     action: Action
     thought: str
     answer: str

@@ -53,7 +53,7 @@ class SubjectInView:
 
 
 def phrases_mentioned(instruction: str, scene: Scene, held: str | None) -> dict[str, Phrase]:
-    """Return thing id -> the first phrase in an instruction that means only this thing; `held` is in the hand."""
+    """Return thing id -> the first phrase that means only this thing; `held` is the id of the thing in the hand."""
     items = items_of(scene)
     phrases = mentions(instruction, [item.name for item in items.values()])
     meant = resolve_mentions(phrases, items.values(), items.get(held or ""))

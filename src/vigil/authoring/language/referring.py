@@ -125,7 +125,7 @@ class DescribedThing:
 
 @dataclass(frozen=True, slots=True)
 class Phrase:
-    """The parts of a referring expression."""
+    """The parts of a phrase such as "the red mug on the desk": name, colour, support, room, relation and anchor."""
 
     name: str
     colour: str | None = None
@@ -185,7 +185,7 @@ def items_as_seen(scene: Scene) -> dict[str, DescribedThing]:
 
 
 _description_facts = attrgetter("position", "rotation", "parent", "surface", "is_toggled", "is_present")
-"""Function that returns those changeable facts about a thing on which its description depends."""
+"""Function that returns the changeable facts about a thing that its description depends on."""
 
 
 def description_key(scene: Scene) -> Hashable:
@@ -287,8 +287,8 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
 
 
 def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the items that a phrase could mean. If it has a relation, a single item is returned only if the relation
-    clearly holds for this item."""
+    """Return the items that a phrase could mean. If the phrase has a relation that does not clearly hold for exactly
+    one item, all items that may be meant are returned."""
     everything = list(items)
     found = [item for item in everything if fits(phrase, item)]
     if phrase.relation is None or phrase.anchor is None:

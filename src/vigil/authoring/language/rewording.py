@@ -55,8 +55,10 @@ class Reading:
 
 
 def read(text: str, tables: Sequence[Sentences]) -> Reading | None:
-    """Return the form with the most words of its own that the text has; None if there is none, or the text could be
-    divided into slots in two ways.
+    """Return the sentence form that a text has, with the words for its slots.
+
+    Of several forms, return the one with the most words outside its slots. None if no form fits, or if the text could
+    be divided into slots in two ways.
     """
     found = [reading for table in tables for form in table.of("all") if (reading := _match(text, table, form))]
     return max(found, key=lambda reading: len(_literal(reading.form)), default=None)
@@ -65,7 +67,7 @@ def read(text: str, tables: Sequence[Sentences]) -> Reading | None:
 def rewordings(text: str, tables: Sequence[Sentences], rng: np.random.Generator) -> Iterator[str]:
     """Yield the text in other forms of the same meaning, in random order, but held-out forms first.
 
-    Each text is read back to the form and to the words of the original.
+    Each new text must read back to its form and to the words of the original.
     """
     reading = read(text, tables)
     if reading is None:
@@ -93,7 +95,7 @@ def _match(text: str, table: Sentences, form: str) -> Reading | None:
 
 @cache
 def _patterns(form: str) -> tuple[re.Pattern[str], re.Pattern[str]]:
-    """Return two patterns of a form: one takes as few words into a slot as possible, the other as many."""
+    """Return two patterns of a form: one takes as few words into a slot as possible, the other as many as possible."""
     return _pattern(form, "*?"), _pattern(form, "*")
 
 

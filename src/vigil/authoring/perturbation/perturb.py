@@ -44,9 +44,9 @@ from vigil.protocol.house import House
 MAX_TRIED = 12
 """Maximum number of changes of one task that are certified. The first valid one is used."""
 NO_OTHER: Mapping[Change, str] = {"wording": "no_other_form", "start": "no_near_start", "light": "no_lamp"}
-"""Change -> reason why nothing could be tried for an episode."""
+"""Kind of change -> reason that is given for an episode for which there was nothing to try."""
 _COPIED = ("suite", "seed", SEED_SHA256, "asset_database_sha256", "house_sources")
-"""Entries of the original's manifest that stay true."""
+"""Keys of the original pack's manifest whose values also hold for the perturbed pack."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +129,7 @@ class Perturber:
                 return [_with(task, instruction=text) for text in self._well_worded(first, house, texts)]
 
     def _well_worded(self, episode: Episode, house: House, texts: Iterator[str]) -> list[str]:
-        """Return those instructions that do not break a rule about wording that the original obeys."""
+        """Return the instructions in `texts` that obey every rule about wording that the original obeys."""
         start = self._verifier.begin(episode, house)
         names = [item.name for item in items_as_seen(start.view.scene).values()]
         broken = {rule for rule, _ in worded_badly(start)}
@@ -220,7 +220,7 @@ WORDS: Mapping[Change, str] = {
     "start": "every start moved by at most one metre",
     "light": "other light in every house",
 }
-"""Change -> what it does, in words."""
+"""Kind of change -> what has changed in the perturbed pack, in words."""
 
 
 def _with(task: VerificationTask, **facts: Any) -> VerificationTask:

@@ -20,7 +20,7 @@ WARM, COOL = np.array([1.0, 0.62, 0.36]), np.array([0.62, 0.80, 1.0])
 DIMMEST = 0.45
 """Strength of the dimmest light, as a share of full light."""
 LEAST_CHANGE = 0.25
-"""Minimum change of a lamp's red, green or blue."""
+"""A lamp's red, green or blue (0..1) must change by at least this."""
 
 
 def near_starts(view: PrivilegedView, start: Pose, rng: np.random.Generator) -> Iterator[Pose]:

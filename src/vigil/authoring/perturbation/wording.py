@@ -28,7 +28,7 @@ TRIED_FORMS = 4
 
 
 def _apart(table: Sentences) -> tuple[Sentences, ...]:
-    """Return the forms in which another place may directly follow the target's, apart from the others.
+    """Return two tables: the forms in which a second place may directly follow the target's place, and all other forms.
 
     Which of the two an instruction has depends on its target: "the cup on the desk on the shelf" is misread.
     """

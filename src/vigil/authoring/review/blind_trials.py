@@ -19,8 +19,8 @@ def blind_trials(episode: Episode) -> list[tuple[Action, ...]]:
 
     They are the strongest blind agents known; the baselines of packs are measured with the same agents. The list is
     empty for state verification, because a guessed label may be correct. If the task is to find the target by turning,
-    agents that turn around are not in the list. Clicks cannot bring the agent near a target, so `centre` is tried
-    wherever nearness is not the goal.
+    agents that turn around are not in the list. The agent `centre`, which only clicks, is left out if the goal is to be
+    near the target.
     """
     goal, is_turned_to = episode.goal, episode.provenance.template == "turn"
     if "report_status" in FAMILIES[episode.family].goal_kinds:

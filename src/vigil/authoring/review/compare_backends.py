@@ -34,11 +34,11 @@ KINDS = {
     "changed": "which things an action changed",
     "end": "how the episode ends",
     "verdict": "W, W_strict, B and the label",
-    "verdict by sight": "the verdict, which is equal once as much is taken to be seen",
+    "verdict by sight": "the verdict; it is equal if both back ends are taken to see the same",
 }
 """Kind of difference -> what differs."""
 SEEN = ("visible", "visible_px", "open_px", "toggle_px", "nearest_visible_m")
-"""Those facts in an object's state that say how it is seen."""
+"""Names of the facts in an object's state that say how the object is seen."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """Containers: where people would look for an object, and whether it is fair to search for it by opening containers.
 
 If the instruction does not say where an object is, the search is fair only if people would look for the object in its
-place, and if there are few such containers.
+container, and if there are only a few containers in which they would look.
 """
 
 from collections.abc import Iterable, Iterator
@@ -47,10 +47,8 @@ IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "To
 MAX_CLOSED = 4
 """Maximum number of closed containers that may hold the target of a search, so that the step budget is enough."""
 LOOKED_FOR_POINTS, EVERY_CELL = 16, 5
-"""Number of an object's points that are tested for being visible through glass, and step through the places tried.
-
-What is behind glass is visible from many places, so it is enough to try one place in five.
-"""
+"""Number of an object's points whose visibility through glass is tested, and step through the places from which it is
+tested. One place in five is enough, because what is behind glass is visible from many places."""
 
 
 def belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:

@@ -66,7 +66,7 @@ class ControlWorlds:
             yield self.episode.start.model_copy(update={"position": place, "rotation": yaw})
 
     def click_on(self, things: list[Thing]) -> list[SyntheticStep] | None:
-        """Return a step: the click on the first of these things for which the click is not near the target.
+        """Return a step that clicks on one of these things: the first for which the target is not near the click.
 
         None if there is no such thing.
         """

@@ -52,7 +52,7 @@ class EpisodeStart:
 
     @cached_property
     def row(self) -> GoalRow:
-        """Truth and progress of the goal at the reset."""
+        """Whether the goal holds at the reset, and its progress."""
         return self.at_reset(self.episode.goal)
 
     def at_reset(self, goal: Goal) -> GoalRow:

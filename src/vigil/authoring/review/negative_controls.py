@@ -33,6 +33,6 @@ def scores_as_success(episode: Episode, control: NegativeControl) -> bool:
 
 
 def negative_controls(scenes: SyntheticWorlds, view: PrivilegedView, record: EpisodeRecord) -> list[NegativeControl]:
-    """Return an episode's negative controls; `record` is its solution's record. Leaves the simulator in any state."""
+    """Return an episode's negative controls; `record` is of its solution. The simulator may be left in any state."""
     worlds = ControlWorlds(scenes, view, record)
     return [NegativeControl(name, made) for name, made in controls_of_goal(worlds.episode.goal, worlds)]

@@ -49,9 +49,7 @@ class Review(BaseModel):
     @model_validator(mode="after")
     def _carries_what_it_says(self) -> "Review":
         if (self.reviewer_kind == "model") != self.reviewer.startswith("model: "):
-            raise ValueError(
-                "the `reviewer` of the kind model begins with `model: `; the name of a person must not begin like this"
-            )
+            raise ValueError("the `reviewer` must begin with `model: ` if, and only if, `reviewer_kind` is `model`")
         if (self.verdict == "edit") != (self.instruction is not None):
             raise ValueError("`instruction` must be given for the verdict `edit`, and for no other verdict")
         if (self.verdict == "target_size") != (self.target_size is not None):

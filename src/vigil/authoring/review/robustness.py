@@ -1,4 +1,4 @@
-"""Robustness rules: an episode can be solved with small motor errors, and its start has room and a view.
+"""Robustness rules: small motor errors do not matter, and the start has free floor and shows more than a wall.
 
 They are checked only on request, because they take seconds per episode. The motor errors are those of
 `vigil.authoring.solving.noisy_actions`.
@@ -37,7 +37,7 @@ COLUMNS, FARTHEST_M, SAME_WALL_M = 33, 30.0, 0.05
 ROBUST_RULES = {
     "room_at_start": "0.4 m of floor are free ahead or to a side of the start",
     "more_than_a_wall": "the first frame shows something other than one flat wall",
-    "robust": "the noisy solver completes and reports it within the budget in at least 9 of 10 tries",
+    "robust": "in at least 9 of 10 tries, the noisy solver completes the episode and reports it within the budget",
 }
 """Rule name -> reason, in the order in which they are checked."""
 
@@ -94,7 +94,10 @@ def _fault_of_tries(episode: Episode, view: PrivilegedView, env: Env) -> str | N
             failed.append(f"try {number}: {outcome.label}, W={outcome.W:d} after {len(record.steps)} steps")
         if len(failed) > TRIES - NEEDED_SUCCESSES:
             limit = TRIES - NEEDED_SUCCESSES
-            return f"{len(failed)} of the first {number + 1} tries fail, {limit} of {TRIES} may ({'; '.join(failed)})"
+            return (
+                f"{len(failed)} of the first {number + 1} tries fail; at most {limit} of {TRIES} may fail "
+                f"({'; '.join(failed)})"
+            )
     return None
 
 

@@ -38,7 +38,7 @@ from vigil.scene.outlines import room_floor
 from vigil.scene.things import Thing
 
 MARGIN_M, MARGIN_PX = 0.02, 20
-"""A start or a solution must be better than each threshold by at least these margins."""
+"""Margins (m, pixels) by which a start or a solution must be better than each threshold."""
 START_PX, SMALL_START_PX, STATE_START_PX = 100, 40, 150
 """Minimum visible pixels at the start: of the object to act on, a small PG target, and the parts that show a state."""
 ALMOST_CLOSED, WIDE_OPEN = 0.02, 0.8
@@ -116,7 +116,7 @@ def _state_visible(case: EpisodeStart) -> Faults:
 def _in_reach(case: EpisodeStart) -> Faults:
     box, floor = case.target.box, case.episode.start.position.y
     if case.target.box_distance_m > REACH_M - MARGIN_M or box.bottom - floor > REACH_HEIGHT_M:
-        yield f"the target is {case.target.box_distance_m:.2f} m away, within reach is {REACH_M} m"
+        yield f"the target is {case.target.box_distance_m:.2f} m away, but the reach is {REACH_M} m"
 
 
 def _out_of_reach(case: EpisodeStart) -> Faults:
@@ -261,7 +261,7 @@ def _inside_as_worded(case: EpisodeStart) -> Faults:
     for goal in _parts(case.episode.goal):
         if isinstance(goal, ObjectAtReceptacle) and goal.inside != asks_inside(case.episode.instruction):
             wanted = "inside" if goal.inside else "on"
-            yield f"the goal wants it {wanted} {goal.receptacle_id!r}, the instruction says otherwise"
+            yield f"the goal is {wanted} {goal.receptacle_id!r}, but the instruction says otherwise"
 
 
 def _found(case: EpisodeStart) -> Faults:
@@ -317,7 +317,9 @@ def _starts_out_of_view(family: Family) -> bool:
 
 
 RULES: dict[str, Rule] = {
-    "protocol": Rule(every_family, "budgets and start horizon are the family's", _protocol),
+    "protocol": Rule(
+        every_family, "the step budget and the camera's pitch at the start are those of the family", _protocol
+    ),
     "objects_exist": Rule(every_family, "every bound object is in the scene", _objects),
     "start_free": Rule(every_family, "the body fits at the start", _start),
     "goal_unmet": Rule(_asks_action, "the goal does not hold at the start", _unmet),
@@ -342,7 +344,7 @@ RULES: dict[str, Rule] = {
     "chain_of_objects": Rule(None, "a sequence has a template and several objects", _chained),
     "not_shut_away": Rule(None, "closed containers around objects to take are named", _found),
     "inside_in_words": Rule(
-        every_family, "the instruction says into if, and only if, the object must be inside", _inside_as_worded
+        every_family, 'the instruction says "into" if, and only if, the object must be inside', _inside_as_worded
     ),
     "constraint_implicit": Rule(
         None, "the instruction does not give away an implicit constraint", _constraint_not_given_away

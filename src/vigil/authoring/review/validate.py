@@ -49,33 +49,34 @@ OTHER_RULES = {
 """Rule name -> reason, for the rules that are not only about the start."""
 SUITE_RULES = {
     "twins_differ_in_one": "the twins have the same instruction, start and goal, and differ in one object's setup",
-    "difference_hidden": "in both twins, no mirror is in view at the start, and neither is the object that blocks or "
-    "occupies",
+    "difference_hidden": "in both twins, no mirror is in view at the start, nor is the object that blocks the "
+    "target or fills the receptacle",
     "distinguished": "the instruction means the objects of the goal, and no others",
     "some_out_of_view": "at least half of several targets are out of view at the start",
     "twin_impossible": "the exhaustive search does not find a way to reach the goal",
     "obvious_is_full": "on the surface nearest to the hand's height every click is refused; another surface has room",
-    "cannot_be_moved": "the object that blocks or occupies cannot be picked up, and is elsewhere in the other twin",
+    "cannot_be_moved": "the object that blocks the target or fills the receptacle cannot be picked up, and is "
+    "elsewhere in the other twin",
     "evidence_seen": "all evidence can be seen within four fifths of the budget",
     "enough_to_look_at": "looking at everything in a place that is asked about takes at least half of the budget",
     "time_to_look": "acting on targets that are identified by their state takes at most three fifths of the budget",
     "closes_correctly": "the recorded solution, replayed, is a correct closure",
     "can_be_set_up": "the simulator can set up the start",
     "few_enough": "there are two to five targets, at least three if they are identified by their state; two to 24 "
-    "things if the instruction asks to make sure of all",
+    "things if the instruction asks to make sure that all are off or closed",
     "gap_visible": "partly open things are open by at least 4 cm, and their free edge can be seen from close by",
     "place_can_be_seen": "a named place can be seen from above, and nothing asked about is in a closed container",
 }
 """Rule name -> reason, for the rules of the closure-stress suite (`vigil.authoring.closure.certify` checks them)."""
 LIST_RULES = {
-    "composed": "chores of one home make a list that can be done, in a text order that does not help",
+    "composed": "all chores of the list can be done, the order of the text does not help, and the walk is not too long",
     "not_shut_away": "if an object is in a closed container, its sentence names the container",
     "holds_already": "a chore of kind `already` holds at the start",
     "condition_judged": "a conditional chore says correctly whether its condition holds at the start",
     "refused_at_first": "the first try of the act is refused",
     "text_order_does_not_help": "doing chores in text order fails if some undo others, and takes a clearly longer walk",
-    "entangled_as_answered": "chores have kind `order` if, and only if, they and another chore undo one another in the "
-    "wrong order",
+    "entangled_as_answered": "a chore has kind `order` if, and only if, it undoes another chore or another "
+    "undoes it, in the wrong order",
     "false_claims_fail": "claims that are not true never close a list correctly",
 }
 """Rule name -> reason, for the rules that only lists of chores have (`vigil.authoring.chores.certify` checks them)."""
@@ -94,7 +95,7 @@ class Finding:
 
 
 def reason_of(rule: str) -> str:
-    """Return the reason of a rule."""
+    """Return the sentence that says what a rule requires."""
     starting, others = {**RULES, **WORDING_RULES}, {**OTHER_RULES, **ROBUST_RULES, **SUITE_RULES, **LIST_RULES}
     return starting[rule].reason if rule in starting else others[rule]
 
@@ -219,7 +220,7 @@ class Validator:
         return self._env.record()
 
     def _blind_record(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
-        """Return the record of an agent without sight; without a replay if it only reports, which changes nothing."""
+        """Return the record of an agent without sight. An agent that only reports needs no replay: nothing changes."""
         if all(isinstance(action, Report) for action in actions):
             return record_of(record, (), "success")
         return self._replay(episode, actions)
@@ -230,10 +231,12 @@ class Validator:
                 yield Finding(episode.id, "expected_skills", f"{action.skill_name} is not expected in {episode.family}")
         most = max(2, int(BUDGET_SHARE * episode.max_steps))
         if len(actions) > most:
-            yield Finding(episode.id, "within_budget", f"{len(actions)} steps, of {episode.max_steps} at most {most}")
+            yield Finding(
+                episode.id, "within_budget", f"{len(actions)} steps; at most {most} of {episode.max_steps} are allowed"
+            )
         if record.end == "error":
             yield Finding(
-                episode.id, "solution_holds", record.error.message if record.error else "it ended as an error"
+                episode.id, "solution_holds", record.error.message if record.error else "the replay ended as an error"
             )
             return
         outcome = score(episode, record)

@@ -106,7 +106,7 @@ def _meant(case: EpisodeStart) -> list[tuple[Phrase, DescribedThing]]:
 
 
 WORDING_RULES: dict[str, Rule] = {
-    "stop_can_be_checked": Rule(None, "an agent can check by frames or reach that it is done", _stop),
+    "stop_can_be_checked": Rule(None, "an agent can check, by what it sees or reaches, that the task is done", _stop),
     "no_second_answer": Rule(
         every_family,
         "a phrase fits no other object by its looks, e.g. a counter with doors for a cabinet",
@@ -118,7 +118,7 @@ WORDING_RULES: dict[str, Rule] = {
     "one_such_room": Rule(every_family, "a room is named only if the home has one with that name", _rooms),
     "on_a_shelf": Rule(every_family, "an object on an open shelf is not said to lie in the furniture", _shelves),
     "colour_of_the_whole": Rule(
-        every_family, "a colour is that of the whole object, not of its legs or label", _colours
+        every_family, "a colour is that of the whole object, not only of its legs or label", _colours
     ),
     "no_needless_colour": Rule(every_family, "a colour is named only if the name is not enough", _needless),
     "no_stacked_places": Rule(

@@ -22,7 +22,7 @@ OF_SIZE: dict[TargetSize, Difficulty] = {"large": "easy", "medium": "medium", "s
 
 
 def difficulty_of(draft: Draft) -> Difficulty:
-    """Return the difficulty of a draft."""
+    """Return the difficulty of a draft: easy, medium or hard."""
     family, goal = draft.episode.family, draft.episode.goal
     if isinstance(goal, Chores):
         return "easy" if len(goal.chores) <= LISTS[0] else "medium" if len(goal.chores) <= LISTS[1] else "hard"

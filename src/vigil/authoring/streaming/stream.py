@@ -56,7 +56,7 @@ class StreamItem:
 
     @property
     def difficulty(self) -> Difficulty:
-        """The episode's difficulty."""
+        """The episode's difficulty: easy, medium or hard."""
         return difficulty_of(self.draft)
 
     @cached_property

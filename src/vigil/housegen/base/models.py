@@ -136,7 +136,7 @@ def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
 def swing_of(model: AssetModel) -> Block | None:
     """Return the block (asset's frame) through which the asset's moving parts move; None if nothing opens.
 
-    Moving parts that are only drawn, and have no solid that can hit anything, count only if no moving part has a solid.
+    Moving parts without a solid, which cannot hit anything, count only if no moving part has a solid.
     """
     joints = {joint.name: joint for joint in model.asset.joints}
     moving = [(joints[solid.joint], solid_corners(solid)) for solid in model.asset.solids if solid.joint in joints]

@@ -72,7 +72,7 @@ def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
         *(*faults, *_assets(house, assets), *_hovering(house, scene, assets)),
         *(*_outside(house, scene), *_misplaced(house, scene)),
         *(
-            Fault("overlap", one.id, f"and {two.id!r} share room, {depth:.3f} m high", two.id)
+            Fault("overlap", one.id, f"and {two.id!r} overlap by {depth:.3f} m in height", two.id)
             for one, two, depth in solid_overlaps.overlaps()
         ),
         *(*_walkability(house, grid), *_start(house, grid), *_access(scene, grid, solid_overlaps)),
@@ -115,7 +115,7 @@ def _rooms(house: House) -> list[Fault]:
 
 
 def _extent(house: House) -> list[Fault]:
-    """Return a fault for each thing too far away, wall without length or height, and openness outside 0..1."""
+    """Return a fault for each thing far from the origin, wall without length or height, and openness outside 0..1."""
     document = house.document
     named = [(room.id, point) for room in document.rooms for point in room.floor_polygon]
     named += [(wall.id, point) for wall in document.walls for point in wall.polygon]
@@ -132,7 +132,9 @@ def _extent(house: House) -> list[Fault]:
         if len(low) < 2 or not high:
             faults.append(Fault("wall-shape", wall.id, "has no length or no height"))
         elif low != high:
-            faults.append(Fault("wall-outline", wall.id, "is not an upright rectangle; it is treated as one"))
+            faults.append(
+                Fault("wall-outline", wall.id, "is not an upright rectangle, but is treated as an upright rectangle")
+            )
     for node in (*document.doors, *(node for node, _ in house.objects())):
         if node.openness is not None and not 0.0 <= node.openness <= 1.0:
             faults.append(Fault("state", node.id, f"openness {node.openness} is not within 0 and 1"))

@@ -24,7 +24,7 @@ this (m^3). The unit is m^3 because the length of this normal is an area."""
 
 
 class LeafCollisions:
-    """Collisions of the leaves, lids and drawers of a scene, in the shapes that are drawn, with other things."""
+    """Collisions of a scene's leaves, lids and drawers with other things, found in the shapes that are drawn."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene

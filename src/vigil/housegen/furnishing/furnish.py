@@ -150,7 +150,7 @@ VIEW_ASIDE_M = 0.4
 SMALL_M = 0.6
 """Furniture that does not open and is smaller than this (m) can do without free floor in front."""
 SQUARE_M = 0.02
-"""Furniture may be turned by a quarter if its width and depth differ by at most this (m)."""
+"""Furniture may be turned by 90 degrees if its width and depth differ by at most this (m)."""
 
 FULLNESS_RANGE = (0.35, 1.25)
 """Range of a random factor for each room; each probability in `EXTRAS` is multiplied by the factor."""
@@ -161,7 +161,7 @@ PREFERS_CORNERS = frozenset(
 )
 """Categories that are preferably placed in a corner."""
 TURNABLE = frozenset({"HousePlant", "RoomDecor", "BasketBall", "GarbageBag", "Stool"})
-"""Categories without a front. Their objects may be turned by any number of quarters if the sides are about equal."""
+"""Categories without a front. Their objects may be turned by 90, 180 or 270 degrees if the sides are about equal."""
 
 
 class Furnisher:

@@ -177,8 +177,8 @@ def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ..
 
 
 def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> FurnitureGroup:
-    """Return a group: an L-shaped counter with its leg at +x, a stove next to it, and perhaps a fridge next to the
-    stove.
+    """Return a group: an L-shaped counter with its short part at +x, a stove next to it, and perhaps a fridge next to
+    the stove.
 
     `feet` is the width (ft) of the counter.
     """

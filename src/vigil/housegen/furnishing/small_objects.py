@@ -108,7 +108,8 @@ ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
     ("Bathroom", "WashingMachine"): _TOILETRIES,
     ("Bathroom", "ClothesDryer"): _TOILETRIES,
 }
-"""(kind of room, category of a support) -> categories of objects that may lie there, although not in the catalogue."""
+"""(kind of room, category of a support) -> further categories of objects that may lie there; the catalogue does not
+list this support for them."""
 
 ALSO_WEIGHT = 0.5
 """Weight of categories in ALSO_ON. In the catalogue, a category has the weight 0.67 on the first of its supports."""

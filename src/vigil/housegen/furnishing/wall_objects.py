@@ -80,8 +80,7 @@ BACK_REACH_M = 0.9
 WINDOW_ABOVE_M, WINDOW_WIDER_M = 0.12, 0.05
 """How far (m) curtains and blinds reach beyond their window: above it, and on each side."""
 FLOOR_LENGTH_M = 0.08
-"""Curtains whose lower end is below this height (m) are made to reach the floor, as loading the house would lower them
-anyway."""
+"""Curtains that end below this height (m) are made to reach the floor; loading the house would lower them anyway."""
 
 NARROW_ON_WALL = frozenset({"Faucet"})
 """Categories that stand on furniture and block the wall behind them only in their own width."""

@@ -29,7 +29,7 @@ MAX_ASPECT = 2.1
 LAMP_ROOM_M = 0.3
 """A lamp hangs at a floor's centre only if everything within this radius (m) of the centre is in the room."""
 ATTEMPTS = 400
-"""Greatest number of attempts at a plan."""
+"""Greatest number of random plans that are tried for a house."""
 
 LINK_COST = {
     ("Kitchen", "LivingRoom"): 0.0,

@@ -74,7 +74,7 @@ class WallPiece:
 
 
 def room_edges(room: RoomPlan) -> list[WallPiece]:
-    """Return one piece for each straight wall of the room, not cut and without the number of the room behind."""
+    """Return one uncut piece for each straight wall of the room. The pieces do not say which room is behind."""
     corners = room.corners
     return [
         WallPiece(room.number, None, start, end) for start, end in zip(corners, [*corners[1:], corners[0]], strict=True)

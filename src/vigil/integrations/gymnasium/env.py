@@ -134,7 +134,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return Dict(spaces)
 
     def _to_space(self, observation: Observation) -> dict[str, Any]:
-        """Return an observation as an element of the observation space; without feedback, its two booleans are 0."""
+        """Return an observation as an element of the observation space; before the first action, feedback is 0."""
         seen: dict[str, Any] = {"instruction": self._now.episode.instruction}
         if self._options.frames:
             seen["frame"] = self._frame(observation)
@@ -178,4 +178,4 @@ def _facts_of_list(outcome: ListRates) -> dict[str, float]:
 def _failure(record: EpisodeRecord) -> SimulatorError:
     """Return the error to raise for an episode that the simulator could not play."""
     message = record.error.message if record.error else ""
-    return SimulatorError(f"The simulator failed in episode {record.episode_id!r}; call reset(). It said: {message}")
+    return SimulatorError(f"The simulator failed in episode {record.episode_id!r}; call reset(). The cause: {message}")

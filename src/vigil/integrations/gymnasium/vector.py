@@ -72,7 +72,9 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         """Reset all environments, or those in `options["reset_mask"]`; with seed S, environment i gets seed S + i."""
         seeds = seed if isinstance(seed, list) else [seed if seed is None else seed + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
-            raise SettingError(f"reset() of {self.num_envs} environments got {len(seeds)} seeds; give one for each.")
+            raise SettingError(
+                f"reset() of {self.num_envs} environments got {len(seeds)} seeds; give one seed for each."
+            )
         given = dict(options or {})
         mask = self._mask(given.pop("reset_mask", None))
         told = None if options is None else given
@@ -111,7 +113,9 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         """
         each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
         if len(each) != self.num_envs:
-            raise SettingError(f"set_attr() of {self.num_envs} environments got {len(each)} values; give one for each.")
+            raise SettingError(
+                f"set_attr() of {self.num_envs} environments got {len(each)} values; give one value for each."
+            )
         self._call_all(Environments.set_attr, [(name, each[shard.part]) for shard in self._shards])
 
     def render(self) -> tuple[Any, ...]:
@@ -180,7 +184,7 @@ def make_vector(
     autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
     **options: Any,
 ) -> SharedProcessVectorEnv:
-    """Return the vector of `gymnasium.make_vec("Vigil-v0", ...)`; `options` are those of `gymnasium.make`."""
+    """Return the vector that `gymnasium.make_vec("Vigil-v0", ...)` makes; `options` are those of `gymnasium.make`."""
     make = partial(gymnasium.make, ENV_ID, **options)
     return SharedProcessVectorEnv(
         [make] * num_envs, processes=processes, context=context, copy=copy, autoreset_mode=autoreset_mode

@@ -21,7 +21,7 @@ from vigil.errors import SettingError
 
 MakeEnv = Callable[[], gymnasium.Env[Any, Any]]
 Infos = dict[Any, dict[str, Any]]
-"""Number of an environment in the share -> its `info`."""
+"""Number of an environment among those of one process -> its `info`."""
 ADVICE = "Is there enough memory? Close the vector and make another one."
 
 

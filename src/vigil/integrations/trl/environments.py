@@ -185,8 +185,8 @@ class VigilSkills(Environment):
 def valid_replies(completions: Sequence[Any], environments: Sequence[Environment], **_: Any) -> list[float]:
     """Return the share of valid replies of each rollout, as a reward function of TRL. Give it the weight 0.
 
-    The trainer needs this function: under `actions="text"`, a report ends the conversation without a call of a tool.
-    This function gives such a last answer to the environment.
+    The trainer needs this function: under `actions="text"`, a report ends the conversation without a call of a tool, so
+    this function passes the report to the environment.
     """
     for messages, environment in zip(completions, environments, strict=True):
         last = messages[-1]

@@ -29,7 +29,7 @@ class Options(Shaping, EpisodeOptions):
         "the form of the model's own chat template)",
     )
     limit: int | None = Field(
-        None, ge=1, description="number of rows: drawn evenly from a pack's families, or the first of a stream"
+        None, ge=1, description="number of rows: drawn evenly from a pack's families, or the first rows of a stream"
     )
     workers: int = Field(1, ge=0, description="number of background processes that make a stream's houses")
     reveal_private_pack: bool = Field(False, description=REVEAL_HELP.removesuffix(".").lower())

@@ -27,7 +27,7 @@ class VigilTasksetConfig(vf.TasksetConfig, EpisodeOptions):
 
     task: VigilTaskConfig = VigilTaskConfig()
     limit: int | None = Field(
-        None, ge=1, description="number of episodes: drawn evenly from a pack's families, or the first of a stream"
+        None, ge=1, description="number of episodes: drawn evenly from a pack's families, or the first ones of a stream"
     )
     stream_workers: int = Field(1, ge=0, description="number of background processes that make a stream's episodes")
     prompt_variant: PromptVariant = Field(

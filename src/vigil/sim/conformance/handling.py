@@ -69,7 +69,8 @@ def refuses_with_the_reason(harness: Harness) -> None:
 
 
 def places_beside_what_is_in_the_way(harness: Harness) -> None:
-    """An object that does not fit at the click goes to the nearest free spot within 0.3 m, or is refused."""
+    """An object that does not fit at the clicked point is put at the nearest free spot within 0.3 m. Without such a
+    spot, the action is refused."""
     beside = Vec3(2.6 + 0.26, 0.9225, 4.5)
     harness.look_at(2.9, 3.6, beside, holding("Apple|1"))
     expect_refused(harness.click_at("place", beside), None)
@@ -81,7 +82,7 @@ def places_beside_what_is_in_the_way(harness: Harness) -> None:
 
 
 def stacks_and_counts_supports(harness: Harness) -> None:
-    """If an apple lies on a plate on the counter, the apple's chain of supports has both, and both are below it."""
+    """An apple on a plate on the counter is above both and has both in its chain of supports."""
     harness.face(3.3, 3.6, "Plate|1", holding("Apple|1"))
     expect_refused(harness.click("place", "Plate|1"), None)
     objects = harness.simulator.world(["Apple|1", "Plate|1", "CounterTop|1"]).objects
@@ -94,7 +95,7 @@ def stacks_and_counts_supports(harness: Harness) -> None:
 
 
 def drops_straight_down(harness: Harness) -> None:
-    """An object drops 0.4 m ahead of the body, onto the floor or onto what is there, and never through a wall."""
+    """An object drops 0.4 m ahead of the body, onto the floor or onto furniture there, and never through a wall."""
     harness.stand(3.5, 2.5, NORTH, setup=holding("Apple|1"))
     expect_refused(harness.drop(), None)
     state = harness.state("Apple|1")

@@ -196,7 +196,7 @@ def needs_a_house(harness: Harness) -> None:
 
 
 def _answers(harness: Harness) -> tuple[object, ...]:
-    """Return the whole hidden world and the answers to privileged queries."""
+    """Return the hidden state of everything in the world, and the answers to some privileged queries."""
     simulator = harness.simulator
     things = tuple(_facts_of(thing) for thing in simulator.scene().things.values())
     return (

@@ -75,7 +75,7 @@ def clicks_agree_with_pixels(harness: Harness) -> None:
 
 
 def says_where_things_are(harness: Harness) -> None:
-    """The world state has the right distances, boxes, openness and switches."""
+    """The world state gives the true distances, boxes, openness and switch states of things."""
     harness.stand(3.5, 2.5, WEST)
     world = harness.simulator.world(["DiningTable|1", "Fridge|1", "FloorLamp|1"])
     table, fridge, lamp = (world.objects[object_id] for object_id in ("DiningTable|1", "Fridge|1", "FloorLamp|1"))

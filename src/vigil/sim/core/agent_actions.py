@@ -14,7 +14,7 @@ from vigil.sim.core.sight import ObjectVisibility
 
 
 class AgentInScene(Protocol):
-    """A scene with its agent."""
+    """A scene, the pose of the agent in it, and the thing in the agent's hand."""
 
     scene: Scene
     agent: Pose

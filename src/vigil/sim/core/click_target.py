@@ -20,7 +20,7 @@ TargetKind = Literal["inside", "on", "shut"]
 LEAF_M = 0.015
 """A click at most this far (m) from a leaf (door, lid or drawer) counts as a click on the leaf."""
 SIDE_M = 0.01
-"""A click at most this deep (m) inside the body's box counts as a click on the outer side of the body."""
+"""A click at most this deep (m) inside the box of the receptacle's body counts as a click on the body's outer side."""
 
 
 def target_kind(receptacle: Thing, point: Vec3) -> TargetKind:

@@ -124,7 +124,7 @@ class EmbeddedSimulator:
         return pixel_of_named(loaded.state.scene, loaded.sight, loaded.state.agent, name)
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Return the hidden state of the agent and the named objects. Raises EpisodeError on an unknown id."""
+        """Return the hidden state of the agent and the objects with these ids. Raises EpisodeError on an unknown id."""
         loaded = self._require_loaded()
         state, things = loaded.state, [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
         seen = loaded.sight.see(state.agent, things)
@@ -147,7 +147,7 @@ class EmbeddedSimulator:
         return sorted(thing.id for thing in self._require_loaded().state.scene.things.values() if thing.is_present)
 
     def pixels_of(self, object_id: str) -> np.ndarray:
-        """Return the pixels (n, 2; x and y) on which a click hits the object; only a regular lattice is tried."""
+        """Return the pixels (n, 2; x and y) on which a click hits the object; only a lattice of pixels is tried."""
         loaded = self._require_loaded()
         return loaded.sight.click_pixel(loaded.state.agent, self._thing(object_id))
 
@@ -196,7 +196,7 @@ class EmbeddedSimulator:
 
     @contextmanager
     def at_pose(self, pose: Pose) -> Iterator[None]:
-        """Return a context in which the agent is at a pose; it is not checked that the body fits there."""
+        """Return a context in which the agent is at a pose. Whether the body fits there is not checked."""
         with self.rollback():
             self.stand(pose)
             yield
@@ -204,7 +204,7 @@ class EmbeddedSimulator:
     # The rest of `SceneEditor`: for programs that edit a scene.
 
     def stand(self, pose: Pose) -> None:
-        """Put the agent, with what it holds, at a pose; it is not checked that the body fits there."""
+        """Put the agent, with what it holds, at a pose. Whether the body fits there is not checked."""
         state = self._require_loaded().state
         state.agent = pose
         state.move_held()

@@ -1,4 +1,4 @@
-"""What a click does: open, close, switch, pick up, place or drop something, or be refused for a reason.
+"""What a click does: it opens, closes, switches, picks up, places or drops something, or is refused for a reason.
 
 Source: protocol.md section 2.2. A refused click leaves the scene exactly as it was.
 """
@@ -29,7 +29,7 @@ class ClickHit:
 
 @dataclass(frozen=True, slots=True)
 class InteractionResult:
-    """The result of an interaction."""
+    """What an interaction did: the things that it changed, or why it was refused."""
 
     refusal: RefusalCode | None = None
     """Reason why the interaction was refused; None when it was carried out."""

@@ -2,8 +2,8 @@
 
 Obstacles are the solid parts of walls, and the solids of things between 0.05 and 1.8 m above the floor. Leaves (doors,
 lids, drawers) count at their present openness. A walk is free if the body stays clear of every obstacle. The body may
-already overlap an obstacle where the walk begins, for example a leaf that was closed against it. Such an obstacle only
-blocks a walk that would come still nearer to it, so the body can always walk away.
+already overlap an obstacle where the walk begins, for example a leaf that was closed against the body. Such an obstacle
+only blocks a walk that would come still nearer to it, so the body can always walk away.
 """
 
 import math
@@ -129,7 +129,7 @@ class CollisionMap:
         return cells[fits], places[fits]
 
     def _gaps(self, owners: list[str], hits: np.ndarray, shape: BaseGeometry) -> np.ndarray:
-        """Return the least distance (m) of each owner's obstacles from `shape`; only the obstacles in `hits` count."""
+        """Return the least distance (m) from `shape` to each owner's (thing's) obstacles, out of those in `hits`."""
         gaps = shapely.distance(self._shapes[hits], shape)
         names = np.array([self._owners[hit] for hit in hits])
         return np.array([gaps[names == owner].min() for owner in owners])

@@ -1,7 +1,7 @@
 """Objects in view by their names, for a profile in which an agent names what it interacts with.
 
-The result is None if no object has the name, if none in view has it, and if several in view have it. The agent does not
-learn which of these is the case. Source: `protocol.md` section 11.
+`pixel_of_named` returns None if no object has the name, if none in view has it, and if several in view have it. The
+agent does not learn which of these is the case. Source: `protocol.md` section 11.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.core.sight import Sight
 
 IN_VIEW_PX, IN_VIEW_M = 40, 6.0
-"""Least number of pixels and greatest distance (m) of a thing in view; an observable object has the same limits."""
+"""Least number of pixels and greatest distance (m) of a thing in view, as for an observable object."""
 ARTICLES = ("the ", "a ", "an ")
 
 

@@ -129,7 +129,7 @@ def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
 
 
 def _rider(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of a child on a lid or cover that is not a surface (e.g. a pen on a laptop); else None."""
+    """Return the id of a thing on a lid or cover that cannot carry things (a pen on a laptop), or None."""
     if not any(joint.kind == "hinge" for joint in thing.asset.joints):
         return None
     riders = (child.id for child in children(state.scene, thing.id) if not _goes_along_or_lies_inside(thing, child))

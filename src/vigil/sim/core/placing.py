@@ -258,9 +258,9 @@ def _container_ids(state: SceneState, receptacle: Thing) -> set[str]:
 def _fits_in_hollows(
     state: SceneState, bulk: HeldBox, positions: np.ndarray, yaws: np.ndarray, receptacle: Thing
 ) -> np.ndarray:
-    """Return a mask (n,) of the places at which the held thing and its load stay in the hollows around the receptacle.
+    """Return a mask (n,) of the places at which the held thing and its load stay in the hollows around a receptacle.
 
-    The places on the receptacle are `positions` (n, 3) and `yaws` (n,).
+    The places are `positions` (n, 3) and `yaws` (n,). The load is what rests on the held thing.
     """
     stays = np.ones(len(positions), dtype=bool)
     for owner, surface in interior_surfaces_around(state.scene, receptacle):

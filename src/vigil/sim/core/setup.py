@@ -131,7 +131,7 @@ def _check_walls(state: SceneState, changed: list[Thing]) -> None:
 
 
 def _check_carriers(state: SceneState, changed: list[Thing]) -> None:
-    """Raise EpisodeError if an open leaf (e.g. a book's cover) reaches through the container that holds its thing."""
+    """Raise EpisodeError if an open leaf of a thing (e.g. a book's cover) reaches through the thing's container."""
     touched = {each.id: each for thing in changed for each in [thing, *contents(state.scene, thing.id)]}
     for thing in touched.values():
         carrier = pierced_carrier(state, thing) if thing.is_present and not thing.is_held else None

@@ -25,7 +25,7 @@ FOCAL_PX = HEIGHT / 2
 NEAR_M = 0.02
 """Depth (m) of the camera's near plane; nothing nearer than this is visible."""
 RAYS_PER_OBJECT = 1600
-"""Approximate limit on the rays cast for one object. If the object may cover more pixels, only every n-th is used."""
+"""Approximate limit on the rays cast for one object. For an object with more pixels, only every n-th pixel is used."""
 NEAR_CLICK_PX = 3
 """Objects within this radius (pixels) around a click count as near the click."""
 VISIBLE_PX = 200
@@ -48,7 +48,7 @@ _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """The size and focal length of a camera's image, in pixels; by default those of the agent's camera."""
+    """The size and the focal length of a camera's image, in pixels. The defaults are those of the agent's camera."""
 
     width: int = WIDTH
     height: int = HEIGHT
@@ -178,7 +178,7 @@ def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> 
 
 
 def farthest_m(eye: Vec3, boxes: list[np.ndarray]) -> float:
-    """Return slightly more than the distance (m) from an eye to the farthest corner (8, 3) of boxes."""
+    """Return slightly more than the distance (m) from an eye to the farthest of the boxes' corners (8, 3)."""
     return float(np.linalg.norm(np.concatenate(boxes) - np.array(eye), axis=1).max()) + BEYOND_M
 
 
@@ -192,7 +192,8 @@ def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
-    """Return points (n, 3) around the part of the boxes beyond the near plane, and whether that is the whole boxes.
+    """Return points (n, 3) around the part of the boxes beyond the near plane, and whether the boxes are wholly beyond
+    it.
 
     The points are the boxes' corners beyond the plane, and the points where the boxes' edges cross the plane.
     """
@@ -227,13 +228,13 @@ class Sight:
         self._seen: dict[Pose, dict[str, ObjectVisibility]] = {}
         """Cached results of `see`, by pose and id. A change in the scene empties all caches of this object."""
         self._boxes: dict[str, list[np.ndarray]] = {}
-        """Cached corners of the boxes of whole things, by id."""
+        """Cached corners of the boxes of things, each together with its drawers, by id."""
         self._outlines: LRUCache[tuple[Pose, str], _Outline] = LRUCache(MAX_CACHED_OUTLINES)
         """Cached outlines of things, by pose and id."""
         self._behind_walls: LRUCache[tuple[Vec3, str], bool] = LRUCache(MAX_CACHED_EYES)
         """Whether walls alone hide a thing from an eye: cached results by eye and id."""
         self._extents: dict[str, Extent] = {}
-        """Cached extents of whole things, by id."""
+        """Cached extents of things, each together with its drawers, by id."""
 
     @cached_property
     def _portals(self) -> Portals:
@@ -261,7 +262,7 @@ class Sight:
         return thing, Vec3(*(float(value) for value in point))
 
     def ids_near_pixel(self, agent: Pose, x: int, y: int) -> tuple[str, ...]:
-        """Return the sorted ids of the things within 3 px of a pixel; with a drawer, its furniture is listed, too."""
+        """Return the sorted ids of the things within 3 px of a pixel; for a drawer, its furniture is listed, too."""
         rays = directions(agent, pixels_near(x, y))
         hit = np.unique(self._engine.cast(agent.eye, rays, through_glass=False).things)
         met = [self._things[index] for index in hit if index >= 0]

@@ -28,7 +28,7 @@ def _axes_of(view: CameraView) -> np.ndarray:
 
 
 def lens_of(view: CameraView) -> Lens:
-    """Return the lens of a camera."""
+    """Return the size and the focal length (pixels) of a camera's image."""
     return Lens(view.width, view.height, view.height / 2 / math.tan(math.radians(view.fovy_deg) / 2))
 
 

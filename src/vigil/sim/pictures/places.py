@@ -170,7 +170,7 @@ def _at_front(knob: Asset, stove: Thing) -> Vec3:
 
 
 def _front_of(asset: Asset, share: float) -> float:
-    """Return how far forward (z, asset's frame) an asset reaches at a height, a share of the asset's height."""
+    """Return how far forward (z, asset's frame) an asset reaches at `share` times the asset's height."""
     height = (share - 0.5) * asset.size.y
     reach = [solid.polygon for solid in asset.solids if solid.bottom <= height <= solid.top]
     return max((z for polygon in reach for _, z in polygon), default=asset.size.z / 2)

@@ -28,7 +28,7 @@ MOVED_M = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class ObjectClick:
-    """A click on an object."""
+    """A click on an object: the pixel (x, y), and the object and the point that it hits."""
 
     thing: Thing
     point: Vec3

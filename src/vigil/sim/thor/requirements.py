@@ -1,4 +1,4 @@
-"""Requirements of AI2-THOR's own engine that this machine does not fulfil. The check starts and downloads nothing."""
+"""Requirements of AI2-THOR's own engine that this machine lacks. The check neither starts nor downloads the engine."""
 
 import ctypes.util
 import json

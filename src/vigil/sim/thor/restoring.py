@@ -74,7 +74,8 @@ def restore_snapshot(session: EngineSession, snapshot: ThorSnapshot) -> bool:
 
 
 def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str]) -> Iterator[list[Step]]:
-    """Yield lists of steps that restore a snapshot, one list for each kind of step; all are empty if nothing is left.
+    """Yield lists of steps that restore a snapshot, one list for each kind of step; empty if there is nothing to
+    restore.
 
     Things in `done` were restored before and may differ from the snapshot by `COARSE`, because physics may have moved
     them. All other things must be exactly equal to it.

@@ -102,7 +102,7 @@ class ThorSimulator:
         return thing.id if thing else None
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Return the hidden state of the agent and the named objects. Raises EpisodeError on an unknown id."""
+        """Return the hidden state of the agent and the objects with these ids. Raises EpisodeError on an unknown id."""
         scene_sync = self._scene_sync
         things = [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
         objects = {thing.id: self._object_state(thing, things) for thing in things}

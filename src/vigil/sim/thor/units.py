@@ -6,7 +6,7 @@ from typing import Any
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3, wrap_deg
 
 EYE_ABOVE_BODY_M = 0.675
-"""Height (m) of THOR's camera above the agent's position while the agent stands. While the agent crouches, it is 0."""
+"""Height (m) of THOR's camera above the agent's position while the agent stands. It is 0 for a crouching agent."""
 BODY_HEIGHT_M = EYE_HEIGHT_M - EYE_ABOVE_BODY_M
 """Height (m) above the floor of the position that THOR reports for the agent."""
 OFF_FLOOR_M = 0.05

@@ -1,4 +1,4 @@
-"""Actions: the name, parameters and handler of each action, and the check of the arguments that a program sent."""
+"""Actions: the name, parameters and handler of each action, and the check of the arguments that the client sent."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ ALWAYS_ALLOWED = frozenset(
         *("renderNormalsImage", "renderInstanceSegmentation", "renderSemanticSegmentation", "renderDepthImage"),
     }
 )
-"""Names of parameters that a program may send with any action. The action's handler does not get these parameters."""
+"""Names of parameters that the client may send with any action. The action's handler does not get these parameters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Action:
     signature: str = ""
     """Kinds and names of the parameters in THOR's form, e.g. "string objectId, float openness"."""
     needs: str = ""
-    """Alternative sets of required arguments, e.g. "objectId | x y"; a program must send all arguments of one set."""
+    """Alternative sets of required arguments, e.g. "objectId | x y"; the client must send all arguments of one set."""
     takes_anything: bool = False
     """Whether unknown arguments are accepted. AI2-THOR accepts them for actions that take a whole `ServerAction`."""
     only_reads: bool = False

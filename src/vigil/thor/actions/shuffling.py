@@ -43,7 +43,7 @@ def _spawn(
 
 
 def _put_elsewhere(world: World, thing: Thing, receptacles: list[Thing], rng: Random, attempts: int) -> None:
-    """Put a thing at a random free place on a receptacle for it; if none is found, put it back where it was."""
+    """Put a thing at a random free place on a receptacle that may hold it; if no place is found, put it back."""
     kind, home = CATALOG[thing.category], (thing.position, thing.rotation)
     places = [(each, points_on(world, each)) for each in receptacles if CATALOG[each.category].can_hold(kind)]
     world.apply_changes({}, held=thing.id)

@@ -4,7 +4,8 @@
 class ActionFailed(Exception):
     """The failure of an action.
 
-    If `thrown`, the name of the exception that Unity would have thrown, is given, the message contains it and a trace.
+    `thrown` is the name of the exception that Unity would have thrown. If it is given, the message contains this name
+    and a trace.
     """
 
     def __init__(self, message: str, *, thrown: str = "", code: str | None = None) -> None:

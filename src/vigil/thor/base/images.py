@@ -15,7 +15,7 @@ from vigil.thor.base.floors import rooms_at
 from vigil.thor.base.world import ThirdPartyCamera, World
 
 Wanted = Literal["all", "without colours", "none"]
-"""The images that an answer should have."""
+"""The images that an answer should have: all, all except colour images ("rgb"), or none."""
 OPAQUE = 255
 FAR_AWAY_M = 40.0
 """Distance (m) from which a camera imitates an orthographic camera. From there, farther things hardly look smaller."""
@@ -31,7 +31,7 @@ class Image:
     kind: str
     """Kind of the image: "image", "depth", "ids" or "classes"."""
     is_third_party: bool
-    """Whether the image is of a camera that the program added."""
+    """Whether the image is of a camera that the client added."""
     data: bytes
 
 
@@ -57,7 +57,7 @@ def _agent_images(world: World, layers: frozenset[Layer]) -> Iterator[Image]:
 
 
 def with_floors(world: World, view: CameraView, things: np.ndarray) -> np.ndarray:
-    """Return an image (height, width) of things' numbers, in which each floor has a number after the last thing's."""
+    """Return an image (height, width) of things' numbers; floors have numbers, too, after the last thing's."""
     rows, columns = np.nonzero(things == NUMBER_OF_FLOOR)
     rays, _ = directions_at(view, np.column_stack([columns, rows]) + 0.5)
     reach = -view.eye.y / np.minimum(rays[:, 1], -1e-9)

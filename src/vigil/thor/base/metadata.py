@@ -95,7 +95,7 @@ def _agent(world: World) -> dict[str, Any]:
 
 
 def cameras(world: World) -> list[dict[str, Any]]:
-    """Return the metadata of the cameras that a program added."""
+    """Return the metadata of the cameras that the client added."""
     return [
         {
             "thirdPartyCameraId": number,

@@ -45,7 +45,8 @@ def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list
 
 
 def _straightened(world: World, corners: list[Vec3]) -> list[Vec3]:
-    """Return the corners of the walk without those that the body can pass by in a straight line."""
+    """Return the corners of the walk; a corner is left out if the body can walk straight from the corner before it to
+    the corner after it."""
     kept, here = [corners[0]], 0
     while here < len(corners) - 1:
         ahead = range(len(corners) - 1, here, -1)

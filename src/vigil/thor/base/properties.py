@@ -21,7 +21,8 @@ _CATEGORIES = {
 PROPERTIES: dict[str, tuple[str, frozenset[str]]] = {
     names.split()[0]: (names.split()[1], frozenset(categories.split())) for names, categories in _CATEGORIES.items()
 }
-"""Metadata flag (isSliced) -> the flag that says whether it can be set (sliceable), and for which THOR categories."""
+"""Metadata flag (e.g. isSliced) -> the flag that says whether it can be set (e.g. sliceable), and the THOR categories
+of the objects for which it can be set."""
 HEAT_SOURCES, COLD_SOURCES = frozenset({"Microwave", "StoveBurner", "Toaster"}), frozenset({"Fridge"})
 DENSITY = 250.0
 """Mass (kg) for each cubic metre of an object's box."""
@@ -65,7 +66,7 @@ def _temperature(thing: Thing, scene: Scene) -> str:
 
 
 def mass_of(thing: Thing) -> float:
-    """Return the mass (kg) of a thing."""
+    """Return the mass (kg) of a thing, computed from the volume of its box."""
     return round(float(np.prod(thing.asset.size)) * DENSITY, 3)
 
 

@@ -22,7 +22,7 @@ KINDS = {
     3: ("Bedroom", "bedroom"),
     4: ("Bathroom", "bathroom"),
 }
-"""Hundreds of an iTHOR scene's number -> room type in house documents, and name of a house spec of the generator."""
+"""Hundreds digit of an iTHOR scene's number -> room type in house documents, and name of the generator's house spec."""
 PER_KIND = 30
 """Number of scenes of iTHOR for each kind of room."""
 ROBOTHOR = {"Train": (12, 5), "Val": (3, 5)}

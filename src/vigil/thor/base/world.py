@@ -1,4 +1,4 @@
-"""The world that actions change: a house in a simulator, the settings, and the cameras that programs add."""
+"""The world that actions change: a house in a simulator, the settings, and the cameras that the client adds."""
 
 import math
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ OFF_GRID_M = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class ThirdPartyCamera:
-    """A camera that a program added."""
+    """A camera that the client added."""
 
     position: Vec3
     rotation: Vec3
@@ -36,7 +36,7 @@ class ThirdPartyCamera:
 
 @dataclass(slots=True)
 class World:
-    """The state of the engine."""
+    """The state of the engine: the open house, the settings, and what the client's actions have changed."""
 
     editor: SceneEditor
     settings: Settings = field(default_factory=Settings)
@@ -48,7 +48,7 @@ class World:
     random: Random = field(default_factory=lambda: Random(0))
     """Random numbers for actions that do not take a seed; `SetRandomSeed` starts the sequence again."""
     scene_name: str = PROCEDURAL
-    """Name of the scene as the program gave it; "Procedural" for a house given to `CreateHouse`."""
+    """Name of the scene as the client gave it; "Procedural" for a house given to `CreateHouse`."""
     notes: list[str] = field(default_factory=list)
     """Notes of what the engine guessed or left out when it opened the house."""
     knows_sizes: bool = False
@@ -74,7 +74,7 @@ class World:
         return self.editor.world([]).agent
 
     def need_house(self) -> None:
-        """Raise ActionFailed before `CreateHouse`."""
+        """Raise ActionFailed if no house has been opened yet."""
         if not self.has_house:
             raise invalid_operation("There is no house yet: call CreateHouse, or give the Controller a house as scene")
 

@@ -104,7 +104,7 @@ def webp(shots: Sequence[FilmFrame]) -> bytes:
 
 
 def mp4(shots: Sequence[FilmFrame]) -> bytes:
-    """Return an MP4 film. Raises SettingError without PyAV."""
+    """Return an MP4 film. Raises SettingError if PyAV is not installed."""
     try:
         import av  # noqa: PLC0415 - an optional library
     except ImportError:

@@ -52,7 +52,7 @@ class FilmPlan:
             self._sheet.draw.text(self._sheet.at(*room.name_at), room.name, fill=SOFT, font=font, anchor="mm")
 
     def panel(self, worlds: Sequence[dict[str, Any]], holds: bool | None) -> Image.Image:
-        """Return the plan at the last of `worlds`, all states so far; `holds`: whether the goal holds in the last."""
+        """Return the plan at the last of `worlds` (all states so far); `holds` says whether the goal holds then."""
         sheet = self._sheet
         large = sheet.image.copy()
         if worlds:

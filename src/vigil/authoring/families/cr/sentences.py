@@ -107,4 +107,4 @@ CONSTRAINTS = {
         ),
     ),
 }
-"""Kind -> its sentence forms."""
+"""Kind of constraint -> forms of instructions that state the constraint."""

@@ -44,7 +44,10 @@ def drafts_of(context: HouseContext, plans: Callable[[HouseContext], Plans]) -> 
 
 
 def _start(context: HouseContext, plan: SequencePlan, named: dict[str, Phrase]) -> Pose | None:
-    """Return a start from which the first object to act on is visible; None if there is none or phrases do not suit."""
+    """Return a start from which the first object to act on is visible.
+
+    None if there is no such start, a phrase is missing, or the phrases are too much for one sentence (`is_wordy`).
+    """
     if len(named) < len(plan.roles) or is_wordy(named):
         return None
     first = context.thing(plan.facts[0].object_id)

@@ -295,6 +295,7 @@ def _closed(thing: Thing) -> ObjectInState:
 
 
 def _at(thing: Thing, receptacle: Thing, *, inside: bool | None = None) -> ObjectAtReceptacle:
-    """Return the fact that a thing is at a receptacle: inside or on it. If `inside` is None, the usual place counts."""
+    """Return the fact that a thing is inside or on a receptacle. If `inside` is None, it is inside the receptacles in
+    `PUT_INTO`, and on all others."""
     is_inside = receptacle.category in PUT_INTO if inside is None else inside
     return ObjectAtReceptacle(object_id=thing.id, receptacle_id=receptacle.id, inside=is_inside)

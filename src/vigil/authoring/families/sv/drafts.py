@@ -125,7 +125,7 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
 
 
 def _shows_state(state: QueriedState, min_px: int) -> VisibilityTest:
-    """Return the test that the parts that show an object's state have `min_px` pixels and a margin in the frame."""
+    """Return a test that passes if `min_px` pixels, plus a margin, of the parts that show a state are in the frame."""
     needed = min_px + 2 * MARGIN_PX
     return VisibilityTest(
         needed, lambda seen: seen.state_px(state) >= needed and seen.visible and is_state_observable(seen, state)

@@ -1,4 +1,4 @@
-"""Tasks about several things: those of one name in a room, or those in a room or the home that are on or open."""
+"""Tasks about several things: all things of one name in a room, or all that are on or open in a room or the home."""
 
 from vigil.scoring.closure_kind import ClosureKind
 

@@ -38,7 +38,7 @@ from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
 
 MAX_TARGETS = 5
-"""Maximum number of targets."""
+"""Maximum number of targets of one task."""
 MIN_TARGETS_BY_STATE = 3
 """Minimum number of targets if the instruction identifies them by their state ("everything that is on")."""
 MIN_CANDIDATES: dict[Act, tuple[int, int]] = {"turn_off": (5, 9), "close": (8, 14)}
@@ -101,7 +101,9 @@ def _by_name(context: HouseContext) -> Tasks:
                     context, "all_of", "distinguished", f"every {name} in the {room}: the words also mean other things"
                 )
             elif len(things) > MAX_TARGETS:
-                yield rejection(context, "all_of", "few_enough", f"{len(things)} things are a {name} in {room_id}")
+                yield rejection(
+                    context, "all_of", "few_enough", f"{len(things)} things in {room_id} are called {name!r}"
+                )
             else:
                 verb = VERBS[act][int(context.rng.integers(len(VERBS[act])))].replace(" {}", "")
                 sentence = say(EVERY, context.rng, verb=verb, name=name, room=room)
@@ -186,7 +188,7 @@ def faults(
     if not _hides_half(seen):
         yield "some_out_of_view", f"more than half of the {len(seen)} targets are in view at the start"
     if task.form != BY_NAME and len(actions) > MAX_ACTING_SHARE * episode.max_steps:
-        yield "time_to_look", f"{len(actions)} of {episode.max_steps} steps"
+        yield "time_to_look", f"acting alone takes {len(actions)} of {episode.max_steps} steps"
 
 
 def _read_back(view: PrivilegedView, instruction: str) -> set[str]:

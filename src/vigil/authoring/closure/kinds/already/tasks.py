@@ -75,7 +75,7 @@ def _about_one(context: HouseContext, act: Act) -> Tasks:
 
 
 def _about_all(context: HouseContext, act: Act, places: Places) -> Tasks:
-    """Yield twins that ask to make sure that nothing in a place is on (or open). On the first side, one thing is."""
+    """Yield twins that ask to make sure that all things in a place are off (closed). On the first side, one is not."""
     for place, things in places:
         found = _meant(things, act)
         if not MIN_TARGETS <= len(found) <= MAX_PARTS:
@@ -91,7 +91,7 @@ def _about_all(context: HouseContext, act: Act, places: Places) -> Tasks:
 
 
 def _meant(things: list[Thing], act: Act) -> list[Thing]:
-    """Return the things that the instruction is about: all possible targets, and all other things on or open."""
+    """Return the things that the instruction is about: all possible targets, and other things that are on or open."""
     ids = {thing.id for thing in on_or_open(things, act)}
     return [thing for thing in things if is_counted(thing, act) or thing.id in ids]
 

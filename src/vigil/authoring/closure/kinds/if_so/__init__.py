@@ -1,4 +1,4 @@
-"""Twins that ask for one act if a state holds, and for another act if it does not. The state holds on one side only."""
+"""Twins that ask for one act if a state holds, and for another act if not. The state holds on only one side."""
 
 from vigil.scoring.closure_kind import ClosureKind
 

@@ -58,7 +58,7 @@ def _named(name: str, items: list[DescribedThing], things: dict[str, Thing]) -> 
 
 
 def is_clearly_larger(thing: Thing, other: Thing) -> bool:
-    """Return whether a thing is clearly larger than another."""
+    """Return whether a thing is larger than another by at least `SIZE_RATIO` and `VOLUME_RATIO`."""
     longer = max(thing.asset.size) >= SIZE_RATIO * max(other.asset.size)
     return longer and _volume(thing) >= VOLUME_RATIO * _volume(other)
 

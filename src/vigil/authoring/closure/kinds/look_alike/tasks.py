@@ -38,7 +38,7 @@ OPEN_OR_CLOSED_ITEMS = ("Box", "Laptop")
 FOOD = ("Apple", "Tomato", "Egg", "Potato")
 """Categories that may be put on or in a dish, so that the phrase can distinguish this dish from others."""
 ON_FURNITURE = ("Book", "Vase", "Statue", "AlarmClock", "TissueBox", "Candle")
-"""Categories that may be put on a piece of furniture, so that a phrase can distinguish it from other pieces."""
+"""Categories that may be put on a piece of furniture, so that a phrase can distinguish this piece from others."""
 MAX_BORNE_TRIED = 4
 _BEARING_ACTS: tuple[Act, ...] = ("pick", "open")
 """Acts on a thing that is distinguished by what lies on it. The first act that the thing allows is used."""

@@ -32,7 +32,7 @@ def out_of_sight(context: HouseContext) -> Tasks:
 
 
 def may_go_in(context: HouseContext, thing: Thing, container: Thing) -> bool:
-    """Return whether people would put a thing into a container that does not hold it yet. Nothing may be on it."""
+    """Return whether people would put a thing into a container, and nothing is on the thing."""
     suits = thing.category in BELONGS_IN[container.category] and can_be_put(thing, container)
     return suits and not children(context.view.scene, thing.id)
 

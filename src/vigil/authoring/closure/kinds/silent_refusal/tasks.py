@@ -29,7 +29,7 @@ from vigil.scene.things import Thing
 from vigil.sim.core.placing import EDGE_M
 
 ANY_MOVE_M = 0.01
-"""Minimum distance (m) by which an obstacle must be moved; small, as any move counts if the door can then open."""
+"""Minimum distance (m) by which an obstacle must be moved. It is small: any move counts if the door can then open."""
 SHELVES = ("ShelvingUnit", "Fridge", "Cabinet", "TVStand", "SideTable", "Cart", "Desk", "CoffeeTable", "Dresser")
 """Categories of furniture that may have several level surfaces. One of the surfaces can be full."""
 HAND_HEIGHT_M = 1.0
@@ -90,8 +90,8 @@ def _full_shelf_tasks(context: HouseContext) -> Tasks:
 def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
     """Return the surface of furniture nearest to `HAND_HEIGHT_M`, with its frame.
 
-    It is one of the surfaces inside; if there are fewer than two inside, one of the outer surfaces. None if there are
-    fewer than two of these, too.
+    It is one of the surfaces inside or, if there are fewer than two inside, one of the outer surfaces. None if there
+    are fewer than two outer surfaces, too.
     """
     level = list(level_surfaces(shelves))
     for is_inside in (True, False):
