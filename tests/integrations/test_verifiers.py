@@ -21,6 +21,7 @@ from vigil.runner.retries import RetryPolicy
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.players import ModelPlayer
 from vigil.runner.workers.pool import SimulatorPool
+from vigil.scoring.chore_answers import list_answers
 
 vf = pytest.importorskip("verifiers.v1", reason="verifiers is not installed: docs/verifiers.md says how")
 
@@ -29,6 +30,7 @@ from verifiers.v1.serve import EnvClient, EnvServer  # noqa: E402  # pyright: ig
 
 from vigil.integrations import verifiers as integration  # noqa: E402
 from vigil.integrations.chat_client import chat_sender  # noqa: E402
+from vigil.integrations.rewards import ListRates  # noqa: E402
 from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig  # noqa: E402
 
 PAGE = (Path(__file__).parents[2] / "docs" / "verifiers.md").read_text(encoding="utf-8")
@@ -283,3 +285,17 @@ def test_the_page_s_example_runs(pack: Pack, capsys: pytest.CaptureFixture, monk
     ends = [line.partition(" ")[2] for line in capsys.readouterr().out.splitlines()]
     assert ends == ["3 turns, reward 0.0 {'W': 0.0, 'FR': 1.0, 'NR': 0.0, 'steps': 3.0}"] * 2
     assert ends[0] in PAGE
+
+
+def test_a_list_of_chores_earns_a_reward_for_each_right_claim() -> None:
+    pack = "vigil_chores_200"
+    env = integration.load_environment(pack=pack, profile="itemised_report", workers=1, limit=1, claim_reward=0.5)
+    (task,) = env.taskset
+    chores = list_answers(Pack.load(pack).folder)[task.data.id].chores
+    claims = {str(number): "success" for number in range(1, len(chores) + 1)}
+    arguments = {"status": "success", "summary": "", "claims": claims}
+    trace = trace_of(env, saying(json.dumps({"skill_name": "report", "arguments": arguments})), task.data.id)
+    rates = ListRates(**trace.info["list"])
+    assert 0 < rates.B_share < 1
+    assert trace.reward == trace.rewards["claims"].value == 0.5 * rates.B_share
+    assert trace.metrics["T"] == rates.T
