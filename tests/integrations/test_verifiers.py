@@ -4,6 +4,7 @@ import asyncio
 import json
 import re
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 
 from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
 from tests.support.tiny_pack import tiny_pack
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.background import HousePool
 from vigil.errors import SettingError
@@ -135,12 +137,14 @@ def test_without_shaping_the_reward_is_b_alone(pack: Pack) -> None:
 
 
 def test_episodes_are_played_at_once_in_one_worker(pack: Pack) -> None:
-    def slow(asked: ChatRequest) -> ChatAnswer:
-        return ChatAnswer(REPORT, delay_s=0.3)
+    together = threading.Barrier(3, timeout=HANGS_AFTER_S)
 
-    played, server = episodes(environment(pack), slow, DA, SV, AI)
+    def wait(asked: ChatRequest) -> ChatAnswer:
+        together.wait()
+        return ChatAnswer(REPORT)
+
+    played, _ = episodes(environment(pack), wait, DA, SV, AI)
     assert [episode.ok for episode in played] == [True] * 3
-    assert server.most_alive == 3
 
 
 def test_a_server_of_environments_plays_rows_that_another_process_reads(pack: Pack) -> None:
@@ -187,7 +191,7 @@ def test_another_pack_of_the_same_episodes_is_refused(pack: Pack, tmp_path: Path
     (task,) = [task for task in environment(pack).taskset if task.data.id == DA]
     env.taskset.load = lambda: iter([task])
     trace = trace_of(env, saying(REPORT), DA)
-    assert f"is of 'tiny@{pack.sha256}', but this machine plays 'tiny@{other.sha256}'" in trace.errors[0].message
+    assert f"is from 'tiny@{pack.sha256}', but this machine plays 'tiny@{other.sha256}'" in trace.errors[0].message
 
 
 BATHROOM = {"pack": "stream:7", "family": "PG", "houses": (15, 16), "backend": "fake", "workers": 1}
