@@ -14,6 +14,7 @@ import pytest
 from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
 from tests.support.tiny_pack import tiny_pack
 from tests.support.waiting import HANGS_AFTER_S
+from vigil.agents.conversation import Message
 from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.background import HousePool
 from vigil.errors import SettingError
@@ -30,10 +31,12 @@ vf = pytest.importorskip("verifiers.v1", reason="verifiers is not installed: doc
 from openai import AsyncOpenAI  # noqa: E402
 from verifiers.v1.serve import EnvClient, EnvServer  # noqa: E402  # pyright: ignore[reportMissingImports] - may be absent
 
+from vigil.integrations import chat_client  # noqa: E402
 from vigil.integrations import verifiers as integration  # noqa: E402
 from vigil.integrations.chat_client import chat_sender  # noqa: E402
 from vigil.integrations.rewards import ListRates  # noqa: E402
 from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig  # noqa: E402
+from vigil.integrations.verifiers.examine import examine_verifiers  # noqa: E402
 
 PAGE = (Path(__file__).parents[2] / "docs" / "verifiers.md").read_text(encoding="utf-8")
 DA, SV, AI = "tiny-DA-000", "tiny-SV-002", "tiny-AI-003"
@@ -303,3 +306,19 @@ def test_a_list_of_chores_earns_a_reward_for_each_right_claim() -> None:
     assert 0 < rates.B_share < 1
     assert trace.reward == trace.rewards["claims"].value == 0.5 * rates.B_share
     assert trace.metrics["T"] == rates.T
+
+
+def test_the_doctor_finds_that_all_is_right_or_that_pictures_are_dropped(
+    pack: Pack, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = {"pack": str(pack.folder), "backend": "fake"}
+    found = list(examine_verifiers(options, 2))
+    assert len(found) == 9
+    assert [finding.check for finding in found if not finding.is_right] == []
+
+    def without_picture(message: Message) -> dict[str, Any]:
+        return {"role": message.role, "content": message.text}
+
+    monkeypatch.setattr(chat_client, "chat_message", without_picture)
+    found = list(examine_verifiers(options, 2))
+    assert [finding.check for finding in found if not finding.is_right] == ["frames, member 1", "frames, member 2"]
