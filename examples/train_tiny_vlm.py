@@ -30,10 +30,10 @@ from vigil.integrations.trl import Episodes, protocol_processor, valid_replies
 def read_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True, help="folder for results; demonstrations in it are reused")
-    parser.add_argument("--supervised", type=int, default=200, help="number of supervised steps (200)")
-    parser.add_argument("--grpo", type=int, default=40, help="number of GRPO steps (40)")
-    parser.add_argument("--every", type=int, default=50, help="supervised steps between tests (50)")
-    parser.add_argument("--group", type=int, default=4, help="number of rollouts of each episode (4)")
+    parser.add_argument("--supervised", type=int, default=60, help="number of supervised steps (60)")
+    parser.add_argument("--grpo", type=int, default=80, help="number of GRPO steps (80)")
+    parser.add_argument("--every", type=int, default=20, help="supervised steps between tests (20)")
+    parser.add_argument("--group", type=int, default=8, help="number of rollouts of each episode (8)")
     parser.add_argument("--seed", type=int, default=0, help="random seed of the model and its samples (0)")
     return parser.parse_args()
 
@@ -196,7 +196,7 @@ def trainer_of(
         max_completion_length=160,
         generation_kwargs={"suppress_tokens": processor.tokenizer.convert_tokens_to_ids(list(SPECIAL[3:]))},
         max_tool_calling_iterations=4,
-        learning_rate=1e-3,
+        learning_rate=3e-4,
         lr_scheduler_type="constant",
         reward_weights=[0.0],  # of `valid_replies`; that of the environment, B, is 1
         logging_steps=1,

@@ -4,6 +4,7 @@ import asyncio
 import json
 import re
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,8 @@ import pytest
 
 from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
 from tests.support.tiny_pack import tiny_pack
+from tests.support.waiting import HANGS_AFTER_S
+from vigil.agents.conversation import Message
 from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.background import HousePool
 from vigil.errors import SettingError
@@ -21,15 +24,19 @@ from vigil.runner.retries import RetryPolicy
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.players import ModelPlayer
 from vigil.runner.workers.pool import SimulatorPool
+from vigil.scoring.chore_answers import list_answers
 
 vf = pytest.importorskip("verifiers.v1", reason="verifiers is not installed: docs/verifiers.md says how")
 
 from openai import AsyncOpenAI  # noqa: E402
 from verifiers.v1.serve import EnvClient, EnvServer  # noqa: E402  # pyright: ignore[reportMissingImports] - may be absent
 
+from vigil.integrations import chat_client  # noqa: E402
 from vigil.integrations import verifiers as integration  # noqa: E402
 from vigil.integrations.chat_client import chat_sender  # noqa: E402
+from vigil.integrations.rewards import ListRates  # noqa: E402
 from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig  # noqa: E402
+from vigil.integrations.verifiers.examine import examine_verifiers  # noqa: E402
 
 PAGE = (Path(__file__).parents[2] / "docs" / "verifiers.md").read_text(encoding="utf-8")
 DA, SV, AI = "tiny-DA-000", "tiny-SV-002", "tiny-AI-003"
@@ -133,12 +140,14 @@ def test_without_shaping_the_reward_is_b_alone(pack: Pack) -> None:
 
 
 def test_episodes_are_played_at_once_in_one_worker(pack: Pack) -> None:
-    def slow(asked: ChatRequest) -> ChatAnswer:
-        return ChatAnswer(REPORT, delay_s=0.3)
+    together = threading.Barrier(3, timeout=HANGS_AFTER_S)
 
-    played, server = episodes(environment(pack), slow, DA, SV, AI)
+    def wait(asked: ChatRequest) -> ChatAnswer:
+        together.wait()
+        return ChatAnswer(REPORT)
+
+    played, _ = episodes(environment(pack), wait, DA, SV, AI)
     assert [episode.ok for episode in played] == [True] * 3
-    assert server.most_alive == 3
 
 
 def test_a_server_of_environments_plays_rows_that_another_process_reads(pack: Pack) -> None:
@@ -185,7 +194,7 @@ def test_another_pack_of_the_same_episodes_is_refused(pack: Pack, tmp_path: Path
     (task,) = [task for task in environment(pack).taskset if task.data.id == DA]
     env.taskset.load = lambda: iter([task])
     trace = trace_of(env, saying(REPORT), DA)
-    assert f"is of 'tiny@{pack.sha256}', but this machine plays 'tiny@{other.sha256}'" in trace.errors[0].message
+    assert f"is from 'tiny@{pack.sha256}', but this machine plays 'tiny@{other.sha256}'" in trace.errors[0].message
 
 
 BATHROOM = {"pack": "stream:7", "family": "PG", "houses": (15, 16), "backend": "fake", "workers": 1}
@@ -283,3 +292,33 @@ def test_the_page_s_example_runs(pack: Pack, capsys: pytest.CaptureFixture, monk
     ends = [line.partition(" ")[2] for line in capsys.readouterr().out.splitlines()]
     assert ends == ["3 turns, reward 0.0 {'W': 0.0, 'FR': 1.0, 'NR': 0.0, 'steps': 3.0}"] * 2
     assert ends[0] in PAGE
+
+
+def test_a_list_of_chores_earns_a_reward_for_each_right_claim() -> None:
+    pack = "vigil_chores_200"
+    env = integration.load_environment(pack=pack, profile="itemised_report", workers=1, limit=1, claim_reward=0.5)
+    (task,) = env.taskset
+    chores = list_answers(Pack.load(pack).folder)[task.data.id].chores
+    claims = {str(number): "success" for number in range(1, len(chores) + 1)}
+    arguments = {"status": "success", "summary": "", "claims": claims}
+    trace = trace_of(env, saying(json.dumps({"skill_name": "report", "arguments": arguments})), task.data.id)
+    rates = ListRates(**trace.info["list"])
+    assert 0 < rates.B_share < 1
+    assert trace.reward == trace.rewards["claims"].value == 0.5 * rates.B_share
+    assert trace.metrics["T"] == rates.T
+
+
+def test_the_doctor_finds_that_all_is_right_or_that_pictures_are_dropped(
+    pack: Pack, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = {"pack": str(pack.folder), "backend": "fake"}
+    found = list(examine_verifiers(options, 2))
+    assert len(found) == 9
+    assert [finding.check for finding in found if not finding.is_right] == []
+
+    def without_picture(message: Message) -> dict[str, Any]:
+        return {"role": message.role, "content": message.text}
+
+    monkeypatch.setattr(chat_client, "chat_message", without_picture)
+    found = list(examine_verifiers(options, 2))
+    assert [finding.check for finding in found if not finding.is_right] == ["frames, member 1", "frames, member 2"]

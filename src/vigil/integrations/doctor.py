@@ -71,9 +71,9 @@ def examine_trl(options: dict[str, Any], group: int, processor: Any = None) -> I
         yield from _examine_group(played, now, condition, lambda: _simulator(episodes.options))
         conversation = list(_messages(first, now, condition))
         shown = [message.text for message in conversation if message.role == "user"]
-        yield _same("texts next to frames", first.texts, shown)
+        yield same("texts next to frames", first.texts, shown)
         prompt = row["prompt"][0]["content"][0]["text"]
-        yield _same("system prompt", [prompt], [conversation[0].text])
+        yield same("system prompt", [prompt], [conversation[0].text])
         if processor is not None:
             yield from _examine_processor(processor, first, conversation)
     finally:
@@ -126,7 +126,7 @@ def _examine_group(
     recorded = [[step.frame_sha256 for step in seen.record.steps] for seen in played]
     yield Finding("frames are those of the record", hashes == recorded, f"{len(first.frames)} frames for each member")
     yield Finding("members see the same frames", all(each == hashes[0] for each in hashes), "")
-    yield _same("replies", [step.reply.text for step in first.record.steps], list(REPLIES))
+    yield same("replies", [step.reply.text for step in first.record.steps], list(REPLIES))
     with Env(simulator(), lambda _: now.house, condition) as env:
         try:
             env.reset(now.episode)
@@ -157,7 +157,7 @@ def _examine_processor(processor: Any, seen: Seen, conversation: Sequence[Messag
     calls = [_as_call(message) if message["role"] == "assistant" else message for message in plain[:-1]]
     tools = [{**message, "role": "tool", "name": "reply"} if index > 1 and message["role"] == "user" else message
              for index, message in enumerate(calls)]  # fmt: skip
-    yield _same("text of the conversation", [changed.apply_chat_template([*tools, plain[-1]])], [wanted])
+    yield same("text of the conversation", [changed.apply_chat_template([*tools, plain[-1]])], [wanted])
     batch = changed.apply_chat_template(plain, tokenize=True, return_dict=True, return_tensors="np")
     if "image_grid_thw" not in batch:
         yield Finding(
@@ -213,7 +213,8 @@ def _distance(picture: np.ndarray, frame: np.ndarray) -> float:
     return float(np.abs(picture - resized).mean())
 
 
-def _same(check: str, found: Sequence[str], wanted: Sequence[str]) -> Finding:
+def same(check: str, found: Sequence[str], wanted: Sequence[str]) -> Finding:
+    """Return the finding whether two lists of texts are equal, with the first difference."""
     if list(found) == list(wanted):
         return Finding(check, True, f"{len(found)} equal")
     pairs = [(f, w) for f, w in zip(found, wanted, strict=False) if f != w]

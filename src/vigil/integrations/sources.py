@@ -1,6 +1,6 @@
 """Sources of episodes for training: a pack or a stream.
 
-The Gymnasium environment draws episodes. The environments of verifiers and TRL read rows; the episode that a row names
+The Gymnasium environment draws episodes. verifiers, TRL and verl read rows; the episode that a row names
 may be played in another process. That process loads the same pack or, for a stream, makes the house of the row again.
 """
 
@@ -28,7 +28,7 @@ from vigil.packs.pack import CHORES_SUITE, Pack, Selection, find_pack, manifest_
 from vigil.packs.private import is_private, is_secret
 from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
 from vigil.protocol.house import House
-from vigil.runner.workers.messages import Assignment
+from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.scoring.chore_answers import ListAnswer, list_answers
 
 PACK_CACHE_SIZE = 2
@@ -255,6 +255,25 @@ def source_of(options: EpisodeOptions, workers: int, limit: int | None = None) -
     pack = _cached_pack(folder.resolve(), manifest_sha256(folder))
     pack.check_assets(options.assets)
     return PackSource(pack, Selection(families=tuple(options.family), limit=limit))
+
+
+def bounded_rows(source: EpisodeSource) -> Iterator[TaskRow]:
+    """Yield the rows of a source. Raises SettingError if the source is an endless stream."""
+    if source.is_endless:
+        raise SettingError(f"{source.public_name} is endless: give `limit`, or `houses` with an end, e.g. (0, 100).")
+    yield from source.rows()
+
+
+def worker_plan(source: EpisodeSource, options: EpisodeOptions, run_id: str) -> WorkerPlan:
+    """Return the settings of the simulator workers that play the episodes of a source. Raises PackMismatch."""
+    return WorkerPlan(
+        source.folder,
+        run_id,
+        options.condition,
+        backend=options.backend,
+        quality=options.quality,
+        asset_database=None if options.asset_database is None else Path(options.asset_database),
+    )
 
 
 @lru_cache(maxsize=PACK_CACHE_SIZE)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from vigil.authoring.packing import verify
 from vigil.authoring.packing.compare import compare
 from vigil.authoring.packing.verify import (
     VerificationProgress,
@@ -13,6 +14,7 @@ from vigil.authoring.packing.verify import (
     verify_pack,
 )
 from vigil.authoring.review import robustness
+from vigil.authoring.review.blind_trials import blind_trials
 from vigil.authoring.review.rules import RULES, Rule
 from vigil.errors import RecordError
 from vigil.packs.freeze import freeze
@@ -70,6 +72,14 @@ def test_a_log_says_nothing_of_rules_that_were_not_there(small: Pack, monkeypatc
     for families in (["CR"], [episode.family]):
         monkeypatch.setitem(RULES, "another", Rule(families.__contains__, "of another version", lambda case: iter(())))
         assert (key_of(task, VerificationSettings()) == before) == (episode.family not in families)
+
+
+def test_a_log_says_nothing_of_blind_agents_that_were_not_tried(small: Pack, monkeypatch: pytest.MonkeyPatch) -> None:
+    episode = small.episodes[0]
+    task = VerificationTask((episode,), (None,))
+    before = key_of(task, VerificationSettings())
+    monkeypatch.setattr(verify, "blind_trials", lambda episode: [*blind_trials(episode), (CLAIM,)])
+    assert key_of(task, VerificationSettings()) != before
 
 
 def test_a_log_is_continued(small: Pack, tmp_path: Path) -> None:

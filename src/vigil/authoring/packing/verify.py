@@ -20,6 +20,7 @@ from vigil.authoring.closure.certify import Certifier, task_of
 from vigil.authoring.closure.twins import BrokenRule
 from vigil.authoring.drafting.drafts import DraftsFile, TaskDraft, house_in
 from vigil.authoring.packing.selection import Candidate, CandidateCheck
+from vigil.authoring.review.blind_trials import blind_trials
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.rules import RULES, binds
 from vigil.authoring.review.validate import Finding, Validator
@@ -287,8 +288,8 @@ def house_batches(tasks: Iterable[VerificationTask], house_of: Callable[[Episode
 
 
 def key_of(task: VerificationTask, settings: VerificationSettings) -> str:
-    """Return the hash of all on which the findings about a task depend: episodes, solutions, answers, backend, asset
-    database, rules and versions.
+    """Return the hash of all on which the findings about a task depend: episodes, solutions, answers, blind trials,
+    backend, asset database, rules and versions.
     """
     solutions = [
         Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
@@ -298,7 +299,8 @@ def key_of(task: VerificationTask, settings: VerificationSettings) -> str:
     more += [settings.assets.sha256] if settings.assets and settings.assets.sha256 else []
     more += [name for name, rule in RULES.items() if any(binds(rule, name, each.family) for each in task.episodes)]
     dumped = [[each.model_dump(mode="json") for each in facts] for facts in (task.episodes, task.answers or ())]
-    facts = [*dumped, solutions, settings.backend, PackVersions.current().model_dump(), *more]
+    blind = [[[act.model_dump(mode="json") for act in tries] for tries in blind_trials(each)] for each in task.episodes]
+    facts = [*dumped, solutions, blind, settings.backend, PackVersions.current().model_dump(), *more]
     return hashlib.sha256(canonical_json(facts)).hexdigest()
 
 

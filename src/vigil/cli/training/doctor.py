@@ -1,5 +1,6 @@
 """`vigil train doctor`: checks, before a training, that the trainer gets exactly what is played."""
 
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import Annotated, Any, Literal
 
@@ -11,7 +12,8 @@ from vigil.runner.shared_settings import Families
 
 def doctor(
     integration: Annotated[
-        Literal["trl", "gymnasium"], typer.Option("--with", help="Training library whose integration is checked.")
+        Literal["trl", "gymnasium", "verifiers"],
+        typer.Option("--with", help="Training library whose integration is checked."),
     ],
     pack: Annotated[str, typer.Option(help="Pack or stream with the episode to play, e.g. stream:7.")] = "starter",
     families: Families = (),
@@ -29,18 +31,29 @@ def doctor(
     """
     if processor is not None and integration != "trl":
         raise SettingError(f"--processor is for --with trl only: {integration} does not use a processor. Leave it out.")
-    checks = import_module("vigil.integrations.doctor")
     options: dict[str, Any] = {"pack": pack, "family": list(families), "backend": backend}
-    if integration == "trl":
+    if integration == "verifiers":
+        found = _verifiers_check()(options, group)
+    elif integration == "trl":
+        checks = import_module("vigil.integrations.doctor")
         found = checks.examine_trl(options, group, None if processor is None else _processor(processor))
     else:
-        found = checks.examine_gymnasium(options, group)
+        found = import_module("vigil.integrations.doctor").examine_gymnasium(options, group)
     wrong = 0
     for finding in found:
         wrong += not finding.is_right
         print(f"{'ok   ' if finding.is_right else 'WRONG'}  {finding.check:36}  {finding.detail}".rstrip(), flush=True)
     if wrong:
         raise typer.Exit(2)
+
+
+def _verifiers_check() -> Callable[[dict[str, Any], int], Iterator[Any]]:
+    try:
+        return import_module("vigil.integrations.verifiers.examine").examine_verifiers
+    except ModuleNotFoundError as error:
+        if error.name != "verifiers":
+            raise
+        raise SettingError("--with verifiers needs verifiers: docs/verifiers.md says how to install it.") from None
 
 
 def _processor(name: str) -> Any:

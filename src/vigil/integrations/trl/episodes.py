@@ -3,8 +3,7 @@
 from functools import partial
 from typing import Any
 
-from vigil.errors import SettingError
-from vigil.integrations.sources import source_of
+from vigil.integrations.sources import bounded_rows, source_of
 from vigil.integrations.trl.environments import Environment, VigilReplies, VigilSkills
 from vigil.integrations.trl.options import Options
 from vigil.packs.private import check_revealed
@@ -34,10 +33,6 @@ class Episodes:
 
         Raises SettingError if the stream is endless.
         """
-        if self.source.is_endless:
-            raise SettingError(
-                f"{self.source.public_name} is endless: give `limit`, or `houses` with an end, e.g. (0, 100)."
-            )
         prompt_of = partial(system_prompt, profile=self.options.condition)
         return [
             {
@@ -50,7 +45,7 @@ class Episodes:
                 "house": house,
                 "source": self.source.name,
             }
-            for episode, house in self.source.rows()
+            for episode, house in bounded_rows(self.source)
         ]
 
     def environment(self) -> Environment:

@@ -1,7 +1,6 @@
 """The verifiers environment: episodes in simulator workers, each played by one agent."""
 
 import asyncio
-from pathlib import Path
 from typing import Any
 
 import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
@@ -10,6 +9,7 @@ from pydantic import ValidationError
 from vigil.errors import PackMismatch, SettingError, VigilError
 from vigil.integrations.options import check_names, invalid_option
 from vigil.integrations.rewards import Verdict, verdict_of
+from vigil.integrations.sources import worker_plan
 from vigil.integrations.verifiers.config import TASKSET_ID, VigilEnvConfig, VigilTaskConfig, VigilTasksetConfig
 from vigil.integrations.verifiers.harness import VigilHarness
 from vigil.integrations.verifiers.taskset import VigilData, VigilTaskset
@@ -57,15 +57,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
 
     def worker_plan(self) -> WorkerPlan:
         """Return the settings of the simulator workers (a worker plan). Raises PackMismatch."""
-        config = self.taskset.config
-        return WorkerPlan(
-            self.taskset.source.folder,
-            RUN_ID,
-            config.condition,
-            backend=config.backend,
-            quality=config.quality,
-            asset_database=None if config.asset_database is None else Path(config.asset_database),
-        )
+        return worker_plan(self.taskset.source, self.taskset.config, RUN_ID)
 
     async def _play(self, data: VigilData, ask: Ask) -> Verdict:
         source, condition = self.taskset.source, self.taskset.config.condition
