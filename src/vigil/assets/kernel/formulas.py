@@ -32,6 +32,7 @@ FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {
     "min": min,
     "oblong": rounded_rectangle,
     "points": points,
+    "round": round,
 }
 """Name -> function or constant that formulas may use."""
 _NODES = (

@@ -84,6 +84,7 @@ ADDITIONS: dict[str, Callable[..., Any]] = {
     "hinge": lambda builder, name, about, at, degrees: builder.hinge(name, about, at, degrees),
     "legs": lambda builder, area, look, length, thick, style: add_legs(builder, look, area, length, thick, style),
     "octagon": lambda builder, area, between: builder.octagon(*area, *between),
+    "slide": lambda builder, name, about, metres: builder.slide(name, about, metres),
     "solid": lambda builder, ends, joint=None: builder.solid(*ends, joint),
     "surface": _surface,
     "walls": lambda builder, area, floor, middle=0.0: builder.walls(area[0], area[1], floor, middle),

@@ -34,7 +34,7 @@ ALONG = {"x": "_x", "y": "_y", "z": "_z"}
 SIDES = ("_x", "_y", "_z")
 ACROSS = {"x": ("_z", "_y"), "y": ("_x", "_z"), "z": ("_x", "_y")}
 """Axis -> names of the box's sides along the other two axes, for shapes that are flat across the axis."""
-_STYLE = {"look": "material", "lit": "lit", "joint": "joint", "shown": "shown", "toggles": "toggles"}
+_STYLE = {"look": "material", "lit": "lit", "joint": "joint", "shown": "shown", "opens": "opens", "toggles": "toggles"}
 """Key of a row -> field of `PartStyle` that it sets."""
 _REPEATS = ("each", "let", "when")
 _KEYS = frozenset({"about", "lies", "parts", "room", "unit", "values", "words"})
@@ -134,7 +134,7 @@ _BY_READER: tuple[tuple[Reader, str], ...] = (
     (_list_of((None, None)), "profile sides"),
     (_radius, "radius top wide"),
     (_turns, "turn"),
-    (_constant, "axis crease facing fit inside open opening toggles"),
+    (_constant, "axis crease facing fit inside open opening opens toggles"),
 )
 READERS: dict[str, Reader] = {word: reader for reader, words in _BY_READER for word in words.split()}
 """Argument of a shape, change or addition -> its reader; other arguments are plain numbers or formulas."""

@@ -332,36 +332,9 @@ def bathtub(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     return builder.build(("white" if shell == _GLAZE else "cream", "freestanding" if is_free else "built in"))
 
 
-def shower_door(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a glass door in a slim frame; it opens to +z."""
-    builder = Builder("ShowerDoor", size)
-    (x0, x1), height = builder.across, builder.height
-    metal = one_of(rng, ("chrome", "metal/black"))
-    thick = min(0.03, 0.6 * builder.depth)
-    half = thick / 2
-    for a, b in ((x0, x0 + 0.03), (x1 - 0.03, x1)):
-        builder.block(metal, (a, b), (0, height), (-half, half), 0.004)
-        builder.solid((a, 0, -half), (b, height, half))
-    builder.block(metal, (x0 + 0.03, x1 - 0.03), (height - 0.03, height), (-half, half))
-    joint = builder.hinge("door", (0, 1, 0), (x0 + 0.034, 0, half), -90.0)
-    pane = PartStyle("glass", joint)
-    builder.block(pane, (x0 + 0.034, x1 - 0.034), (0.012, height - 0.034), (-0.004, 0.004))
-    edge = PartStyle(metal, joint)
-    builder.block(edge, (x0 + 0.034, x0 + 0.05), (0.012, height - 0.034), (-0.008, 0.008))
-    builder.block(edge, (x0 + 0.034, x1 - 0.034), (0.0, 0.014), (-0.008, 0.008))
-    for side in (-1, 1):
-        reach = builder.depth / 2 - 0.01
-        bar = shapes.cylinder(0.01, 0.4, (x1 - 0.1, 1.0, side * reach), segments=8)
-        posts = [shapes.cylinder(0.006, reach, (x1 - 0.1, y, side * reach / 2), "z", 8) for y in (0.84, 1.16)]
-        builder.add(edge, bar, *posts)
-    builder.solid((x0 + 0.034, 0.012, -half), (x1 - 0.034, height - 0.034, half), joint)
-    return builder.build(("glass",))
-
-
 MAKERS: dict[str, Maker] = {
     "Bathtub": bathtub,
     "CounterTop": counter_top,
-    "ShowerDoor": shower_door,
     "Sink": sink,
     "Toilet": toilet,
 }

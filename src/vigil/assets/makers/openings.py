@@ -229,35 +229,4 @@ def _bay(builder: Builder, material: str) -> None:
     builder.prism(floor, 0, height)
 
 
-SLAT_M, SLAT_TILT_DEG, SLAT_OVERLAP = 0.05, 72, 1.12
-"""Distance (m) between slats, tilt (deg) of closed slats, and depth of a slat as a multiple of the distance."""
-
-
-def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return slatted blinds. When closed, they cover a window; when open, their slats are gathered under the rail."""
-    builder = Builder("Blinds", size)
-    finish = paint(rng, "white", "cream", "beige", "grey", "light blue") if rng.random() < 0.6 else one_of(rng, WOODS)
-    (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
-    rail = min(0.05, 0.2 * height)
-    builder.block(finish.material, (x0, x1), (height - rail, height), (z0, z1), 0.006)
-    groups = 10
-    tall = (height - rail) / groups
-    slats = max(1, round(tall / SLAT_M))
-    stacked = 0.0035 * slats + 0.002
-    deep = min(0.9 * builder.depth, SLAT_OVERLAP * tall / slats)
-    half = 0.3 * deep
-    for group in range(groups):
-        joint = builder.slide(f"slats{group}", (0, 1, 0), group * (tall - stacked) + (tall - stacked) * 0.5)
-        look = PartStyle(finish.material, joint)
-        for index in range(slats):
-            y = height - rail - group * tall - (index + 0.5) * tall / slats
-            slat = shapes.box((x1 - x0 - 0.012, 0.0025, deep), (0, y, 0))
-            builder.add(look, shapes.rotate(slat, "x", SLAT_TILT_DEG, (0, y, 0)))
-        low = 0.0 if group == groups - 1 else height - rail - (group + 1) * tall
-        builder.solid((x0 + 0.006, low, -half), (x1 - 0.006, height - rail - group * tall, half), joint)
-        if group == groups - 1:
-            builder.block(look, (x0 + 0.004, x1 - 0.004), (0, 0.02), (-0.3 * builder.depth, 0.3 * builder.depth), 0.004)
-    return builder.build((finish.word,))
-
-
-MAKERS = {"Blinds": blinds, "Doorframe": doorframe, "Doorway": doorway, "Window": window}
+MAKERS = {"Doorframe": doorframe, "Doorway": doorway, "Window": window}
