@@ -23,7 +23,6 @@ from vigil.assets.makers import (
     decor,
     fixtures,
     food,
-    openings,
     personal,
     placeholder,
     seating,
@@ -37,7 +36,7 @@ from vigil.errors import SettingError, did_you_mean
 ROWS = Path(__file__).parent / "makers" / "rows"
 """Folder of the TOML files with the makers that are rows of data."""
 _MODULES = (
-    appliances, beds, containers, decor, fixtures, food, openings, personal, seating, storage, tables, textiles,
+    appliances, beds, containers, decor, fixtures, food, personal, seating, storage, tables, textiles,
 )  # fmt: skip
 
 MAKERS: dict[str, Maker] = {

@@ -151,3 +151,50 @@ def drape(width: float, height: float, waves: float, depth: float, *, thickness:
     z = swing * np.sin(2 * np.pi * waves * (x / width + 0.5))
     front, back = np.c_[x, z + thickness / 2], np.c_[x, z - thickness / 2]
     return shapes.extrude(np.concatenate([front, back[::-1]]), 0.0, height)
+
+
+def closed(outline: np.ndarray, height: float) -> np.ndarray:
+    """Return an outline as a closed ring (n + 1, 3) at a height; the ring repeats the first point at its end."""
+    ring = np.concatenate([outline, outline[:1]])
+    return np.stack([ring[:, 0], np.full(len(ring), height), ring[:, 1]], 1)
+
+
+def bin_shape(outline: np.ndarray, y: tuple[float, float], foot: float, wall: float, *, has_floor: bool = True) -> Mesh:
+    """Return a bin, or only its rim. Its outline (n, 2) is that of the top; the bottom is `foot` times as large."""
+    ring = np.concatenate([outline, outline[:1]])
+    reach = np.abs(outline).max(0)
+    inner = (reach - wall) / reach
+
+    def at(height: float, scale: float, thin: bool = False) -> np.ndarray:
+        flat = ring * scale * (inner if thin else 1.0)
+        return np.stack([flat[:, 0], np.full(len(flat), height), flat[:, 1]], 1)
+
+    low, high = y
+    bottom = low + wall if has_floor else low
+    parts = [
+        shapes.loft(np.stack([at(bottom, foot, True), at(high, 1.0, True)]), cap=False),
+        shapes.loft(np.stack([at(high, 1.0, True), at(high, 1.0)]), cap=False),
+        shapes.loft(np.stack([at(high, 1.0), at(low, foot)]), cap=False),
+        shapes.extrude(foot * outline * 0.99, low, low + wall)
+        if has_floor
+        else shapes.loft(np.stack([at(low, foot), at(low, foot, True)]), cap=False),
+    ]
+    return shapes.merge(parts)
+
+
+def bin_lining(outline: np.ndarray, height: float, foot: float) -> Mesh:
+    """Return the inner skin of a bin, slightly inside its walls."""
+    ring = np.concatenate([outline, outline[:1]])
+    reach = np.abs(outline).max(0)
+    inner = (reach - 0.0135) / reach
+    low, high = (
+        np.insert(ring * inner * scale, 1, level, axis=1) for scale, level in ((foot, 0.013), (1.0, height - 0.01))
+    )
+    floor = shapes.extrude(outline * inner * foot * 0.99, 0.013, 0.015)
+    return shapes.merge([shapes.loft(np.stack([low, high]), cap=False), floor])
+
+
+def framed(outer: np.ndarray, hole: np.ndarray) -> np.ndarray:
+    """Return the outline (n, 2) of a frame with a hole as one line, cut open where both outlines are farthest to +x."""
+    outer, hole = (np.roll(each, -int(np.argmax(each[:, 0])), 0) for each in (outer, hole))
+    return np.concatenate([outer, outer[:1], hole[:1], hole[:0:-1], hole[:1]])

@@ -25,7 +25,8 @@ def points(*columns: Any) -> np.ndarray:
 
 
 _OF_NUMPY = (
-    "arctan2", "clip", "cos", "degrees", "flip", "interp", "linspace", "maximum", "pi", "radians", "sin", "sqrt",
+    "arctan2", "clip", "cos", "degrees", "flip", "hypot", "interp", "linspace", "maximum", "pi", "radians", "sin",
+    "sqrt",
 )  # fmt: skip
 FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {
     "max": max,

@@ -5,16 +5,17 @@ its own.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import reduce
 from typing import Any
 
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import bend, creased, drape, lathed_oval, strip
+from vigil.assets.kernel.arrange import bend, bin_lining, bin_shape, closed, creased, drape, framed, lathed_oval, strip
 from vigil.assets.kernel.asset import Glow
 from vigil.assets.kernel.builder import UNBOUNDED_M, Builder
-from vigil.assets.kernel.furniture_parts import add_case, add_legs, cloth, lining, wood
+from vigil.assets.kernel.furniture_parts import CLOTHS, Finish, add_case, add_legs, cloth, lining, wood
 from vigil.assets.kernel.meshes import ORIGIN
 from vigil.assets.kernel.palette import COLOURS, one_of
 from vigil.base.geometry import Vec3
@@ -34,8 +35,22 @@ def _moved(part: shapes.Mesh, at: Any) -> shapes.Mesh:
     return part if at is ORIGIN else shapes.translate(part, at)
 
 
+def _woven(rng: np.random.Generator) -> Finish:
+    """Return a random upholstery that is not leather."""
+    found = cloth(rng)
+    return replace(found, material=found.material.replace("leather", "fabric"))
+
+
+def _dyed(rng: np.random.Generator) -> Finish:
+    """Return fabric in a random colour."""
+    word, code = one_of(rng, CLOTHS)
+    return Finish(f"fabric/{code}", word)
+
+
 SHAPES: dict[str, Callable[..., shapes.Mesh]] = {
     "ball": lambda size, at=ORIGIN, segments=16, bands=8: shapes.ellipsoid(size, at, segments, bands),
+    "bin": lambda outline, between, foot, wall, open=False: bin_shape(outline, between, foot, wall, has_floor=not open),
+    "bin_lining": lambda outline, foot, tall: bin_lining(outline, tall, foot),
     "box": shapes.box,
     "cushion": shapes.cushion,
     "cylinder": shapes.cylinder,
@@ -44,11 +59,13 @@ SHAPES: dict[str, Callable[..., shapes.Mesh]] = {
         drape(area[0], area[1], waves, thick, thickness=cloth), at
     ),
     "extrude": _extruded,
+    "frame": lambda outline, hole, between: shapes.extrude(framed(outline, hole), *between),
     "lathe": shapes.lathe,
     "lining": lambda ends: lining(*ends),
     "loft": lambda rings: shapes.loft(np.array(rings)),
     "panel": lambda area, at=ORIGIN, facing="+z", fit=True: shapes.panel(area[0], area[1], at, facing, fit),
     "rounded": lambda size, at=ORIGIN, bevel=0.02, puff=0.0: shapes.rounded_box(size, at, bevel, puff),
+    "skin": lambda tiers: shapes.loft(np.stack([closed(*tier) for tier in tiers]), cap=False),
     "slab": lambda size, at=ORIGIN, bevel=0.05: shapes.slab(size, at, bevel),
     "span": lambda ends, bevel=0.0: shapes.span(ends[0], ends[1], bevel),
     "strip": lambda sides, thick, level=0.0, at=ORIGIN: _moved(strip(sides, thick, level), at),
@@ -84,6 +101,7 @@ ADDITIONS: dict[str, Callable[..., Any]] = {
     "hinge": lambda builder, name, about, at, degrees: builder.hinge(name, about, at, degrees),
     "legs": lambda builder, area, look, length, thick, style: add_legs(builder, look, area, length, thick, style),
     "octagon": lambda builder, area, between: builder.octagon(*area, *between),
+    "prism": lambda builder, outline, between, joint=None: builder.prism(outline, *between, joint),
     "slide": lambda builder, name, about, metres: builder.slide(name, about, metres),
     "solid": lambda builder, ends, joint=None: builder.solid(*ends, joint),
     "surface": _surface,
@@ -101,5 +119,8 @@ DRAWS: dict[str, Callable[[np.random.Generator, Any], Any]] = {
     "uniform": lambda rng, ends: float(rng.uniform(*ends)),
 }
 """Kind of draw -> function that draws a random value. A drawn colour is (word, code); a finish is (word, material)."""
-WORDS: dict[str, dict[str, Any]] = {"colours": {**COLOURS}, "finish": {"cloth": cloth, "wood": wood}}
+WORDS: dict[str, dict[str, Any]] = {
+    "colours": {**COLOURS},
+    "finish": {"cloth": cloth, "dyed": _dyed, "wood": wood, "woven": _woven},
+}
 """Kind of draw -> words that it may use."""

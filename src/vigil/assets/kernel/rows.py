@@ -118,10 +118,17 @@ def _path(raw: Any, known: Known) -> str:
     return _list(raw, known, lambda one, inner: _numbers(one, inner, SIDES))
 
 
+def _tier(raw: Any, known: Known) -> str:
+    """Return the expression of an outline and its height."""
+    outline, height = raw
+    return f"({formula(outline, known)}, {_number(height, known, '_y')})"
+
+
 _BY_READER: tuple[tuple[Reader, str], ...] = (
     (lambda raw, known, axis: _numbers(raw, known, SIDES), "size at move stretch"),
     (lambda raw, known, axis: _path(raw, known), "path ends"),
     (lambda raw, known, axis: _list(raw, known, _path), "rings"),
+    (lambda raw, known, axis: _list(raw, known, _tier), "tiers"),
     (lambda raw, known, axis: _number(raw, known, ALONG[axis]), "length"),
     (lambda raw, known, axis: _numbers(raw, known, (ALONG[axis],) * 2), "between"),
     (lambda raw, known, axis: _numbers(raw, known, ACROSS[axis]), "area"),
@@ -130,7 +137,7 @@ _BY_READER: tuple[tuple[Reader, str], ...] = (
     (lambda raw, known, axis: _numbers(raw, known, (None,) * 3), "rgb about"),
     (lambda raw, known, axis: f"lambda z: {formula(raw, known | {'z'})}", "bend"),
     (lambda raw, known, axis: text(raw, known), "look lit joint shown style name"),
-    (_flat_path, "outline"),
+    (_flat_path, "outline hole"),
     (_list_of((None, None)), "profile sides"),
     (_radius, "radius top wide"),
     (_turns, "turn"),

@@ -1,11 +1,11 @@
-"""What is built into kitchens and bathrooms: counters, sinks, toilets, bathtubs and shower doors."""
+"""What is built into kitchens and bathrooms: counters, sinks and toilets."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker
+from vigil.assets.kernel.arrange import Maker, closed
 from vigil.assets.kernel.asset import Asset, Mesh
 from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.furniture_parts import (
@@ -233,7 +233,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     lid = PartStyle(seat, joint)
     low, high = rim - 0.01 + _LID_GAP_M, rim + 0.012
     tiers = ((0.97, low), (1.0, low + 0.004), (1.0, low + 0.009), (0.96, high - 0.003), (0.86, high))
-    builder.add(lid, shapes.loft(np.stack([_closed(_shrunk(oval, share), y) for share, y in tiers])))
+    builder.add(lid, shapes.loft(np.stack([closed(_shrunk(oval, share), y) for share, y in tiers])))
     buffers = [(x, rim - 0.01 + _LID_GAP_M / 2, z1 - 0.2 * long) for x in (-0.3 * wide, 0.3 * wide)]
     builder.add(seat, *(shapes.cylinder(0.012, _LID_GAP_M, at, segments=8) for at in buffers))
     for x in (-0.2 * wide, 0.2 * wide):
@@ -274,16 +274,10 @@ def _shrunk(outline: np.ndarray, share: float) -> np.ndarray:
     return (outline - middle) * share + middle
 
 
-def _closed(outline: np.ndarray, height: float) -> np.ndarray:
-    """Return an outline as a closed ring (n + 1, 3) at a height; the ring repeats the first point at its end."""
-    ring = np.concatenate([outline, outline[:1]])
-    return np.stack([ring[:, 0], np.full(len(ring), height), ring[:, 1]], 1)
-
-
 def _ring(outline: np.ndarray, inner: float, low: float, high: float) -> Mesh:
     """Return a flat ring between an outline and the same outline made smaller by the factor `inner`."""
     hole = _shrunk(outline, inner)
-    loops = [_closed(hole, low), _closed(hole, high), _closed(outline, high), _closed(outline, low), _closed(hole, low)]
+    loops = [closed(hole, low), closed(hole, high), closed(outline, high), closed(outline, low), closed(hole, low)]
     return shapes.merge(shapes.loft(np.stack(loops[i : i + 2]), cap=False) for i in range(4))
 
 
@@ -293,7 +287,7 @@ def _bowl(builder: Builder, wide: float, long: float, rim: float, middle: float)
 
     def at(height: float, share: float) -> np.ndarray:
         shift = np.array([0.0, -0.12 * long * (1 - share)])
-        return _closed(_shrunk(outline, share) + shift, height)
+        return closed(_shrunk(outline, share) + shift, height)
 
     outer = [at(rim, 1.0), at(0.82 * rim, 0.98), at(0.45 * rim, 0.68), at(0.12 * rim, 0.6), at(0.0, 0.64)]
     inner = [at(0.5 * rim, 0.3), at(0.7 * rim, 0.66), at(rim, 0.8)]
@@ -307,33 +301,7 @@ def _bowl(builder: Builder, wide: float, long: float, rim: float, middle: float)
     builder.add("water", shapes.extrude(water[:, [0, 2]], 0.5 * rim, 0.52 * rim))
 
 
-def bathtub(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a bathtub whose length is along x: built in with a straight front, or freestanding with sloping sides."""
-    builder = Builder("Bathtub", size)
-    width, height, depth = size
-    is_free = rng.random() < 0.4
-    radius = 0.42 * min(width, depth) if is_free else 0.06 * min(width, depth)
-    outer = shapes.rounded_rectangle(width, depth, radius, 5)
-    hollow = shapes.rounded_rectangle(width - 0.14, depth - 0.14, max(0.4 * min(width, depth) - 0.07, 0.05), 5)
-    floor = 0.14 * height
-    foot = 0.84 if is_free else 1.0
-    skirt = [_closed(outer, height), _closed(outer * (1 + foot) / 2, 0.45 * height), _closed(outer * foot, 0.0)]
-    basin = [_closed(0.72 * hollow, floor), _closed(0.88 * hollow, 0.4 * height), _closed(hollow, height)]
-    shell = one_of(rng, (_GLAZE, _GLAZE, "ceramic/#e8e2d2"))
-    builder.add(shell, shapes.loft(np.stack(skirt), cap=False), shapes.loft(np.stack(basin), cap=False))
-    builder.add(shell, shapes.loft(np.stack([_closed(hollow, height), _closed(outer, height)]), cap=False))
-    builder.add(shell, shapes.extrude(0.73 * hollow, 0.5 * floor, floor + 0.002))
-    builder.add(
-        "chrome", shapes.lathe([(0, 0), (0.03, 0), (0.03, 0.004), (0, 0.002)], (-0.28 * width, floor + 0.002, 0), 14)
-    )
-    builder.solid((-width / 2, 0, -depth / 2), (width / 2, height, depth / 2))
-    builder.surface("floor", (0, floor + 0.004, 0), (0.55 * width, 0.5 * depth), is_inside=True)
-    builder.surface("edge", (0, height, -depth / 2 + 0.03), (0.7 * width, 0.04))
-    return builder.build(("white" if shell == _GLAZE else "cream", "freestanding" if is_free else "built in"))
-
-
 MAKERS: dict[str, Maker] = {
-    "Bathtub": bathtub,
     "CounterTop": counter_top,
     "Sink": sink,
     "Toilet": toilet,

@@ -1,15 +1,15 @@
-"""Books, newspapers, watches and laptops."""
+"""Books, watches and laptops."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, lengthwise, lowered_into
+from vigil.assets.kernel.arrange import Maker, lowered_into
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.materials import material
-from vigil.assets.kernel.palette import colour, one_of, word_for
+from vigil.assets.kernel.palette import one_of, word_for
 from vigil.base.geometry import Vec3
 
 DARK = "plastic/#1f2022"
@@ -42,37 +42,6 @@ def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     builder.solid((-width / 2, 0, -length / 2), (width / 2, height - board, length / 2))
     builder.solid((-width / 2, height - board, -length / 2), (width / 2, height, length / 2), hinge)
     return builder.build([name] if name else [])
-
-
-def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a newspaper: folded and lying flat or, in a box with a thick cross-section, rolled up."""
-    builder = Builder("Newspaper", size)
-    width, height, length = size
-    paper = f"paper/{one_of(rng, ('#dcd7c9', '#e6e3da', '#ead3bd'))}"
-    if height > 0.24 * width:
-        roll = shapes.cylinder(0.5, length, axis="z", segments=16)
-        builder.add(paper, shapes.translate(shapes.scale(roll, (width, height, 1)), (0, height / 2, 0)))
-        angles = np.linspace(0, 2.2 * np.pi, 14)
-        radii = np.linspace(0.42, 0.12, 14)
-        spiral = np.c_[radii * np.cos(angles) * width, height / 2 + radii * np.sin(angles) * height, 0 * angles]
-        for z in (-0.502 * length, 0.502 * length):
-            builder.add("plastic/#6b675e", shapes.tube(spiral + np.array([0, 0, z]), 0.02 * height, 4))
-        band = shapes.cylinder(0.51, 0.07 * length, axis="z", segments=16)
-        rubber = f"rubber/{colour(rng, 'red', 'blue', 'green')[1]}"
-        builder.add(rubber, shapes.translate(shapes.scale(band, (width, height, 1)), (0, height / 2, 0)))
-        front = shapes.panel(0.5 * width, 0.8 * length, (0, 1.003 * height, 0), "+y")
-        builder.add("print/news", front)
-        return builder.build(["rolled"])
-    layers = int(rng.integers(2, 5))
-    for k in range(layers):
-        shrink = 1 - 0.03 * k
-        low, high = k * height / layers, (k + 0.92) * height / layers
-        offset = rng.uniform(-0.01, 0.01, 2) * [width, length]
-        sheet = shapes.box((shrink * width, high - low, shrink * length), (0, (low + high) / 2, 0))
-        builder.add(paper, shapes.translate(sheet, (offset[0] * k, 0, offset[1] * k)))
-    front = shapes.panel(0.92 * width, 0.92 * length, (0, height, 0), "+y")
-    builder.add("print/news", front)
-    return builder.build(["folded"])
 
 
 def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -193,6 +162,5 @@ def _laptop(size: Vec3, rng: np.random.Generator, opens_deg: float) -> Asset:
 MAKERS: dict[str, Maker] = {
     "Book": book,
     "Laptop": laptop,
-    "Newspaper": lengthwise(newspaper),
     "Watch": watch,
 }

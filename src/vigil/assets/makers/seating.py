@@ -1,4 +1,4 @@
-"""Chairs, upholstered seats (armchairs; sofas, straight or with a chaise longue) and dog beds."""
+"""Chairs and upholstered seats (armchairs; sofas, straight or with a chaise longue)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -290,42 +290,8 @@ def _soft(
     return shapes.rounded_box(size, ((x[0] + x[1]) / 2, (y[0] + y[1]) / 2, (z[0] + z[1]) / 2), radius, puff)
 
 
-def dog_bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a dog bed: a soft rim, round or rectangular, around a cushion."""
-    builder = Builder("DogBed", size)
-    rim, inner = cloth(rng), cloth(rng)
-    width, height, depth = size
-    fabric, soft = rim.material.replace("leather", "fabric"), "knit/#e6dcc8" if rng.random() < 0.5 else inner.material
-    floor = 0.4 * height
-    if rng.random() < 0.5:
-        r, tube = 0.5, min(0.5 * height / width, 0.12)
-        angles = np.linspace(-np.pi / 2, 3 * np.pi / 2, 11)
-        ring = [(r - tube + tube * np.cos(a), 0.5 * height * (1 + np.sin(a))) for a in angles]
-        bolster = shapes.lathe(ring, segments=24)
-        builder.add(fabric, shapes.scale(bolster, (width, 1, depth)))
-        pillow = shapes.lathe([(0, 0), (0.4, 0), (0.42, 0.5 * floor), (0.36, 0.9 * floor), (0, floor)], segments=20)
-        builder.add(soft, shapes.scale(pillow, (width, 1, depth)))
-    else:
-        edge = min(0.14, 0.16 * depth)
-        builder.add(soft, shapes.cushion((width - edge, floor, depth - edge), (0, floor / 2, 0)))
-        for x, z, w, d in ((0, -1, width, edge), (-1, 0, edge, depth), (1, 0, edge, depth)):
-            center = (x * (width - edge) / 2, height / 2, z * (depth - edge) / 2)
-            builder.add(fabric, shapes.rounded_box((w, height, d), center, 0.4 * edge))
-        for x in (-1, 1):
-            front = shapes.rounded_box(
-                (0.3 * width, 0.7 * height, edge), (x * 0.35 * width, 0.35 * height, (depth - edge) / 2), 0.4 * edge
-            )
-            builder.add(fabric, front)
-        builder.add(
-            fabric, shapes.rounded_box((0.6 * width, 0.35 * height, edge), (0, 0.18 * height, (depth - edge) / 2), 0.02)
-        )
-    builder.surface("cushion", (0, 0.95 * floor, 0), (0.6 * width, 0.6 * depth))
-    return builder.build((rim.word,))
-
-
 MAKERS: dict[str, Maker] = {
     "ArmChair": arm_chair,
     "Chair": chair,
-    "DogBed": dog_bed,
     "Sofa": sofa,
 }
