@@ -198,3 +198,16 @@ def framed(outer: np.ndarray, hole: np.ndarray) -> np.ndarray:
     """Return the outline (n, 2) of a frame with a hole as one line, cut open where both outlines are farthest to +x."""
     outer, hole = (np.roll(each, -int(np.argmax(each[:, 0])), 0) for each in (outer, hole))
     return np.concatenate([outer, outer[:1], hole[:1], hole[:0:-1], hole[:1]])
+
+
+def egg(width: float, length: float, middle: float, count: int = 20) -> np.ndarray:
+    """Return an egg-shaped outline (n, 2) of x, z; its back is blunter than its front."""
+    angles = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    x = width / 2 * np.cos(angles) * np.where(np.sin(angles) < 0, 1.0, 1 - 0.12 * np.sin(angles))
+    return np.stack([x / np.abs(x).max() * width / 2, middle + length / 2 * np.sin(angles)], 1)
+
+
+def shrunk(outline: np.ndarray, share: float, shift: float = 0.0) -> np.ndarray:
+    """Return an outline (n, 2) of x, z that is scaled about its middle and then moved by `shift` along z."""
+    middle = outline.mean(0)
+    return (outline - middle) * share + middle + [0.0, shift]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vigil.assets.kernel.arrange import egg, shrunk
 from vigil.assets.kernel.shapes import rounded_rectangle
 from vigil.errors import did_you_mean
 
@@ -29,11 +30,13 @@ _OF_NUMPY = (
     "sqrt",
 )  # fmt: skip
 FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {
+    "egg": egg,
     "max": max,
     "min": min,
     "oblong": rounded_rectangle,
     "points": points,
     "round": round,
+    "shrunk": shrunk,
 }
 """Name -> function or constant that formulas may use."""
 _NODES = (

@@ -65,7 +65,7 @@ SHAPES: dict[str, Callable[..., shapes.Mesh]] = {
     "loft": lambda rings: shapes.loft(np.array(rings)),
     "panel": lambda area, at=ORIGIN, facing="+z", fit=True: shapes.panel(area[0], area[1], at, facing, fit),
     "rounded": lambda size, at=ORIGIN, bevel=0.02, puff=0.0: shapes.rounded_box(size, at, bevel, puff),
-    "skin": lambda tiers: shapes.loft(np.stack([closed(*tier) for tier in tiers]), cap=False),
+    "skin": lambda tiers, open=True: shapes.loft(np.stack([closed(*tier) for tier in tiers]), cap=not open),
     "slab": lambda size, at=ORIGIN, bevel=0.05: shapes.slab(size, at, bevel),
     "span": lambda ends, bevel=0.0: shapes.span(ends[0], ends[1], bevel),
     "strip": lambda sides, thick, level=0.0, at=ORIGIN: _moved(strip(sides, thick, level), at),

@@ -1,13 +1,13 @@
-"""What is built into kitchens and bathrooms: counters, sinks and toilets."""
+"""What is built into kitchens and bathrooms: counters and sinks."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, closed
-from vigil.assets.kernel.asset import Asset, Mesh
-from vigil.assets.kernel.builder import Builder, PartStyle, Range
+from vigil.assets.kernel.arrange import Maker
+from vigil.assets.kernel.asset import Asset
+from vigil.assets.kernel.builder import Builder, Range
 from vigil.assets.kernel.furniture_parts import (
     HANDLES,
     WOODS,
@@ -34,7 +34,6 @@ _BASINS = (
 
 _BOWL = ((0.02, 0.06), (0.6, 0.08), (0.84, 0.25), (0.96, 0.62), (1.0, 1.0))
 """Profile of an oval bowl from its drain to its edge: (share of its half width, share of its depth)."""
-"""Materials of a stove knob's grip and pointer; neither has a colour that could be taken for heat."""
 
 
 def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -209,100 +208,7 @@ def _sink_stand(builder: Builder, rng: np.random.Generator, floor: float) -> Non
     builder.solid((x0 + 0.02, 0, z0), (x1 - 0.02, floor, z1 - 0.02))
 
 
-_GLAZE = "ceramic/#fffefc"
-_LID_GAP_M = 0.004
-"""Gap (m) between a toilet's seat and its lid."""
-
-
-def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a toilet: a cistern at the back, a bowl, a seat, and a lid that opens upward."""
-    builder = Builder("Toilet", size)
-    width, height, depth = size
-    (x0, x1), (z0, z1) = builder.across, builder.through
-    rim = min(0.42, 0.54 * height)
-    tank = min(0.2, 0.28 * depth)
-    wide = min(0.37, 0.95 * width)
-    seat = one_of(rng, ("plastic/#8d7b5a", "plastic/#6c7883", "wood/oak", "plastic/#2d2e31"))
-    long = depth - tank - 0.03
-    middle = z1 - long / 2
-    _bowl(builder, wide, long, rim - 0.03, middle)
-    oval = _oval(wide, long, middle)
-    builder.add(seat, _ring(oval, 0.72, rim - 0.028, rim - 0.01))
-    back = z0 + tank + 0.03
-    joint = builder.hinge("lid", (1, 0, 0), (0, rim - 0.006, back + 0.015), -90.0)
-    lid = PartStyle(seat, joint)
-    low, high = rim - 0.01 + _LID_GAP_M, rim + 0.012
-    tiers = ((0.97, low), (1.0, low + 0.004), (1.0, low + 0.009), (0.96, high - 0.003), (0.86, high))
-    builder.add(lid, shapes.loft(np.stack([closed(_shrunk(oval, share), y) for share, y in tiers])))
-    buffers = [(x, rim - 0.01 + _LID_GAP_M / 2, z1 - 0.2 * long) for x in (-0.3 * wide, 0.3 * wide)]
-    builder.add(seat, *(shapes.cylinder(0.012, _LID_GAP_M, at, segments=8) for at in buffers))
-    for x in (-0.2 * wide, 0.2 * wide):
-        hinge = shapes.cylinder(0.013, 0.04, (x, rim - 0.008, back + 0.012), "x", 10)
-        builder.add("chrome", hinge)
-    _cistern(builder, rim, tank)
-    builder.block(_GLAZE, (-0.1, 0.1), (0.1, rim - 0.01), (z0 + 0.02, back + 0.025), 0.012)
-    if rng.random() < 0.5:
-        builder.add("chrome", shapes.cylinder(0.022, 0.012, (0, height - 0.004, z0 + tank / 2), segments=14))
-    else:
-        lever = shapes.box((0.07, 0.014, 0.014), (0.38 * width, height - 0.08, z0 + tank + 0.022), 0.004)
-        builder.add("chrome", lever)
-    builder.solid((x0, rim - 0.05, z0), (x1, height, z0 + tank + 0.02))
-    builder.solid((-0.12, 0, z0 + 0.02), (0.12, rim, back + 0.05))
-    builder.prism(_oval(wide, long, middle, 8), 0, rim)
-    builder.prism(_oval(wide, long, middle, 8), rim - 0.01, rim + 0.012, joint)
-    builder.surface("cistern", (0, height, z0 + tank / 2 + 0.01), (width - 0.06, tank - 0.03))
-    return builder.build(("white",))
-
-
-def _cistern(builder: Builder, rim: float, tank: float) -> None:
-    """Add the water tank at the back of a toilet, with the tank's lid."""
-    width, height, z = builder.width, builder.height, builder.through[0] + tank / 2 + 0.01
-    body = shapes.rounded_box((min(0.42, width), height - rim - 0.01, tank), (0, (height + rim) / 2 - 0.02, z), 0.025)
-    builder.add(_GLAZE, body)
-    builder.add(_GLAZE, shapes.rounded_box((width, 0.035, tank + 0.02), (0, height - 0.0175, z), 0.014))
-
-
-def _oval(width: float, length: float, middle: float, count: int = 20) -> np.ndarray:
-    """Return an egg-shaped outline (n, 2) of x, z; its back is blunter than its front."""
-    angles = np.linspace(0, 2 * np.pi, count, endpoint=False)
-    x = width / 2 * np.cos(angles) * np.where(np.sin(angles) < 0, 1.0, 1 - 0.12 * np.sin(angles))
-    return np.stack([x / np.abs(x).max() * width / 2, middle + length / 2 * np.sin(angles)], 1)
-
-
-def _shrunk(outline: np.ndarray, share: float) -> np.ndarray:
-    middle = outline.mean(0)
-    return (outline - middle) * share + middle
-
-
-def _ring(outline: np.ndarray, inner: float, low: float, high: float) -> Mesh:
-    """Return a flat ring between an outline and the same outline made smaller by the factor `inner`."""
-    hole = _shrunk(outline, inner)
-    loops = [closed(hole, low), closed(hole, high), closed(outline, high), closed(outline, low), closed(hole, low)]
-    return shapes.merge(shapes.loft(np.stack(loops[i : i + 2]), cap=False) for i in range(4))
-
-
-def _bowl(builder: Builder, wide: float, long: float, rim: float, middle: float) -> None:
-    """Add a toilet's bowl: a foot that widens to an oval rim, hollow, with water at the bottom."""
-    outline = _oval(wide, long, middle)
-
-    def at(height: float, share: float) -> np.ndarray:
-        shift = np.array([0.0, -0.12 * long * (1 - share)])
-        return closed(_shrunk(outline, share) + shift, height)
-
-    outer = [at(rim, 1.0), at(0.82 * rim, 0.98), at(0.45 * rim, 0.68), at(0.12 * rim, 0.6), at(0.0, 0.64)]
-    inner = [at(0.5 * rim, 0.3), at(0.7 * rim, 0.66), at(rim, 0.8)]
-    builder.add(
-        _GLAZE,
-        shapes.loft(np.stack(outer), cap=False),
-        shapes.loft(np.stack(inner), cap=False),
-        shapes.loft(np.stack([at(rim, 0.8), at(rim, 1.0)]), cap=False),
-    )
-    water = at(0.52 * rim, 0.34)[:-1]
-    builder.add("water", shapes.extrude(water[:, [0, 2]], 0.5 * rim, 0.52 * rim))
-
-
 MAKERS: dict[str, Maker] = {
     "CounterTop": counter_top,
     "Sink": sink,
-    "Toilet": toilet,
 }
