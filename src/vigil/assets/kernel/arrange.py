@@ -211,3 +211,9 @@ def shrunk(outline: np.ndarray, share: float, shift: float = 0.0) -> np.ndarray:
     """Return an outline (n, 2) of x, z that is scaled about its middle and then moved by `shift` along z."""
     middle = outline.mean(0)
     return (outline - middle) * share + middle + [0.0, shift]
+
+
+def inscribed(outline: np.ndarray, width: float, depth: float, inner_x: float, inner_z: float) -> np.ndarray:
+    """Return an oval of `inner_x` by `inner_z`, with one point for each point of an outline of `width` by `depth`."""
+    angles = np.arctan2(outline[:, 1] / depth, outline[:, 0] / width)
+    return np.c_[np.cos(angles) * inner_x / 2, np.sin(angles) * inner_z / 2]

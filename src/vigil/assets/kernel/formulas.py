@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vigil.assets.kernel.arrange import egg, shrunk
+from vigil.assets.kernel.arrange import egg, inscribed, shrunk
 from vigil.assets.kernel.shapes import rounded_rectangle
 from vigil.errors import did_you_mean
 
@@ -31,6 +31,7 @@ _OF_NUMPY = (
 )  # fmt: skip
 FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {
     "egg": egg,
+    "inscribed": inscribed,
     "max": max,
     "min": min,
     "oblong": rounded_rectangle,

@@ -15,7 +15,17 @@ from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import bend, bin_lining, bin_shape, closed, creased, drape, framed, lathed_oval, strip
 from vigil.assets.kernel.asset import Glow
 from vigil.assets.kernel.builder import UNBOUNDED_M, Builder
-from vigil.assets.kernel.furniture_parts import CLOTHS, Finish, add_case, add_legs, cloth, lining, wood
+from vigil.assets.kernel.furniture_parts import (
+    CLOTHS,
+    Finish,
+    add_case,
+    add_legs,
+    cloth,
+    front_board,
+    hollow,
+    lining,
+    wood,
+)
 from vigil.assets.kernel.meshes import ORIGIN
 from vigil.assets.kernel.palette import COLOURS, one_of
 from vigil.base.geometry import Vec3
@@ -59,7 +69,9 @@ SHAPES: dict[str, Callable[..., shapes.Mesh]] = {
         drape(area[0], area[1], waves, thick, thickness=cloth), at
     ),
     "extrude": _extruded,
+    "framed_board": lambda ends: front_board(ends[0], ends[1], is_framed=True),
     "frame": lambda outline, hole, between: shapes.extrude(framed(outline, hole), *between),
+    "hollow": lambda ends, wall, open="+z": hollow(ends[0], ends[1], wall, open),
     "lathe": shapes.lathe,
     "lining": lambda ends: lining(*ends),
     "loft": lambda rings: shapes.loft(np.array(rings)),

@@ -1,4 +1,4 @@
-"""What is built into kitchens and bathrooms: counters and sinks."""
+"""What is built into kitchens: counters."""
 
 from collections.abc import Sequence
 
@@ -11,11 +11,9 @@ from vigil.assets.kernel.builder import Builder, Range
 from vigil.assets.kernel.furniture_parts import (
     HANDLES,
     WOODS,
-    Corner,
     Finish,
     front_board,
     handle,
-    hollow,
     paint,
 )
 from vigil.assets.kernel.palette import one_of
@@ -27,13 +25,6 @@ _TOPS = (
     Finish("granite/#8d8a86", "grey"), Finish("granite/#4a4846", "dark"), Finish("marble/#eceae6", "white"),
     Finish("wood/beech", "wooden"), Finish("granite/#cdbfa8", "beige"),
 )  # fmt: skip
-_BASINS = (
-    Finish("ceramic", "white"), Finish("ceramic", "white"), Finish("ceramic/#e9e4d6", "cream"),
-    Finish("granite/#55585b", "dark grey"),
-)  # fmt: skip
-
-_BOWL = ((0.02, 0.06), (0.6, 0.08), (0.84, 0.25), (0.96, 0.62), (1.0, 1.0))
-"""Profile of an oval bowl from its drain to its edge: (share of its half width, share of its depth)."""
 
 
 def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -115,100 +106,6 @@ def _front_unit(width: float, top: float, kick: float, is_framed: bool) -> tuple
     return shapes.merge(fronts), shapes.merge(grips)
 
 
-def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a basin that is set into a counter; a tall sink stands on a pedestal or a cabinet."""
-    builder = Builder("Sink", size)
-    is_steel = size.y < 0.4 and rng.random() < 0.5
-    finish = Finish("metal/steel", "steel") if is_steel else one_of(rng, _BASINS)
-    material = finish.material
-    width, height, depth = size
-    bowl = min(0.17, 0.92 * height)
-    floor = height - bowl
-    shelf = 0.09 if height < 0.5 else min(0.3 * depth, 0.2)
-    inner_x, inner_z = (-width / 2 + 0.035, width / 2 - 0.035), (-depth / 2 + shelf, depth / 2 - 0.035)
-    if rng.random() < 0.4 and height < 0.4 and not is_steel:
-        _oval_basin(builder, material, (inner_x, inner_z), (floor, height))
-    else:
-        _square_basin(builder, material, (inner_x, inner_z), (floor, height))
-    middle = (inner_z[0] + inner_z[1]) / 2
-    _drain(builder, bowl, (0.0, floor + 0.012, middle), (0.0, height - 0.25 * bowl, inner_z[0]))
-    room = (0.75 * (inner_x[1] - inner_x[0]), 0.75 * (inner_z[1] - inner_z[0]))
-    builder.surface("basin", (0, floor + 0.016, middle), room, is_inside=True)
-    builder.surface("rim", (0, height, -depth / 2 + shelf / 2), (0.8 * width, shelf - 0.02))
-    if height > 0.5:
-        _sink_stand(builder, rng, floor)
-    else:
-        builder.solid((-width / 2, 0, -depth / 2), (width / 2, height, depth / 2))
-    return builder.build((finish.word,))
-
-
-def _drain(builder: Builder, bowl: float, drain: Corner, overflow: Corner) -> None:
-    """Add a drain in the floor of a basin of depth `bowl` and an overflow in its back wall, with chrome rings."""
-    collar = shapes.lathe([(0.022, 0.0), (0.034, 0.0), (0.034, 0.004), (0.024, 0.006), (0.022, 0.0)])
-    hole = shapes.disc(0.023, (0, 0.002, 0), segments=14)
-    for place, degrees, size in ((drain, 0.0, 1.0), (overflow, 90.0, min(0.75, 5.0 * bowl))):
-        for look, part in (("chrome", collar), ("plastic/#17181a", hole)):
-            turned = shapes.rotate(shapes.scale(part, (size, size, size)), "x", degrees)
-            builder.add(look, shapes.translate(turned, place))
-
-
-def _square_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:
-    """Add a rectangular basin with a broad rim."""
-    (ix0, ix1), (iz0, iz1) = inner
-    (x0, x1), (z0, z1), (floor, top) = builder.across, builder.through, y
-    rim = min(0.03, 0.3 * (top - floor))
-    builder.add(
-        material, hollow((ix0 - 0.015, floor, iz0 - 0.015), (ix1 + 0.015, top - 0.002, iz1 + 0.015), 0.014, "+y")
-    )
-    builder.block(material, (x0, x1), (top - rim, top), (z0, iz0), 0.006)
-    builder.block(material, (x0, x1), (top - rim, top), (iz1, z1), 0.006)
-    builder.block(material, (x0, ix0), (top - rim, top), (iz0 - 0.006, iz1 + 0.006))
-    builder.block(material, (ix1, x1), (top - rim, top), (iz0 - 0.006, iz1 + 0.006))
-
-
-def _oval_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:
-    """Add a glazed block with an oval bowl in its top; its broad rim distinguishes it from a mixing bowl."""
-    (ix0, ix1), (iz0, iz1) = inner
-    floor, top = y
-    outline = shapes.rounded_rectangle(builder.width, builder.depth, 0.2 * builder.depth, 5)
-    outline = np.concatenate([outline, outline[:1]])
-    angles = np.arctan2(outline[:, 1] / builder.depth, outline[:, 0] / builder.width)
-    oval = np.c_[np.cos(angles) * (ix1 - ix0) / 2, np.sin(angles) * (iz1 - iz0) / 2]
-    middle = np.array([(ix0 + ix1) / 2, (iz0 + iz1) / 2])
-
-    def ring(flat: np.ndarray, level: float) -> np.ndarray:
-        return np.insert(flat, 1, level, axis=1)
-
-    bowl = [ring(middle + share * oval, floor + rise * (top - floor)) for share, rise in _BOWL]
-    walls = [ring(share * outline, level) for share, level in ((1.0, top), (1.0, (top + floor) / 2), (0.94, floor))]
-    for rings in (bowl, [bowl[-1], walls[0]], walls):
-        builder.add(material, shapes.loft(np.stack(rings), cap=False))
-
-
-def _sink_stand(builder: Builder, rng: np.random.Generator, floor: float) -> None:
-    """Add what a washbasin stands on: a pedestal or a small cabinet."""
-    width, depth = builder.width, builder.depth
-    (x0, x1), (z0, z1) = builder.across, builder.through
-    builder.solid((x0, floor, z0), (x1, builder.height, z1))
-    if rng.random() < 0.5:
-        foot = shapes.lathe(
-            [(0, 0), (0.13, 0), (0.1, 0.06), (0.07, 0.4 * floor), (0.09, floor), (0, floor)], (0, 0, -0.1 * depth)
-        )
-        builder.add("ceramic", foot)
-        builder.column(0.12, 0, floor, (0.0, -0.1 * depth))
-        return
-    finish = paint(rng, "white", "grey", "navy", "teal")
-    builder.block(finish.material, (x0 + 0.02, x1 - 0.02), (0.06, floor), (z0, z1 - 0.04))
-    for side in (-1, 1):
-        ends = sorted((side * 0.004, side * (width / 2 - 0.03)))
-        builder.add(
-            finish.material, front_board((ends[0], 0.08, z1 - 0.04), (ends[1], floor - 0.02, z1 - 0.02), is_framed=True)
-        )
-        builder.add("metal/steel", handle("knob", (side * 0.05, 0.6 * floor, z1 - 0.02), 0.0))
-    builder.solid((x0 + 0.02, 0, z0), (x1 - 0.02, floor, z1 - 0.02))
-
-
 MAKERS: dict[str, Maker] = {
     "CounterTop": counter_top,
-    "Sink": sink,
 }
