@@ -1,7 +1,7 @@
 """Formulas in the rows of makers: arithmetic and conditions with named values. No other Python is allowed."""
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from string import Formatter
 from typing import Any
 
@@ -25,6 +25,11 @@ def points(*columns: Any) -> np.ndarray:
     return found
 
 
+def lowest(levels: Sequence[float], low: float, high: float, other: float) -> float:
+    """Return the lowest of `levels` between two heights (m); `other` if there is none."""
+    return next((level for level in levels if low < level < high), other)
+
+
 _OF_NUMPY = (
     "arctan2", "clip", "cos", "degrees", "flip", "hypot", "interp", "linspace", "maximum", "pi", "radians", "sin",
     "sqrt",
@@ -32,6 +37,7 @@ _OF_NUMPY = (
 FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {
     "egg": egg,
     "inscribed": inscribed,
+    "lowest": lowest,
     "max": max,
     "min": min,
     "oblong": rounded_rectangle,

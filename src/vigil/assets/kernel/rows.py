@@ -353,7 +353,7 @@ def maker_of(category: str, row: Row, shared: Row) -> Maker:
             raise ValueError(f"a row does not have {key!r}.{did_you_mean(key, _KEYS)}")
     if "about" not in row:
         raise ValueError("a row needs 'about', which says what the thing is")
-    known: Known = frozenset(("category", "width", "height", "depth"))
+    known: Known = frozenset(("category", "width", "height", "depth", "levels"))
     values = []
     for key, raw in row.get("values", {}).items():
         try:
@@ -367,7 +367,7 @@ def maker_of(category: str, row: Row, shared: Row) -> Maker:
 
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
         builder = Builder(category, size)
-        found = GLOBALS | {"category": category, "width": size.x, "height": size.y, "depth": size.z}
+        found = GLOBALS | {"category": category, "width": size.x, "height": size.y, "depth": size.z, "levels": levels}
         found |= zip(SIDES, (1.0, 1.0, 1.0) if row.get("unit") else size, strict=True)
         for names, draw in values:
             value = draw(rng, found)
