@@ -24,7 +24,6 @@ from vigil.assets.makers import (
     food,
     personal,
     placeholder,
-    seating,
     storage,
     tables,
     textiles,
@@ -35,7 +34,7 @@ from vigil.errors import SettingError, did_you_mean
 ROWS = Path(__file__).parent / "makers" / "rows"
 """Folder of the TOML files with the makers that are rows of data."""
 _MODULES = (
-    appliances, containers, decor, fixtures, food, personal, seating, storage, tables, textiles,
+    appliances, containers, decor, fixtures, food, personal, storage, tables, textiles,
 )  # fmt: skip
 
 MAKERS: dict[str, Maker] = {

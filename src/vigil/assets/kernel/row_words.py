@@ -79,6 +79,9 @@ SHAPES: dict[str, Callable[..., shapes.Mesh]] = {
     "rounded": lambda size, at=ORIGIN, bevel=0.02, puff=0.0: shapes.rounded_box(size, at, bevel, puff),
     "skin": lambda tiers, open=True: shapes.loft(np.stack([closed(*tier) for tier in tiers]), cap=not open),
     "slab": lambda size, at=ORIGIN, bevel=0.05: shapes.slab(size, at, bevel),
+    "soft": lambda ends, bevel, puff=0.0: shapes.rounded_box(
+        np.subtract(ends[1], ends[0]), np.add(ends[0], ends[1]) / 2, bevel, puff
+    ),
     "span": lambda ends, bevel=0.0: shapes.span(ends[0], ends[1], bevel),
     "strip": lambda sides, thick, level=0.0, at=ORIGIN: _moved(strip(sides, thick, level), at),
     "tube": shapes.tube,
@@ -111,7 +114,9 @@ ADDITIONS: dict[str, Callable[..., Any]] = {
     "column": lambda builder, radius, between: builder.column(radius, *between),
     "glow": _glow,
     "hinge": lambda builder, name, about, at, degrees: builder.hinge(name, about, at, degrees),
-    "legs": lambda builder, area, look, length, thick, style: add_legs(builder, look, area, length, thick, style),
+    "legs": lambda builder, area, look, length, thick, style, around=(0.0, 0.0): add_legs(
+        builder, look, area, length, thick, style, around
+    ),
     "octagon": lambda builder, area, between: builder.octagon(*area, *between),
     "prism": lambda builder, outline, between, joint=None: builder.prism(outline, *between, joint),
     "slide": lambda builder, name, about, metres: builder.slide(name, about, metres),

@@ -131,7 +131,7 @@ _BY_READER: tuple[tuple[Reader, str], ...] = (
     (lambda raw, known, axis: _list(raw, known, _tier), "tiers"),
     (lambda raw, known, axis: _number(raw, known, ALONG[axis]), "length"),
     (lambda raw, known, axis: _numbers(raw, known, (ALONG[axis],) * 2), "between"),
-    (lambda raw, known, axis: _numbers(raw, known, ACROSS[axis]), "area"),
+    (lambda raw, known, axis: _numbers(raw, known, ACROSS[axis]), "area around"),
     (lambda raw, known, axis: _number(raw, known, "_y"), "tall floor clearance"),
     (lambda raw, known, axis: _number(raw, known, "_z"), "deep"),
     (lambda raw, known, axis: _numbers(raw, known, (None,) * 3), "rgb about"),
