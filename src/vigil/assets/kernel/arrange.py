@@ -217,3 +217,17 @@ def inscribed(outline: np.ndarray, width: float, depth: float, inner_x: float, i
     """Return an oval of `inner_x` by `inner_z`, with one point for each point of an outline of `width` by `depth`."""
     angles = np.arctan2(outline[:, 1] / depth, outline[:, 0] / width)
     return np.c_[np.cos(angles) * inner_x / 2, np.sin(angles) * inner_z / 2]
+
+
+def outward(part: Mesh, is_outside: bool) -> Mesh:
+    """Return a band around the z axis whose faces point away from the axis, or towards it unless `is_outside`."""
+    middle = part.vertices.mean(0)
+    away = np.einsum("ij,ij->", (part.vertices - middle)[:, :2], part.normals[:, :2])
+    flat = float(np.abs(part.normals[:, 2]).mean()) > 0.7
+    if flat:
+        wrong = (part.vertices[:, 2].mean() > 0) != (part.normals[:, 2].mean() > 0)
+    else:
+        wrong = (away < 0) == is_outside
+    if not wrong:
+        return part
+    return Mesh(part.vertices, part.faces[:, ::-1], -part.normals, part.uvs)

@@ -12,7 +12,18 @@ from typing import Any
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import bend, bin_lining, bin_shape, closed, creased, drape, framed, lathed_oval, strip
+from vigil.assets.kernel.arrange import (
+    bend,
+    bin_lining,
+    bin_shape,
+    closed,
+    creased,
+    drape,
+    framed,
+    lathed_oval,
+    outward,
+    strip,
+)
 from vigil.assets.kernel.asset import Glow
 from vigil.assets.kernel.builder import UNBOUNDED_M, Builder
 from vigil.assets.kernel.furniture_parts import (
@@ -74,7 +85,7 @@ SHAPES: dict[str, Callable[..., shapes.Mesh]] = {
     "hollow": lambda ends, wall, open="+z": hollow(ends[0], ends[1], wall, open),
     "lathe": shapes.lathe,
     "lining": lambda ends: lining(*ends),
-    "loft": lambda rings: shapes.loft(np.array(rings)),
+    "loft": lambda rings, open=False: shapes.loft(np.array(rings), cap=not open),
     "panel": lambda area, at=ORIGIN, facing="+z", fit=True: shapes.panel(area[0], area[1], at, facing, fit),
     "rounded": lambda size, at=ORIGIN, bevel=0.02, puff=0.0: shapes.rounded_box(size, at, bevel, puff),
     "skin": lambda tiers, open=True: shapes.loft(np.stack([closed(*tier) for tier in tiers]), cap=not open),
@@ -92,6 +103,7 @@ CHANGES: dict[str, Callable[[shapes.Mesh, Any], shapes.Mesh]] = {
     "bend": bend,
     "crease": lambda part, is_sharp: creased(part) if is_sharp else part,
     "move": shapes.translate,
+    "outward": outward,
     "stretch": shapes.scale,
     "turn": lambda part, turns: reduce(lambda turned, turn: shapes.rotate(turned, *turn), turns, part),
 }

@@ -141,7 +141,7 @@ _BY_READER: tuple[tuple[Reader, str], ...] = (
     (_list_of((None, None)), "profile sides"),
     (_radius, "radius top wide"),
     (_turns, "turn"),
-    (_constant, "axis crease facing fit inside open opening opens toggles"),
+    (_constant, "axis crease facing fit inside open opening opens outward toggles"),
 )
 READERS: dict[str, Reader] = {word: reader for reader, words in _BY_READER for word in words.split()}
 """Argument of a shape, change or addition -> its reader; other arguments are plain numbers or formulas."""

@@ -1,4 +1,4 @@
-"""Books, watches and laptops."""
+"""Books and laptops."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,6 @@ from vigil.assets.kernel.materials import material
 from vigil.assets.kernel.palette import one_of, word_for
 from vigil.base.geometry import Vec3
 
-DARK = "plastic/#1f2022"
 COVERS = 24
 
 
@@ -42,54 +41,6 @@ def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     builder.solid((-width / 2, 0, -length / 2), (width / 2, height - board, length / 2))
     builder.solid((-width / 2, height - board, -length / 2), (width / 2, height, length / 2), hinge)
     return builder.build([name] if name else [])
-
-
-def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a wrist watch with its strap closed; it lies on the strap with the dial on top."""
-    builder = Builder("Watch", size)
-    width, height, depth = size
-    name, tint = one_of(rng, (("black", "#1f2022"), ("brown", "#6b4628"), ("silver", ""), ("red", "#8d2a2e")))
-    metal = one_of(rng, ("metal/gold", "chrome", "metal/brushed"))
-    strap = f"leather/{tint}" if tint else "metal/brushed"
-    angles = np.linspace(0, 2 * np.pi, 21)
-    across = 0.27 * depth
-    loop = np.c_[0.5 * width * np.cos(angles), 0.46 * height + 0.46 * height * np.sin(angles)]
-    inner = np.c_[0.44 * width * np.cos(angles), 0.46 * height + 0.36 * height * np.sin(angles)]
-    edges = ((loop, -across), (loop, across), (inner, across), (inner, -across))
-    rings = [np.c_[line, np.full(21, z)] for line, z in edges]
-    skin = [np.stack([rings[k], rings[(k + 1) % 4]]) for k in range(4)]
-    builder.add(strap, *(_outward(shapes.loft(pair, cap=False), inside=k == 2) for k, pair in enumerate(skin)))
-    dial = shapes.cylinder(0.5, 0.2 * height, segments=18)
-    face = min(0.6 * width, depth)
-    builder.add(metal, shapes.translate(shapes.scale(dial, (face, 1, depth)), (0, 0.88 * height, 0)))
-    plate = one_of(rng, ("paper/#f4f1e6", "plastic/#22304f", DARK))
-    glass = shapes.disc(0.43, segments=18)
-    builder.add(plate, shapes.translate(shapes.scale(glass, (face, 1, depth)), (0, 0.985 * height, 0)))
-    ink = DARK if plate.startswith("paper") else "plastic/#ecebe6"
-    for angle, reach in ((20, 0.3), (130, 0.22)):
-        hand = shapes.panel(0.05 * face, reach * depth, (0, 0.995 * height, -0.4 * reach * depth), "+y")
-        builder.add(ink, shapes.rotate(hand, "y", angle))
-    for k in range(12):
-        angle = k * np.pi / 6
-        spot = (0.37 * face * np.cos(angle), 0.992 * height, 0.37 * depth * np.sin(angle))
-        builder.add(ink, shapes.panel(0.035 * face, 0.035 * depth, spot, "+y"))
-    crown = shapes.cylinder(0.05 * height, 0.04 * width, (face / 2 + 0.01 * width, 0.88 * height, 0), "x", 8)
-    builder.add(metal, crown)
-    return builder.build([name])
-
-
-def _outward(part: shapes.Mesh, *, inside: bool) -> shapes.Mesh:
-    """Return a band around the z axis whose faces point away from the axis, or towards it if `inside`."""
-    middle = part.vertices.mean(0)
-    away = np.einsum("ij,ij->", (part.vertices - middle)[:, :2], part.normals[:, :2])
-    flat = float(np.abs(part.normals[:, 2]).mean()) > 0.7
-    if flat:
-        wrong = (part.vertices[:, 2].mean() > 0) != (part.normals[:, 2].mean() > 0)
-    else:
-        wrong = (away < 0) != inside
-    if not wrong:
-        return part
-    return shapes.Mesh(part.vertices, part.faces[:, ::-1], -part.normals, part.uvs)
 
 
 _BLACK = "plastic/#17181a"
@@ -162,5 +113,4 @@ def _laptop(size: Vec3, rng: np.random.Generator, opens_deg: float) -> Asset:
 MAKERS: dict[str, Maker] = {
     "Book": book,
     "Laptop": laptop,
-    "Watch": watch,
 }
