@@ -12,8 +12,7 @@ from vigil.packs.pack import Pack
 from vigil.records.record import EPISODES_FILE
 from vigil.records.shards import play_order
 from vigil.runner.plan import plan_run
-from vigil.runner.play_queue import PlayQueue
-from vigil.runner.run import run_pack
+from vigil.runner.run import PlayQueue, run_pack
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool

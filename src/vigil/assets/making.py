@@ -18,15 +18,12 @@ from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.rows import makers_in
 from vigil.assets.makers import (
     appliances,
-    beds,
     containers,
     decor,
     fixtures,
     food,
-    openings,
     personal,
     placeholder,
-    seating,
     storage,
     tables,
     textiles,
@@ -37,7 +34,7 @@ from vigil.errors import SettingError, did_you_mean
 ROWS = Path(__file__).parent / "makers" / "rows"
 """Folder of the TOML files with the makers that are rows of data."""
 _MODULES = (
-    appliances, beds, containers, decor, fixtures, food, openings, personal, seating, storage, tables, textiles,
+    appliances, containers, decor, fixtures, food, personal, storage, tables, textiles,
 )  # fmt: skip
 
 MAKERS: dict[str, Maker] = {

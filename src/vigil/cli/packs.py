@@ -59,7 +59,7 @@ def list_packs(as_json: AsJson = False) -> None:
 
 def info(pack: PackArgument, as_json: AsJson = False) -> None:
     """Example: vigil pack info starter"""
-    from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
+    from vigil.authoring.packing.dataset_card import skill_shares, steps_of
     from vigil.packs.names import version_words
     from vigil.packs.pack import Pack
     from vigil.scoring.levels import read_pack_levels

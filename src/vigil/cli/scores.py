@@ -18,12 +18,10 @@ from vigil.cli.text import COLUMNS, percent, print_fitting, print_notes, with_in
 from vigil.runner.shared_settings import PackLocation
 
 if TYPE_CHECKING:
-    from vigil.records.record import RunHeader, RunSpec
-    from vigil.scoring.summary import RunScores
-
-if TYPE_CHECKING:
     from vigil.analysis.measures.chores import ChoresRun
     from vigil.analysis.measures.closure import ClosureRun
+    from vigil.records.record import RunHeader, RunSpec
+    from vigil.scoring.summary import RunScores
 
 INVALID_HINT = "`vigil view` shows the replies; section 2.3 of docs/protocol.md says which replies are actions."
 LENIENT_HINT = (
@@ -48,6 +46,10 @@ CHORES_RATES = {
 """Key of a score for lists of chores -> heading of the score's column in the table."""
 CLOSURE_RATES = ("C", "correct_pairs")
 """Rates of the closure-stress suite that are shown with intervals."""
+RATES = ("episodes", *COLUMNS, "steps")
+"""Headings of the columns of numbers in a table of rates."""
+INTERVAL = " [95 % interval]"
+"""End of the title of a table whose rates have intervals."""
 INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."
 JSON_SCHEMA = 1
 """Version of the document that `--json` prints."""
@@ -178,7 +180,7 @@ def print_families(name: str, scores: RunScores) -> None:
     summary = summarise(scores)
 
     def build(is_full: bool) -> Table:
-        table = _rates_table(f"{name}: %", "family", is_full)
+        table = _table(f"{name}: %{INTERVAL if is_full else ''}", ("family", *RATES), is_full)
         for family, rates in summary["families"].items():
             table.add_row(family, *_cells(rates, is_full))
         table.add_section()
@@ -204,16 +206,13 @@ def _print_comparison(scored_runs: list[tuple[str, RunScores]]) -> None:
     rows = [(name, summarise(scores)) for name, scores in scored_runs]
 
     def overall(is_full: bool) -> Table:
-        table = _rates_table("All episodes, %", "agent", is_full)
+        table = _table(f"All episodes, %{INTERVAL if is_full else ''}", ("agent", *RATES), is_full)
         for name, summary in rows:
             table.add_row(name, *_cells(summary["overall"], is_full))
         return table
 
     def families(is_full: bool) -> Table:
-        table = Table(title="W / B by family, %", title_justify="left", padding=(0, 1) if is_full else 0)
-        table.add_column("agent", overflow="fold")
-        for family in FAMILIES:
-            table.add_column(family, justify="right", no_wrap=True)
+        table = _table("W / B by family, %", ("agent", *FAMILIES), is_full)
         for name, summary in rows:
             table.add_row(name, *[_pair(summary["families"].get(family), is_full) for family in FAMILIES])
         return table
@@ -223,13 +222,12 @@ def _print_comparison(scored_runs: list[tuple[str, RunScores]]) -> None:
     print(INTERVALS)
 
 
-def _rates_table(title: str, first: str, is_full: bool) -> Table:
-    table = Table(
-        title=f"{title} [95 % interval]" if is_full else title, title_justify="left", padding=(0, 1) if is_full else 0
-    )
-    table.add_column(first, overflow="fold")
-    for column in ("episodes", *COLUMNS, "steps"):
-        table.add_column(column, justify="right", no_wrap=True)
+def _table(title: Text | str, columns: Sequence[str], is_full: bool, no_wrap: bool = True) -> Table:
+    """Return an empty table with a column of names, the first of `columns`, and columns of numbers."""
+    table = Table(title=title, title_justify="left", padding=(0, 1) if is_full else 0)
+    table.add_column(columns[0], overflow="fold")
+    for column in columns[1:]:
+        table.add_column(column, justify="right", no_wrap=no_wrap)
     return table
 
 
@@ -258,10 +256,8 @@ def _print_closure_tables(runs: Sequence[ClosureRun]) -> None:
 
 
 def _kinds(run: ClosureRun, is_full: bool) -> Table:
-    interval = " [95 % interval]" if is_full else ""
-    table = _closure_table(Text(f"{run.name}: closure stress, %{interval}"), "kind", is_full)
-    for heading in ("episodes", "C", "both twins", "W", "false success", "no report"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    title = Text(f"{run.name}: closure stress, %{INTERVAL if is_full else ''}")
+    table = _table(title, ("kind", "episodes", "C", "both twins", "W", "false success", "no report"), is_full)
     for kind, rates in run.rates().items():
         if kind == "all":
             table.add_section()
@@ -274,21 +270,14 @@ def _kinds(run: ClosureRun, is_full: bool) -> Table:
 def _side_by_side(runs: Sequence[ClosureRun], is_full: bool) -> Table:
     rows = [(run, run.rates()) for run in runs]
     kinds = list(dict.fromkeys(kind for _, rates in rows for kind in rates if kind != "all"))
-    table = _closure_table(Text("Closure stress: C by kind, %"), "agent", is_full)
-    for heading in ("episodes", "all", "both twins", *kinds):
-        table.add_column(heading, justify="right", no_wrap=is_full)
+    title = Text("Closure stress: C by kind, %")
+    table = _table(title, ("agent", "episodes", "all", "both twins", *kinds), is_full, no_wrap=is_full)
     for run, rates in rows:
         cells = [
             with_interval(rates["all"], name) if is_full else percent(rates["all"][name]) for name in CLOSURE_RATES
         ]
         each = [percent(rates[kind]["C"]) if kind in rates else "-" for kind in kinds]
         table.add_row(Text(run.name), str(rates["all"]["episodes"]), *cells, *each)
-    return table
-
-
-def _closure_table(title: Text, first: str, is_full: bool) -> Table:
-    table = Table(title=title, title_justify="left", padding=(0, 1) if is_full else 0)
-    table.add_column(first, overflow="fold")
     return table
 
 
@@ -301,10 +290,8 @@ def _print_chores(runs: list[_ScoredRun]) -> None:
         _warn(run.name, run.scores)
 
     def build(is_full: bool) -> Table:
-        interval = " [95 % interval]" if is_full else ""
-        table = _closure_table(Text(f"Lists of chores, %{interval}"), "agent", is_full)
-        for heading in ("lists", "claims", *CHORES_RATES.values()):
-            table.add_column(heading, justify="right", no_wrap=is_full)
+        title = Text(f"Lists of chores, %{INTERVAL if is_full else ''}")
+        table = _table(title, ("agent", "lists", "claims", *CHORES_RATES.values()), is_full, no_wrap=is_full)
         for name, scores in rows:
             cells = [
                 with_interval(scores, rate) if is_full and rate in scores["intervals"] else percent(scores[rate])

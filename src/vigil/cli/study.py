@@ -176,7 +176,7 @@ def report(
         shown = f"{len(absent)} of the study's {len(runs)} runs are not played: {', '.join(absent)}."
         found = replace(found, warnings=(shown, *found.warnings))
     place = out or source.study.place / "report"
-    latex = _latex_program() if pdf else None
+    latex = next((name for name in _LATEX if shutil.which(name)), None) if pdf else None
     with on_paper("page" if style == "paper" else None):
         further = study_figures(found, source.study.episodes, (assets, reveal)) if scored else {}
     is_wanted = latex is not None or style == "paper"
@@ -297,10 +297,6 @@ def _bounds(left: RunEstimate) -> list[str]:
     counts = [left.cost.calls, left.cost.input_tokens, left.cost.output_tokens]
     money = "-" if left.money is None else f"{left.money[0]:,.2f} .. {left.money[1]:,.2f}"
     return [*(f"{low:,} .. {high:,}" for low, high in counts), money, f"{left.hours[0]:.1f} .. {left.hours[1]:.1f}"]
-
-
-def _latex_program() -> str | None:
-    return next((name for name in _LATEX if shutil.which(name)), None)
 
 
 def _make_pdf(program: str, folder: Path) -> str:

@@ -10,9 +10,8 @@ from markupsafe import escape
 
 from vigil.analysis.measures.chores import read_chores_runs
 from vigil.analysis.measures.closure import SUITE, read_closure_runs
-from vigil.analysis.measures.metrics import measure, regimes
+from vigil.analysis.measures.metrics import measure, plays_of_k, regimes
 from vigil.analysis.measures.rows import read_runs
-from vigil.analysis.measures.several_plays import plays_of_k
 from vigil.analysis.measures.study import RunEntry, study
 from vigil.analysis.tables.belief_tables import belief_tables
 from vigil.analysis.tables.chores_tables import chores_tables

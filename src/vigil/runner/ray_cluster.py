@@ -67,7 +67,12 @@ def connect_cluster(address: str | None, plan: WorkerPlan) -> Generator[RayClust
     if not was_connected:
         _connect(address or os.environ.get("RAY_ADDRESS"))
     try:
-        plan = _with_absolute_paths(plan)
+        plan = replace(
+            plan,
+            pack=plan.pack and (Path(plan.pack.name) if plan.pack.parent == PACKAGED else plan.pack.absolute()),
+            asset_database=plan.asset_database and plan.asset_database.absolute(),
+            frames=plan.frames and plan.frames.absolute(),
+        )
         check = partial(node_objection, plan, Path.cwd(), node_facts(plan, Path.cwd()))
         _check_nodes(_nodes(), check)
         cpus = sum(int(node["Resources"]["CPU"]) // CPUS for node in _nodes())
@@ -172,21 +177,6 @@ def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
     if wrong:
         more = [f"There are {len(wrong) - MAX_LISTED} more such nodes."] if len(wrong) > MAX_LISTED else []
         raise SettingError("\n".join((*wrong[:MAX_LISTED], *more)))
-
-
-def _with_absolute_paths(plan: WorkerPlan) -> WorkerPlan:
-    """Return the plan, with its paths made absolute."""
-    return replace(
-        plan,
-        pack=plan.pack and _portable_path(plan.pack),
-        asset_database=plan.asset_database and plan.asset_database.absolute(),
-        frames=plan.frames and plan.frames.absolute(),
-    )
-
-
-def _portable_path(pack: Path) -> Path:
-    """Return the absolute path of a pack, or the name of a pack that comes with VIGIL."""
-    return Path(pack.name) if pack.parent == PACKAGED else pack.absolute()
 
 
 def _code_sha256() -> str:

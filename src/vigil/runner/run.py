@@ -6,7 +6,8 @@ which episodes are still to be played.
 """
 
 import asyncio
-from collections.abc import Awaitable, Callable, Generator, Sequence
+from collections import deque
+from collections.abc import Awaitable, Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -29,9 +30,7 @@ from vigil.runner.models.identity_log import ModelIdentityLog
 from vigil.runner.models.redaction import redacted_errors
 from vigil.runner.models.thinking import describe_switch
 from vigil.runner.plan import RunPlan, plan_run
-from vigil.runner.play_queue import PlayQueue
-from vigil.runner.probes.missing import MissingProbes, Play
-from vigil.runner.probes.prober import FrameMemory, Prober
+from vigil.runner.probes.prober import FrameMemory, MissingProbes, Play, Prober
 from vigil.runner.progress import OnProgress, ProgressCounter
 from vigil.runner.retries import ATTEMPTS, RetryPolicy
 from vigil.runner.run_folder import RunFolder
@@ -337,3 +336,28 @@ def _identity_log(run: _RunSession, endpoint: Endpoint) -> ModelIdentityLog:
     )
     identity_log.on_new_identity = lambda: run.folder.note_provider(identity_log.provider_facts())
     return identity_log
+
+
+class PlayQueue:
+    """Queue of assignments. They are taken in order, but assignments that a worker should not play next are skipped."""
+
+    def __init__(self, assignments: Iterable[Assignment], pairs: Mapping[str, str]) -> None:
+        """`pairs` maps the id of each episode that has a twin to the name of the pair."""
+        self._waiting = deque(assignments)
+        self._pairs = pairs
+
+    def take(self, last: Assignment | None) -> Assignment | None:
+        """Return the next assignment for a worker that has just played `last`; None when nothing is left.
+
+        The twin of `last`, and the same episode in another epoch, are only taken if nothing else is left.
+        """
+        if not self._waiting:
+            return None
+        pair = None if last is None else self._pair_of(last)
+        at = next((at for at, each in enumerate(self._waiting) if self._pair_of(each) != pair), 0)
+        found = self._waiting[at]
+        del self._waiting[at]
+        return found
+
+    def _pair_of(self, assignment: Assignment) -> str:
+        return self._pairs.get(assignment.episode.id, assignment.episode.id)

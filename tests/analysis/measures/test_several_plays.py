@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vigil.analysis.measures.several_plays import plays_of_k
+from vigil.analysis.measures.metrics import plays_of_k
 
 PLAYS = {"a": [1, 1, 0, 1], "b": [0, 0, 0, 0], "c": [1, 1, 1, 1], "d": [0, 1], "e": [1], "f": [1, 0, 0]}
 

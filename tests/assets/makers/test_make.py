@@ -13,8 +13,6 @@ from vigil.assets.kernel.materials import material
 from vigil.assets.making import MAKERS, make
 from vigil.base.geometry import Vec3
 
-USUAL = {"ShowerDoor": Vec3(0.8, 2.0, 0.1)}
-"""Sizes of categories that the catalogue does not list."""
 SOMETIMES_OPEN = {"Desk", "SideTable"}
 """Categories of which some variants have drawers and others not."""
 BELOW_M = {"ShowerHead": 1.4}
@@ -26,7 +24,7 @@ STRETCHES = ((1.0, 1.0, 1.0), (1.3, 0.85, 1.25), (0.8, 1.15, 0.8))
 
 
 def _usual(category: str) -> Vec3:
-    return USUAL[category] if category in USUAL else CATALOG[category].typical_size
+    return CATALOG[category].typical_size
 
 
 def _assets(category: str) -> Iterator[Asset]:

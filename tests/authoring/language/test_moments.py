@@ -5,8 +5,8 @@ from dataclasses import fields
 import pytest
 
 from vigil.assets.database import AssetDatabase
+from vigil.authoring.drafting.house_context import phrase_finder
 from vigil.authoring.language import referring
-from vigil.authoring.language.phrases import phrase_finder
 from vigil.authoring.language.referring import items_as_seen, items_of, phrase_for
 from vigil.base.geometry import Vec3
 from vigil.packs.pack import Pack

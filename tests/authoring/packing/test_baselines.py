@@ -23,8 +23,8 @@ from vigil.authoring.packing.baselines import (
     read_baselines,
     strongest_lines,
 )
+from vigil.authoring.packing.dataset_card import skill_shares, steps_of
 from vigil.authoring.packing.question_only import majority_guess, words_guess
-from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.authoring.review.contact_sheets import COLUMNS, GAP, WIDTH, pick_sample, sheet_of
 from vigil.cli import app
 from vigil.errors import PackMismatch

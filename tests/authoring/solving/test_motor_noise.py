@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vigil.authoring.solving.motor_noise import CLICK_ERROR_PX, DISTANCE_ERROR, TURN_ERROR_DEG, MotorNoise
+from vigil.authoring.solving.noisy_actions import CLICK_ERROR_PX, DISTANCE_ERROR, TURN_ERROR_DEG, MotorNoise
 from vigil.base.geometry import turn_between
 from vigil.protocol.actions import STEP_M, InteractPixel
 

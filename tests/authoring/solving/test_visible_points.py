@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from vigil.authoring.drafting.house_context import SEEN_SHARE, HouseContext
-from vigil.authoring.solving.look_targets import surface_points
-from vigil.authoring.solving.visible_points import BATCHES, SEEN_POINTS, PointCount, places_seeing_enough
+from vigil.authoring.solving.look_targets import BATCHES, SEEN_POINTS, PointCount, places_seeing_enough, surface_points
 from vigil.base.geometry import Pose, Vec3
 from vigil.packs.pack import Pack
 from vigil.protocol.world import Setup

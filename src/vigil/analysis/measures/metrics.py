@@ -6,6 +6,8 @@ These are pure functions of rows (`vigil.analysis.measures.rows`). A rate over n
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from math import comb
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -212,3 +214,38 @@ def _certainty(rate: Rate, limit: float) -> str | None:
     if rate.value is None or rate.interval is None or rate.value <= limit:
         return None
     return "clear" if rate.interval[0] > limit else "borderline"
+
+
+@dataclass(frozen=True, slots=True)
+class PlaysOfK:
+    """Chances about k plays of an episode, as means over the episodes that were played at least k times."""
+
+    k: int
+    episodes: int
+    plays: int
+    """Number of plays of these episodes."""
+    every: tuple[float, Interval | None]
+    """Chance that all k plays succeed (pass^k). It equals the expected result of the worst of k plays."""
+    any: tuple[float, Interval | None]
+    """Chance that at least one of k plays succeeds. It equals the expected result of the best of k plays."""
+
+
+def plays_of_k(rows: pd.DataFrame, name: Literal["W", "B"]) -> list[PlaysOfK]:
+    """Return the chances for k = 1, 2 ... up to the most plays of an episode. Intervals resample houses.
+
+    The chances are unbiased estimates: they average over all sets of k plays of an episode. Sources: Chen and others,
+    "Evaluating large language models trained on code", 2021 (any of k); Yao and others, "tau-bench", 2024 (all of k).
+    """
+    by_episode = rows.groupby("episode_id", sort=True)
+    plays = pd.DataFrame(by_episode.agg(hits=(name, "sum"), n=(name, "size"), house=("house", "first")))
+    found: list[PlaysOfK] = []
+    for k in range(1, max(values(plays, "n", int), default=0) + 1):
+        enough = select_rows(plays, values(plays, "n", int) >= k)
+        hits, n = values(enough, "hits", int), values(enough, "n", int)
+        sets = np.array([comb(count, k) for count in n], dtype=float)
+        every = np.array([comb(hit, k) for hit in hits], dtype=float) / sets
+        none = np.array([comb(count - hit, k) for hit, count in zip(hits, n, strict=True)], dtype=float) / sets
+        houses = houses_of(enough)
+        means = [(float(each.mean()), clustered_interval(each, houses)) for each in (every, 1 - none)]
+        found.append(PlaysOfK(k, len(enough), int(n.sum()), means[0], means[1]))
+    return found

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.measures.metrics import measure
+from vigil.analysis.measures.metrics import measure, plays_of_k
 from vigil.analysis.measures.paper import NR_NOTE
-from vigil.analysis.measures.several_plays import plays_of_k
 from vigil.analysis.measures.study import Study, sorted_by_group
 from vigil.analysis.tables.paired import (
     DISAGREEMENT_NOTE,

@@ -4,7 +4,7 @@ Each function takes a Study and returns one Table. Source: the paper's sections 
 serving modes.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -104,12 +104,7 @@ def profile_shifts(study: Study) -> Table:
         N,
         *shifts(SHIFTED),
         *TESTS,
-        *(
-            one
-            for name, shown in measures.items()
-            for at, side in enumerate(("baseline", "here"))
-            for one in means(**{f"{name}_{side}": (f"{shown}, {side}", _mean_of(name, at))})
-        ),
+        *sided_means(measures, {"baseline": "baseline", "here": "here"}),
     )
     rows = [run_row(study.entry(pair.other), cells_of(columns, pair)) for pair in study.pairing.profile]
     notes = (
@@ -153,6 +148,17 @@ def perturbation_shifts(study: Study) -> Table:
     return Table("perturbation_shifts", "Perturbed packs: other words, starts or light", columns, tuple(rows), notes)
 
 
+def sided_means(measures: Mapping[str, str], sides: Mapping[str, str]) -> tuple[Column, ...]:
+    """Return a column for each measure and side of a pair (key -> heading of each): the mean in this side's run."""
+    return means(
+        **{
+            f"{name}_{side}": (f"{shown}, {words}", _mean_of(name, at))
+            for name, shown in measures.items()
+            for at, (side, words) in enumerate(sides.items())
+        }
+    )
+
+
 def _mean_of(name: str, at: int) -> Callable[[Pair], RateCell]:
     """Return the function that gives the mean of a column in one run of a pair."""
     return lambda pair: mean_with_interval(pair.tables()[at], name)
@@ -166,10 +172,7 @@ def serving_modes(study: Study) -> Table:
         for side, shown, at in sides
         for name in "WB"
     }
-    steps = {
-        f"steps_{side}": (f"Steps {shown}", lambda pair, at=at: mean_with_interval(pair.tables()[at], "steps"))
-        for side, shown, at in sides
-    }
+    steps = {f"steps_{side}": (f"Steps {shown}", _mean_of("steps", at)) for side, shown, at in sides}
     columns = (MODEL, N, *intervals(**rates), *shifts(SHIFTED), *TESTS, *intervals(**steps))
     rows = _grouped_rows(study, study.pairing.serving, columns)
     if study.published:

@@ -69,12 +69,8 @@ def paper_index(tables: Mapping[str, Table], figures: Collection[str]) -> Table:
     for part in PARTS:
         is_here = part.place in (figures if part.is_figure else tables)
         target = f"figure-{part.place}" if part.is_figure else part.place
-        own = None if part.is_figure or not is_here else _own_rows(tables[part.place])
+        own = None if part.is_figure or not is_here else sum(not row.is_published for row in tables[part.place].rows)
         cells = {"label": part.label, "what": part.what, "needs": part.needs, "rows": own}
         rows.append(TableRow({**cells, "place": target if is_here else ABSENT}))
     notes = ("`vigil study report` draws all figures; `vigil report` draws those without frames.",)
     return Table(NAME, HEADING, columns, tuple(rows), notes)
-
-
-def _own_rows(table: Table) -> int:
-    return sum(not row.is_published for row in table.rows)

@@ -68,7 +68,11 @@ def overview(study: Study) -> Table:
         RUN,
         *texts(complete=("Scored", lambda entry: f"{entry.run.n}/{max(entry.run.n, entry.run.n_planned)}")),
         *counts(errors=("Errors", lambda entry: len(entry.run.errors))),
-        *_overall_rates(),
+        *tuple(
+            column
+            for name in RATES
+            for column in (clustered_rates(name) if name == "Delta" else rates(**{name: shown_name(name)}))
+        ),
         *intervals(W_macro=("W, mean of families %", lambda entry: _macro(entry, "W"))),
         *intervals(B_macro=("B, mean of families %", lambda entry: _macro(entry, "B"))),
         *run_means(mean_steps=("Steps", "steps")),
@@ -79,15 +83,6 @@ def overview(study: Study) -> Table:
         "houses, or if all agree). Means of families: Wilson's interval with the effective number of plays by houses.",
     )
     return Table("overview", "All rates, all episodes", columns, rows_by_b(study, columns), notes)
-
-
-def _overall_rates() -> tuple[Column, ...]:
-    """Return a column for each rate. The gap has an interval from resampled houses; other rates have Wilson's."""
-    return tuple(
-        column
-        for name in RATES
-        for column in (clustered_rates(name) if name == "Delta" else rates(**{name: shown_name(name)}))
-    )
 
 
 def _macro(entry: RunEntry, name: str) -> RateCell:

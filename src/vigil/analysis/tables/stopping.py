@@ -13,7 +13,7 @@ from vigil.analysis.measures.metrics import mean_with_interval
 from vigil.analysis.measures.pairs import Pair
 from vigil.analysis.measures.rows import values
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables.paired import DISAGREEMENT_NOTE, INTERVAL_NOTE, P_NOTE
+from vigil.analysis.tables.paired import DISAGREEMENT_NOTE, INTERVAL_NOTE, P_NOTE, N, sided_means
 from vigil.analysis.tables.rows import MODEL, run_row
 from vigil.analysis.tables.table import (
     RateCell,
@@ -31,7 +31,8 @@ from vigil.analysis.tables.table import (
 from vigil.scoring.outcomes import NEGATIVE
 from vigil.scoring.rates import rate_of
 
-_SIDES = ("baseline", "stop only")
+_SIDES = {"0": "baseline", "1": "stop only"}
+"""End of a column's key -> side of a pair."""
 _MEANS = {"steps": "Steps", "input_tokens": "Input tokens", "output_tokens": "Output tokens"}
 _Mask = Callable[[pd.DataFrame], np.ndarray]
 
@@ -90,18 +91,14 @@ def stop_costs(study: Study) -> Table:
     """Return the closure lag, number of steps and tokens of each pair of runs, with and without reports."""
     columns = (
         MODEL,
-        *counts(n=("n", lambda pair: len(pair.tables()[0]))),
+        N,
         *means(
             **{
                 f"lag_{at}": (f"Lag, steps, {side}", lambda pair, at=at: _lag(pair.tables()[at]))
-                for at, side in enumerate(_SIDES)
-            },
-            **{
-                f"{name}_{at}": (f"{shown}, {side}", lambda pair, at=at, name=name: _mean(pair.tables()[at], name))
-                for name, shown in _MEANS.items()
-                for at, side in enumerate(_SIDES)
-            },
+                for at, side in enumerate(_SIDES.values())
+            }
         ),
+        *sided_means(_MEANS, _SIDES),
     )
     rows = [run_row(study.entry(pair.other), cells_of(columns, pair)) for pair in _pairs(study)]
     notes = (
@@ -150,7 +147,3 @@ def _is_said(wanted: str, reported: str | None) -> bool:
 def _lag(rows: pd.DataFrame) -> RateCell:
     since = values(rows, "steps") - values(rows, "first_goal_step")
     return mean_with_interval(rows.assign(lag=np.where(_ended(rows) & _held(rows), since, np.nan)), "lag")
-
-
-def _mean(rows: pd.DataFrame, name: str) -> RateCell:
-    return mean_with_interval(rows, name)

@@ -151,3 +151,83 @@ def drape(width: float, height: float, waves: float, depth: float, *, thickness:
     z = swing * np.sin(2 * np.pi * waves * (x / width + 0.5))
     front, back = np.c_[x, z + thickness / 2], np.c_[x, z - thickness / 2]
     return shapes.extrude(np.concatenate([front, back[::-1]]), 0.0, height)
+
+
+def closed(outline: np.ndarray, height: float) -> np.ndarray:
+    """Return an outline as a closed ring (n + 1, 3) at a height; the ring repeats the first point at its end."""
+    ring = np.concatenate([outline, outline[:1]])
+    return np.stack([ring[:, 0], np.full(len(ring), height), ring[:, 1]], 1)
+
+
+def bin_shape(outline: np.ndarray, y: tuple[float, float], foot: float, wall: float, *, has_floor: bool = True) -> Mesh:
+    """Return a bin, or only its rim. Its outline (n, 2) is that of the top; the bottom is `foot` times as large."""
+    ring = np.concatenate([outline, outline[:1]])
+    reach = np.abs(outline).max(0)
+    inner = (reach - wall) / reach
+
+    def at(height: float, scale: float, thin: bool = False) -> np.ndarray:
+        flat = ring * scale * (inner if thin else 1.0)
+        return np.stack([flat[:, 0], np.full(len(flat), height), flat[:, 1]], 1)
+
+    low, high = y
+    bottom = low + wall if has_floor else low
+    parts = [
+        shapes.loft(np.stack([at(bottom, foot, True), at(high, 1.0, True)]), cap=False),
+        shapes.loft(np.stack([at(high, 1.0, True), at(high, 1.0)]), cap=False),
+        shapes.loft(np.stack([at(high, 1.0), at(low, foot)]), cap=False),
+        shapes.extrude(foot * outline * 0.99, low, low + wall)
+        if has_floor
+        else shapes.loft(np.stack([at(low, foot), at(low, foot, True)]), cap=False),
+    ]
+    return shapes.merge(parts)
+
+
+def bin_lining(outline: np.ndarray, height: float, foot: float) -> Mesh:
+    """Return the inner skin of a bin, slightly inside its walls."""
+    ring = np.concatenate([outline, outline[:1]])
+    reach = np.abs(outline).max(0)
+    inner = (reach - 0.0135) / reach
+    low, high = (
+        np.insert(ring * inner * scale, 1, level, axis=1) for scale, level in ((foot, 0.013), (1.0, height - 0.01))
+    )
+    floor = shapes.extrude(outline * inner * foot * 0.99, 0.013, 0.015)
+    return shapes.merge([shapes.loft(np.stack([low, high]), cap=False), floor])
+
+
+def framed(outer: np.ndarray, hole: np.ndarray) -> np.ndarray:
+    """Return the outline (n, 2) of a frame with a hole as one line, cut open where both outlines are farthest to +x."""
+    outer, hole = (np.roll(each, -int(np.argmax(each[:, 0])), 0) for each in (outer, hole))
+    return np.concatenate([outer, outer[:1], hole[:1], hole[:0:-1], hole[:1]])
+
+
+def egg(width: float, length: float, middle: float, count: int = 20) -> np.ndarray:
+    """Return an egg-shaped outline (n, 2) of x, z; its back is blunter than its front."""
+    angles = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    x = width / 2 * np.cos(angles) * np.where(np.sin(angles) < 0, 1.0, 1 - 0.12 * np.sin(angles))
+    return np.stack([x / np.abs(x).max() * width / 2, middle + length / 2 * np.sin(angles)], 1)
+
+
+def shrunk(outline: np.ndarray, share: float, shift: float = 0.0) -> np.ndarray:
+    """Return an outline (n, 2) of x, z that is scaled about its middle and then moved by `shift` along z."""
+    middle = outline.mean(0)
+    return (outline - middle) * share + middle + [0.0, shift]
+
+
+def inscribed(outline: np.ndarray, width: float, depth: float, inner_x: float, inner_z: float) -> np.ndarray:
+    """Return an oval of `inner_x` by `inner_z`, with one point for each point of an outline of `width` by `depth`."""
+    angles = np.arctan2(outline[:, 1] / depth, outline[:, 0] / width)
+    return np.c_[np.cos(angles) * inner_x / 2, np.sin(angles) * inner_z / 2]
+
+
+def outward(part: Mesh, is_outside: bool) -> Mesh:
+    """Return a band around the z axis whose faces point away from the axis, or towards it unless `is_outside`."""
+    middle = part.vertices.mean(0)
+    away = np.einsum("ij,ij->", (part.vertices - middle)[:, :2], part.normals[:, :2])
+    flat = float(np.abs(part.normals[:, 2]).mean()) > 0.7
+    if flat:
+        wrong = (part.vertices[:, 2].mean() > 0) != (part.normals[:, 2].mean() > 0)
+    else:
+        wrong = (away < 0) == is_outside
+    if not wrong:
+        return part
+    return Mesh(part.vertices, part.faces[:, ::-1], -part.normals, part.uvs)

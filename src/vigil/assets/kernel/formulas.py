@@ -1,12 +1,13 @@
 """Formulas in the rows of makers: arithmetic and conditions with named values. No other Python is allowed."""
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from string import Formatter
 from typing import Any
 
 import numpy as np
 
+from vigil.assets.kernel.arrange import egg, inscribed, shrunk
 from vigil.assets.kernel.shapes import rounded_rectangle
 from vigil.errors import did_you_mean
 
@@ -24,14 +25,25 @@ def points(*columns: Any) -> np.ndarray:
     return found
 
 
+def lowest(levels: Sequence[float], low: float, high: float, other: float) -> float:
+    """Return the lowest of `levels` between two heights (m); `other` if there is none."""
+    return next((level for level in levels if low < level < high), other)
+
+
 _OF_NUMPY = (
-    "arctan2", "clip", "cos", "degrees", "flip", "interp", "linspace", "maximum", "pi", "radians", "sin", "sqrt",
+    "arctan2", "clip", "cos", "degrees", "flip", "hypot", "interp", "linspace", "maximum", "pi", "radians", "sin",
+    "sqrt",
 )  # fmt: skip
 FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {
+    "egg": egg,
+    "inscribed": inscribed,
+    "lowest": lowest,
     "max": max,
     "min": min,
     "oblong": rounded_rectangle,
     "points": points,
+    "round": round,
+    "shrunk": shrunk,
 }
 """Name -> function or constant that formulas may use."""
 _NODES = (

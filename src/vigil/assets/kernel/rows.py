@@ -34,7 +34,7 @@ ALONG = {"x": "_x", "y": "_y", "z": "_z"}
 SIDES = ("_x", "_y", "_z")
 ACROSS = {"x": ("_z", "_y"), "y": ("_x", "_z"), "z": ("_x", "_y")}
 """Axis -> names of the box's sides along the other two axes, for shapes that are flat across the axis."""
-_STYLE = {"look": "material", "lit": "lit", "joint": "joint", "shown": "shown", "toggles": "toggles"}
+_STYLE = {"look": "material", "lit": "lit", "joint": "joint", "shown": "shown", "opens": "opens", "toggles": "toggles"}
 """Key of a row -> field of `PartStyle` that it sets."""
 _REPEATS = ("each", "let", "when")
 _KEYS = frozenset({"about", "lies", "parts", "room", "unit", "values", "words"})
@@ -118,23 +118,30 @@ def _path(raw: Any, known: Known) -> str:
     return _list(raw, known, lambda one, inner: _numbers(one, inner, SIDES))
 
 
+def _tier(raw: Any, known: Known) -> str:
+    """Return the expression of an outline and its height."""
+    outline, height = raw
+    return f"({formula(outline, known)}, {_number(height, known, '_y')})"
+
+
 _BY_READER: tuple[tuple[Reader, str], ...] = (
     (lambda raw, known, axis: _numbers(raw, known, SIDES), "size at move stretch"),
     (lambda raw, known, axis: _path(raw, known), "path ends"),
     (lambda raw, known, axis: _list(raw, known, _path), "rings"),
+    (lambda raw, known, axis: _list(raw, known, _tier), "tiers"),
     (lambda raw, known, axis: _number(raw, known, ALONG[axis]), "length"),
     (lambda raw, known, axis: _numbers(raw, known, (ALONG[axis],) * 2), "between"),
-    (lambda raw, known, axis: _numbers(raw, known, ACROSS[axis]), "area"),
+    (lambda raw, known, axis: _numbers(raw, known, ACROSS[axis]), "area around"),
     (lambda raw, known, axis: _number(raw, known, "_y"), "tall floor clearance"),
     (lambda raw, known, axis: _number(raw, known, "_z"), "deep"),
     (lambda raw, known, axis: _numbers(raw, known, (None,) * 3), "rgb about"),
     (lambda raw, known, axis: f"lambda z: {formula(raw, known | {'z'})}", "bend"),
     (lambda raw, known, axis: text(raw, known), "look lit joint shown style name"),
-    (_flat_path, "outline"),
+    (_flat_path, "outline hole"),
     (_list_of((None, None)), "profile sides"),
     (_radius, "radius top wide"),
     (_turns, "turn"),
-    (_constant, "axis crease facing fit inside open opening toggles"),
+    (_constant, "axis crease facing fit inside open opening opens outward toggles"),
 )
 READERS: dict[str, Reader] = {word: reader for reader, words in _BY_READER for word in words.split()}
 """Argument of a shape, change or addition -> its reader; other arguments are plain numbers or formulas."""
@@ -346,7 +353,7 @@ def maker_of(category: str, row: Row, shared: Row) -> Maker:
             raise ValueError(f"a row cannot have the key {key!r}.{did_you_mean(key, _KEYS)}")
     if "about" not in row:
         raise ValueError("a row needs 'about', which says what the thing is")
-    known: Known = frozenset(("category", "width", "height", "depth"))
+    known: Known = frozenset(("category", "width", "height", "depth", "levels"))
     values = []
     for key, raw in row.get("values", {}).items():
         try:
@@ -360,7 +367,7 @@ def maker_of(category: str, row: Row, shared: Row) -> Maker:
 
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
         builder = Builder(category, size)
-        found = GLOBALS | {"category": category, "width": size.x, "height": size.y, "depth": size.z}
+        found = GLOBALS | {"category": category, "width": size.x, "height": size.y, "depth": size.z, "levels": levels}
         found |= zip(SIDES, (1.0, 1.0, 1.0) if row.get("unit") else size, strict=True)
         for names, draw in values:
             value = draw(rng, found)

@@ -1,18 +1,17 @@
-"""Books, newspapers, watches and laptops."""
+"""Books and laptops."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, lengthwise, lowered_into
+from vigil.assets.kernel.arrange import Maker, lowered_into
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.materials import material
-from vigil.assets.kernel.palette import colour, one_of, word_for
+from vigil.assets.kernel.palette import one_of, word_for
 from vigil.base.geometry import Vec3
 
-DARK = "plastic/#1f2022"
 COVERS = 24
 
 
@@ -42,85 +41,6 @@ def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     builder.solid((-width / 2, 0, -length / 2), (width / 2, height - board, length / 2))
     builder.solid((-width / 2, height - board, -length / 2), (width / 2, height, length / 2), hinge)
     return builder.build([name] if name else [])
-
-
-def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a newspaper: folded and lying flat or, in a box with a thick cross-section, rolled up."""
-    builder = Builder("Newspaper", size)
-    width, height, length = size
-    paper = f"paper/{one_of(rng, ('#dcd7c9', '#e6e3da', '#ead3bd'))}"
-    if height > 0.24 * width:
-        roll = shapes.cylinder(0.5, length, axis="z", segments=16)
-        builder.add(paper, shapes.translate(shapes.scale(roll, (width, height, 1)), (0, height / 2, 0)))
-        angles = np.linspace(0, 2.2 * np.pi, 14)
-        radii = np.linspace(0.42, 0.12, 14)
-        spiral = np.c_[radii * np.cos(angles) * width, height / 2 + radii * np.sin(angles) * height, 0 * angles]
-        for z in (-0.502 * length, 0.502 * length):
-            builder.add("plastic/#6b675e", shapes.tube(spiral + np.array([0, 0, z]), 0.02 * height, 4))
-        band = shapes.cylinder(0.51, 0.07 * length, axis="z", segments=16)
-        rubber = f"rubber/{colour(rng, 'red', 'blue', 'green')[1]}"
-        builder.add(rubber, shapes.translate(shapes.scale(band, (width, height, 1)), (0, height / 2, 0)))
-        front = shapes.panel(0.5 * width, 0.8 * length, (0, 1.003 * height, 0), "+y")
-        builder.add("print/news", front)
-        return builder.build(["rolled"])
-    layers = int(rng.integers(2, 5))
-    for k in range(layers):
-        shrink = 1 - 0.03 * k
-        low, high = k * height / layers, (k + 0.92) * height / layers
-        offset = rng.uniform(-0.01, 0.01, 2) * [width, length]
-        sheet = shapes.box((shrink * width, high - low, shrink * length), (0, (low + high) / 2, 0))
-        builder.add(paper, shapes.translate(sheet, (offset[0] * k, 0, offset[1] * k)))
-    front = shapes.panel(0.92 * width, 0.92 * length, (0, height, 0), "+y")
-    builder.add("print/news", front)
-    return builder.build(["folded"])
-
-
-def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a wrist watch with its strap closed; it lies on the strap with the dial on top."""
-    builder = Builder("Watch", size)
-    width, height, depth = size
-    name, tint = one_of(rng, (("black", "#1f2022"), ("brown", "#6b4628"), ("silver", ""), ("red", "#8d2a2e")))
-    metal = one_of(rng, ("metal/gold", "chrome", "metal/brushed"))
-    strap = f"leather/{tint}" if tint else "metal/brushed"
-    angles = np.linspace(0, 2 * np.pi, 21)
-    across = 0.27 * depth
-    loop = np.c_[0.5 * width * np.cos(angles), 0.46 * height + 0.46 * height * np.sin(angles)]
-    inner = np.c_[0.44 * width * np.cos(angles), 0.46 * height + 0.36 * height * np.sin(angles)]
-    edges = ((loop, -across), (loop, across), (inner, across), (inner, -across))
-    rings = [np.c_[line, np.full(21, z)] for line, z in edges]
-    skin = [np.stack([rings[k], rings[(k + 1) % 4]]) for k in range(4)]
-    builder.add(strap, *(_outward(shapes.loft(pair, cap=False), inside=k == 2) for k, pair in enumerate(skin)))
-    dial = shapes.cylinder(0.5, 0.2 * height, segments=18)
-    face = min(0.6 * width, depth)
-    builder.add(metal, shapes.translate(shapes.scale(dial, (face, 1, depth)), (0, 0.88 * height, 0)))
-    plate = one_of(rng, ("paper/#f4f1e6", "plastic/#22304f", DARK))
-    glass = shapes.disc(0.43, segments=18)
-    builder.add(plate, shapes.translate(shapes.scale(glass, (face, 1, depth)), (0, 0.985 * height, 0)))
-    ink = DARK if plate.startswith("paper") else "plastic/#ecebe6"
-    for angle, reach in ((20, 0.3), (130, 0.22)):
-        hand = shapes.panel(0.05 * face, reach * depth, (0, 0.995 * height, -0.4 * reach * depth), "+y")
-        builder.add(ink, shapes.rotate(hand, "y", angle))
-    for k in range(12):
-        angle = k * np.pi / 6
-        spot = (0.37 * face * np.cos(angle), 0.992 * height, 0.37 * depth * np.sin(angle))
-        builder.add(ink, shapes.panel(0.035 * face, 0.035 * depth, spot, "+y"))
-    crown = shapes.cylinder(0.05 * height, 0.04 * width, (face / 2 + 0.01 * width, 0.88 * height, 0), "x", 8)
-    builder.add(metal, crown)
-    return builder.build([name])
-
-
-def _outward(part: shapes.Mesh, *, inside: bool) -> shapes.Mesh:
-    """Return a band around the z axis whose faces point away from the axis, or towards it if `inside`."""
-    middle = part.vertices.mean(0)
-    away = np.einsum("ij,ij->", (part.vertices - middle)[:, :2], part.normals[:, :2])
-    flat = float(np.abs(part.normals[:, 2]).mean()) > 0.7
-    if flat:
-        wrong = (part.vertices[:, 2].mean() > 0) != (part.normals[:, 2].mean() > 0)
-    else:
-        wrong = (away < 0) != inside
-    if not wrong:
-        return part
-    return shapes.Mesh(part.vertices, part.faces[:, ::-1], -part.normals, part.uvs)
 
 
 _BLACK = "plastic/#17181a"
@@ -192,6 +112,4 @@ def _laptop(size: Vec3, rng: np.random.Generator, opens_deg: float) -> Asset:
 MAKERS: dict[str, Maker] = {
     "Book": book,
     "Laptop": laptop,
-    "Newspaper": lengthwise(newspaper),
-    "Watch": watch,
 }

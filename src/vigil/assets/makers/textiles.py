@@ -1,13 +1,13 @@
-"""Soft things: pillows, cloths, rugs, curtains and a teddy bear."""
+"""Soft things: pillows and cloths."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, creased, drape
+from vigil.assets.kernel.arrange import Maker, creased
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.meshes import cross
 from vigil.assets.kernel.palette import colour, one_of
 from vigil.base.geometry import Vec3
@@ -79,66 +79,7 @@ def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
     return builder.build([name])
 
 
-def curtains(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return two curtains on a rod. When closed, they cover the window; each opens to its own side in three panels."""
-    builder = Builder("Curtains", size)
-    name, tint = colour(rng, "cream", "grey", "blue", "red", "teal", "beige", "green", "navy", "white")
-    weave = one_of(rng, ("fabric", "fabric", "stripes", "dots", "velvet"))
-    metal = one_of(rng, ("metal/black", "metal/brass", "wood/walnut", "metal/brushed"))
-    top = _rod(builder, metal)
-    _panels(builder, f"{weave}/{tint}", top, left=3, right=3)
-    return builder.build([name], takes_room=False)
-
-
-def shower_curtain(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a shower curtain on a rod; it opens to one side."""
-    builder = Builder("ShowerCurtain", size)
-    name, tint = colour(rng, "white", "light blue", "teal", "pink", "yellow", "light green")
-    weave = one_of(rng, ("dots", "stripes", "fabric", "plaid"))
-    top = _rod(builder, "chrome")
-    _panels(builder, f"{weave}/{tint}", top, left=4, right=0)
-    return builder.build([name], takes_room=False)
-
-
-def _rod(builder: Builder, metal: str) -> float:
-    """Add the rod at the top; return the height of the cloth's upper edge."""
-    width, height, depth = builder.width, builder.height, builder.depth
-    thick = min(0.22 * depth, 0.016)
-    y = height - 1.6 * thick
-    builder.add(metal, shapes.tube([(-0.49 * width, y, 0), (0.49 * width, y, 0)], thick, 8))
-    for side in (-1, 1):
-        knob = shapes.ellipsoid((3.2 * thick,) * 3, (side * (0.5 * width - 1.6 * thick), y, 0), 8, 6)
-        builder.add(metal, knob)
-    return y - 0.5 * thick
-
-
-def _panels(builder: Builder, cloth_look: str, top: float, *, left: int, right: int) -> None:
-    """Add panels of cloth across the width. When open, all panels of one side lie over the outermost panel of this
-    side.
-
-    `left` and `right` are the numbers of panels that open to each side.
-    """
-    width, depth = builder.width, builder.depth
-    across = width * 0.96 / (left + right)
-    layers = max(left, right)
-    deep = 0.9 * depth / layers
-    for side, count in ((-1, left), (1, right)):
-        start = -0.48 * width if side < 0 else 0.48 * width
-        for k in range(count):
-            middle = start - side * (k + 0.5) * across
-            z = (k - (layers - 1) / 2) * deep
-            sheet = drape(1.03 * across, top, max(2.0, across / 0.11), 0.9 * deep)
-            joint = None
-            if k:
-                joint = builder.slide(f"panel_{'left' if side < 0 else 'right'}_{k}", (side, 0, 0), 0.97 * k * across)
-            builder.add(PartStyle(cloth_look, joint, opens=True), shapes.translate(sheet, (middle, 0, z)))
-            low, high = (middle - across / 2, 0, z - deep / 2), (middle + across / 2, top, z + deep / 2)
-            builder.solid(low, high, joint)
-
-
 MAKERS: dict[str, Maker] = {
     "Cloth": cloth,
-    "Curtains": curtains,
     "Pillow": pillow,
-    "ShowerCurtain": shower_curtain,
 }

@@ -3,16 +3,18 @@
 import json
 import shutil
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, Protocol
 
-from vigil.authoring.cards import CARD
-from vigil.authoring.demonstrations.card import card_of
-from vigil.authoring.demonstrations.formats import FORMATS, Format
-from vigil.authoring.demonstrations.play import Demonstrator
+from vigil.authoring.cards import CARD, render_card
+from vigil.authoring.demonstrations.chat_rows import TRAIN_JSONL, TRAIN_PARQUET, ParquetRowWriter, SftWriter
+from vigil.authoring.demonstrations.columns import WORDS
+from vigil.authoring.demonstrations.lerobot import DATA_FILES, LeRobotWriter
+from vigil.authoring.demonstrations.play import Demonstrator, Example
 from vigil.authoring.streaming.address import is_stream, seed_in
 from vigil.authoring.streaming.folder import header_of
 from vigil.authoring.streaming.stream import Stream
@@ -26,6 +28,33 @@ FACTS = "demonstrations.json"
 
 OnEpisode = Callable[[int], None]
 """Function that is called with the number of episodes written so far."""
+
+
+Format = Literal["sft", "parquet", "lerobot"]
+
+
+class RowWriter(Protocol):
+    """A writer of the files of one format."""
+
+    def add(self, examples: Sequence[Example]) -> None:
+        """Write the examples of one episode."""
+        ...
+
+    def close(self) -> None:
+        """Complete and close the files."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class OutputFormat:
+    """A format of files for demonstrations."""
+
+    rows: Callable[[Path], RowWriter]
+    """Function that takes a folder and returns a writer of files in this folder."""
+    table: str
+    """Path of the file with the rows, or a pattern if there are several files."""
+    has_corrections: bool = True
+    """Whether the rows include corrections (requests with a false report in addition to the correct answer)."""
 
 
 def check_source(pack: str) -> None:
@@ -104,3 +133,18 @@ def _whole(out: Path) -> Iterator[Path]:
     except BaseException:
         shutil.rmtree(partial)
         raise
+
+
+def card_of(facts: Mapping[str, Any], table: str) -> str:
+    """Return the text of the folder's README, which states these facts; `table` is the path of the rows."""
+    is_lerobot, profile = facts["format"] == "lerobot", facts["profile"]["name"]
+    return render_card(
+        "demonstrations", **{**facts, "profile": profile}, table=table, is_lerobot=is_lerobot, words=WORDS
+    )
+
+
+FORMATS: dict[Format, OutputFormat] = {
+    "sft": OutputFormat(SftWriter, TRAIN_JSONL),
+    "parquet": OutputFormat(ParquetRowWriter, TRAIN_PARQUET),
+    "lerobot": OutputFormat(LeRobotWriter, DATA_FILES, has_corrections=False),
+}

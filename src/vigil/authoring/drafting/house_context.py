@@ -1,22 +1,31 @@
 """A house, loaded to propose episodes in it: its things, random start poses, and phrases that mean its things."""
 
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import islice
 
 import numpy as np
 import shapely
+from cachetools import LRUCache, cached
 from shapely.geometry.base import BaseGeometry
 
 from vigil.authoring.drafting.hard_starts import naming_cost, start_cost
 from vigil.authoring.language.disambiguation import confusable
-from vigil.authoring.language.phrases import phrase_finder
-from vigil.authoring.language.referring import DescribedThing, Phrase, items_as_seen, without_repeats
+from vigil.authoring.language.referring import (
+    DESCRIPTION_CACHE_SIZE,
+    DescribedThing,
+    Phrase,
+    description_key,
+    items_as_seen,
+    phrase_for,
+    without_repeats,
+)
 from vigil.authoring.language.sentences import Forms, Sentences
 from vigil.authoring.language.wording import Act, order_slots, pronoun_slots, say
-from vigil.authoring.solving.look_targets import surface_points
+from vigil.authoring.solving.look_targets import PointCount, places_seeing_enough, surface_points
 from vigil.authoring.solving.privileged_view import PrivilegedView
-from vigil.authoring.solving.visible_points import PointCount, places_seeing_enough
 from vigil.base.geometry import Pose, Vec3, wrap_deg, yaw_towards
 from vigil.errors import EpisodeError
 from vigil.housegen.document import seed_of
@@ -29,7 +38,7 @@ from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, ObjectState, Setup
 from vigil.scene.floor import has_room_to_move
 from vigil.scene.geometry import body_box, box_distances
-from vigil.scene.things import Thing
+from vigil.scene.things import Scene, Thing
 from vigil.sim.privileged import PrivilegedSimulator
 
 AUTHOR = "grammar"
@@ -332,3 +341,13 @@ def _standing_poses(simulator: PrivilegedSimulator, house: House) -> list[Pose]:
             f"House {house.name!r} does not have a free place where the agent can stand, so it cannot hold an episode."
         )
     return free
+
+
+@cached(LRUCache(DESCRIPTION_CACHE_SIZE), key=description_key, lock=threading.Lock())
+def phrase_finder(scene: Scene) -> Callable[[str], Phrase | None]:
+    """Return a function that takes a thing's id and returns the shortest phrase that means only this thing, or None.
+
+    The phrase is what a person would say who sees the things in the current state of the scene.
+    """
+    items = items_as_seen(scene)
+    return cache(lambda thing_id: phrase_for(items[thing_id], items.values()))

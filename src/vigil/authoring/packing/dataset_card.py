@@ -1,22 +1,22 @@
-"""The card of a pack: a README that describes its content, with the configuration for Hugging Face `datasets`.
+"""The card of a pack: a README that describes its content and its solutions, with Hugging Face's configuration.
 
 The card is not part of the pack's hash, so that it can be written again after baselines were measured on the frozen
 pack. Its text comes from the template `vigil/authoring/templates/pack.md`.
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from vigil.authoring.cards import CARD, render_card
 from vigil.authoring.packing.baselines import baselines_table, guess_lines, read_baselines, strongest_lines
 from vigil.authoring.packing.reader_plays import plays_table, read_plays
-from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.packs.pack import Pack
 from vigil.packs.private import is_private
 from vigil.protocol.actions import SKILLS
-from vigil.protocol.families import FAMILIES
+from vigil.protocol.episode import Solution
+from vigil.protocol.families import FAMILIES, Family
 from vigil.scoring.levels import LEVELS
 
 TABLES = ("episodes", "solutions", "facts", "levels", "closure", "chores")
@@ -70,3 +70,37 @@ def _sources(meta: Mapping[str, Any]) -> list[tuple[str, int]]:
     rows = meta.get("house_sources", {}).values()
     named = (" ".join(filter(None, (row["dataset"], row.get("split"), row.get("revision")))) for row in rows)
     return sorted(Counter(named).items())
+
+
+_Value = TypeVar("_Value")
+
+
+def steps_of(pack: Pack) -> dict[Family, dict[str, float]]:
+    """Return for each family the mean and the maximum number of steps of its solutions, and its step budget."""
+    lengths = _by_family(pack, lambda solution: len(solution.actions))
+    return {
+        family: {
+            "mean": round(sum(steps) / len(steps), 2),
+            "max": max(steps),
+            "budget": FAMILIES[family].max_steps,
+        }
+        for family, steps in lengths.items()
+    }
+
+
+def skill_shares(pack: Pack) -> dict[Family, dict[str, float]]:
+    """Return family -> skill -> share of the family's episodes whose solution uses the skill."""
+    used = _by_family(pack, lambda solution: {action.skill_name for action in solution.actions})
+    found: dict[Family, dict[str, float]] = {}
+    for family, sets in used.items():
+        counts = Counter(skill for skills in sets for skill in skills)
+        found[family] = {skill: round(counts[skill] / len(sets), 4) for skill in sorted(counts)}
+    return found
+
+
+def _by_family(pack: Pack, value_of: Callable[[Solution], _Value]) -> dict[Family, list[_Value]]:
+    """Return family -> the values of `value_of` for its solutions, in the usual order of families."""
+    found: dict[Family, list[_Value]] = {family: [] for family in FAMILIES}
+    for episode in pack.episodes:
+        found[episode.family].append(value_of(pack.solutions[episode.id]))
+    return {family: listed for family, listed in found.items() if listed}

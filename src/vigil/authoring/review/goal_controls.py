@@ -227,7 +227,9 @@ def _misplaced(goal: ObjectAtReceptacle, worlds: ControlWorlds, setup: Setup) ->
 
 
 def _report_controls(goal: ReportStatus, worlds: ControlWorlds) -> ControlRecords:
-    label = _label(worlds.record)
+    last = worlds.record.steps[-1].action
+    assert isinstance(last, Report)
+    label = last.status
     thing, is_toggle = worlds.target, goal.state == "is_toggled"
     other = {"is_toggled": not thing.is_toggled} if is_toggle else {"openness": 0.0 if label == "open" else 1.0}
     changed = worlds.synthetic.row(worlds.synthetic.changed(thing.id, **other))
@@ -239,10 +241,3 @@ def _report_controls(goal: ReportStatus, worlds: ControlWorlds) -> ControlRecord
     twice = None if changed is None or restored is None else [*changed, *restored]
     yield "done and undone", worlds.from_reset(twice, label)
     yield "reported with the back to it", worlds.from_reset(worlds.synthetic.row(worlds.episode.setup, away), label)
-
-
-def _label(record: EpisodeRecord) -> Status:
-    """Return the status that the solution in a record reports."""
-    last = record.steps[-1].action
-    assert isinstance(last, Report)
-    return last.status

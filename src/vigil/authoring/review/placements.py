@@ -5,10 +5,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.kernel.asset import Surface
 from vigil.base.geometry import Vec3
 from vigil.protocol.world import Placement
-from vigil.scene.geometry import Motion, body_box, box_distances
+from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.supports import contents, ends_lying_on, level_surfaces
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.placing import open_surfaces
@@ -68,18 +67,14 @@ def _placements_near(other: Thing, receptacle: Thing, thing: Thing) -> Iterator[
     """Yield, for each open surface of `other`, the placement nearest to a receptacle, with its distance (m)."""
     box = body_box(receptacle)
     for surface, frame in open_surfaces(other):
-        spots = _grid(surface, frame)
+        along = np.linspace(-0.5, 0.5, GRID)
+        x, z = (axis.ravel() for axis in np.meshgrid(along * surface.size_x, along * surface.size_z))
+        spots = frame(np.column_stack([x, np.zeros(len(x)), z]))
         away = box_distances(box, spots[:, [0, 2]])
         away[away == 0.0] = np.inf
         nearest = int(away.argmin())
         if np.isfinite(away[nearest]):
             yield round(float(away[nearest]), 6), _placement(spots[nearest], thing, other)
-
-
-def _grid(surface: Surface, frame: Motion) -> np.ndarray:
-    along = np.linspace(-0.5, 0.5, GRID)
-    x, z = (axis.ravel() for axis in np.meshgrid(along * surface.size_x, along * surface.size_z))
-    return frame(np.column_stack([x, np.zeros(len(x)), z]))
 
 
 def _placement(point: np.ndarray, thing: Thing, parent: Thing) -> Placement:

@@ -1,6 +1,6 @@
 """Synthetic records: records of worlds that the simulator sets up directly, instead of by playing.
 
-Negative controls (`vigil.authoring.review.negative_controls`) need records because they are scored in the same way as
+Negative controls (`vigil.authoring.review.validate`) need records because they are scored in the same way as
 runs.
 """
 

@@ -8,8 +8,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from vigil.authoring.review.blind_trials import blind_trials
+from vigil.authoring.review.control_worlds import ControlWorlds
 from vigil.authoring.review.episode_start import EpisodeStart
-from vigil.authoring.review.negative_controls import NegativeControl, negative_controls, scores_as_success
+from vigil.authoring.review.goal_controls import controls_of_goal
 from vigil.authoring.review.robustness import ROBUST_RULES, robust_faults
 from vigil.authoring.review.rules import MARGIN_M, MARGIN_PX, RULES, broken_by
 from vigil.authoring.review.synthetic_records import SyntheticWorlds, record_of
@@ -106,6 +107,19 @@ def check_rule_names(spec: FamilySpec) -> None:
         if name not in {**RULES, **WORDING_RULES}:
             hint = did_you_mean(name, {**RULES, **WORDING_RULES})
             raise SettingError(f"Family {spec.code!r} names rule {name!r}, which does not exist.{hint}")
+
+
+@dataclass(frozen=True, slots=True)
+class NegativeControl:
+    """An outcome that looks like success but must not count as success, with its record.
+
+    Examples are: on top instead of inside; the look-alike or a neighbour instead of the target; done and then undone.
+    To plan the walks would take too long, so the simulator sets up each outcome. Scoring then works as in any run.
+    """
+
+    name: str
+    record: EpisodeRecord | None
+    """Record of the outcome; None if the outcome is impossible in this house."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,3 +298,17 @@ def _thin_margins(episode: Episode, record: EpisodeRecord) -> Iterator[str]:
             yield f"step {step.index}: {action.intent} is refused ({effect.refusal})"
         elif away is not None and away > REACH_M - MARGIN_M:
             yield f"step {step.index}: {action.intent} from {away:.3f} m"
+
+
+def scores_as_success(episode: Episode, control: NegativeControl) -> bool:
+    """Return whether scoring wrongly counts a negative control as success (W or B)."""
+    if control.record is None:
+        return False
+    outcome = score(episode, control.record)
+    return outcome.W or outcome.B
+
+
+def negative_controls(scenes: SyntheticWorlds, view: PrivilegedView, record: EpisodeRecord) -> list[NegativeControl]:
+    """Return an episode's negative controls; `record` is its solution's record. Leaves the simulator in any state."""
+    worlds = ControlWorlds(scenes, view, record)
+    return [NegativeControl(name, made) for name, made in controls_of_goal(worlds.episode.goal, worlds)]

@@ -1,6 +1,6 @@
 """Solver of lists of chores: it does all that can be done, in an order found by search, and makes true claims."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -85,17 +85,13 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
         if chore.question is not None:
             claims[place + 1] = expected_status(chore.question, view)
         else:
-            claims[place + 1] = "success" if is_done(chore, view) else _concession_of(place, conceded)
+            claims[place + 1] = "success" if is_done(chore, view) else conceded.get(place, "fail")
     is_all_done = not conceded and "fail" not in claims.values()
     yield Report(
         status="success" if is_all_done else "fail",
         summary="I did the chores." if is_all_done else "I did what could be done.",
         claims=claims,
     )
-
-
-def _concession_of(place: int, conceded: Mapping[int, Status]) -> Status:
-    return conceded.get(place, "fail")
 
 
 def plan_chores(episode: Episode, view: PrivilegedView, conceded: Collection[int]) -> ChorePlan:

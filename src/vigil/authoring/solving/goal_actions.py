@@ -1,4 +1,4 @@
-"""The actions that reach each kind of goal, and the report that closes the episode.
+"""The actions that reach each kind of goal or resolve a constraint, and the report that closes the episode.
 
 `vigil.protocol.goals` defines the kinds of goals, checks them and describes them in words. To make packs with a new
 kind, only this module and the negative controls in `vigil.authoring.review.goal_controls` must also be extended.
@@ -22,6 +22,7 @@ from vigil.protocol.goals import (
     AgentNearTarget,
     AllOf,
     Chores,
+    Constraint,
     Goal,
     ObjectAtReceptacle,
     ObjectHeld,
@@ -279,3 +280,21 @@ def _search(goal: ObjectInState, macro_actions: MacroActions) -> Steps:
                 if is_seen():
                     return
     raise Unsolvable(f"There is no reachable place from which {thing.id!r} is clearly seen.")
+
+
+def resolve_constraint(constraint: Constraint, goal: Goal, macro_actions: MacroActions) -> Steps:
+    """Yield the actions that resolve a constraint. If the goal needs the hand, the object in the hand is also put down.
+
+    Raises Unsolvable if there is no way.
+    """
+    intents: dict[str, Intent] = {
+        "object_open": "open_access",
+        "object_closed": "close_access",
+        "object_on": "activate",
+        "object_off": "deactivate",
+        "object_moved": "pick",
+    }
+    if constraint.kind in intents:
+        yield from macro_actions.act(intents[constraint.kind], constraint.object_id)
+    if constraint.kind == "object_released" or (constraint.kind == "object_moved" and isinstance(goal, ObjectHeld)):
+        yield from macro_actions.put_down(lambda: is_doable(goal, macro_actions))

@@ -12,10 +12,16 @@ import numpy as np
 
 from vigil.authoring.solving import primitive_actions
 from vigil.authoring.solving.chores import solve_chores
-from vigil.authoring.solving.constraint_actions import resolve_constraint
 from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS, ablated_solver
 from vigil.authoring.solving.flawed.chore_faults import CHORE_FAULTS
-from vigil.authoring.solving.goal_actions import Steps, achieve_goal, expected_status, perform_regardless, reach_goal
+from vigil.authoring.solving.goal_actions import (
+    Steps,
+    achieve_goal,
+    expected_status,
+    perform_regardless,
+    reach_goal,
+    resolve_constraint,
+)
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.noisy_actions import NoisyMacroActions
 from vigil.authoring.solving.privileged_view import PrivilegedView

@@ -8,6 +8,7 @@ Background processes make houses before they are read, and the stream yields the
 depend on the number or speed of the processes.
 """
 
+import os
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import Future
@@ -22,11 +23,11 @@ from vigil.authoring.closure.generation import FAMILY
 from vigil.authoring.drafting.drafts import Draft
 from vigil.authoring.streaming.background import HousePool
 from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
-from vigil.authoring.streaming.families import families_of_stream
 from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker, StreamSettings
+from vigil.base.imports import ENVIRONMENT_VARIABLE
 from vigil.errors import SettingError
 from vigil.protocol.episode import Episode, Solution
-from vigil.protocol.families import Family
+from vigil.protocol.families import FAMILIES, PACKAGED_FAMILIES, Family
 from vigil.protocol.house import House
 from vigil.scoring.chore_answers import ListAnswer
 
@@ -181,3 +182,28 @@ def items_in(houses: Iterable[StreamHouse]) -> Iterator[StreamItem]:
     for number, (made, place) in enumerate(drafts):
         answer = made.answers[place] if made.answers else None
         yield StreamItem(number, made.number, made.drafts[place], made.house, answer)
+
+
+def families_of_stream(asked: tuple[Family, ...], workers: int) -> tuple[Family, ...]:
+    """Return the families of a stream: those in `asked`, or all that can be drafted if `asked` is empty.
+
+    Raises SettingError if a family cannot be drafted, or if the stream's background processes do not know it.
+    """
+    drafted = [
+        family for family, spec in FAMILIES.items() if spec.kinds and (spec.grading or spec.stratum == "target_size")
+    ]
+    for family in asked:
+        if family not in drafted:
+            raise SettingError(
+                f"A stream cannot draft family {family!r}: register it with `kinds` and a `grading` "
+                f"(vigil.protocol.family.FamilySpec), or ask for other families: {', '.join(drafted)}."
+            )
+    chosen = asked or tuple(drafted)
+    custom = [family for family in chosen if family not in PACKAGED_FAMILIES]
+    if custom and workers and ENVIRONMENT_VARIABLE not in os.environ:
+        raise SettingError(
+            f"Family {', '.join(custom)} is registered only in this process; background processes do not know it. "
+            f"Let every process import the module that registers it ({ENVIRONMENT_VARIABLE}=MODULE), make the "
+            "houses in this process (workers 0), or ask only for the package's families."
+        )
+    return chosen

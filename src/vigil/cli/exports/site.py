@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from vigil.records.record import Key
     from vigil.web.drawing import RenderService
     from vigil.web.export import FilmForm
-    from vigil.web.library import Library, LibraryRun
+    from vigil.web.library import LibraryRun
 
 FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"}
 
@@ -29,17 +29,7 @@ def write_site(
     from vigil.web.export import export_site
     from vigil.web.library import Library
 
-    shown = _only_run(Library([folder], packs or ["starter"], assets), folder)
-    print_notes(shown.notes)
-    with closing(RenderService()) as render_service:
-        if key is None:
-            return export_site(shown, out, render_service, print, reveals=reveals)
-        out.write_bytes(_one_episode(shown, key, out.suffix, render_service, reveals=reveals))
-        return out
-
-
-def _only_run(library: Library, folder: Path) -> LibraryRun:
-    """Return the run of a folder. Raises RecordError unless the folder has exactly one readable run."""
+    library = Library([folder], packs or ["starter"], assets)
     found = library.runs()
     if len(found) > 1:
         names = ", ".join(str(each.folder) for each in found[:5])
@@ -50,7 +40,13 @@ def _only_run(library: Library, folder: Path) -> LibraryRun:
         raise RecordError(
             f"{str(folder)!r} is not a run that can be exported: {found[0].fault if found else 'no records'}"
         )
-    return found[0]
+    shown = found[0]
+    print_notes(shown.notes)
+    with closing(RenderService()) as render_service:
+        if key is None:
+            return export_site(shown, out, render_service, print, reveals=reveals)
+        out.write_bytes(_one_episode(shown, key, out.suffix, render_service, reveals=reveals))
+        return out
 
 
 def _one_episode(run: LibraryRun, key: Key, suffix: str, render_service: RenderService, *, reveals: bool) -> bytes:

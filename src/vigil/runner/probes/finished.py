@@ -15,9 +15,7 @@ from vigil.runner.models.access import Endpoint, hiding_other_keys, model_access
 from vigil.runner.models.context import CHARS_PER_TOKEN, PICTURE_TOKENS
 from vigil.runner.models.identity_log import ModelIdentityLog
 from vigil.runner.models.redaction import REDACTED, Secrets, redacted_errors
-from vigil.runner.probes.missing import MissingProbes, Play
-from vigil.runner.probes.prober import ProbePlan, Prober, framings
-from vigil.runner.probes.requests import needed_frames, step_messages
+from vigil.runner.probes.prober import MissingProbes, Play, ProbePlan, Prober, framings, needed_frames, step_messages
 from vigil.runner.retries import RetryPolicy
 from vigil.runner.settings import FinishedProbeSettings
 from vigil.runner.verify_run import recorded_worker_plan

@@ -3,24 +3,28 @@
 The episode's row is written before its first probe is sent. A failed probe therefore cannot affect the episode.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+import asyncio
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Any, Literal
 
-from vigil.agents.conversation import Message
-from vigil.agents.frame_encoding import EncodedFrame
+from vigil.agents.conversation import Conversation, Message
+from vigil.agents.frame_encoding import EncodedFrame, encode_frame
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.episode import Episode
 from vigil.protocol.profile import Profile
 from vigil.protocol.reasoning import split_reasoning
-from vigil.records.probe import FRAMINGS, Framing, question_sha256, read_probe_answer
+from vigil.records.probe import FRAMINGS, QUESTIONS, Framing, question_sha256, read_probe_answer
 from vigil.records.probe_file import ProbeKey, ProbeLog, ProbeRecord, ProbeTable
 from vigil.records.record import EpisodeRecord, Key
 from vigil.records.reply_truncation import truncate_for_record
 from vigil.runner.models.ask import Ask, RequestRejected
-from vigil.runner.probes.requests import needed_frames, step_messages, with_question
+from vigil.runner.workers.frames import FrameStore
+from vigil.runner.workers.history import RecordedTurns
+from vigil.runner.workers.messages import Assignment
+from vigil.runner.workers.pool import SimulatorPool
 from vigil.scoring.probe_schedule import ProbeSchedule
 
 MAX_FAILURES_IN_A_ROW = 5
@@ -136,3 +140,80 @@ class Prober:
         read = read_probe_answer(reply, self.profile.reply_policy)
         kept = truncate_for_record(reply, split_reasoning(reply.text)[0])
         return {"reply": kept, ("invalid" if isinstance(read, InvalidAction) else "answer"): read}
+
+
+Frames = Mapping[int, EncodedFrame]
+"""Number of a step -> the frame that the agent saw before its reply of this step."""
+
+
+def step_messages(
+    episode: Episode, record: EpisodeRecord, profile: Profile, steps: Container[int], pictures: Frames
+) -> Iterator[tuple[int, list[Message]]]:
+    """Yield the number and the messages of each of `steps`, exactly as they were sent when the episode was played.
+
+    `pictures` must have the frames of `needed_frames`.
+    """
+    conversation = Conversation(profile, episode.instruction)
+    if record.criteria is not None:
+        conversation.declare(record.criteria.text)
+    turns = RecordedTurns(record.steps, profile, episode.max_steps, pictures)
+    for step, feedback, cues in turns.add_to(conversation):
+        if step.index in steps:
+            yield step.index, conversation.messages(pictures[step.index], feedback, cues)
+
+
+def needed_frames(profile: Profile, steps: Iterable[int]) -> set[int]:
+    """Return the steps whose frames are in the messages of `steps`."""
+    return {frame for step in steps for frame in range(max(1, step - profile.row.images), step + 1)}
+
+
+def with_question(messages: Sequence[Message], framing: Framing) -> list[Message]:
+    """Return the messages of a step, with a probe's question added after the frame of the last message."""
+    *earlier, last = messages
+    return [*earlier, replace(last, question=QUESTIONS[framing])]
+
+
+Play = tuple[Episode, EpisodeRecord]
+
+
+@dataclass(frozen=True, slots=True)
+class MissingProbes:
+    """The probes that remain to be asked, and where their frames come from."""
+
+    prober: Prober
+    store: FrameStore
+    pool: SimulatorPool
+
+    async def ask(
+        self, plays: Sequence[Play], at_once: int, on_progress: Callable[[int, int], None] = lambda _done, _total: None
+    ) -> None:
+        """Ask the probes that `plays` lack, for `at_once` plays at the same time; stop if the server keeps failing.
+
+        `on_progress` is called with (plays done, all plays). Raises RecordError.
+        """
+        waiting = iter(sorted(plays, key=lambda play: (play[0].house.name, play[1].key)))
+        done = 0
+
+        async def work() -> None:
+            nonlocal done
+            for episode, record in waiting:
+                if not self.prober.has_stopped:
+                    await self._ask(episode, record)
+                done += 1
+                on_progress(done, len(plays))
+
+        await asyncio.gather(*(work() for _ in range(min(at_once, len(plays)))))
+
+    async def _ask(self, episode: Episode, record: EpisodeRecord) -> None:
+        missing = self.prober.plan.missing(self.prober.log.table, episode, record)
+        steps = tuple(sorted(needed_frames(self.prober.profile, missing)))
+        saved = {step: self.store.frame(record.steps[step - 1].frame_sha256) for step in steps}
+        if all(saved.values()):
+            image_format = self.prober.profile.image_format
+            frames = {step: encode_frame(frame[1], image_format) for step, frame in saved.items() if frame is not None}
+        else:
+            frames = await self._drawn(episode, record, steps)
+        await self.prober.ask_all(episode, record, frames)
+
+    async def _drawn(self, episode: Episode, record: EpisodeRecord, steps: tuple[int, ...]) -> dict[int, EncodedFrame]:
+        return await self.pool.frames(Assignment(episode, record.epoch, record.attempt), record, steps)

@@ -30,7 +30,7 @@ from vigil.authoring.language.implicit_constraints import implicit_kind
 from vigil.authoring.language.referring import Phrase, referents, without_repeats
 from vigil.authoring.language.sentences import ORDERS
 from vigil.authoring.language.wording import Act, opening_phrase, order_slots, pronoun_slots
-from vigil.authoring.solving.visible_points import SEEN_POINTS
+from vigil.authoring.solving.look_targets import SEEN_POINTS
 from vigil.base.geometry import Box, Pose, Vec3, rotate_floor
 from vigil.protocol.family import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import Constraint

@@ -16,8 +16,7 @@ import numpy as np
 
 from vigil.authoring.language.referring import Phrase, items_of, referents
 from vigil.authoring.solving import primitive_actions
-from vigil.authoring.solving.constraint_actions import resolve_constraint
-from vigil.authoring.solving.goal_actions import Steps, achieve_goal, expected_status, reach_goal
+from vigil.authoring.solving.goal_actions import Steps, achieve_goal, expected_status, reach_goal, resolve_constraint
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.protocol.actions import Action, Navigate, Report
