@@ -12,7 +12,10 @@ class Canvas:
     """Framebuffer for pictures of one size, whose samples later passes read."""
 
     def __init__(self, context: Any, size: tuple[int, int], samples: int) -> None:
-        self.colours, self.depth = context.texture(size, 4, samples=samples), context.depth_texture(size, samples=samples)
+        self.colours, self.depth = (
+            context.texture(size, 4, samples=samples),
+            context.depth_texture(size, samples=samples),
+        )
         self.drawn = context.framebuffer([self.colours], self.depth)
 
     def release(self) -> None:
