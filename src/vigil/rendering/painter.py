@@ -62,9 +62,8 @@ class Painter:
                 self._surfaces.draw_mirrored(mirror, picture, viewer)
         for _ in self._surfaces.draw(viewer, shown, lamp, point_lights):
             self._sky.draw(viewer)
-        self._context.copy_framebuffer(canvas.flat, canvas.drawn)
         if not self._has_ssao:
-            return _read(canvas.flat, viewer)
+            return _read(canvas.drawn, viewer)
         ssao = self._target(AmbientOcclusion, viewer, self._backend)
         ssao.apply(canvas, viewer, lamp)
         return _read(ssao.shaded, viewer)

@@ -9,21 +9,18 @@ from vigil.rendering.viewer import FAR_M, NEAR_M, Viewer
 
 
 class Canvas:
-    """Framebuffers for pictures of one size: one with several samples for each pixel, others with one sample."""
+    """Framebuffer for pictures of one size, whose samples later passes read."""
 
     def __init__(self, context: Any, size: tuple[int, int], samples: int) -> None:
-        self.colours, self.depth = context.texture(size, 4), context.depth_texture(size)
-        self.depth.compare_func = ""
-        self.depth.filter = moderngl.NEAREST, moderngl.NEAREST
-        self.drawn = context.framebuffer(
-            [context.renderbuffer(size, 4, samples=samples)], context.depth_renderbuffer(size, samples=samples)
+        self.colours, self.depth = (
+            context.texture(size, 4, samples=samples),
+            context.depth_texture(size, samples=samples),
         )
-        self.flat = context.framebuffer([self.colours], self.depth)
+        self.drawn = context.framebuffer([self.colours], self.depth)
 
     def release(self) -> None:
-        """Free the framebuffers."""
-        for target in (self.drawn, self.flat):
-            release(target)
+        """Free the framebuffer."""
+        release(self.drawn)
 
 
 class AmbientOcclusion:

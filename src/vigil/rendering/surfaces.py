@@ -217,8 +217,9 @@ def _set(made: Any, viewer: Viewer, lamp: np.ndarray, point_lights: list[PointLi
     made["view_projection"].write(_matrix(viewer))
     made["clip"].value = _NO_CLIP if viewer.clip is None else tuple(viewer.clip)
     for name, value in values.items():
-        if name in made:
-            made[name].value = value if len(point_lights) != 1 or not isinstance(value, list) else value[0]
+        uniform = made.get(name, None)  # `in` would look through all names
+        if uniform is not None:
+            uniform.value = value if len(point_lights) != 1 or not isinstance(value, list) else value[0]
 
 
 def _matrix(viewer: Viewer) -> bytes:

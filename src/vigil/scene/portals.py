@@ -120,8 +120,17 @@ class Portals:
         `entries` and `through` describe a view in a mirror, whose eye is behind the mirror: the lines of sight enter
         the house at the places `entries`, in the directions `through`.
         """
+        entries = list(entries)
+        if entries or through is not ALL:
+            return self._find_visible(eye, entries, through)
+        if eye not in self._seen:
+            self._seen[eye] = self._find_visible(eye, [eye], ALL)
+        return self._seen[eye]
+
+    def _find_visible(self, eye: Place, entries: list[Place], through: Sector) -> list[tuple[int, Sector]] | None:
+        """Return what `visible_rooms` returns, without a cache."""
         spaces: set[int] = set()
-        for place in list(entries) or [eye]:
+        for place in entries or [eye]:
             here = self._rooms_at(place)
             if not here:
                 return None
@@ -151,9 +160,7 @@ class Portals:
         """Return whether any part of an extent may be visible from an eye."""
         if not extent.rooms or not extent.rooms.isdisjoint(self._rooms_at(eye)):
             return True
-        if eye not in self._seen:
-            self._seen[eye] = self.visible_rooms(eye)
-        sectors = self._seen[eye]
+        sectors = self.visible_rooms(eye)
         if sectors is None:
             return True
         way = Sector.of(eye, extent.corners)

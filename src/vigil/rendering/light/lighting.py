@@ -157,6 +157,8 @@ class Lighting:
 
         Return whether the planes have changed, and the slices of the vertices that have changed.
         """
+        if self._is_same(state) and (self._is_lit[shown] | state.is_held[shown]).all():
+            return False, []
         if not np.array_equal(state.lamp_colours, self._lamp_colours):
             self._lamp_colours = state.lamp_colours
             self._is_lit[:] = False
@@ -176,6 +178,17 @@ class Lighting:
             self.vertices[part, :3] = encoded(mixed(cast[part], state.lamp_colours))
         self._mix_planes(stale[is_in_atlas])
         return bool(is_in_atlas.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_in_atlas].tolist()]
+
+    def _is_same(self, state: RenderState) -> bool:
+        """Return whether the light on all surfaces is that of the last update."""
+        last = self._state
+        pairs = (
+            (state.lamp_colours, self._lamp_colours),
+            (state.positions, last.positions),
+            (state.rotations, last.rotations),
+            (state.is_visible, last.is_visible),
+        )
+        return all(np.array_equal(now, then) for now, then in pairs)
 
     def _update_occluders(self, state: RenderState, is_displaced: np.ndarray) -> None:
         """Let all furniture block light on moved objects, except the furniture in the mask `is_displaced` (geoms,)."""

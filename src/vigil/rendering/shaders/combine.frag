@@ -1,25 +1,28 @@
 #version 330
-// The picture, darker where its surroundings are less open.
+// The mean of each pixel's samples, darker where its surroundings are less open.
 const float DARKEST = 0.42;
-uniform sampler2D picture;
+uniform sampler2DMS picture;
 uniform sampler2D nearness;
-uniform sampler2D depth;
+uniform sampler2DMS depth;
 uniform vec2 planes;
-in vec2 place;
 out vec4 seen;
 
 void main() {
-    float far = planes.x * planes.y / (planes.y - textureLod(depth, place, 0.0).r * (planes.y - planes.x));
-    vec2 size = vec2(textureSize(nearness, 0));
-    vec2 corner = floor(place * size - 0.5) + 0.5, part = place * size - corner;
-    float total = 0.0, weight = 0.0;
-    for (int x = 0; x < 2; x++)
-        for (int y = 0; y < 2; y++) {
-            vec2 there = textureLod(nearness, (corner + vec2(x, y)) / size, 0.0).rg;
-            float share = (x == 1 ? part.x : 1.0 - part.x) * (y == 1 ? part.y : 1.0 - part.y)
-                        * max(0.001, 1.0 - abs(there.g - far) / (0.05 * far)) + 1e-6;
-            total += share * there.r;
-            weight += share;
-        }
-    seen = vec4(textureLod(picture, place, 0.0).rgb * sqrt(mix(DARKEST, 1.0, total / weight)), 1.0);
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    float far = planes.x * planes.y / (planes.y - texelFetch(depth, pixel, 0).r * (planes.y - planes.x));
+    // The four nearest pixels at half the size, of which one is three times as near along each axis as the other.
+    ivec2 near = pixel / 2, next = clamp(near + 2 * (pixel & 1) - 1, ivec2(0), textureSize(nearness, 0) - 1);
+    vec4 open, away;
+    vec2 there = texelFetch(nearness, near, 0).rg;
+    open.x = there.r, away.x = there.g;
+    there = texelFetch(nearness, ivec2(next.x, near.y), 0).rg;
+    open.y = there.r, away.y = there.g;
+    there = texelFetch(nearness, ivec2(near.x, next.y), 0).rg;
+    open.z = there.r, away.z = there.g;
+    there = texelFetch(nearness, next, 0).rg;
+    open.w = there.r, away.w = there.g;
+    vec4 share = vec4(9.0, 3.0, 3.0, 1.0) / 16.0 * max(vec4(0.001), 1.0 - abs(away - far) * (20.0 / far)) + 1e-6;
+    vec3 mean = 0.25 * (texelFetch(picture, pixel, 0).rgb + texelFetch(picture, pixel, 1).rgb
+                      + texelFetch(picture, pixel, 2).rgb + texelFetch(picture, pixel, 3).rgb);
+    seen = vec4(mean * sqrt(mix(DARKEST, 1.0, dot(share, open) / dot(share, vec4(1.0)))), 1.0);
 }

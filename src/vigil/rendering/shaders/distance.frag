@@ -1,13 +1,13 @@
 #version 330
 // The distance of each pixel at half the size: the nearest of four pixels.
-uniform sampler2D depth;
+uniform sampler2DMS depth;
 uniform vec2 planes;  // near, far
-in vec2 place;
 out vec2 seen;
 
 void main() {
-    vec2 texel = 0.5 / vec2(textureSize(depth, 0));
-    float d = min(min(textureLod(depth, place + texel, 0.0).r, textureLod(depth, place - texel, 0.0).r),
-                  min(textureLod(depth, place + vec2(texel.x, -texel.y), 0.0).r, textureLod(depth, place + vec2(-texel.x, texel.y), 0.0).r));
+    ivec2 first = 2 * ivec2(gl_FragCoord.xy);
+    ivec2 last = min(first + 1, textureSize(depth) - 1);
+    float d = min(min(texelFetch(depth, first, 0).r, texelFetch(depth, last, 0).r),
+                  min(texelFetch(depth, ivec2(first.x, last.y), 0).r, texelFetch(depth, ivec2(last.x, first.y), 0).r));
     seen = vec2(1.0, planes.x * planes.y / (planes.y - d * (planes.y - planes.x)));
 }
