@@ -177,7 +177,7 @@ def _oriented_box(thing: Thing) -> dict[str, Any]:
     return {"cornerPoints": place_of(thing)(box_corners(-half, half)).tolist()}
 
 
-@lru_cache(maxsize=8192)
+@lru_cache(maxsize=1024)
 def _box(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> dict[str, Any]:
     """Return the box around all parts of a thing at this openness. The box is cached, so it must not be changed."""
     thing = Thing("", asset.category, asset, position, rotation, openness=openness)
