@@ -97,12 +97,13 @@ def apart(one: np.ndarray, other: np.ndarray) -> float:
 @contextmanager
 def raises(text: str = "") -> Iterator[None]:
     """Check that the client raises ValueError with a text in it."""
+    found = None
     try:
         yield
     except ValueError as error:
-        assert text in str(error), f"the message is {error}"
-    else:
-        raise AssertionError("no ValueError was raised")
+        found = str(error)
+    assert found is not None, "no ValueError was raised"
+    assert text in found, f"the message is {found}"
 
 
 Case = Callable[[Trial], None]
