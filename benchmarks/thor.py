@@ -1,6 +1,6 @@
 """Measures AI2-THOR's client over this project's engine, and what the back end adds, beside the MuJoCo back end.
 
-    python -m benchmarks.thor [--steps N] [--rooms SPEC]
+    python -m benchmarks.thor [--steps N] [--rooms SPEC] [--sizes]
 
 It needs the client: pip install "vigil-bench[thor]". Rounds of the ways of stepping alternate, so that the load of the
 machine meets them alike; times are medians. Nothing of it says how fast Unity is.
@@ -72,12 +72,32 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--steps", type=int, default=40)
     parser.add_argument("--rooms", choices=sorted(SPECS), default="4-room")
+    parser.add_argument("--sizes", action="store_true", help="only the client's steps, by image size and layers")
     options = parser.parse_args()
     house = generate(7, SPECS[options.rooms])
     print(
         f"{options.rooms}, {options.steps} rounds; load average at the start: {psutil.getloadavg()[0]:.1f}", flush=True
     )
-    measure(house, options.steps)
+    (measure_sizes if options.sizes else measure)(house, options.steps)
+
+
+def measure_sizes(house: House, steps: int) -> None:
+    """Print the time of a client's step for each size of images, with and without depth and masks, in turns."""
+    clients: dict[str, GuardedClient] = {}
+    for width, height in ((300, 300), (640, 480)):
+        for layers in (False, True):
+            settings = {**INITIALIZE, "width": width, "height": height, **dict.fromkeys(MASKS, layers)}
+            name = f"{width} x {height}{', depth and masks' if layers else ''}"
+            clients[name] = connect(house, settings)
+    times: dict[str, list[float]] = {name: [] for name in clients}
+    for _ in range(steps):
+        for name, client in clients.items():
+            times[name].append(timed(lambda client=client: client.step("RotateRight", degrees=15.0).frame)[1])
+    for name, found in times.items():
+        print(f"{name:28} {1000 * median(found):8.1f} ms a step, {1 / median(found):5.1f} a second", flush=True)
+    print(f"load average at the end: {psutil.getloadavg()[0]:.1f}")
+    for client in clients.values():
+        client.close()
 
 
 def measure(house: House, steps: int) -> None:

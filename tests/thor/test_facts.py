@@ -47,6 +47,35 @@ def test_flags_change_by_actions_and_are_gone_with_a_new_house(client):
     assert not client.get("Apple|1")["isSliced"]
 
 
+def test_states_are_set_for_all_objects_of_a_type(client):
+    client.do(
+        "SetObjectStates", SetObjectStates={"objectType": "FloorLamp", "stateChange": "toggleable", "isToggled": True}
+    )
+    assert all(client.get(f"FloorLamp|{number}")["isToggled"] for number in (1, 2))
+    client.do("SetObjectStates", SetObjectStates={"objectType": "Fridge", "stateChange": "openable", "isOpen": True})
+    assert client.get("Fridge|1")["isOpen"]
+    assert not client.get("Microwave|1")["isOpen"]
+    client.do("SetObjectStates", SetObjectStates={"stateChange": "canFillWithLiquid", "isFilledWithLiquid": True})
+    assert client.get("Mug|1")["fillLiquid"] == "water"
+    assert not client.get("Apple|1")["isFilledWithLiquid"]
+    assert "heavy" in client.fail("SetObjectStates", SetObjectStates={"stateChange": "heavy"})
+
+
+def test_an_emphasized_object_is_all_that_images_show(client):
+    client.go_to("Fridge|1")
+    usual = pixels(client)
+    client.do("EmphasizeObject", objectId="Fridge|1")
+    alone = pixels(client)
+    assert set(map(tuple, alone.tolist())) == {(255, 0, 255), (0, 0, 0)}
+    assert "Nix" in client.fail("EmphasizeObject", objectId="Nix|1")
+    client.do("UnemphasizeAll")
+    assert np.array_equal(pixels(client), usual)
+
+
+def pixels(client) -> np.ndarray:
+    return np.frombuffer(client.last.images[0].data, np.uint8).reshape(-1, 3)
+
+
 def test_what_is_unbreakable_does_not_break(client):
     client.do("MakeAllObjectsUnbreakable")
     assert "unbreakable" in client.fail("BreakObject", objectId="Mug|1", forceAction=True)

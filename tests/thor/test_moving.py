@@ -85,3 +85,16 @@ def test_rotate_look_sets_the_turn_and_the_head_and_nothing_else(client):
     assert after == {**before, "rotation": {"x": 0.0, "y": 90.0, "z": 0.0}, "cameraHorizon": 31.0}
     level = client.do("RotateLook")["agent"]
     assert level["rotation"]["y"] == level["cameraHorizon"] == 0.0
+
+
+def test_a_locobot_has_a_low_camera_and_always_stands(client):
+    client.start(agentMode="locobot")
+    found = client.do("Teleport", position={"x": 3.5, "y": 0.9, "z": 2.5}, horizon=30.0)
+    assert found["cameraPosition"]["y"] == pytest.approx(0.87, abs=0.01)
+    assert found["fov"] == 60.0
+    assert found["agent"]["isStanding"] is None
+    assert "beyond 30 degrees" in client.fail("LookDown")
+    assert "cannot stand or crouch" in client.fail("Crouch")
+    assert "leave `standing` out" in client.fail("Teleport", horizon=0.0, standing=True)
+    client.go_to("Fridge|1")
+    client.do("OpenObject", objectId="Fridge|1")

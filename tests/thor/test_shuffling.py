@@ -54,6 +54,20 @@ def test_materials_and_lights_change_and_come_back(client):
     assert client.get("Fridge|1")["isOpen"]
     client.do("ResetMaterials")
     assert client.world.house.data == first
+    client.do("SetRandomSeed", seed=8)
+    used = client.do("RandomizeMaterials", inRoomTypes=["Kitchen", "Bathroom"])["actionReturn"]
+    assert used["chosenRoomTypes"] == ["Kitchen"]
+    assert used["useTrainMaterials"]
+    assert not used["useValMaterials"]
+    changed = {
+        wall["roomId"]
+        for wall, old in zip(client.world.house.data["walls"], first["walls"], strict=True)
+        if wall != old
+    }
+    assert changed == {"room|1"}
+    assert "Bathroom" in client.fail("RandomizeMaterials", inRoomTypes=["Bathroom"])
+    assert "must be true" in client.fail("RandomizeMaterials", useTrainMaterials=False)
+    client.do("ResetMaterials")
     assert client.get("Fridge|1")["isOpen"]
     assert "must be in" in client.fail("RandomizeLighting", hue=[0.5, 7.0])
 
@@ -71,6 +85,11 @@ def test_the_held_object_moves_with_the_agent(client):
     assert [turned["x"] - 3.5, turned["z"] - 2.5] == pytest.approx([0.5, -0.2])
     client.do("RotateHeldObject", yaw=90.0)
     assert client.get("Apple|1")["rotation"]["y"] == pytest.approx((90.0 + 0.0) % 360.0)
+    client.do("RotateHeldObject", pitch=90.0, roll=90.0)
+    hand = client.do("Pass")["heldObjectPose"]
+    assert hand["localRotation"] == pytest.approx({"x": 90.0, "y": 180.0, "z": 0.0})  # as (90, 90, 270)
+    assert hand["rotation"]["y"] == pytest.approx(270.0)  # the agent looks to 90
+    assert hand["localPosition"]["z"] == pytest.approx(0.5)
     assert "out of range" in client.fail("MoveHandDelta", x=5.0)
     client.do("DropHandObject", forceAction=True)
     client.do("PickupObject", objectId="Apple|1", forceAction=True)
@@ -117,3 +136,4 @@ def test_hulls_are_outlines_on_the_floor(client):
     box = client.get("Fridge|1")["axisAlignedBoundingBox"]
     assert np.ptp(corners[:, 0]) == pytest.approx(box["size"]["x"], rel=0.15)
     assert client.do("Get2DSemanticHull", objectId="Apple|1")["actionReturn"] == hulls["Apple|1"]
+    assert "not both" in client.fail("Get2DSemanticHulls", objectTypes=["Fridge"], objectIds=["Apple|1"])

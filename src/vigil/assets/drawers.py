@@ -6,11 +6,11 @@ the same and take up the same space as this asset.
 
 import re
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset, Mesh, Solid
+from vigil.base.caches import cached_while_alive
 from vigil.base.geometry import Vec3
 
 DRAWER = "Drawer"
@@ -42,7 +42,7 @@ def drawer_names(asset: Asset) -> tuple[str, ...]:
     return names if is_chest and all(name.startswith("drawer") for name in names) else ()
 
 
-@lru_cache(maxsize=1024)
+@cached_while_alive
 def body_of(asset: Asset) -> Asset:
     """Return the asset without its drawers.
 
@@ -57,7 +57,7 @@ def body_of(asset: Asset) -> Asset:
     )
 
 
-@lru_cache(maxsize=4096)
+@cached_while_alive
 def drawer_of(asset: Asset, name: str) -> tuple[Asset, Vec3]:
     """Return one drawer of an asset, shut, as a separate asset, and the place of its middle in the whole asset (m).
 

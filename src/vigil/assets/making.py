@@ -6,11 +6,12 @@
 package.
 """
 
+import threading
 import zlib
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from cachetools import LRUCache, cached
 
 from vigil.assets.catalog import CATALOG, CEILING, FLOOR, WALL, Category
 from vigil.assets.kernel.arrange import Maker
@@ -42,6 +43,8 @@ MAKERS: dict[str, Maker] = {
     **{name: maker for path in sorted(ROWS.glob("*.toml")) for name, maker in makers_in(path).items()},
 }
 
+MAX_ASSET_BYTES = 32 * 2**20
+"""Greatest size in bytes of the meshes of all cached assets. The meshes of a house of four rooms have 2.6 MB."""
 _SMALLEST_M = 0.002
 
 
@@ -82,7 +85,12 @@ def register(category: Category, maker: Maker) -> None:
     _make_cached.cache_clear()
 
 
-@lru_cache(maxsize=4096)
+def _bytes_of(asset: Asset) -> int:
+    meshes = (part.mesh for part in asset.parts)
+    return sum(each.vertices.nbytes + each.faces.nbytes + each.normals.nbytes + each.uvs.nbytes for each in meshes)
+
+
+@cached(LRUCache(MAX_ASSET_BYTES, getsizeof=_bytes_of), lock=threading.Lock())
 def _make_cached(category: str, size: Vec3, variant: int, levels: tuple[float, ...]) -> Asset:
     room = Vec3(*(max(float(length), _SMALLEST_M) for length in size))
     maker = MAKERS.get(category)

@@ -5,13 +5,13 @@ Engines add the notice to an asset after its maker has built it, so that shapes 
 
 import re
 from collections.abc import Iterable
-from functools import lru_cache
 
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset, Mesh, Part
 from vigil.assets.kernel.shapes import box, boxes
+from vigil.base.caches import cached_while_alive
 from vigil.base.geometry import Vec3
 
 WIDTH_M, HEIGHT_M, THICK_M = 0.297, 0.21, 0.002
@@ -50,7 +50,7 @@ _SLACK_M = 0.001
 """Triangles farther than this (m) from the sheet are not measured. This distance is far more than a rounding error."""
 
 
-@lru_cache(maxsize=2048)
+@cached_while_alive
 def notice_parts(asset: Asset) -> tuple[Part, ...]:
     """Return the parts of the sheet, placed on an asset; empty if the asset cannot have a sheet."""
     if asset.category not in MACHINES or not CATALOG[asset.category].is_toggleable:
@@ -72,7 +72,7 @@ def notice_centre(asset: Asset) -> Vec3 | None:
     return Vec3(0.0, float(height), float(depth + THICK_M))
 
 
-@lru_cache(maxsize=2048)
+@cached_while_alive
 def _place(asset: Asset) -> tuple[float, float, str | None]:
     """Return the height of the sheet's middle, the z of the front behind it, and the joint that carries the sheet.
 

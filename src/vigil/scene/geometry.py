@@ -14,6 +14,7 @@ import shapely
 
 from vigil.assets.kernel.asset import Asset, Joint, Solid
 from vigil.assets.kernel.meshes import turn_about
+from vigil.base.caches import cached_while_alive
 from vigil.base.geometry import Box, Vec3, rotate_floor, wrap_deg
 from vigil.scene.things import Thing
 
@@ -250,7 +251,7 @@ def _edge_normals(polygon: np.ndarray) -> np.ndarray:
     return np.concatenate([normals, edges]) if len(polygon) == 2 else normals
 
 
-@lru_cache(maxsize=8192)
+@cached_while_alive
 def part_boxes(asset: Asset) -> tuple[tuple[str | None, np.ndarray, np.ndarray], ...]:
     """Return (joint, lowest corner, highest corner) of the meshes on each joint, and of the body (joint None)."""
     corners: dict[str | None, list[np.ndarray]] = {}

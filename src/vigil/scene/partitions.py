@@ -4,12 +4,11 @@ Partitions are walls, windows and shut doors; an open doorway is free. A partiti
 reaches at most `THROUGH_M` through a partition counts as being on one side of it.
 """
 
-from functools import lru_cache
-
 import numpy as np
 import shapely
 
 from vigil.assets.kernel.asset import Asset
+from vigil.base.caches import cached_while_alive
 from vigil.protocol.world import CLOSED_BELOW
 from vigil.scene.geometry import (
     Prism,
@@ -106,7 +105,7 @@ def _fills_its_hole(thing: Thing) -> bool:
     return thing.category == "Window" or (thing.category == "Doorway" and thing.openness < CLOSED_BELOW)
 
 
-@lru_cache(maxsize=4096)
+@cached_while_alive
 def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
     """Return (joint, points) for each joint of an asset that carries meshes.
 
@@ -142,7 +141,7 @@ def _leaves(thing: Thing, openness: float) -> list[Prism]:
     return prisms
 
 
-@lru_cache(maxsize=4096)
+@cached_while_alive
 def _swept(asset: Asset) -> np.ndarray:
     """Return the corners (8, 3), in the asset frame, of a box around an asset's moving parts at every openness."""
     joints = {joint.name: joint for joint in asset.joints}

@@ -1,6 +1,7 @@
 """The start of the engine: reads the client's command line, and answers over the connection that the client wants."""
 
 import argparse
+import ctypes
 import os
 import sys
 from collections.abc import Sequence
@@ -15,6 +16,10 @@ from vigil.thor.base.world import World
 from vigil.thor.engine import ThorEngine
 from vigil.thor.wire import fifo, wsgi
 
+MALLOPT = {"M_MMAP_THRESHOLD": -3, "M_TRIM_THRESHOLD": -1}
+"""Options of glibc's allocator (malloc.h), and their numbers."""
+LARGE_BYTES = 128 * 1024
+"""Blocks of memory from this size on go back to the system as soon as they are freed. It is glibc's first value."""
 WIRES = {"FIFO": fifo.serve, "WSGI": wsgi.serve}
 
 
@@ -22,6 +27,7 @@ def main(words: Sequence[str]) -> int:
     """Serve one client until the client ends. Return the exit status, which is 2 after an error."""
     try:
         given, _ = _parser().parse_known_args(words)
+        return_large_blocks()
         kind = os.environ.get("AI2THOR_SERVER_TYPE")
         if kind not in WIRES:
             raise SettingError(
@@ -33,6 +39,15 @@ def main(words: Sequence[str]) -> int:
         print(error, file=sys.stderr)
         return 2
     return 0
+
+
+def return_large_blocks() -> None:
+    """Make glibc return large blocks of memory to the system. Otherwise it keeps more and more for later houses."""
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform == "linux" else None
+    if mallopt is None:
+        return
+    for option in MALLOPT.values():
+        mallopt(option, LARGE_BYTES)
 
 
 def _world(given: argparse.Namespace, *, has_patches: bool) -> World:

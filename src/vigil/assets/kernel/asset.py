@@ -101,7 +101,7 @@ class Glow:
     intensity: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Asset:
     """The shape of one thing, in the size that a house asked for."""
 

@@ -5,20 +5,24 @@ brushing go along u. Each name has its own fixed random stream, so that equal na
 screens are in `vigil.assets.kernel.pictures`.
 """
 
+import threading
 import zlib
 from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
+from cachetools import LRUCache, cached
 
 from vigil.assets.kernel import pictures
 
 SIZE = 256
+MAX_TEXTURE_BYTES = 64 * 2**20
+"""Greatest size in bytes of all cached textures. One texture has 0.2 MB."""
 FLOOR_GRAIN = 0.6
 """Strength of the grain of wooden floors; stronger grain looks like smeared shadows."""
 
 
-@lru_cache(maxsize=512)
+@cached(LRUCache(MAX_TEXTURE_BYTES, getsizeof=lambda pixels: pixels.nbytes), lock=threading.Lock())
 def texture(name: str) -> np.ndarray:
     """Return the read-only texture called "wood", "tiles", ..., or the picture called "picture/3", "screen/1", ..."""
     rng = np.random.default_rng(zlib.crc32(name.encode()))

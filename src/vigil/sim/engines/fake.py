@@ -9,7 +9,6 @@ import math
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -17,6 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from vigil.assets.kernel.asset import Asset, Part
 from vigil.assets.notice import notice_parts
+from vigil.base.caches import cached_while_alive
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.world import OPEN_ABOVE
 from vigil.scene.geometry import STILL, Motion, part_motion
@@ -81,7 +81,7 @@ class _Boxes:
     is_hollow: np.ndarray  # (n,) bool
 
 
-@lru_cache(maxsize=8192)
+@cached_while_alive
 def pieces_of(asset: Asset) -> tuple[BoxPiece, ...]:
     """Return one box for each connected piece of the asset's meshes; a box around a pane is cut into bars."""
     return tuple(

@@ -77,7 +77,8 @@ class Action:
         except (TypeError, ValueError, KeyError, AttributeError):
             text = f"action: {self.name} has an invalid argument: {name} (=={value})."
             text += f" Cannot convert to: {kind}"
-            raise ActionFailed(text, code="InvalidArgument") from None
+            # Unity finds out too late that a number is not a vector, so the client does not raise on it
+            raise ActionFailed(text, code=None if kind == "Vector3" else "InvalidArgument") from None
 
 
 def _number(value: Any) -> float:

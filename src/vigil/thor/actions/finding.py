@@ -41,6 +41,8 @@ def _hull(thing: Thing) -> list[list[float]]:
 def _hulls(
     world: World, objectIds: list[str] | None = None, objectTypes: list[str] | None = None
 ) -> dict[str, list[list[float]]]:
+    if objectIds is not None and objectTypes is not None:
+        raise bad_argument("give objectIds or objectTypes, not both")
     wanted = world.things() if objectIds is None else [world.thing(name) for name in objectIds]
     return {each.id: _hull(each) for each in wanted if objectTypes is None or each.category in objectTypes}
 
@@ -59,14 +61,16 @@ def _interactable_poses(
     seeing = world if maxDistance is None else _seeing(world, maxDistance)
     places = positions if positions is not None else _reachable(world)
     limit = seeing.settings.visibility_distance + float(np.linalg.norm(thing.asset.size))
+    upright = [True] if world.settings.is_locobot else standings
     found: list[dict[str, Any]] = []
     for spot in _read(places):
         if floor_distance(spot, thing.position) > limit or not world.editor.can_stand(spot):
             continue
-        for pose in _poses_at(spot, rotations, horizons, standings):
+        for pose in _poses_at(spot, rotations, horizons, upright):
             if visibility_of(seeing, [thing], pose)[thing.id].interactable:
                 place = to_thor(body_of(pose))
-                found.append({**place, "rotation": pose.rotation, "horizon": pose.horizon, "standing": pose.standing})
+                standing = None if world.settings.is_locobot else pose.standing
+                found.append({**place, "rotation": pose.rotation, "horizon": pose.horizon, "standing": standing})
                 if maxPoses is not None and len(found) >= maxPoses:
                     return found
     return found

@@ -7,7 +7,7 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.base.geometry import Vec3, floor_distance, heading, rotate_floor
-from vigil.scene.geometry import bounding_box
+from vigil.scene.geometry import bounding_box, euler_angles, rotation_matrix
 from vigil.scene.things import Thing
 from vigil.thor.actions.action import Action
 from vigil.thor.actions.handling import AT, WHICH, target_of
@@ -15,7 +15,7 @@ from vigil.thor.actions.placing import put_at, support_of
 from vigil.thor.base.errors import ActionFailed, invalid_operation
 from vigil.thor.base.properties import mass_of
 from vigil.thor.base.targets import cast, first_met
-from vigil.thor.base.world import World, eye_of
+from vigil.thor.base.world import World
 
 M_PER_FORCE = 0.01
 """Distance (m) by which a push of 1 N slides an object of 1 kg."""
@@ -35,7 +35,7 @@ def _move(world: World, ahead: float = 0.0, right: float = 0.0, up: float = 0.0,
     held = _held(world)
     pose, usual = world.agent, held.position
     x, z = rotate_floor(right, ahead, pose.rotation)
-    place, eye = Vec3(usual.x + x, usual.y + up, usual.z + z), eye_of(pose)
+    place, eye = Vec3(usual.x + x, usual.y + up, usual.z + z), world.eye_of(pose)
     if floor_distance(place, eye) > world.settings.visibility_distance:
         raise ActionFailed("The target position is out of range: it is beyond the visibility distance.")
     world.editor.move_hand(Vec3(right, up, ahead), held.rotation)
@@ -55,9 +55,12 @@ def _move_delta(world: World, x: float = 0.0, y: float = 0.0, z: float = 0.0, **
 def _turn(
     world: World, pitch: float = 0.0, yaw: float = 0.0, roll: float = 0.0, rotation: Vec3 | None = None, **_: object
 ) -> None:
-    old = _held(world).rotation
-    turned = rotation or Vec3(old.x + pitch, old.y + yaw, old.z + roll)
-    world.editor.move_hand(Vec3(0.0, 0.0, 0.0), Vec3(*(angle % 360.0 for angle in turned)))
+    held, old, agent_yaw = _held(world), world.hand_turn, Vec3(0.0, world.agent.rotation, 0.0)
+    wanted = rotation_matrix(rotation or Vec3(old.x + pitch, old.y + yaw, old.z - roll))
+    frame = rotation_matrix(agent_yaw)
+    turned = frame @ wanted @ rotation_matrix(old).T @ frame.T @ rotation_matrix(held.rotation)
+    world.hand_turn = euler_angles(wanted)
+    world.editor.move_hand(Vec3(0.0, 0.0, 0.0), euler_angles(turned))
 
 
 def _turn_hand(world: World, x: float = 0.0, y: float = 0.0, z: float = 0.0, **_: object) -> None:

@@ -14,7 +14,7 @@ from vigil.thor.actions.action import Action
 from vigil.thor.actions.placing import place_at_point
 from vigil.thor.base.errors import ActionFailed, invalid_operation
 from vigil.thor.base.targets import first_met, target
-from vigil.thor.base.world import World, eye_of
+from vigil.thor.base.world import World
 
 REFUSALS: dict[RefusalCode, str] = {
     "not_openable": "{thing} is not an Openable object",
@@ -98,6 +98,7 @@ def _pick_up(world: World, **asked: Any) -> str:
     if world.held is not None:
         raise ActionFailed(_error_text(world, "hand_full", world.thing(world.held)))
     thing, point, forced = target_of(world, **asked)
+    world.hand_turn = Vec3(0.0, 0.0, 0.0)
     if forced and thing.is_pickupable:
         world.apply_changes({}, held=thing.id)
         return thing.id
@@ -161,7 +162,7 @@ def _below_hand(world: World) -> Vec3:
     """Return the point straight below the hand. An obstacle in front of the body keeps the hand nearer to the body."""
     pose = world.agent
     ahead_x, ahead_z = heading(pose.rotation)
-    axis = pose.position._replace(y=eye_of(pose).y - HAND_DROP_M)
+    axis = pose.position._replace(y=world.eye_of(pose).y - HAND_DROP_M)
     _, ahead = first_met(world, axis, np.array([[ahead_x, 0.0, ahead_z]]))
     reach = HAND_AHEAD_M if ahead is None else min(HAND_AHEAD_M, floor_distance(axis, ahead))
     hand = Vec3(axis.x + reach * ahead_x, axis.y, axis.z + reach * ahead_z)

@@ -29,6 +29,7 @@ NAMED_ASSETS = 5
 def _reset(world: World, sceneName: str = PROCEDURAL, **_: object) -> None:
     world.editor.close()
     world.has_house, world.cameras, world.shown, world.floors = False, [], None, {}
+    world.emphasized = None
     world.house, world.scene_name, world.notes = None, PROCEDURAL, []
     if sceneName == PROCEDURAL:
         return
@@ -47,7 +48,7 @@ def _reset(world: World, sceneName: str = PROCEDURAL, **_: object) -> None:
 
 
 def _create_house(world: World, house: dict[str, Any]) -> None:
-    world.has_house, world.shown = False, None
+    world.has_house, world.shown, world.emphasized = False, None, None
     try:
         open_house(world, House("house", house))
     except VigilError as error:

@@ -7,7 +7,7 @@ _NO_SHAPES = "objects have boxes, but their meshes are not given"
 _OWN_ASSETS = "the engine does not have THOR's assets"
 _ARM = "the agent has a hand without an arm; use PickupObject, MoveHeldObject and PutObject"
 _ASK = "use GetInteractablePoses"
-_ONE_BY_ONE = "use OpenObject, ToggleObjectOn and ToggleObjectOff with forceAction, object by object"
+_DRONE = "the engine has no drone; add a third-party camera, and move it with UpdateThirdPartyCamera"
 
 MISSING: dict[str, str] = {
     **dict.fromkeys(("ThrowObject",), _NO_PHYSICS),
@@ -16,9 +16,9 @@ MISSING: dict[str, str] = {
     **dict.fromkeys(("SetSkybox", "GetMaterials"), _NO_LOOKS),
     **dict.fromkeys(("SpawnAsset", "GetAssetDatabase"), _OWN_ASSETS),
     **dict.fromkeys(("MoveArm", "MoveArmBase", "ReleaseObject", "SetHandSphereRadius"), _ARM),
+    **dict.fromkeys(("FlyAhead", "FlyBack", "FlyLeft", "FlyRight", "FlyUp", "FlyDown", "LaunchDroneObject"), _DRONE),
     **dict.fromkeys(("GetInSceneAssetGeometry",), _NO_SHAPES),
     "GetHouseFromTemplate": "CreateHouse takes whole houses",
-    "SetObjectStates": _ONE_BY_ONE,
     "GetSpawnCoordinatesAboveReceptacle": "PutObject finds a place by itself",
     "PlaceHeldObject": "PutObject finds a place by itself",
     "PositionsFromWhichItemIsInteractable": _ASK,

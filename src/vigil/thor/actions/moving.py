@@ -93,6 +93,8 @@ def _teleport(  # takes both of THOR's forms: position, or x, y and z
     standing: bool | None = None,
     forceAction: bool = False,
 ) -> None:
+    if standing is not None and world.settings.is_locobot:
+        raise ActionFailed("A locobot cannot stand or crouch: leave `standing` out", code="InvalidArgument")
     pose = world.agent
     here = body_of(pose)
     place = position or Vec3(here.x if x is None else x, here.y if y is None else y, here.z if z is None else z)
@@ -131,6 +133,8 @@ def _check_pose(world: World, pose: Pose) -> None:
 def _upright(*, standing: bool) -> Callable[[World], None]:
     def change(world: World) -> None:
         pose = world.agent
+        if world.settings.is_locobot:
+            raise ActionFailed("A locobot cannot stand or crouch")
         if pose.standing == standing:
             raise ActionFailed(f"Already {'standing' if standing else 'crouching'}")
         world.editor.stand(pose.model_copy(update={"standing": standing}))

@@ -83,6 +83,10 @@ def _filter_objects(world: World, objectIds: list[str] | None = None) -> None:
     world.shown = None if objectIds is None else frozenset(objectIds)
 
 
+def _emphasize(world: World, objectId: str | None = None) -> None:
+    world.emphasized = None if objectId is None else world.thing(objectId).id
+
+
 _CAMERA = (
     "float fieldOfView, float orthographicSize, float nearClippingPlane, float farClippingPlane, bool orthographic, "
     "any skyboxColor, any antiAliasing"
@@ -91,8 +95,9 @@ _NO_CAMERA = (
     "no sky colours or clipping planes; orthographic images are drawn from 40 m away, so that objects far above "
     "the floor look a little larger"
 )
+_STILL_COVERED = "the rest of the image is black, and what is in front of the object still covers it"
 _AT_REST = "nothing moves by itself: everything is always at rest"
-_ONE_AGENT = "one agent, in the default mode; no normals and no flow; settings of physics and light do nothing"
+_ONE_AGENT = "agentMode default or locobot; no normals and no flow; settings of physics and light do nothing"
 
 ACTIONS = (
     Action("Initialize", _initialize, takes_anything=True, lacks=_ONE_AGENT),
@@ -113,6 +118,8 @@ ACTIONS = (
     ),
     Action("SetObjectFilter", _filter_objects, "list objectIds", "objectIds"),
     Action("ResetObjectFilter", _filter_objects),
+    Action("EmphasizeObject", _emphasize, "string objectId", "objectId", lacks=_STILL_COVERED),
+    Action("UnemphasizeAll", _emphasize),
     Action("Pass", _nothing),
     Action("Done", _nothing),
     Action("PausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),

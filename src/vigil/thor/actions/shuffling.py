@@ -19,6 +19,8 @@ from vigil.thor.base.world import World
 WALLS = ("plaster/white", "plaster/#d9cfc0", "plaster/#b9c4c9", "plaster/#c9b8a8", "brick/red", "subway", "concrete")
 FLOORS = ("wood/oak", "wood/walnut", "planks/pine", "parquet/cherry", "tiles", "marble_tiles", "carpet")
 """Materials from which the material of a floor is chosen."""
+SPLITS = ("useTrainMaterials", "useValMaterials", "useTestMaterials", "useExternalMaterials")
+"""Parameters that choose among AI2-THOR's materials. This engine has one set of materials for all of them."""
 
 
 def _spawn(
@@ -67,10 +69,18 @@ def _show(world: World, house: House) -> None:
     world.house = house
 
 
-def _materials(world: World, inRoomTypes: list[str] | None = None, **_: object) -> None:
+def _materials(world: World, inRoomTypes: list[str] | None = None, **splits: bool) -> dict[str, Any]:
+    uses = {name: splits.get(name, name in _usual_splits(world.scene_name)) for name in SPLITS}
+    uses[SPLITS[3]] &= uses[SPLITS[0]]  # external materials come with those for training
+    rooms = {"RoboTHOR"} if world.has_house and world.scene_name.startswith("FloorPlan_") else _room_types(world)
+    if not any(uses.values()):
+        raise bad_argument(f"at least one of {', '.join(SPLITS)} must be true")
+    if inRoomTypes is not None and not rooms & set(inRoomTypes):
+        raise bad_argument(f"no room is of a type in {inRoomTypes}; the house has {sorted(rooms)}")
+
     def change(data: dict[str, Any]) -> None:
         for room in data["rooms"]:
-            if inRoomTypes is not None and room.get("roomType") not in inRoomTypes:
+            if inRoomTypes is not None and not {"RoboTHOR", room.get("roomType")} & rooms & set(inRoomTypes):
                 continue
             room["floorMaterial"] = {"name": world.random.choice(FLOORS)}
             walls = {"name": world.random.choice(WALLS)}
@@ -79,6 +89,26 @@ def _materials(world: World, inRoomTypes: list[str] | None = None, **_: object) 
                     wall["material"] = dict(walls)
 
     _redecorate(world, change)
+    return {
+        **uses,
+        "chosenRoomTypes": sorted(rooms if inRoomTypes is None else rooms & set(inRoomTypes)),
+        "totalMaterialsConsidered": len(WALLS) + len(FLOORS),
+    }
+
+
+def _room_types(world: World) -> set[str]:
+    world.need_house()
+    assert world.house is not None
+    return {str(room.get("roomType")) for room in world.house.data["rooms"]}
+
+
+def _usual_splits(scene: str) -> tuple[str, ...]:
+    """Return the splits of materials that AI2-THOR uses in a scene if the program names none."""
+    digits = scene.removesuffix("_physics").removeprefix("FloorPlan")
+    number = int(digits) % 100 if digits.isdigit() else 0
+    if scene.startswith("FloorPlan_Val") or 20 < number <= 25:
+        return SPLITS[1:2]
+    return SPLITS[2:3] if number > 25 else (SPLITS[0], SPLITS[3])
 
 
 def _colours(world: World, **_: object) -> None:
@@ -143,7 +173,7 @@ _SPAWN = (
     "int randomSeed, bool forceVisible, int numPlacementAttempts, bool placeStationary, list excludedObjectIds, "
     "list excludedReceptacles, list numDuplicatesOfType, bool allowFloor, bool allowMoveable"
 )
-_ROOMS_ONLY = "only walls and floors change; objects stay as they are"
+_ROOMS_ONLY = "only walls and floors change; objects stay as they are; all splits have the same materials"
 
 ACTIONS = (
     Action(

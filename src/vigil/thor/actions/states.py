@@ -3,10 +3,11 @@
 from collections.abc import Callable
 from typing import Any
 
+from vigil.protocol.world import ObjectSetup
 from vigil.scene.things import Thing
 from vigil.thor.actions.action import Action
 from vigil.thor.actions.handling import AT, WHICH, target_of
-from vigil.thor.base.errors import ActionFailed
+from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.properties import PROPERTIES
 from vigil.thor.base.world import World
 
@@ -36,6 +37,27 @@ def need_property(thing: Thing, flag: str) -> None:
         raise ActionFailed(f"{thing.id} is not {ability}, so {flag} cannot change")
 
 
+def _set_states(world: World, SetObjectStates: dict[str, Any]) -> None:
+    asked, change = SetObjectStates, SetObjectStates.get("stateChange")
+    wanted = [each for each in world.things() if asked.get("objectType") in (None, "", each.category)]
+    flags = {ability: flag for flag, (ability, _) in PROPERTIES.items()}
+    if change == "openable":
+        setup = ObjectSetup(openness=float(bool(asked.get("isOpen"))))
+        world.apply_changes({each.id: setup for each in wanted if each.is_openable})
+    elif change == "toggleable":
+        setup = ObjectSetup(is_toggled=bool(asked.get("isToggled")))
+        world.apply_changes({each.id: setup for each in wanted if each.is_toggleable})
+    elif change in flags:
+        flag = flags[change]
+        new = {flag: bool(asked.get(flag))}
+        liquid = {"fillLiquid": "water" if new[flag] else None} if flag == "isFilledWithLiquid" else {}
+        for each in wanted:
+            if each.category in PROPERTIES[flag][1]:
+                world.flags.setdefault(each.id, {}).update({**new, **liquid})
+    else:
+        raise bad_argument(f"stateChange {change!r} is not one of openable, toggleable, {', '.join(flags)}")
+
+
 def _breakable(world: World, objectId: str) -> None:
     need_property(world.thing(objectId), "isBroken")
     world.unbreakable.discard(objectId)
@@ -63,6 +85,13 @@ ACTIONS = (
         f"{AT}, string fillLiquid",
         "objectId fillLiquid | x y fillLiquid",
         lacks=_ONLY_FLAG,
+    ),
+    Action(
+        "SetObjectStates",
+        _set_states,
+        "object SetObjectStates",
+        "SetObjectStates",
+        lacks="every object of the type changes at once, and no object is blocked; flags change only in metadata",
     ),
     Action("MakeObjectBreakable", _breakable, "string objectId", "objectId"),
 )

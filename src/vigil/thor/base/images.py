@@ -17,10 +17,13 @@ from vigil.thor.base.world import ThirdPartyCamera, World
 Wanted = Literal["all", "without colours", "none"]
 """The images that an answer should have: all, all except colour images ("rgb"), or none."""
 OPAQUE = 255
+MAGENTA = np.array([255, 0, 255], np.uint8)
+"""Colour in which `EmphasizeObject` shows the object."""
 FAR_AWAY_M = 40.0
 """Distance (m) from which a camera imitates an orthographic camera. From there, farther things hardly look smaller."""
 NUMBER_OF_FLOOR = -2 - STRUCTURES.index("floor")
 """Value of the pixels of floors in an image of things' numbers."""
+_THINGS: frozenset[Layer] = frozenset({"things"})
 _STRUCTURE_CLASSES = {"wall": "Wall", "floor": "Floor", "ceiling": "Ceiling"}
 
 
@@ -80,9 +83,14 @@ def _layers(world: World) -> frozenset[Layer]:
 
 
 def _of(world: World, view: CameraView, layers: frozenset[Layer], *, is_third_party: bool) -> Iterator[Image]:
-    picture = world.editor.render_view(view, layers, with_hand=not is_third_party) if layers else CameraImage()
+    drawn = layers | _THINGS if world.emphasized and "rgb" in layers else layers
+    picture = world.editor.render_view(view, drawn, with_hand=not is_third_party) if drawn else CameraImage()
     if picture.things is not None:
-        picture = replace(picture, things=with_floors(world, view, picture.things))
+        things = with_floors(world, view, picture.things)
+        picture = replace(picture, things=things)
+        if world.emphasized:
+            number = [*world.editor.scene().things, *world.floors].index(world.emphasized)
+            picture = replace(picture, rgb=np.where(things[..., None] == number, MAGENTA, np.uint8(0)))
     yield from _encoded(world, picture, layers, is_third_party=is_third_party)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
-from vigil.base.geometry import Vec3, distance
-from vigil.scene.geometry import box_corners, part_boxes, part_motion, place_of
+from vigil.base.geometry import Vec3, distance, rotate_floor
+from vigil.scene.geometry import box_corners, euler_angles, part_boxes, part_motion, place_of, rotation_matrix
 from vigil.scene.supports import children
 from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import to_thor
@@ -16,7 +16,7 @@ from vigil.thor.base.floors import floor_below
 from vigil.thor.base.images import colours
 from vigil.thor.base.properties import mass_of, materials_of, properties
 from vigil.thor.base.sight import Visibility, visibility_of
-from vigil.thor.base.world import World, body_of, eye_of
+from vigil.thor.base.world import World, body_of
 
 OPEN_FROM = 1e-3
 """Openness above which an object counts as open."""
@@ -71,27 +71,34 @@ def _note(world: World) -> str:
 def _agent(world: World) -> dict[str, Any]:
     pose = world.agent if world.has_house else None
     body = body_of(pose) if pose else _NOWHERE
-    eye = eye_of(pose) if pose else _NOWHERE
+    eye = world.eye_of(pose) if pose else _NOWHERE
     held = world.editor.scene().things[world.held] if world.held else None
     place = held.position if held else eye
+    yaw = pose.rotation if pose else 0.0
+    right, ahead = rotate_floor(place.x - body.x, place.z - body.z, -yaw)
+    hand_turn = rotation_matrix(world.hand_turn if held else _NOWHERE)
     return {
         "agent": {
             "name": "agent",
             "position": to_thor(body),
-            "rotation": {"x": 0.0, "y": pose.rotation if pose else 0.0, "z": 0.0},
+            "rotation": {"x": 0.0, "y": yaw, "z": 0.0},
             "cameraHorizon": pose.horizon if pose else 0.0,
-            "isStanding": pose.standing if pose else True,
+            "isStanding": None if world.settings.is_locobot else pose.standing if pose else True,
             "inHighFrictionArea": False,
         },
         "cameraPosition": to_thor(eye),
         "heldObjectPose": {
             "position": to_thor(place),
-            "rotation": to_thor(held.rotation if held else _NOWHERE),
-            "localPosition": to_thor(Vec3(*(float(value) for value in np.subtract(place, body)))),
-            "localRotation": to_thor(_NOWHERE),
+            "rotation": to_thor(_euler(rotation_matrix(Vec3(0.0, yaw, 0.0)) @ hand_turn)),
+            "localPosition": to_thor(Vec3(right, place.y - body.y, ahead)),
+            "localRotation": to_thor(_euler(hand_turn)),
         },
         "inventoryObjects": [{"objectId": held.id, "objectType": held.category}] if held else [],
     }
+
+
+def _euler(turn: np.ndarray) -> Vec3:
+    return Vec3(*(round(angle, 6) % 360.0 for angle in euler_angles(turn)))
 
 
 def cameras(world: World) -> list[dict[str, Any]]:
@@ -170,7 +177,7 @@ def _oriented_box(thing: Thing) -> dict[str, Any]:
     return {"cornerPoints": place_of(thing)(box_corners(-half, half)).tolist()}
 
 
-@lru_cache(maxsize=8192)
+@lru_cache(maxsize=1024)
 def _box(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> dict[str, Any]:
     """Return the box around all parts of a thing at this openness. The box is cached, so it must not be changed."""
     thing = Thing("", asset.category, asset, position, rotation, openness=openness)

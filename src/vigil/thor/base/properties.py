@@ -1,11 +1,11 @@
 """What can be done to objects of each of THOR's categories, and what was done to the objects of the house so far."""
 
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset
+from vigil.base.caches import cached_while_alive
 from vigil.scene.supports import ancestors, containers_of
 from vigil.scene.things import Scene, Thing
 
@@ -70,7 +70,7 @@ def mass_of(thing: Thing) -> float:
     return round(float(np.prod(thing.asset.size)) * DENSITY, 3)
 
 
-@lru_cache(maxsize=8192)
+@cached_while_alive
 def materials_of(asset: Asset) -> tuple[str, ...]:
     """Return THOR's names of the materials of which an asset consists, sorted."""
     kinds = (part.material.partition("/")[0] for part in asset.parts)

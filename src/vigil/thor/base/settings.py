@@ -40,6 +40,11 @@ class Settings(BaseModel):
     screen_height: int = Field(default=300, gt=0, le=4096)
 
     @property
+    def is_locobot(self) -> bool:
+        """Whether the agent is a LoCoBot, whose camera is low and which cannot crouch."""
+        return self.agent_mode.lower() == LOCOBOT
+
+    @property
     def looks_up(self) -> float:
         """Greatest angle (deg) by which the camera looks up; AI2-THOR's default of 30 if the parameter is 0."""
         return self.max_upward_look_angle or 30.0
@@ -50,6 +55,9 @@ class Settings(BaseModel):
         return self.max_downward_look_angle or 60.0
 
 
+LOCOBOT = "locobot"
+LOCOBOT_DEFAULTS = {"fieldOfView": 60.0, "maxUpwardLookAngle": 30.0, "maxDownwardLookAngle": 30.0}
+"""Parameters whose defaults are others for a LoCoBot."""
 UNSUPPORTED_SETTINGS = ("renderNormalsImage", "renderFlowImage")
 """Parameters that are refused when true, because this engine cannot draw the images that they request."""
 
@@ -60,6 +68,8 @@ def settings_of(sent: Mapping[str, Any], width: int, height: int) -> Settings:
     for name in UNSUPPORTED_SETTINGS:
         if named.get(name):
             raise ActionFailed(f"{name} is not supported by VIGIL's engine: leave it out.")
+    if str(named.get("agentMode")).lower() == LOCOBOT:
+        named = {**LOCOBOT_DEFAULTS, **named}
     try:
         settings = Settings.model_validate({**named, "screenWidth": width, "screenHeight": height})
     except ValidationError as error:
@@ -67,11 +77,14 @@ def settings_of(sent: Mapping[str, Any], width: int, height: int) -> Settings:
         place = ".".join(str(part) for part in fault["loc"])
         raise ActionFailed(f"Initialize: {place}: {fault['msg']} (got {fault['input']!r})") from None
     if settings.agent_count != 1:
-        raise ActionFailed(f"agentCount {settings.agent_count}: VIGIL's engine has one agent. Leave agentCount out.")
-    if settings.agent_mode.lower() != "default":
+        raise ActionFailed(
+            f"agentCount {settings.agent_count}: VIGIL's engine has one agent. Leave agentCount out, and use "
+            "AddThirdPartyCamera to see what another agent would see."
+        )
+    if not settings.is_locobot and settings.agent_mode.lower() != "default":
         raise ActionFailed(
             f"agentMode {settings.agent_mode!r}: VIGIL's engine has THOR's default agent, which has a hand without an "
-            "arm. Leave agentMode out, and use PickupObject, MoveHeldObject and PutObject."
+            "arm, and the locobot. Leave agentMode out, and use PickupObject, MoveHeldObject and PutObject."
         )
     if settings.snap_to_grid and settings.rotate_step_degrees % RIGHT_ANGLE:
         raise ActionFailed(

@@ -41,7 +41,7 @@ def points_of(thing: Thing) -> np.ndarray:
     return _points(thing.asset, thing.position, thing.rotation, thing.openness)
 
 
-@lru_cache(maxsize=8192)
+@lru_cache(maxsize=1024)
 def _points(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> np.ndarray:
     thing = Thing("", asset.category, asset, position, rotation, openness=openness)
     boxes = part_boxes(asset)

@@ -17,6 +17,8 @@ from vigil.thor.base.settings import Settings
 
 PROCEDURAL = "Procedural"
 """Name of the scene for all houses that are given to `CreateHouse`."""
+LOCOBOT_CAMERA_M = 0.0312
+"""Height (m) of the position that AI2-THOR reports for a LoCoBot above the LoCoBot's camera."""
 OFF_GRID_M = 1e-3
 """A place at most this far (m) from a point of the grid counts as on the grid."""
 
@@ -62,6 +64,10 @@ class World:
     """Id of an object -> flags that have been set since the house was created, e.g. `isSliced`."""
     unbreakable: set[str] = field(default_factory=set)
     """Ids of the objects that cannot break."""
+    hand_turn: Vec3 = field(default_factory=lambda: Vec3(0.0, 0.0, 0.0))
+    """Rotation (deg) of the hand relative to the agent since the held object was picked up."""
+    emphasized: str | None = None
+    """Id of the object that images show in one colour, with everything else black; None if images are as usual."""
     shown: frozenset[str] | None = None
     """Ids of the objects that the metadata may include; None if all objects are included."""
     serves_patches: bool = True
@@ -120,24 +126,25 @@ class World:
         """Id of the object in the hand; None when the hand is empty."""
         return self.editor.world([]).held if self.has_house else None
 
+    def eye_of(self, pose: Pose) -> Vec3:
+        """Return the position of the camera of the agent at a pose, standing or crouching."""
+        x, y, z = pose.position
+        if self.settings.is_locobot:
+            return Vec3(x, y + BODY_HEIGHT_M - LOCOBOT_CAMERA_M, z)
+        return Vec3(x, y + (EYE_HEIGHT_M if pose.standing else BODY_HEIGHT_M), z)
+
     def view(self, agent: Pose | None = None) -> CameraView:
         """Return the agent's camera at its current pose, or at the pose `agent`."""
         pose = agent or self.agent
         settings = self.settings
         return CameraView(
-            eye_of(pose),
+            self.eye_of(pose),
             pose.rotation,
             pose.horizon,
             settings.field_of_view,
             settings.screen_width,
             settings.screen_height,
         )
-
-
-def eye_of(pose: Pose) -> Vec3:
-    """Return the position of the eye of an agent at a pose, standing or crouching."""
-    x, y, z = pose.position
-    return Vec3(x, y + (EYE_HEIGHT_M if pose.standing else BODY_HEIGHT_M), z)
 
 
 def body_of(pose: Pose) -> Vec3:

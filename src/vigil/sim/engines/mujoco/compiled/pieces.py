@@ -1,12 +1,12 @@
 """Meshes for MuJoCo: an asset's parts in MuJoCo's frame, merged by joint, material and role."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Literal
 
 from vigil.assets.kernel.asset import Asset, Mesh, Part
 from vigil.assets.kernel.meshes import merge
 from vigil.assets.notice import notice_parts
+from vigil.base.caches import cached_while_alive
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
 from vigil.sim.engines.mujoco.compiled import frames
 
@@ -25,7 +25,7 @@ class MeshPiece:
     is_glass: bool
 
 
-@lru_cache(maxsize=2048)
+@cached_while_alive
 def pieces_of(asset: Asset) -> tuple[MeshPiece, ...]:
     """Return an asset's pieces, with its notice's; parts with the same joint, material and role are one piece."""
     groups: dict[tuple, list[Part]] = {}
