@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.analysis.plots.test_paper_figures import assert_is_printable
 from tests.support.published_runs import Write, small_records
 from tools.known_beliefs import AGENTS, study_of
 from vigil.analysis.measures.metrics import broken_run_identities
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
+from vigil.analysis.plots.style import PAPER_WIDTHS_IN, PaperWidth, on_paper
 from vigil.analysis.report import html_report, make_report, markdown_report
 from vigil.analysis.tables.belief_tables import HEADING, belief_tables
 from vigil.protocol.profile import Profile
@@ -42,6 +44,15 @@ def test_the_section_has_the_tables_and_the_figures(believing: Study) -> None:
         shares = [row.cells[part][0] for part in beliefs.parts]
         nr = 100 * sum(play.outcome.label == "NR" for play in beliefs.plays) / len(beliefs.plays)
         assert sum(shares) == pytest.approx(nr)
+
+
+@pytest.mark.parametrize("width", PAPER_WIDTHS_IN)
+def test_the_figures_of_beliefs_fit_a_paper(believing: Study, width: PaperWidth) -> None:
+    with on_paper(width):
+        for name, draw in BELIEF_FIGURES.items():
+            figure = draw(believing)
+            assert figure is not None, name
+            assert_is_printable(figure, width)
 
 
 def test_a_partition_that_does_not_add_up_is_named(believing: Study) -> None:

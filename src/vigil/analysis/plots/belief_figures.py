@@ -18,13 +18,15 @@ from vigil.analysis.plots.style import (
     LABEL_COLOURS,
     PLOT_WIDTH_IN,
     canvas,
+    is_column,
     set_figure_title,
     styled,
 )
 from vigil.analysis.tables.belief_tables import belief_rows
 from vigil.scoring.beliefs import PARTS
 
-_NAME_CHARS = 40
+_NAME_CHARS = {False: 40, True: 27}
+"""Whether a figure is for one column of a paper -> number of characters in a line of a name."""
 PART_LOOKS = {
     "knew_and_did_not_say": ("knew and did not say", LABEL_COLOURS["NR"], ""),
     "said_without_believing": ("said without believing", LABEL_COLOURS["FR"], ""),
@@ -56,9 +58,9 @@ def belief_curve(study: Study) -> Figure | None:
         axes.set(xlim=(-CURVE_STEPS - 0.5, CURVE_STEPS + 0.5), ylim=(-0.02, 1.02))
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_xlabel("steps since the frame that first shows the goal")
-        axes.set_ylabel("stated likelihood that it is done")
+        axes.set_ylabel("stated likelihood that the task is done")
         set_figure_title(axes, "Belief over time, aligned on attainment")
-        figure.legend(loc="outside lower center", ncols=2)
+        figure.legend(loc="outside lower center", ncols=1 if is_column() else 2, handlelength=3.2)
         return figure
 
 
@@ -68,7 +70,7 @@ def belief_reliability(study: Study) -> Figure | None:
     if not rows:
         return None
     with styled():
-        figure = canvas(PLOT_WIDTH_IN, 4.6)
+        figure = canvas(PLOT_WIDTH_IN, 4.2 + 0.2 * len(rows) if is_column() else 4.6)
         axes = figure.add_subplot()
         axes.plot([0, 1], [0, 1], color=FAINT, lw=1.0, ls=":")
         for number, (entry, beliefs) in enumerate(rows):
@@ -85,7 +87,7 @@ def belief_reliability(study: Study) -> Figure | None:
         axes.set_xlabel("stated likelihood")
         axes.set_ylabel("share that was true")
         set_figure_title(axes, "Reliability of stated beliefs")
-        legend = figure.legend(loc="outside right upper")
+        legend = figure.legend(loc="outside lower center" if is_column() else "outside right upper")
         for handle in legend.legend_handles:
             handle.set(sizes=[30])  # pyright: ignore[reportOptionalMemberAccess] - scatter has handles
         return figure
@@ -112,7 +114,7 @@ def belief_partition(study: Study) -> Figure | None:
         axes.set_xlim(0, max(10.0, 1.08 * float(left.max())))
         axes.set_xlabel("share of all scored plays (%)")
         set_figure_title(axes, "Why reports were false (FR) or missing (NR)")
-        figure.legend(loc="outside lower center", ncols=3)
+        figure.legend(loc="outside lower center", ncols=2 if is_column() else 3)
         return figure
 
 
@@ -131,7 +133,9 @@ BELIEF_CAPTIONS = {
 
 
 def _name(entry: RunEntry, beliefs: BeliefStudy) -> str:
-    return textwrap.shorten(f"{entry.name} ({beliefs.framing})", _NAME_CHARS, placeholder=" ...")
+    """Return a run's name, wrapped; with the framing of the question if the run was asked under several."""
+    name = entry.name if len(entry.run.beliefs) == 1 else f"{entry.name} ({beliefs.framing})"
+    return textwrap.fill(name, _NAME_CHARS[is_column()])
 
 
 def _ends(found: Estimate) -> tuple[float, float]:

@@ -32,7 +32,7 @@ _TIER_TEXTS = {
 _CONTRACT = (
     "The agent sees one egocentric RGB frame per step and its own past replies; no success signal, state, map or "
     "budget. Only its own report ends an episode. W: the hidden world reached the goal. B: W, and the report matches "
-    "the hidden world. Circle: target."
+    "the hidden world. Circle: the target; in SM, the object that comes first."
 )
 _CARD_WIDTH_IN = 2.75
 
@@ -45,7 +45,7 @@ class Example:
     frame: np.ndarray
     """The first frame, (480, 640, 3) uint8."""
     target: tuple[float, float] | None
-    """Pixel (x, y) in the middle of the target; None if the target is out of view."""
+    """Pixel (x, y) in the middle of the target, or of a chain's first object; None if it is out of view."""
 
 
 def protocol_figure(examples: Mapping[Family, Example]) -> Figure:
@@ -85,17 +85,17 @@ class _Layout:
     across: float = 110.0
     height: float = 49.0
     pictures_top: float = 39.8
-    boxes_top: float = 19.0
+    boxes_top: float = 16.0
     columns: int = 6
     """Greatest number of frames in a row."""
 
     @property
     def widest(self) -> float:
-        """Greatest width of a picture, including the gap after it; a wider picture would overlap the boxes below."""
-        return (self.pictures_top - self.boxes_top - 4.9) / 0.75
+        """Greatest width of a picture: it leaves room for four lines of a reply between the picture and the boxes."""
+        return (self.pictures_top - self.boxes_top - 9.4) / 0.75
 
 
-_PAPER_LAYOUT = _Layout(67.5, 44.0, 39.0, 17.0, 4)
+_PAPER_LAYOUT = _Layout(67.5, 44.0, 39.0, 18.2, 4)
 
 
 def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) -> Figure:
@@ -115,7 +115,7 @@ def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) 
         said = _wrapped(f"“{episode.instruction}”", _letters(right - 2, 8.5), 1)
         axes.text(2, layout.pictures_top + 3.4, said, fontsize=points(8.5), color=INK, va="center")
         pitch = (layout.across - 4) / len(chosen)
-        width = min(pitch, layout.widest) - 2.5
+        width = min(pitch - 2.5, layout.widest)
         for place, index in enumerate(chosen):
             left = 2 + place * pitch
             _step(axes, track, index, layout, (left, width))
@@ -167,7 +167,7 @@ def _step(axes: Axes, track: AgentTrajectory, index: int, layout: _Layout, at: t
     middle, under = left + width / 2, top - height
     axes.text(middle, under - 0.9, step_caption(step), fontsize=points(8), fontweight="bold", **look)
     held = track.holds[index + 1]
-    hidden = GOAL_WORDS if held else "(hidden: the goal does not hold)"
+    hidden = GOAL_WORDS if held else "after it: goal unmet (hidden)"
     axes.text(middle, under - 2.5, hidden, fontsize=points(7), color=GOAL_COLOUR if held else FAINT, **look)
     lines = max(1, int((under - 4.4 - layout.boxes_top) / 1.1))
     spaced = " ".join(step.reply.text.replace(",", ", ").replace(":", ": ").split())
@@ -203,7 +203,7 @@ def _interface(axes: Axes, layout: _Layout) -> None:
 def _footnotes(axes: Axes, layout: _Layout, episode: Episode, track: AgentTrajectory) -> None:
     """Write the budgets, what the marks mean, and the episode's outcome."""
     outcome = track.outcome
-    budget = f"at most {episode.max_steps} steps and {episode.max_invalid} invalid replies, hidden from it"
+    budget = f"at most {episode.max_steps} steps and {episode.max_invalid} invalid replies, hidden from the agent"
     look: dict[str, Any] = {"fontsize": points(7.8), "color": FAINT}
     axes.text(2 + 0.36 * layout.across, 2.9, budget, ha="center", **look)
     axes.text(2, 0.9, "cross: where the action clicks    +n: n steps that are not shown", **look)

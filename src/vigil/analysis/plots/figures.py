@@ -147,7 +147,7 @@ def closure_curves(study: Study) -> Figure | None:
             )
         axes.set(
             xlim=(0, CLOSURE_STEPS),
-            ylim=(0, 103),
+            ylim=(-2, 103),
             xlabel="k: steps after the goal first held",
             ylabel="W=1 episodes closed within k steps (%)",
         )
@@ -201,8 +201,8 @@ CAPTIONS = {
     "belief_closure": "(a) Mean steps from attainment to the matching report, over episodes with B=1. "
     "(b) Kinds of action after the goal first held, pooled over W=1 episodes.",
     "plane": "World completion against benchmark success. On the diagonal every achieved state is closed by a matching "
-    "report; the distance below it is the gap. Crosses: 95 % Wilson intervals. Grey: published rows, another pack and "
-    "simulator.",
+    "report; the distance below it is the gap Δ = W−B. Crosses: 95 % Wilson intervals. Grey: published rows, another "
+    "pack and simulator.",
     "closure_curves": "Share of the episodes with W=1 that a matching report closed within k steps of attainment.",
     "feedback_shift": "Runs without (hollow) and with action feedback (filled), over episodes that both have scored.",
 }
@@ -214,7 +214,8 @@ def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
     for row, entry in enumerate(entries):
         w, b = (100 * (entry.overall.share(name) or 0.0) for name in ("W", "B"))
         axes.plot([w], [row], **look)
-        axes.text(101.5, row, f"W−B {w - b:.1f}\u2002", va="center", fontsize=points(8))
+        look_of_gap: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": points(8)}
+        axes.annotate(f"W−B {w - b:.1f}\u2002", (100, row), (5, 0), **look_of_gap)
     handle: dict[str, Any] = {**look, "ms": 11}
     return Line2D([], [], **handle, label="W: the world reached the goal")
 

@@ -14,7 +14,7 @@ from vigil.analysis.plots.style import GROUND
 
 PointLabel = tuple[tuple[float, float], str, str, float]
 """Label of a point: position (data coordinates), text, colour, and size in points."""
-_DISTANCES_PT = (7, 12, 20, 30, 42, 58, 76, 96, 120, 150)
+_DISTANCES_PT = (9, 14, 20, 30, 42, 58, 76, 96, 120, 150)
 _DIRECTIONS = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 _LEADER_FROM = 14
 _POINT_PX = 5

@@ -37,8 +37,8 @@ from vigil.scoring.outcomes import Label, Outcome, score
 from vigil.scoring.saved_run import RecordTable
 
 GOAL_COLOUR = LABEL_COLOURS["B"]
-GOAL_WORDS = "(hidden: the goal holds)"
-"""Words under a frame if the hidden goal holds after the step that follows the frame."""
+GOAL_WORDS = "after it: goal met (hidden)"
+"""Words under a step after which the goal holds, which the agent is not shown."""
 CLICK_COLOUR = "#ff2d95"
 DEFAULT_COLUMNS = 6
 ANIMATION_MS = 900
@@ -168,7 +168,7 @@ def action_caption(action: AnyAction | None) -> str:
             return ""
         case Navigate():
             mode_words = action.mode.replace("turn_", "turn ")
-            return f"{mode_words} {action.magnitude:g}{'°' if 'turn' in mode_words else ' steps'}"
+            return f"{mode_words} {round(action.magnitude, 1):g}{'°' if 'turn' in mode_words else ' steps'}"
         case InteractPixel():
             where = "" if action.x is None else f" ({action.x}, {action.y})"
             return f"{action.intent.replace('_', ' ')}{where}"
@@ -177,7 +177,7 @@ def action_caption(action: AnyAction | None) -> str:
         case Stop():
             return "stop"
         case _:
-            return f"look {action.direction} {action.magnitude:g}°"
+            return f"look {action.direction} {round(action.magnitude, 1):g}°"
 
 
 def verdict_caption(one: AgentTrajectory) -> str:

@@ -175,7 +175,12 @@
     }
     shape("line", { x1: x(now), x2: x(now), y1: 8, y2: 98, class: "now" }, chart);
     shape("text", { x: 34, y: 114 }, chart, "start");
-    shape("text", { x: 311, y: 114, "text-anchor": "middle" }, chart, ["progress", hidden.beliefs.length ? "dots: stated belief that it is done" : "", rows.some((row) => row.W) ? "green: the goal holds" : ""].filter(Boolean).join("; "));
+    at("progress-words").textContent = [
+      "Line: progress of the goal",
+      hidden.beliefs.length ? "dots: stated likelihood that the task is done, at the frame before each step" : "",
+      rows.some((row) => row.W) ? "green: the goal holds" : "",
+      "upright line: after this step",
+    ].filter(Boolean).join("; ") + ".";
     shape("text", { x: 588, y: 114, "text-anchor": "end" }, chart, `step ${rows.length - 1}`);
   }
 
