@@ -109,6 +109,7 @@ def make(runs: Path) -> Make:
                 "steps": 5,
                 "replies_sha256": [f"{number} {index}" for index in range(len(closed))],
                 "play_sha256": [f"{number} {index}" for index in range(len(closed))],
+                "actions_sha256": "",
                 "is_solution": False,
                 **facts.pop("plays", {}),
             }
@@ -182,6 +183,16 @@ def test_equal_replies_and_the_gap_to_a_fresh_pack_are_signs(make: Make) -> None
     assert not any("fresh pack" in sign for sign in found[other.id])
 
 
+def test_the_actions_of_another_with_other_thoughts_are_a_sign(make: Make) -> None:
+    acted = [f"1 {index}" if index < 5 else "" for index in range(8)]
+    one, other = (
+        make(name, [True] * 8, number=number, plays={"actions_sha256": acted}) for number, name in enumerate("ab", 1)
+    )
+    assert signs_between([one, other])[one.id] == [
+        f"5 of 5 plays of 4 or more replies with a click have, action by action, the actions of entry {other.id} (b)."
+    ]
+
+
 def test_names_solutions_and_timings_are_signs(make: Make) -> None:
     answered = ProviderFacts(replies=2, models={"m-1": 1, "m-2": 1})
     entry = make("a", [True, True], header={"answered": answered}, plays={"is_solution": [True, False]})
@@ -250,6 +261,38 @@ def test_a_folder_that_is_no_site_is_not_overwritten(tmp_path: Path) -> None:
     with pytest.raises(SettingError, match="is not the site of a leaderboard"):
         build_site([], tmp_path, BuildSettings())
     assert (tmp_path / "mine.txt").exists()
+
+
+def test_a_bundle_that_does_not_exist_stops_the_build(tmp_path: Path) -> None:
+    with pytest.raises(SettingError, match=r"absent.zip' does not exist"):
+        build_site([tmp_path / "absent.zip"], tmp_path / "site", BuildSettings())
+    assert not (tmp_path / "site").exists()
+
+
+def test_a_link_to_a_site_stays_a_link(tmp_path: Path) -> None:
+    (tmp_path / "site").symlink_to("served")
+    for _ in range(2):
+        build_site([], tmp_path / "site", BuildSettings())
+        assert (tmp_path / "site").is_symlink()
+        assert (tmp_path / "served" / "index.html").is_file()
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(SettingError, match="is not the site of a leaderboard"):
+        build_site([], tmp_path / "loop", BuildSettings())
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("   ", "at least 1 character"),
+        ("\u3164", "an invisible character"),
+        ("a\ufe0f", "an invisible character"),
+        ("a" + "\u0301" * 4, "more than 3 marks"),
+        ("G\u0420T-4o", "mixes Latin letters with letters that look like them"),
+    ],
+)
+def test_a_name_that_deceives_is_refused(name: str, why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        metadata(name)
 
 
 def check_with_axe(visitor: Visitor, where: str) -> None:

@@ -23,6 +23,7 @@ from vigil.analysis.tables.table import Table
 from vigil.leaderboard.bundle import Frames
 from vigil.leaderboard.signs import PlayReader
 from vigil.packs.pack import CHORES_SUITE, Pack
+from vigil.scoring.levels import LEVELS
 from vigil.scoring.rates import Rate
 from vigil.scoring.saved_run import SavedRun
 
@@ -126,7 +127,7 @@ def changed_figures(claimed: Figures, found: Figures) -> Iterator[str]:
 def _of_families(entry: RunEntry) -> Iterator[tuple[str, Figure]]:
     for name in RATES:
         yield name, _figure(entry.overall.rate(name), entry.by_houses[name])
-    levels = entry.run.rows.dropna(subset=["level"]).groupby("level")
+    levels = [(level, rows) for level in LEVELS if len(rows := entry.run.rows[entry.run.rows["level"] == level])]
     parts = [(f"family.{name}", part) for name, part in entry.family_parts()]
     parts += [(f"level.{name}", entry.part(rows, measure(rows))) for name, rows in levels]
     for part_name, part in parts:
