@@ -20,7 +20,7 @@ from vigil.leaderboard.boards import boards_of, history_of
 from vigil.leaderboard.build import build_site
 from vigil.leaderboard.checking import CheckedEntry
 from vigil.leaderboard.measures import Figures
-from vigil.leaderboard.metadata import read_metadata
+from vigil.leaderboard.metadata import check_value, read_metadata
 from vigil.leaderboard.pages import Content, write_site
 from vigil.leaderboard.settings import BuildSettings
 from vigil.leaderboard.signs import own_signs, signs_between
@@ -82,6 +82,27 @@ def test_without_metadata_the_command_says_where_to_write_them(vigil: Vigil, run
     said = vigil("submit", runs / "random", "--out", tmp_path / "x.zip")
     assert said.code == 2
     assert "with --metadata" in said.err
+    assert "`model_name` (name of the model or agent)" in said.err
+
+
+def test_places_are_checked_before_the_questions(vigil: Vigil, runs: Path, tmp_path: Path) -> None:
+    assert "ends in .zip" in vigil("submit", runs / "random", "--out", tmp_path / "x").err
+    assert "with --metadata" not in vigil("submit", runs / "absent", "--out", tmp_path / "x.zip").err
+
+
+@pytest.mark.parametrize(
+    ("place", "good", "bad"),
+    [
+        ("submission_date", "2026-11-27", "tomorrow"),
+        ("references", ["https://example.org"], ["example.org"]),
+        ("model_name", "a", None),
+        ("methodology.verification.omitted_questions", "false", "perhaps"),
+    ],
+)
+def test_each_answer_is_checked_when_it_is_given(place: str, good: object, bad: object) -> None:
+    check_value(place, good)
+    with pytest.raises(ValueError, match="validation error"):
+        check_value(place, bad)
 
 
 Make = Callable[..., CheckedEntry]

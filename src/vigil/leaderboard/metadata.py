@@ -7,7 +7,7 @@ from datetime import date
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, TypeAdapter, ValidationError
 
 from vigil.errors import SettingError, did_you_mean, first_error
 from vigil.records.record import RunHeader
@@ -106,7 +106,7 @@ def read_metadata(path: Path) -> EntryMetadata:
     if not path.is_file():
         raise SettingError(
             f"{str(path)!r} does not exist. Write the entry's metadata to this file; docs/leaderboard.md shows an "
-            "example."
+            f"example. {needed_values()}"
         )
     text = read_yaml(path)
     try:
@@ -136,6 +136,21 @@ def fields_of(kind: type[BaseModel], above: str = "") -> Iterator[tuple[str, str
             yield from fields_of(inner, f"{above}{name}.")
         else:
             yield above + name, field.description or ""
+
+
+def needed_values() -> str:
+    """Return a sentence that lists all values of the metadata."""
+    return f"It needs {'; '.join(f'`{place}` ({said})' for place, said in fields_of(EntryMetadata))}."
+
+
+def check_value(place: str, value: object) -> None:
+    """Raise ValueError unless a value is valid at its path, such as `methodology.notes`."""
+    *above, name = place.split(".")
+    kind: Any = EntryMetadata
+    for part in above:
+        kind = kind.model_fields[part].annotation
+    field = kind.model_fields[name]
+    TypeAdapter(Annotated[field.annotation, field]).validate_python(value)
 
 
 def division_of(header: RunHeader, metadata: EntryMetadata) -> Division:
