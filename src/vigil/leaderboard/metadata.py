@@ -7,9 +7,9 @@ from datetime import date
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, TypeAdapter, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError, create_model
 
-from vigil.errors import SettingError, did_you_mean, first_error
+from vigil.errors import SettingError, did_you_mean
 from vigil.records.record import RunHeader
 from vigil.studies.yaml_text import YamlText, read_yaml, spoken
 
@@ -125,7 +125,12 @@ def _readable(text: YamlText, error: ValidationError) -> SettingError:
         return text.error(unknown[0]["loc"], f"this key does not exist.{did_you_mean(place, known)}")
     if listed:
         return text.error((), f"the metadata is incomplete. Missing: {'; '.join(listed)}.")
-    return text.error(faults[0]["loc"], f"{first_error(error)}.")
+    return text.error(faults[0]["loc"], f"{reason(error)}.")
+
+
+def reason(error: ValidationError) -> str:
+    """Return why the first invalid value is invalid, without its place."""
+    return error.errors()[0]["msg"].removeprefix("Value error, ")
 
 
 def fields_of(kind: type[BaseModel], above: str = "") -> Iterator[tuple[str, str]]:
@@ -150,7 +155,7 @@ def check_value(place: str, value: object) -> None:
     for part in above:
         kind = kind.model_fields[part].annotation
     field = kind.model_fields[name]
-    TypeAdapter(Annotated[field.annotation, field]).validate_python(value)
+    create_model("Value", value=(field.annotation, field)).model_validate({"value": value})
 
 
 def division_of(header: RunHeader, metadata: EntryMetadata) -> Division:

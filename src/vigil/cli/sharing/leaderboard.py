@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from vigil.cli.arguments import Reveal, RunArgument
 from vigil.cli.progress import progress
 from vigil.cli.text import print_notes
-from vigil.errors import SettingError, first_error
+from vigil.errors import SettingError
 from vigil.leaderboard.settings import BuildSettings, CheckSettings
 from vigil.runner.shared_settings import PackLocation
 
@@ -70,13 +70,13 @@ def _ask() -> "EntryMetadata":
 
 def _value(place: str, answer: str) -> list[str] | str | None:
     """Return the value that an answer gives. Raises BadParameter, after which the question is asked again."""
-    from vigil.leaderboard.metadata import check_value
+    from vigil.leaderboard.metadata import check_value, reason
 
     value = answer.split() if place == "references" else answer.strip() or None
     try:
         check_value(place, value)
     except ValidationError as error:
-        raise typer.BadParameter(first_error(error)) from None
+        raise typer.BadParameter(reason(error)) from None
     return value
 
 
