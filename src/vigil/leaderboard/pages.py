@@ -30,7 +30,7 @@ _HERE = Path(__file__).parent / "templates"
 _TEMPLATES = site.template_environment()
 _TEMPLATES.filters["tier"] = lambda tier: tier.replace("re_", "re-").replace("self_", "self-").replace("_", " ")
 _TEMPLATES.loader = FileSystemLoader([_HERE, site.HERE / "templates"])
-PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN, LABEL_HEIGHT = 640.0, 420.0, 44.0, 13.0
+PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN, LABEL_HEIGHT = 640.0, 420.0, 44.0, 18.0
 MOST_LABELS = 16
 """Maximum number of entries for which a plot shows names."""
 
