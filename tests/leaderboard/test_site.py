@@ -336,7 +336,12 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
         )
         for number in range(100)
     ]
-    write_site(Content(entries, (), signs_between(entries), {}), tmp_path / "site")
+    profile = "pure_rgb_dialogue_history_look_before_report"
+    earlier = [
+        {"model_name": "model 1", "profile": profile, "pack": f"vigil_mini_v{number}", "result": "B 10.0 [5.2, 18.5]"}
+        for number in (1, 2)
+    ]
+    write_site(Content(entries, (), signs_between(entries), {}, earlier), tmp_path / "site")
     context = chromium.new_context(viewport=size, color_scheme=scheme)
     visitor = Visitor(context.new_page())
     visitor.page.goto((tmp_path / "site" / "index.html").as_uri())
