@@ -20,7 +20,7 @@ from vigil.leaderboard.boards import boards_of, history_of
 from vigil.leaderboard.build import build_site
 from vigil.leaderboard.checking import CheckedEntry
 from vigil.leaderboard.measures import Figures
-from vigil.leaderboard.metadata import read_metadata
+from vigil.leaderboard.metadata import check_value, read_metadata
 from vigil.leaderboard.pages import Content, write_site
 from vigil.leaderboard.settings import BuildSettings
 from vigil.leaderboard.signs import own_signs, signs_between
@@ -82,6 +82,27 @@ def test_without_metadata_the_command_says_where_to_write_them(vigil: Vigil, run
     said = vigil("submit", runs / "random", "--out", tmp_path / "x.zip")
     assert said.code == 2
     assert "with --metadata" in said.err
+    assert "`model_name` (name of the model or agent)" in said.err
+
+
+def test_places_are_checked_before_the_questions(vigil: Vigil, runs: Path, tmp_path: Path) -> None:
+    assert "ends in .zip" in vigil("submit", runs / "random", "--out", tmp_path / "x").err
+    assert "with --metadata" not in vigil("submit", runs / "absent", "--out", tmp_path / "x.zip").err
+
+
+@pytest.mark.parametrize(
+    ("place", "good", "bad"),
+    [
+        ("submission_date", "2026-11-27", "tomorrow"),
+        ("references", ["https://example.org"], ["example.org"]),
+        ("model_name", "a", None),
+        ("methodology.verification.omitted_questions", "false", "perhaps"),
+    ],
+)
+def test_each_answer_is_checked_when_it_is_given(place: str, good: object, bad: object) -> None:
+    check_value(place, good)
+    with pytest.raises(ValueError, match="validation error"):
+        check_value(place, bad)
 
 
 Make = Callable[..., CheckedEntry]
@@ -109,6 +130,7 @@ def make(runs: Path) -> Make:
                 "steps": 5,
                 "replies_sha256": [f"{number} {index}" for index in range(len(closed))],
                 "play_sha256": [f"{number} {index}" for index in range(len(closed))],
+                "actions_sha256": "",
                 "is_solution": False,
                 **facts.pop("plays", {}),
             }
@@ -182,6 +204,16 @@ def test_equal_replies_and_the_gap_to_a_fresh_pack_are_signs(make: Make) -> None
     assert not any("fresh pack" in sign for sign in found[other.id])
 
 
+def test_the_actions_of_another_with_other_thoughts_are_a_sign(make: Make) -> None:
+    acted = [f"1 {index}" if index < 5 else "" for index in range(8)]
+    one, other = (
+        make(name, [True] * 8, number=number, plays={"actions_sha256": acted}) for number, name in enumerate("ab", 1)
+    )
+    assert signs_between([one, other])[one.id] == [
+        f"5 of 5 plays of 4 or more replies with a click have, action by action, the actions of entry {other.id} (b)."
+    ]
+
+
 def test_names_solutions_and_timings_are_signs(make: Make) -> None:
     answered = ProviderFacts(replies=2, models={"m-1": 1, "m-2": 1})
     entry = make("a", [True, True], header={"answered": answered}, plays={"is_solution": [True, False]})
@@ -252,6 +284,38 @@ def test_a_folder_that_is_no_site_is_not_overwritten(tmp_path: Path) -> None:
     assert (tmp_path / "mine.txt").exists()
 
 
+def test_a_bundle_that_does_not_exist_stops_the_build(tmp_path: Path) -> None:
+    with pytest.raises(SettingError, match=r"absent.zip' does not exist"):
+        build_site([tmp_path / "absent.zip"], tmp_path / "site", BuildSettings())
+    assert not (tmp_path / "site").exists()
+
+
+def test_a_link_to_a_site_stays_a_link(tmp_path: Path) -> None:
+    (tmp_path / "site").symlink_to("served")
+    for _ in range(2):
+        build_site([], tmp_path / "site", BuildSettings())
+        assert (tmp_path / "site").is_symlink()
+        assert (tmp_path / "served" / "index.html").is_file()
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(SettingError, match="is not the site of a leaderboard"):
+        build_site([], tmp_path / "loop", BuildSettings())
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("   ", "at least 1 character"),
+        ("\u3164", "an invisible character"),
+        ("a\ufe0f", "an invisible character"),
+        ("a" + "\u0301" * 4, "more than 3 marks"),
+        ("G\u0420T-4o", "mixes Latin letters with letters that look like them"),
+    ],
+)
+def test_a_name_that_deceives_is_refused(name: str, why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        metadata(name)
+
+
 def check_with_axe(visitor: Visitor, where: str) -> None:
     """Assert that axe-core, which checks accessibility, finds no violation on the page."""
     visitor.page.evaluate(AXE_SCRIPT)
@@ -272,7 +336,12 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
         )
         for number in range(100)
     ]
-    write_site(Content(entries, (), signs_between(entries), {}), tmp_path / "site")
+    profile = "pure_rgb_dialogue_history_look_before_report"
+    earlier = [
+        {"model_name": "model 1", "profile": profile, "pack": f"vigil_mini_v{number}", "result": "B 10.0 [5.2, 18.5]"}
+        for number in (1, 2)
+    ]
+    write_site(Content(entries, (), signs_between(entries), {}, earlier), tmp_path / "site")
     context = chromium.new_context(viewport=size, color_scheme=scheme)
     visitor = Visitor(context.new_page())
     visitor.page.goto((tmp_path / "site" / "index.html").as_uri())

@@ -12,10 +12,10 @@ from typing import Any
 
 import pytest
 
-from vigil.packs.pack import Pack
+from vigil.packs.pack import Pack, packaged_names
 
-PACKS = ("starter", "vigil_smoke_v5", "vigil_mini_v5", "vigil_balanced_1000_v5", "vigil_paper_1000_v1")
-TABLES = ("episodes", "solutions", "facts", "levels")
+PACKS = tuple(packaged_names())
+TABLES = ("episodes", "solutions", "facts", "levels", "closure", "chores")
 
 
 def _configs(pack: Pack) -> dict[str, str]:

@@ -22,6 +22,7 @@ from vigil.errors import RecordError, SettingError
 from vigil.packs.pack import Pack
 from vigil.records.record_file import read_records
 from vigil.serve import host as host_module
+from vigil.serve.app import MAX_INVALID
 from vigil.serve.messages import MAX_MESSAGE_BYTES
 from vigil.serve.patience import Patience, PatientProtocol
 
@@ -216,6 +217,18 @@ def test_bad_messages_get_an_error_and_leak_nothing(pack: Pack, tmp_path: Path) 
         assert "The server chooses the episodes" in str(told[-1])
         for word in [*hidden_words(pack), str(tmp_path), "Traceback"]:
             assert word not in "".join(map(str, told))
+
+
+def test_a_client_that_sends_only_nonsense_loses_its_connection_and_no_other(pack: Pack, tmp_path: Path) -> None:
+    with serving(pack, tmp_path / "run") as client, connect(socket_url(client)) as honest:
+        with connect(socket_url(client)) as flood:
+            for _ in range(MAX_INVALID):
+                flood.send("{}")
+                assert json.loads(flood.recv())["type"] == "error"
+            with pytest.raises(ConnectionClosed):
+                flood.recv()
+        honest.send('{"type": "reset"}')
+        assert json.loads(honest.recv())["type"] == "observation"
 
 
 def test_a_failure_inside_is_not_told(pack: Pack, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

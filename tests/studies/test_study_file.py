@@ -80,6 +80,7 @@ def test_runs_are_selected_by_name(tmp_path: Path) -> None:
         ("name: GPT-5.4", "name: one", "models[2].name: the name 'one' is also that of models[1]"),
         ("limit: 8}", "limit: 8", "line 3"),
         ("limit: 8}", "limit: *x}", "line 2: aliases"),
+        ("limit: 8}", f"limit: {'[' * 5000}", "line 2: values are nested more than 50 levels deep"),
         ("  - name: One\n", "  - \n", "line 8, models[1]: the key `name` is missing"),
     ],
 )

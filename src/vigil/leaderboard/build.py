@@ -1,5 +1,6 @@
 """Building: checks every bundle, compares the entries, and writes a static site that any web server can host."""
 
+import os
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -83,7 +84,11 @@ def build_site(
 
     `on_progress` is that of `BundleChecks.check`. Raises SettingError or PackMismatch.
     """
-    if out.exists() and (not out.is_dir() or (any(out.iterdir()) and not (out / DATA).exists())):
+    for bundle in bundles:
+        if not bundle.exists():
+            raise SettingError(f"Bundle {str(bundle)!r} does not exist. Give the path of a bundle of `vigil submit`.")
+    out = Path(os.path.realpath(out))  # a link stays, and its folder gets the site
+    if os.path.lexists(out) and (not out.is_dir() or (any(out.iterdir()) and not (out / DATA).exists())):
         raise SettingError(f"{str(out)!r} exists, but is not the site of a leaderboard. Give another --out.")
     cache = Cache(
         settings.cache or out.with_name(f"{out.name}-cache"),
@@ -103,8 +108,8 @@ def build_site(
         for name in sorted(unused)
     ]
     content = Content(builder.entries, builder.log, signs_between(builder.entries), builder.pages, earlier)
-    out.absolute().parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=out.absolute().parent, prefix=f"{out.name}-new-") as work:
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=out.parent, prefix=f"{out.name}-new-") as work:
         new = Path(work) / "site"
         write_site(content, new)
         if out.exists():

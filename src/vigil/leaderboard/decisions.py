@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
-from vigil.errors import SettingError, first_error
-from vigil.leaderboard.metadata import Line, Tier
+from vigil.errors import SettingError
+from vigil.leaderboard.metadata import Line, Tier, reason
 from vigil.studies.yaml_text import read_yaml
 
 Status = Literal["accepted", "refused", "withdrawn"]
@@ -47,7 +47,7 @@ def read_decisions(path: Path | None) -> dict[str, Decision]:
     try:
         found = _File.model_validate(text.value).decisions
     except ValidationError as error:
-        raise text.error(tuple(error.errors()[0]["loc"]), f"{first_error(error)}.") from None
+        raise text.error(tuple(error.errors()[0]["loc"]), f"{reason(error)}.") from None
     for index, decision in enumerate(found):
         if decision.run in {other.run for other in found[:index]}:
             raise text.error(("decisions", index), f"there are two decisions about {decision.run}. Remove one of them.")

@@ -22,6 +22,7 @@ from vigil.analysis.tables.table import Table
 from vigil.leaderboard.bundle import Frames
 from vigil.leaderboard.signs import PlayReader
 from vigil.packs.pack import CHORES_SUITE, Pack
+from vigil.scoring.levels import LEVELS
 from vigil.scoring.rates import Rate
 from vigil.scoring.saved_run import SavedRun
 
@@ -125,9 +126,13 @@ def changed_figures(claimed: Figures, found: Figures) -> Iterator[str]:
 def _of_families(entry: RunEntry) -> Iterator[tuple[str, Figure]]:
     for name in RATES:
         yield name, _figure(entry.overall.rate(name), entry.by_houses[name])
-    levels = entry.run.rows.dropna(subset=["level"]).groupby("level")
+    of_level = dict(iter(entry.run.rows.dropna(subset=["level"]).groupby("level")))
     parts = [(f"family.{name}", part) for name, part in entry.family_parts()]
-    parts += [(f"level.{name}", entry.part(rows, measure(rows))) for name, rows in levels]
+    parts += [
+        (f"level.{name}", entry.part(rows, measure(rows)))
+        for name in LEVELS
+        if (rows := of_level.get(name)) is not None
+    ]
     for part_name, part in parts:
         for name in ("W", "B"):
             yield f"{part_name}.{name}", _figure(part.overall.rate(name), part.by_houses[name])

@@ -1,13 +1,15 @@
 """Metadata of an entry: what its submitter states, and the check that the run's header agrees with it."""
 
+import re
+import unicodedata
 from collections.abc import Iterator
 from datetime import date
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError, create_model
 
-from vigil.errors import SettingError, did_you_mean, first_error
+from vigil.errors import SettingError, did_you_mean
 from vigil.records.record import RunHeader
 from vigil.studies.yaml_text import YamlText, read_yaml, spoken
 
@@ -21,15 +23,41 @@ MAX_PLAYS_OF_AN_EPISODE = 32
 MAX_NAME_CHARS = 300
 
 
+_BLANK = re.compile("[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0f\uffa0\U000e0100-\U000e01ef]")
+"""Characters that show nothing, although Unicode counts them as letters, marks or symbols."""
+MAX_MARKS = 3
+"""Maximum number of marks on one letter; more of them cover the lines above and below."""
+
+
 def _plain(text: str) -> str:
-    if not text.replace("\n", "").isprintable():
+    if not text.replace("\n", "").isprintable() or _BLANK.search(text):
         raise ValueError("the text contains a control character or an invisible character; remove it")
     if set("<>") & set(text):
         raise ValueError("the text contains < or >; remove these characters")
+    kinds = "".join("m" if unicodedata.category(letter) in ("Mn", "Me") else "-" for letter in text)
+    if "m" * (MAX_MARKS + 1) in kinds:
+        raise ValueError(f"a letter has more than {MAX_MARKS} marks; remove some of them")
     return text
 
 
-Line = Annotated[str, StringConstraints(min_length=1, max_length=100, pattern=r"^[^\n]+$"), AfterValidator(_plain)]
+def _of_one_alphabet(text: str) -> str:
+    """Return a name; raise ValueError if a word mixes Latin letters with letters that look like them."""
+    for word in re.findall(r"[^\W\d_]+", text):
+        alphabets = {unicodedata.name(letter, "").partition(" ")[0] for letter in word}
+        if "LATIN" in alphabets and alphabets & _LIKE_LATIN:
+            raise ValueError(
+                f"the word {word!a} mixes Latin letters with letters that look like them; use one alphabet"
+            )
+    return text
+
+
+_LIKE_LATIN = {"ARMENIAN", "CHEROKEE", "COPTIC", "CYRILLIC", "GREEK", "LISU"}
+Line = Annotated[
+    str,
+    StringConstraints(min_length=1, max_length=100, pattern=r"^[^\n]+$", strip_whitespace=True),
+    AfterValidator(_plain),
+    AfterValidator(_of_one_alphabet),
+]
 Link = Annotated[str, StringConstraints(max_length=300, pattern=r"^https://[A-Za-z0-9.-]+(/[^\s\"'<>\\]*)?$")]
 
 
@@ -80,7 +108,7 @@ def read_metadata(path: Path) -> EntryMetadata:
     if not path.is_file():
         raise SettingError(
             f"{str(path)!r} does not exist. Write the entry's metadata to this file; docs/leaderboard.md shows an "
-            "example."
+            f"example. {needed_values()}"
         )
     text = read_yaml(path)
     try:
@@ -99,7 +127,12 @@ def _readable(text: YamlText, error: ValidationError) -> SettingError:
         return text.error(unknown[0]["loc"], f"this key does not exist.{did_you_mean(place, known)}")
     if listed:
         return text.error((), f"the metadata is incomplete. Missing: {'; '.join(listed)}.")
-    return text.error(faults[0]["loc"], f"{first_error(error)}.")
+    return text.error(faults[0]["loc"], f"{reason(error)}.")
+
+
+def reason(error: ValidationError) -> str:
+    """Return why the first invalid value is invalid, without its place."""
+    return error.errors()[0]["msg"].removeprefix("Value error, ")
 
 
 def fields_of(kind: type[BaseModel], above: str = "") -> Iterator[tuple[str, str]]:
@@ -110,6 +143,21 @@ def fields_of(kind: type[BaseModel], above: str = "") -> Iterator[tuple[str, str
             yield from fields_of(inner, f"{above}{name}.")
         else:
             yield above + name, field.description or ""
+
+
+def needed_values() -> str:
+    """Return a sentence that lists all values of the metadata."""
+    return f"It needs {'; '.join(f'`{place}` ({said})' for place, said in fields_of(EntryMetadata))}."
+
+
+def check_value(place: str, value: object) -> None:
+    """Raise ValueError unless a value is valid at its path, such as `methodology.notes`."""
+    *above, name = place.split(".")
+    kind: Any = EntryMetadata
+    for part in above:
+        kind = kind.model_fields[part].annotation
+    field = kind.model_fields[name]
+    create_model("Value", value=(field.annotation, field)).model_validate({"value": value})
 
 
 def division_of(header: RunHeader, metadata: EntryMetadata) -> Division:

@@ -28,8 +28,9 @@ SCHEMA = 1
 ENTRIES = "entries"
 _HERE = Path(__file__).parent / "templates"
 _TEMPLATES = site.template_environment()
+_TEMPLATES.filters["tier"] = lambda tier: tier.replace("re_", "re-").replace("self_", "self-").replace("_", " ")
 _TEMPLATES.loader = FileSystemLoader([_HERE, site.HERE / "templates"])
-PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN, LABEL_HEIGHT = 640.0, 420.0, 44.0, 13.0
+PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN, LABEL_HEIGHT = 640.0, 420.0, 44.0, 18.0
 MOST_LABELS = 16
 """Maximum number of entries for which a plot shows names."""
 
@@ -172,7 +173,7 @@ def _write_data(content: Content, ranks: Mapping[str, tuple[Board, Any]], out: P
     (out / "entries.csv").write_text(csv_text(pd.DataFrame(table)), encoding="utf-8")
     public = [entry for entry in content.entries if not entry.is_private]
     if public:
-        hidden = ["replies_sha256", "play_sha256"]
+        hidden = ["replies_sha256", "play_sha256", "actions_sha256"]
         plays = pd.concat([entry.plays.drop(columns=hidden).assign(entry=entry.id) for entry in public])
         plays.to_parquet(out / "plays.parquet", index=False)
 

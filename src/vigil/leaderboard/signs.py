@@ -11,6 +11,7 @@ import pandas as pd
 from vigil.analysis.measures.intervals import independent_difference
 from vigil.leaderboard.metadata import EntryMetadata
 from vigil.packs.pack import Pack
+from vigil.protocol.actions import InteractPixel
 from vigil.records.record import EpisodeRecord, RunHeader
 
 if TYPE_CHECKING:
@@ -18,6 +19,11 @@ if TYPE_CHECKING:
 
 MIN_REPLIES = 4
 """Plays with fewer replies are not compared with other plays, because short plays are often alike."""
+_EQUAL = {
+    "replies_sha256": f"plays of {MIN_REPLIES} or more replies have, word by word, the replies",
+    "actions_sha256": f"plays of {MIN_REPLIES} or more replies with a click have, action by action, the actions",
+}
+"""Column of the plays -> words of the sign that plays of two entries are equal in it."""
 FASTEST_REPLY_S = 0.05
 MOST_TOKENS_PER_S = 5000
 _SLACK_S = 1.0
@@ -32,16 +38,21 @@ class PlayReader:
         self.timing_faults: Counter[str] = Counter()
 
     def facts(self, record: EpisodeRecord) -> dict[str, Any]:
-        """Return hashes of a play's replies, without and with their times, and whether they repeat the solution."""
+        """Return hashes of a play's replies, without and with their times, and of its actions before the last one, and
+        whether they repeat the solution. The hash of the actions is empty without a click: such plays are often alike.
+        """
         replies = hashlib.sha256()
         for step in record.steps:
             replies.update(f"{len(step.reply.text)}\n{step.reply.text}\n".encode())
         times = "\n".join([f"{record.started} {record.ended}", *(repr(step.reply.seconds) for step in record.steps)])
         acted = tuple(step.action for step in record.steps[:-1])
         self.timing_faults.update(self._timing(record))
+        actions = "\n".join(action.model_dump_json() for action in acted if action is not None)
+        has_click = any(isinstance(action, InteractPixel) for action in acted)
         return {
             "replies_sha256": replies.hexdigest(),
             "play_sha256": hashlib.sha256(f"{replies.hexdigest()}\n{times}".encode()).hexdigest(),
+            "actions_sha256": hashlib.sha256(actions.encode()).hexdigest() if has_click else "",
             "is_solution": len(acted) >= MIN_REPLIES - 1 and acted == self._solutions.get(record.episode_id),
         }
 
@@ -90,11 +101,11 @@ def own_signs(
 def signs_between(entries: Sequence["CheckedEntry"]) -> dict[str, list[str]]:
     """Return {id of an entry: signs} from comparisons of entries: equal replies, and lower results on fresh packs."""
     found: dict[str, list[str]] = {entry.id: [] for entry in entries}
-    replies = {entry.id: _replies_of(entry) for entry in entries}
+    plays = {entry.id: {column: _plays_of(entry, column) for column in _EQUAL} for entry in entries}
     for entry in entries:
         for other in entries:
             if other is not entry and other.header.spec.pack_sha256 == entry.header.spec.pack_sha256:
-                found[entry.id].extend(_equal_replies(entry, other, replies))
+                found[entry.id].extend(_equal_plays(other, plays[entry.id], plays[other.id]))
             if other.tier == "fresh_pack" != entry.tier:
                 sentence = _gap(entry, other)
                 found[entry.id].extend(sentence)
@@ -102,27 +113,26 @@ def signs_between(entries: Sequence["CheckedEntry"]) -> dict[str, list[str]]:
     return found
 
 
-def _replies_of(entry: "CheckedEntry") -> tuple[set[tuple[str, str]], list[tuple[str, str]]]:
-    """Return (episode, hash of the replies) of all plays, and of the plays that are compared with others."""
-    plays = list(zip(entry.plays["episode_id"], entry.plays["replies_sha256"], strict=True))
+_Plays = Mapping[str, tuple[set[tuple[str, str]], list[tuple[str, str]]]]
+
+
+def _plays_of(entry: "CheckedEntry", column: str) -> tuple[set[tuple[str, str]], list[tuple[str, str]]]:
+    """Return (episode, hash in `column`) of all plays, and of the plays that are compared with others."""
+    plays = list(zip(entry.plays["episode_id"], entry.plays[column], strict=True))
     if entry.header.spec.agent_kind in ("scripted", "privileged"):
         return set(plays), []  # the same script gives the same replies
     steps = entry.plays["steps"]
-    return set(plays), [play for play, count in zip(plays, steps, strict=True) if count >= MIN_REPLIES]
+    return set(plays), [play for play, count in zip(plays, steps, strict=True) if count >= MIN_REPLIES and play[1]]
 
 
-def _equal_replies(
-    entry: "CheckedEntry",
-    other: "CheckedEntry",
-    replies: Mapping[str, tuple[set[tuple[str, str]], list[tuple[str, str]]]],
-) -> Iterator[str]:
-    (_, compared), (known, _) = replies[entry.id], replies[other.id]
-    equal = sum(play in known for play in compared)
-    if equal:
-        yield (
-            f"{equal} of {len(compared)} plays of {MIN_REPLIES} or more replies have, word by word, the replies of "
-            f"entry {other.id} ({other.metadata.model_name})."
-        )
+def _equal_plays(other: "CheckedEntry", ours: _Plays, theirs: _Plays) -> Iterator[str]:
+    reported = 0
+    for column, words in _EQUAL.items():
+        compared, (known, _) = ours[column][1], theirs[column]
+        equal = sum(play in known for play in compared)
+        if equal > reported:  # equal replies are equal actions too
+            reported = equal
+            yield f"{equal} of {len(compared)} {words} of entry {other.id} ({other.metadata.model_name})."
 
 
 def _gap(public: "CheckedEntry", fresh: "CheckedEntry") -> list[str]:

@@ -10,8 +10,15 @@ from vigil.leaderboard.metadata import EntryMetadata
 from vigil.leaderboard.settings import CheckSettings
 from vigil.packs.private import check_revealed
 from vigil.records.probe_file import PROBES_FILE
-from vigil.records.record import EPISODES_FILE, HEADER_FILE, read_header
+from vigil.records.record import EPISODES_FILE, HEADER_FILE, RunHeader, read_header
 from vigil.scoring.saved_run import pack_folder
+
+
+def check_places(run: Path, out: Path) -> RunHeader:
+    """Return the header of a run. Raises SettingError or RecordError unless `run` is one and `out` can be written."""
+    if out.suffix != ".zip" or not out.absolute().parent.is_dir():
+        raise SettingError(f"--out {str(out)!r}: give a file that ends in .zip, in a folder that exists.")
+    return read_header(run)
 
 
 def submit_run(
@@ -28,9 +35,7 @@ def submit_run(
 
     Raises RecordError that says why the run is not a valid entry, or SettingError.
     """
-    if out.suffix != ".zip" or not out.absolute().parent.is_dir():
-        raise SettingError(f"--out {str(out)!r}: give a file that ends in .zip, in a folder that exists.")
-    header = read_header(run)
+    header = check_places(run, out)
     packs = known_packs((pack_folder(header, pack),))
     try:
         entry, measures = check_run(run, metadata, packs, settings, on_progress)

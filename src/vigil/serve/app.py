@@ -23,6 +23,8 @@ from vigil.web.site import Address, refusal
 
 IDLE_SECONDS = 60
 """Time (s) after which a WebSocket without a session is closed."""
+MAX_INVALID = 100
+"""Number of invalid messages in a row after which a WebSocket is closed."""
 DESCRIPTION = (
     "Household episodes from egocentric RGB: the agent acts, and closes each episode with a report of its own."
 )
@@ -170,6 +172,8 @@ class _Socket:
     def __init__(self, host: Host, websocket: WebSocket) -> None:
         self._host, self._websocket = host, websocket
         self._token: str | None = None
+        self._invalid = 0
+        """Number of invalid messages since the last valid one."""
 
     async def serve(self) -> None:
         is_closed = False
@@ -181,6 +185,10 @@ class _Socket:
                 is_closed = answer is None
                 if answer is not None:
                     await self._websocket.send_text(json.dumps(answer))
+                if self._invalid >= MAX_INVALID:
+                    await self._websocket.close(1008)
+                    return
+                await asyncio.sleep(0)  # other connections get their turn, however many messages wait here
             await self._websocket.close()
         except TimeoutError:
             await self._websocket.close(1001)
@@ -192,6 +200,7 @@ class _Socket:
 
     async def _answer(self, text: str) -> dict[str, Any] | None:
         """Return the answer to a message; None if the client closes the session."""
+        invalid, self._invalid = self._invalid, 0
         try:
             message = _Incoming.model_validate_json(text)
             if message.type == "close":
@@ -204,6 +213,8 @@ class _Socket:
             error = _INVALID
         except SessionError as found:
             error = found
+        if error.status == _INVALID.status:
+            self._invalid = invalid + 1
         return {"type": "error", "data": {"message": error.message, "code": error.code}}
 
     async def _act(self, message: "_Incoming") -> dict[str, Any]:

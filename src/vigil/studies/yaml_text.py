@@ -11,6 +11,8 @@ import yaml
 from vigil.errors import SettingError
 
 MAX_BYTES = 1_000_000
+MAX_DEPTH = 50
+"""Maximum number of lists and mappings around a value."""
 Place = tuple[str | int, ...]
 """Keys and indices that lead from the top of the document to a value."""
 _GUESSED = frozenset({"tag:yaml.org,2002:bool", "tag:yaml.org,2002:timestamp"})
@@ -64,9 +66,7 @@ def read_yaml(path: Path) -> YamlText:
         raise SettingError(f"{str(path)!r} has {len(raw):,} bytes, but may have at most {MAX_BYTES:,}.")
     try:
         text = raw.decode()
-        if aliases := [token for token in yaml.scan(text, _Loader) if isinstance(token, yaml.AliasToken)]:
-            line = aliases[0].start_mark.line + 1
-            raise SettingError(f"{str(path)!r}, line {line}: aliases (*name) are not allowed. Write the value itself.")
+        _check_structure(path, text)
         root = yaml.compose(text, _Loader)
         value = yaml.load(text, _Loader)
     except UnicodeDecodeError as error:
@@ -83,6 +83,20 @@ def read_yaml(path: Path) -> YamlText:
             raise found.error(place, f"the key is a duplicate of line {line}. Remove one of them.")
         found.lines[place] = line
     return found
+
+
+def _check_structure(path: Path, text: str) -> None:
+    """Raise SettingError at an alias or at deep nesting, which take long to read or exceed the recursion limit."""
+    depth = 0
+    for event in yaml.parse(text, _Loader):
+        if isinstance(event, yaml.AliasEvent):
+            fault = "aliases (*name) are not allowed. Write the value itself."
+        elif depth > MAX_DEPTH:
+            fault = f"values are nested more than {MAX_DEPTH} levels deep. Use fewer levels."
+        else:
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            continue
+        raise SettingError(f"{str(path)!r}, line {event.start_mark.line + 1}: {fault}")
 
 
 def _lines(node: yaml.Node, place: Place = ()) -> Iterator[tuple[Place, int]]:

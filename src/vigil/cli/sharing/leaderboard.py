@@ -1,15 +1,17 @@
 """`vigil submit` and `vigil leaderboard`: a run becomes an entry, and bundles of entries become a site."""
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from pydantic import ValidationError
 
 from vigil.cli.arguments import Reveal, RunArgument
 from vigil.cli.progress import progress
 from vigil.cli.text import print_notes
-from vigil.errors import SettingError, first_error
+from vigil.errors import SettingError
 from vigil.leaderboard.settings import BuildSettings, CheckSettings
 from vigil.runner.shared_settings import PackLocation
 
@@ -32,8 +34,9 @@ def submit(
     """Example: vigil submit runs/gpt-4o --metadata entry.yaml --out gpt-4o.zip"""
     from vigil.leaderboard.measures import figure_text
     from vigil.leaderboard.metadata import read_metadata
-    from vigil.leaderboard.submit import submit_run
+    from vigil.leaderboard.submit import check_places, submit_run
 
+    check_places(run, out)  # before the questions
     said = _ask() if metadata is None else read_metadata(metadata)
     with progress("play again") as show:
         entry = submit_run(run, said, out, settings, pack=pack, reveals=reveal, on_progress=show)
@@ -46,24 +49,35 @@ def submit(
 
 def _ask() -> "EntryMetadata":
     """Ask for an entry's metadata in the terminal. Raises SettingError."""
-    from vigil.leaderboard.metadata import EntryMetadata, fields_of
+    from vigil.leaderboard.metadata import EntryMetadata, fields_of, needed_values
 
     if not sys.stdin.isatty():
         raise SettingError(
-            "The entry's metadata is missing: give a YAML file with --metadata. docs/leaderboard.md shows an example."
+            "The entry's metadata is missing: give a YAML file with --metadata. docs/leaderboard.md shows an example. "
+            f"{needed_values()}"
         )
     found: dict[str, Any] = {}
     for place, description in fields_of(EntryMetadata):
-        answer = typer.prompt(f"{place} ({description})", default="", show_default=False).strip()
+        question = f"{place} ({description})"
+        answer = typer.prompt(question, default="", show_default=False, value_proc=partial(_value, place))
         *above, name = place.split(".")
         group = found
         for part in above:
             group = group.setdefault(part, {})
-        group[name] = answer.split() if name == "references" else answer or None
+        group[name] = answer
+    return EntryMetadata.model_validate(found)
+
+
+def _value(place: str, answer: str) -> list[str] | str | None:
+    """Return the value that an answer gives. Raises BadParameter, after which the question is asked again."""
+    from vigil.leaderboard.metadata import check_value, reason
+
+    value = answer.split() if place == "references" else answer.strip() or None
     try:
-        return EntryMetadata.model_validate(found)
-    except ValueError as error:
-        raise SettingError(f"{first_error(error)}. Nothing was written.") from None  # pyright: ignore[reportArgumentType]
+        check_value(place, value)
+    except ValidationError as error:
+        raise typer.BadParameter(reason(error)) from None
+    return value
 
 
 def build(
