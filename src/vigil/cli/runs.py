@@ -223,7 +223,10 @@ def probe(
     run: RunArgument,
     settings: FinishedProbeSettings,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Do not ask; print how many calls and tokens the probes would need.")
+        bool,
+        typer.Option(
+            "--dry-run", help="Send nothing to the model; only print how many calls and tokens the probes would need."
+        ),
     ] = False,
 ) -> None:
     """Examples:

@@ -32,9 +32,9 @@ class StreamGrading:
     by: Literal["actions", "distance_m"]
     """The measured fact: number of actions in the recorded solution, or distance (m) from the start to the target."""
     easy: float
-    """Highest value of the fact in an easy episode."""
+    """Highest value of the measured fact (`by`) in an easy episode."""
     medium: float
-    """Highest value of the fact in a medium episode; an episode with a higher value is hard."""
+    """Highest value of the measured fact (`by`) in a medium episode; an episode with a higher value is hard."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

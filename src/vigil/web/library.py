@@ -209,7 +209,7 @@ class Library:
             return sorted(self._runs.values(), key=lambda run: run.slug)
 
     def pack_folders(self) -> dict[str, Path]:
-        """Return {short name: folder} of all packs: the open packs, and the other packs that come with VIGIL."""
+        """Return {short name: folder} of the packs that were opened, and of the other packs that come with VIGIL."""
         with self._lock:
             found = {slug: pack.folder for slug, pack in self.packs.items()}
             opened = set(found.values())

@@ -331,7 +331,7 @@ class Power:
     """How wide the interval on T is after a number of model calls, predicted from one run."""
 
     calls: float
-    """Mean number of model calls for one list."""
+    """Mean number of model calls for one list of chores."""
     claims: float
     """Mean number of claims about one list."""
     design_effect: float

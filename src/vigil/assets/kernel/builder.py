@@ -36,7 +36,7 @@ class PartStyle:
     """Name of the material while the asset is on; None if the material does not change."""
     shown: Literal["always", "on", "off"] = "always"
     opens: bool = False
-    """Whether the part counts as showing that the asset is open, although the part is not on a joint."""
+    """Whether seeing this part shows that the asset is open. Parts on a joint always do."""
     toggles: bool = False
     """Whether the part counts as showing that the asset is on, although the part always looks the same."""
 

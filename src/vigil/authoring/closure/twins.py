@@ -23,8 +23,10 @@ class BrokenRule(EpisodeError):
 
 
 def check_single_difference(task: ClosureTask, second: Episode) -> None:
-    """Raise BrokenRule unless twins differ only in the setup of `task.removed`; in kinds with branches, goals may
-    differ, too."""
+    """Raise BrokenRule unless the setup of the object `task.removed` is the only difference between two twins.
+
+    In kinds of tasks whose instruction has an "if", the goals of the twins may differ, too.
+    """
     first = task.episodes[0]
     same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
     goal = () if CLOSURE_KINDS[task.kind].has_branches else ("goal",)

@@ -269,7 +269,7 @@ def walk_lengths(view: PrivilegedView, stops: Sequence[tuple[str, str]]) -> np.n
         return [float(lengths[near[begin]].min(initial=FAR_M)) for begin, _ in stops]
 
     def row_from(thing_id: str) -> list[float]:
-        """Return the lengths (m) of the walks from the reachable place that is nearest to a thing."""
+        """Return the lengths (m) of the walks to all places, from the reachable place that is nearest to a thing."""
         position, mask = things[thing_id].position, near[thing_id]
         if not mask.any():
             return row(from_start)

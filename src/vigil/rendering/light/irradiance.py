@@ -97,7 +97,10 @@ def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]
 def _distances(
     scene: Occluders, origins: np.ndarray, ways: np.ndarray, shares: list[np.ndarray]
 ) -> Iterator[np.ndarray]:
-    """Yield, for each direction, the length (n,) of rays from the points; 0 for points whose share is 0."""
+    """Yield, for each direction, the distance (n,) from each point to what its ray hits.
+
+    The distance is 0 for points on which light from the direction does not fall (`shares` is 0).
+    """
     chosen = [np.flatnonzero(share) for share in shares]
     counts = [len(each) for each in chosen]
     met = scene.distances(origins[np.concatenate(chosen)], np.repeat(ways, counts, axis=0))

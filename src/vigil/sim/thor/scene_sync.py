@@ -22,7 +22,7 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import from_thor, pose_from_thor
 
 NO_OFFSET_M = 0.025
-"""If THOR's pivot is at most this far (m) from the middle of THOR's box, the pivot is taken as the thing's position.
+"""Distance (m) up to which a thing's pivot in THOR is taken for the middle of its bounding box in THOR.
 
 A handle that sticks out moves the middle of THOR's box by about this distance.
 """
