@@ -112,6 +112,7 @@ def test_the_page_names_all_places_of_a_kind_of_goal() -> None:
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and "ObjectHeld" in ast.unparse(node)
     }
     helpers = {("authoring/review/goal_controls.py", name) for name in ("_applied_to", "_allows", "_neighbour")}
+    helpers.add(("authoring/solving/goal_actions.py", "resolve_constraint"))
     assert named - helpers == set(PLACES)
 
 

@@ -297,8 +297,9 @@ def drop_object(trial: Trial) -> None:
 
 
 def segmentation_colors(trial: Trial) -> None:
-    for settings in ({"renderSemanticSegmentation": True}, {"renderInstanceSegmentation": True}):
-        event = trial.reset(**settings)
+    for name in ("renderSemanticSegmentation", "renderInstanceSegmentation"):
+        options: dict[str, Any] = {name: True}
+        event = trial.reset(**options)
         assert event.color_to_object_id[event.object_id_to_color["Fridge"]] == "Fridge"
 
 

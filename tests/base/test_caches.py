@@ -2,6 +2,8 @@
 
 import gc
 
+from cachetools import Cache
+
 from vigil.assets import making
 from vigil.base.caches import cached_while_alive
 from vigil.base.geometry import Vec3
@@ -27,6 +29,7 @@ def test_a_result_lives_as_long_as_its_key():
 
 def test_assets_that_fall_out_of_the_cache_are_freed(monkeypatch):
     made = making._make_cached
+    assert isinstance(made.cache, Cache)
     made.cache_clear()
     monkeypatch.setattr(made.cache, "_Cache__maxsize", 50_000)
     for number in range(40):

@@ -1,5 +1,6 @@
 """Models kept for scenes that are loaded again, and geoms left out of frames: neither may ever be seen."""
 
+import inspect
 from dataclasses import replace
 from weakref import WeakSet
 
@@ -42,7 +43,7 @@ def test_a_kept_model_is_handed_out_as_an_equal_copy(scene: Scene) -> None:
 def test_a_model_is_the_same_when_pieces_are_made_anew_for_every_thing(scene: Scene, monkeypatch) -> None:
     """As two threads may make them that build at once: only one's are kept."""
     usual = build(scene)
-    monkeypatch.setattr(builder, "pieces_of", builder.pieces_of.__wrapped__)
+    monkeypatch.setattr(builder, "pieces_of", inspect.unwrap(builder.pieces_of))
     for copy_number in range(20):
         cube = scene.things["cube"]
         scene.things[f"cube{copy_number}"] = replace(cube, id=f"cube{copy_number}", position=Vec3(-1.5, 0.1, 0.0))
