@@ -58,8 +58,19 @@ class Partitions:
         """Return the id of a partition that the thing's moving parts would reach through at any openness in `path`.
 
         Return None if there is no such partition. A part that already reaches into a partition at the first openness in
-        `path` may reach equally deep at the other values.
+        `path` may reach equally deep at the other values. The answers are cached, because every reset of an episode,
+        and every click that opens the thing, needs the same answers.
         """
+        shut = tuple(each.id for each in self._scene.things.values() if each.is_structure and _fills_its_hole(each))
+        key = thing.id, thing.asset, thing.position, thing.rotation, tuple(path), shut
+        if key not in self._answers:
+            if len(self._answers) >= MAX_CACHED_ANSWERS:
+                self._answers.clear()
+            self._answers[key] = self._blocker(thing, path)
+        return self._answers[key]
+
+    def _blocker(self, thing: Thing, path: list[float]) -> str | None:
+        """Return what `blocker` returns, without a cache."""
         within = _reach_bounds(thing)
         near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and _bounds_overlap(within, plane)]
         if not near:
@@ -76,16 +87,9 @@ class Partitions:
     def reaches_through(self, thing: Thing, openness: float) -> str | None:
         """Return the id of a partition that the thing's parts reach through more deeply at an openness than when shut.
 
-        Return None if there is no such partition. The answers are cached, because every reset of an episode needs the
-        same answers.
+        Return None if there is no such partition.
         """
-        shut = tuple(each.id for each in self._scene.things.values() if each.is_structure and _fills_its_hole(each))
-        key = thing.id, thing.asset, thing.position, thing.rotation, openness, shut
-        if key not in self._answers:
-            if len(self._answers) >= MAX_CACHED_ANSWERS:
-                self._answers.clear()
-            self._answers[key] = self.blocker(thing, [0.0, openness])
-        return self._answers[key]
+        return self.blocker(thing, [0.0, openness])
 
     def crosses(self, footprints: np.ndarray, bottoms: np.ndarray, height: float) -> np.ndarray:
         """Return a mask (n,) of the solids that touch a partition.

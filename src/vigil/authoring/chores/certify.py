@@ -28,9 +28,16 @@ from vigil.authoring.drafting.generation import SolvedSide
 from vigil.authoring.language.referring import items_of
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.validate import Finding, Validator
-from vigil.authoring.solving.chores import ChorePlan, UnsolvableChore, check_looks, evidence_of, plan_chores
+from vigil.authoring.solving.chores import (
+    ChorePlan,
+    UnsolvableChore,
+    check_looks,
+    evidence_of,
+    plan_chores,
+    solve_chores,
+)
 from vigil.authoring.solving.goal_actions import expected_status
-from vigil.authoring.solving.macro_actions import Unsolvable
+from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import carry_out, solve
 from vigil.packs.pack import invalid_limit
@@ -95,7 +102,11 @@ class ListCertifier:
             looked = [place for place, chore in enumerate(task.chores) if chore.kind in LOOKED_AT]
             check_looks(episode, [place for place in looked if task.chores[place].chore not in task.seen], self._view)
             task.seen.update(task.chores[place].chore for place in looked)
-            actions = carry_out(islice(solve(episode, self._view), MAX_SOLVER_STEPS + 1), self._view)
+            conceded: dict[int, Status] = {
+                place: each.accepted[0] for place, each in enumerate(answer.chores) if not each.is_possible
+            }
+            steps = solve_chores(episode, MacroActions(self._view, may_tilt=True), conceded)
+            actions = carry_out(islice(steps, MAX_SOLVER_STEPS + 1), self._view)
         except Unsolvable as error:
             if isinstance(error, UnsolvableChore):
                 task.faulty.update(task.chores[error.place].chore.parts)

@@ -1,6 +1,6 @@
 """Solver of lists of chores: it does all that can be done, in an order found by search, and makes true claims."""
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -57,19 +57,17 @@ class ChorePlan:
     """Lengths (n + 1, n) of the walks between chores, in metres."""
 
 
-def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Action]:
+def solve_chores(
+    episode: Episode, macro_actions: MacroActions, conceded: Mapping[int, Status] | None = None
+) -> Iterator[Action]:
     """Yield the actions that do all chores of a list that can be done, and the report with true claims.
 
-    Raises UnsolvableChore if there is no way to do one of these chores.
+    `conceded` maps the indices of the chores that cannot be met to their claims; None to find out which these are.
+    Raises UnsolvableChore if there is no way to do one of the others.
     """
     goal, view = episode.goal, macro_actions.view
     assert isinstance(goal, Chores)
-    conceded: dict[int, Status] = {
-        place: status
-        for place, chore in enumerate(goal.chores)
-        if OBSTACLE.format(place + 1) not in episode.bindings
-        and (status := concession(chore, macro_actions)) is not None
-    }
+    conceded = _concessions(episode, macro_actions) if conceded is None else conceded
     plan = plan_chores(episode, view, conceded)
     claims: dict[int, ChoreClaim] = {}
     held = [is_done(chore, view) for chore in goal.chores]
@@ -92,6 +90,18 @@ def solve_chores(episode: Episode, macro_actions: MacroActions) -> Iterator[Acti
         summary="I did the chores." if is_all_done else "I did what could be done.",
         claims=claims,
     )
+
+
+def _concessions(episode: Episode, macro_actions: MacroActions) -> dict[int, Status]:
+    """Return the claims about the chores that cannot be met in the current state, by the chores' indices."""
+    goal = episode.goal
+    assert isinstance(goal, Chores)
+    return {
+        place: status
+        for place, chore in enumerate(goal.chores)
+        if OBSTACLE.format(place + 1) not in episode.bindings
+        and (status := concession(chore, macro_actions)) is not None
+    }
 
 
 def plan_chores(episode: Episode, view: PrivilegedView, conceded: Collection[int]) -> ChorePlan:
