@@ -50,7 +50,7 @@ def test_an_action_that_its_reply_does_not_say_is_a_difference(vigil: Vigil, run
     said = vigil("verify", run, "--records-only")
     assert said.code == 1
     assert f"step {step['index']}: action: recorded Navigate(" in said.out
-    assert "replies were parsed again: 1 differences" in said.out
+    assert "replies were parsed again): 1 differences" in said.out
 
 
 def test_frames_need_a_simulator(vigil: Vigil, run: Path) -> None:

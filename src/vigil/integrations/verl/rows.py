@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, ClassVar
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 from pydantic import ConfigDict, Field
 
 from vigil.integrations.options import EpisodeOptions
@@ -46,9 +48,6 @@ def write_rows(out: str | Path, **options: Any) -> int:
 
     `options` are the fields of `Options`. Raises SettingError if one is invalid or the stream is endless.
     """
-    import pyarrow as pa  # noqa: PLC0415 - slow, and the agent loop does not need it
-    import pyarrow.parquet as pq  # noqa: PLC0415
-
     source = Options.of(options).source()
     try:
         rows = list(_rows(source))
