@@ -11,6 +11,7 @@ MAY_BE_MISSING = (
     "ai2thor",
     "verifiers",
     "trl",
+    "verl",
     "lerobot",
     "LaTeX",
     "bubblewrap",
