@@ -19,11 +19,12 @@ from vigil.errors import RecordError, SettingError
 from vigil.leaderboard.boards import boards_of, history_of
 from vigil.leaderboard.build import build_site
 from vigil.leaderboard.checking import CheckedEntry
+from vigil.leaderboard.comparisons import signs_between
 from vigil.leaderboard.measures import Figures
 from vigil.leaderboard.metadata import check_value, read_metadata
 from vigil.leaderboard.pages import Content, write_site
 from vigil.leaderboard.settings import BuildSettings
-from vigil.leaderboard.signs import own_signs, signs_between
+from vigil.leaderboard.signs import own_signs
 from vigil.leaderboard.submit import submit_run
 from vigil.packs.pack import Pack
 from vigil.records.record import ProviderFacts, read_header

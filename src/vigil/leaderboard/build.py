@@ -14,10 +14,10 @@ from vigil.leaderboard.bundle import MAX_ZIP_BYTES
 from vigil.leaderboard.bundle_checks import BundleChecks
 from vigil.leaderboard.cache import Cache, Cached
 from vigil.leaderboard.checking import CheckedEntry, known_packs
+from vigil.leaderboard.comparisons import copied_plays, signs_between
 from vigil.leaderboard.decisions import Decision, read_decisions
 from vigil.leaderboard.pages import DATA, Content, LogLine, write_site
 from vigil.leaderboard.settings import BuildSettings
-from vigil.leaderboard.signs import copied_plays, signs_between
 from vigil.runner.verify_run import OnProgress
 
 MAX_NAME_CHARS = 80

@@ -54,7 +54,7 @@ class Content:
     entries: Sequence[CheckedEntry]
     log: Sequence[LogLine]
     signs: Mapping[str, Sequence[str]]
-    """Id of an entry -> its signs (see `vigil.leaderboard.signs`) that follow from a comparison with other entries."""
+    """Id of an entry -> its signs that follow from a comparison with other entries."""
     pages: Mapping[str, Path]
     """Id of an entry -> folder of its plays' pages."""
     earlier: Sequence[dict[str, str]] = ()
