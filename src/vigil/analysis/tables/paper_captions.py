@@ -11,8 +11,8 @@ _FAMILIES = (
     "PG: pixel grounding, DA: distance approach, VS: view search, SV: state verification, AI: approach and interact, "
     "SI: search and interact, SM: sequential manipulation, CR: constraint resolving."
 )
-_ORDER = "Order: this study's rows by B, published rows as printed."
-_GAP = "Δ = W - B, in points."
+_ORDER = "this study's rows by B, published rows as printed."
+_GAP = "Δ = W − B, in points."
 _FR = "FR: closed by a report that does not match the world."
 _NR = "NR: no report within the step budget (IL not included)."
 _IL = "IL: ended by too many invalid replies."
@@ -27,28 +27,29 @@ CAPTIONS: dict[str, str] = {
         "separately. Active termination: how the agent itself ends an episode. No feedback: the agent does not learn "
         "whether an action succeeded."
     ),
-    "global_cross_section": f"Outcomes under native control. {_PAIRS} {_GAP} {_FAMILIES} {_ORDER}",
-    "full_panel": f"Primary panel by group of models. {_PAIRS} {_FAMILIES} In each group: {_ORDER.removeprefix('Order: ')}",
+    "global_cross_section": f"Outcomes under native control. {_PAIRS} {_GAP} {_FAMILIES} Order: {_ORDER}",
+    "full_panel": f"Primary panel by group of models. {_PAIRS} {_FAMILIES} Order in each group: {_ORDER}",
     "extended_panel": (
         f"Extended panel: rows outside the main tables. Rates in %. {_W_AND_B} {_GAP} {_FR} {_NO_REPORT} {_IL} "
         "Steps: mean per episode. Other sizes and serving modes are apart, whatever their B and IL."
     ),
     "prompt_sensitivity": (
         f"Neutral prompt, without the two lines that warn of claims that are not grounded. {_PAIRS} {_FAMILIES} "
-        f"In each group: {_ORDER.removeprefix('Order: ')}"
+        f"Order in each group: {_ORDER}"
     ),
     "proprio_minimal": (
-        "Action feedback: after each action, +FB tells the agent `too_far` and `path_blocked`. Left: mean number of "
-        "these events per episode, and of retries (repeats of an identical `interact_pixel`). Right: change of the "
-        f"rates, +FB minus base, in points. {_W_AND_B} {_FR} {_NR}"
+        "Action feedback: after each action, +FB tells the agent whether the clicked object was `too_far` and its "
+        "`path_blocked`; base does not. Left: mean number of these events per episode, and of retries (repeats of an "
+        "identical `interact_pixel`). Right: change of the rates, +FB minus base, in points. "
+        f"{_W_AND_B} {_FR} {_NR}"
     ),
     "counterfactual": (
         f"B in % if reports followed a policy. {_W_AND_B} Always: a success report is added to each episode, or "
         "replaces its report (bold if above B). Rand.: one of the two admissible labels at random, in expectation W/2."
     ),
     "belief_lag": (
-        "Closure lag and premature commitment. W+: number of episodes in which the world reached the goal (W=1). Lag: "
-        "mean steps from then to the matching report, over episodes with both (B=1). NoRep | W=1: number of W+ "
+        "Closure lag and premature commitment. W+: number, of all episodes, in which the world reached the goal (W=1). "
+        "Lag: mean steps from then to the matching report, over episodes with both (B=1). NoRep | W=1: number of W+ "
         "episodes without a report. FS: number of episodes in which success is reported with W=0; FS @0: the share of "
         "them, in %, in which no condition of the goal is nearer to being met than at the start."
     ),
@@ -65,7 +66,7 @@ CAPTIONS: dict[str, str] = {
     ),
     "family_specs": (
         "Task families. Steps: step budget. Invalid limit: number of invalid replies allowed. Success: what W "
-        "requires, by episode. B also requires a matching report."
+        "requires (one of these in each episode); B also requires a matching report."
     ),
     "episode_distribution": "Episodes of each family in {packs}, and in the published pack (arXiv:2605.08747).",
     "action_specs": "Action space of the agent.",
@@ -77,12 +78,13 @@ GOALS = {
     "target_grounded": "target pointed at",
     "agent_near_target": "agent near the target",
     "object_state": "object in the asked state",
+    "VS object_state": "target seen",
     "report_status": "asked state in view at the end",
     "object_held": "object held",
     "object_at_receptacle": "object at its receptacle",
     "all_of": "several of these",
 }
-"""Kind of goal -> its words in the table of families. Another kind is shown by its name, without underscores."""
+"""Kind of goal, of any family or of one -> its words in the table of families. Another kind is shown by its name."""
 _HEADINGS = {
     "Published: the paper's own pack and simulator": "Published",
     "Excluded from the main tables (low compliance or zero B)": "Outside the main tables (B = 0 or IL > 50 %)",
@@ -121,7 +123,7 @@ def caption(table: Table, study: Study) -> str:
         return text.format(packs=_packs(study))
     if table.name not in (*_BY_MODEL, _REPEATS, "proprio_minimal"):
         return text
-    return " ".join((text, *_bold(table), *_limits(table), *_episodes(table, study), *_marks(table)))
+    return " ".join((text, *_bold(table), *_limits(table), *_episodes(table, study), *_marks(table, study)))
 
 
 def _bold(table: Table) -> list[str]:
@@ -129,9 +131,9 @@ def _bold(table: Table) -> list[str]:
         return []
     sides = {row.is_published for row in table.rows if row.bold}
     named = {True: "of the published rows", False: "of this study's rows without ‡"}
-    return [f"Bold: highest W, highest B and lowest Δ {' and '.join(named[side] for side in sorted(sides))}."] * bool(
-        sides
-    )
+    if not sides:
+        return []
+    return [f"Bold: highest W, highest B, lowest Δ {' and '.join(named[side] for side in sorted(sides))}."]
 
 
 def _limits(table: Table) -> list[str]:
@@ -156,7 +158,7 @@ def _episodes(table: Table, study: Study) -> list[str]:
     return [f"This study: {_span(entry.overall.n for entry in entries)} episodes{families}."]
 
 
-def _marks(table: Table) -> list[str]:
+def _marks(table: Table, study: Study) -> list[str]:
     marks = []
     if any(row.is_published for row in table.rows):
         families = f" ({_PUBLISHED_PER_FAMILY} in each family)" if table.name in _BY_FAMILY else ""
@@ -167,7 +169,11 @@ def _marks(table: Table) -> list[str]:
     if any(row.is_privileged for row in table.rows):
         marks.append("‡: scripted, with access to the hidden state.")
     if any("(T)" in row.cells["model"] for row in table.rows):
-        marks.append("(T): served in thinking mode.")
+        models = study.published.models if study.published else ()
+        shown = {row.cells["model"] for row in table.rows if row.is_published}
+        others = [f"{each.name}†" for each in models if each.thinking and "(T)" not in each.name and each.name in shown]
+        also = f", as {'is' if len(others) == 1 else 'are'} {' and '.join(others)}" if others else ""
+        marks.append(f"(T): served in thinking mode{also}.")
     return marks
 
 

@@ -27,13 +27,14 @@ PREAMBLE = (
     r"\setlength{\belowcaptionskip}{4pt}",
     r"\setcounter{topnumber}{9}\setcounter{dbltopnumber}{9}\setcounter{totalnumber}{9}",
     r"\renewcommand{\topfraction}{1}\renewcommand{\dbltopfraction}{1}\renewcommand{\textfraction}{0}",
+    r"\makeatletter\setlength{\@fptop}{0pt}\setlength{\@dblfptop}{0pt}\makeatother",
     r"\renewcommand{\floatpagefraction}{.7}\renewcommand{\dblfloatpagefraction}{.7}",
 )
 """First lines of a LaTeX document with the paper's tables."""
 WORD_GAP_PT = 4.0
-"""Space (points) on each side of a column of words."""
-WIDEST_GAP_PT = 6.0
-"""Largest space (points) on each side of a column of numbers."""
+"""Space (points) on each side of a column of words, and of numbers where there is room."""
+FILLED = 0.75
+"""Largest estimated width at which a table of numbers is not stretched to the line, as a share of the line."""
 INTERVALS = "_intervals"
 """End of the name of a companion table with intervals."""
 WIDEST = 0.9
@@ -214,8 +215,6 @@ def _number_table(
     width = min(NAME_PT, CHARACTER_PT * longest[0]) + GAP_PT
     width += sum(CHARACTER_PT * size + GAP_PT for size in longest[1:])
     is_wide = max([width, *(CHARACTER_PT * len(shown_heading(row.group)) for row, _ in rows)]) > COLUMN_PT
-    spare = (PAGE_PT if is_wide else COLUMN_PT) - width
-    gap = max(GAP_PT / 2, min(WIDEST_GAP_PT, GAP_PT / 2 + spare / (2 * len(parts))))
     lines = [
         *_headers(parts),
         *_rows(
@@ -224,10 +223,21 @@ def _number_table(
         ),
     ]
     kinds = _name_kind(longest[0]) + "r" * (len(parts) - 1)
-    body = [rf"\setlength{{\tabcolsep}}{{{gap:.1f}pt}}\begin{{tabular}}{{{kinds}}}", *lines, r"\end{tabular}"]
+    body = _spread(width / (PAGE_PT if is_wide else COLUMN_PT), kinds, lines)
     if said is None:
         return _float(table.name + INTERVALS, _of_intervals(table), body, wide=is_wide)
     return _float(table.name, said, body, wide=is_wide)
+
+
+def _spread(filled: float, kinds: str, lines: Sequence[str]) -> list[str]:
+    """Return a table of numbers with its columns apart; a table that almost fills the line (estimate) fills it."""
+    if filled > FILLED:
+        return [
+            rf"\begin{{tabular*}}{{\linewidth}}{{@{{\extracolsep{{\fill}}}}{kinds}}}",
+            *lines,
+            r"\end{tabular*}",
+        ]
+    return [rf"\setlength{{\tabcolsep}}{{{WORD_GAP_PT}pt}}\begin{{tabular}}{{{kinds}}}", *lines, r"\end{tabular}"]
 
 
 def _of_intervals(table: Table) -> str:
@@ -294,7 +304,8 @@ def _words(table: Table, row: TableRow, column: Column) -> str:
     text = table.cell(row, column)
     if (table.name, column.key) != ("family_specs", "success"):
         return text
-    return " or ".join(GOALS.get(kind, kind.replace("_", " ")) for kind in text.split(" or "))
+    of_family = (GOALS.get(f"{row.cells['family']} {kind}") or GOALS.get(kind, kind) for kind in text.split(" or "))
+    return "; ".join(of_family)
 
 
 def _headings(table: Table) -> list[str]:
