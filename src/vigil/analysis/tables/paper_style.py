@@ -27,7 +27,8 @@ PREAMBLE = (
     r"\setlength{\belowcaptionskip}{4pt}",
     r"\setcounter{topnumber}{9}\setcounter{dbltopnumber}{9}\setcounter{totalnumber}{9}",
     r"\renewcommand{\topfraction}{1}\renewcommand{\dbltopfraction}{1}\renewcommand{\textfraction}{0}",
-    r"\makeatletter\setlength{\@fptop}{0pt}\setlength{\@dblfptop}{0pt}\makeatother",
+    r"\makeatletter\setlength{\@fptop}{0pt}\setlength{\@dblfptop}{0pt}",
+    r"\setlength{\@fpsep}{20pt}\setlength{\@dblfpsep}{20pt}\makeatother",
     r"\renewcommand{\floatpagefraction}{.7}\renewcommand{\dblfloatpagefraction}{.7}",
 )
 """First lines of a LaTeX document with the paper's tables."""
@@ -233,7 +234,7 @@ def _spread(filled: float, kinds: str, lines: Sequence[str]) -> list[str]:
     """Return a table of numbers with its columns apart; a table that almost fills the line (estimate) fills it."""
     if filled > FILLED:
         return [
-            rf"\begin{{tabular*}}{{\linewidth}}{{@{{\extracolsep{{\fill}}}}{kinds}}}",
+            rf"\begin{{tabular*}}{{\linewidth}}{{@{{\hspace{{2pt}}\extracolsep{{\fill}}}}{kinds}}}",
             *lines,
             r"\end{tabular*}",
         ]
@@ -357,8 +358,9 @@ def _styled(row: TableRow, columns: Sequence[tuple[PaperColumn, Column]], cells:
     """Return the cells of a row as LaTeX, in bold or tinted where the row marks them so."""
     found: list[str] = []
     for (part, column), text in zip(columns, cells, strict=True):
-        if column.kind == "pair" and "/" in text:
-            shares = zip(text.split("/"), (f"{part.key}.W" in row.bold, part.key in row.bold), strict=True)
+        marks = (f"{part.key}.W" in row.bold, part.key in row.bold)
+        if column.kind == "pair" and marks[0] != marks[1]:
+            shares = zip(text.split("/"), marks, strict=True)
             shown = "/".join(_bold(latex_escaped(share), is_best) for share, is_best in shares)
         else:
             shown = _bold(latex_escaped(text), part.key in row.bold)
