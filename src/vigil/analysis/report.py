@@ -305,17 +305,16 @@ def _paper_document(report: AnalysisReport, tables: Iterable[str]) -> str:
     pictures = sorted(report.figures, key=lambda name: of_paper.index(name) if name in of_paper else len(of_paper))
     captions = {name: report.captions[name] for name in pictures}
     lines = index_lines(names, captions)
-    for is_further in (False, True):
-        parts = [rf"\input{{tables/{name}.tex}}" for name in names if name.endswith(INTERVALS) is is_further]
-        parts += [
-            _latex_figure(name, said, r"\textwidth", "figure*")
-            for name, said in captions.items()
-            if (name not in of_paper) is is_further
-        ]
-        last = len(parts) - 1
+    inputs = {name: rf"\input{{tables/{name}.tex}}" for name in names}
+    drawn = {name: _latex_figure(name, said, r"\textwidth", "figure*") for name, said in captions.items()}
+    for group in (
+        [text for name, text in inputs.items() if not name.endswith(INTERVALS)]
+        + [text for name, text in drawn.items() if name in of_paper],
+        [text for name, text in inputs.items() if name.endswith(INTERVALS)],
+        [text for name, text in drawn.items() if name not in of_paper],
+    ):
         lines += [
-            each + (r"\clearpage" if index % FLOATS == FLOATS - 1 or index == last else "")
-            for index, each in enumerate(parts)
+            text + (r"\clearpage" if at % FLOATS == 0 or at == len(group) else "") for at, text in enumerate(group, 1)
         ]
     return "\n".join([*PREAMBLE, r"\begin{document}", *lines, r"\end{document}"]) + "\n"
 

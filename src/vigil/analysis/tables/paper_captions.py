@@ -31,7 +31,7 @@ CAPTIONS: dict[str, str] = {
     "full_panel": f"Primary panel by group of models. {_PAIRS} {_FAMILIES} Order in each group: {_ORDER}",
     "extended_panel": (
         f"Extended panel: rows outside the main tables. Rates in %. {_W_AND_B} {_GAP} {_FR} {_NO_REPORT} {_IL} "
-        "Steps: mean per episode. Other sizes and serving modes are apart, whatever their B and IL."
+        "Steps: mean per episode."
     ),
     "prompt_sensitivity": (
         f"Neutral prompt, without the two lines that warn of claims that are not grounded. {_PAIRS} {_FAMILIES} "
@@ -94,6 +94,7 @@ _HEADINGS = {
     "Supplementary variants, by the study's word": "Other sizes and serving modes",
 }
 """Part of a heading in a report -> its words in a paper."""
+_SUPPLEMENTARY = "other sizes and serving modes"
 _PUBLISHED_N, _PUBLISHED_PER_FAMILY = 1000, 125
 _REPEATS = "open_repeat_robustness"
 _BY_MODEL = (
@@ -123,7 +124,7 @@ def caption(table: Table, study: Study) -> str:
         return text.format(packs=_packs(study))
     if table.name not in (*_BY_MODEL, _REPEATS, "proprio_minimal"):
         return text
-    return " ".join((text, *_bold(table), *_limits(table), *_episodes(table, study), *_marks(table, study)))
+    return " ".join((text, *_bold(table), *_groups(table), *_episodes(table, study), *_marks(table, study)))
 
 
 def _bold(table: Table) -> list[str]:
@@ -136,9 +137,12 @@ def _bold(table: Table) -> list[str]:
     return [f"Bold: highest W, highest B, lowest Δ {' and '.join(named[side] for side in sorted(sides))}."]
 
 
-def _limits(table: Table) -> list[str]:
-    is_said = any("IL > 50" in shown_heading(row.group) for row in table.rows) and "IL:" not in CAPTIONS[table.name]
-    return [_IL] if is_said else []
+def _groups(table: Table) -> list[str]:
+    """Return the sentences that explain the headings of groups outside the main tables."""
+    headings = " ".join({shown_heading(row.group).lower() for row in table.rows})
+    found = [_IL] if "il > 50" in headings and "IL:" not in CAPTIONS[table.name] else []
+    are_apart = "il > 50" in headings and _SUPPLEMENTARY in headings
+    return [*found, *([f"The {_SUPPLEMENTARY} are apart, whatever their B and IL."] if are_apart else [])]
 
 
 def _episodes(table: Table, study: Study) -> list[str]:

@@ -34,12 +34,13 @@ PREAMBLE = (
 """First lines of a LaTeX document with the paper's tables."""
 WORD_GAP_PT = 4.0
 """Space (points) on each side of a column of words, and of numbers where there is room."""
-FILLED = 0.75
+FILLED = 0.7
 """Largest estimated width at which a table of numbers is not stretched to the line, as a share of the line."""
 INTERVALS = "_intervals"
 """End of the name of a companion table with intervals."""
 WIDEST = 0.9
-"""Largest estimated width at which a table of words is not wrapped, as a share of the available width."""
+"""Largest estimated width of a table of numbers in one column, and of a table of words that is not wrapped, as a share
+of the available width."""
 UNWRAPPED = 20
 """Largest number of characters of a column of words that is never wrapped."""
 HASH = re.compile(r" [0-9a-f]{8}$")
@@ -215,7 +216,8 @@ def _number_table(
     longest = [max([len(part.heading), *(len(cells[i]) for _, cells in rows)]) for i, part in enumerate(parts)]
     width = min(NAME_PT, CHARACTER_PT * longest[0]) + GAP_PT
     width += sum(CHARACTER_PT * size + GAP_PT for size in longest[1:])
-    is_wide = max([width, *(CHARACTER_PT * len(shown_heading(row.group)) for row, _ in rows)]) > COLUMN_PT
+    width = max([width, *(CHARACTER_PT * len(shown_heading(row.group)) for row, _ in rows)])
+    is_wide = width > WIDEST * COLUMN_PT
     lines = [
         *_headers(parts),
         *_rows(
@@ -242,7 +244,7 @@ def _spread(filled: float, kinds: str, lines: Sequence[str]) -> list[str]:
 
 
 def _of_intervals(table: Table) -> str:
-    return rf"95~\% intervals of this study's rows in Table~\ref{{tab:{table.name}}}."
+    return rf"95~\% intervals of this study's rows in Table~\ref{{tab:{table.name}}}, whose caption explains the columns and marks."
 
 
 def _stacked_intervals(
@@ -258,6 +260,7 @@ def _stacked_intervals(
             lines.append((row, _escaped([cells[0] if i == 0 else "", rate, *shown])))
     kinds = _name_kind(max((len(cells[0]) for _, cells in rows), default=0))
     body = [
+        rf"\setlength{{\tabcolsep}}{{{WORD_GAP_PT}pt}}",
         rf"\begin{{tabular}}{{{kinds}l{'r' * (len(parts) - 2)}}}",
         *_headers(parts),
         *_rows(lines, len(parts)),
@@ -349,7 +352,7 @@ def _rows(rows: Sequence[tuple[TableRow, list[str]]], columns: int) -> Iterator[
         if heading and heading != members[0][1][0]:
             yield rf"\multicolumn{{{columns}}}{{l}}{{\makebox[0pt][l]{{\emph{{{heading}}}}}}} \\"
         for row, cells in members:
-            shown = [rf"\textcolor{{black!65}}{{{cell}}}" for cell in cells] if row.is_published else cells
+            shown = [rf"\textcolor{{black!75}}{{{cell}}}" for cell in cells] if row.is_published else cells
             yield " & ".join(shown) + r" \\"
     yield r"\bottomrule"
 
