@@ -32,7 +32,7 @@ from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, htm
 from vigil.analysis.tables.paper_index import HEADING as PAPER_HEADING
 from vigil.analysis.tables.paper_index import NAME as PAPER_INDEX
 from vigil.analysis.tables.paper_index import PARTS, paper_index
-from vigil.analysis.tables.paper_style import PREAMBLE, paper_tables
+from vigil.analysis.tables.paper_style import INTERVALS, PREAMBLE, index_lines, paper_tables
 from vigil.analysis.tables.paper_style import TABLES as PAPER_TABLES
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
 from vigil.analysis.tables.table import Table
@@ -253,7 +253,8 @@ def _files_of(report: AnalysisReport, form: Format, style: LatexStyle) -> Iterat
         case "html":
             yield "report.html", html_report(report)
         case "latex" if style == "paper":
-            found = {name: text for key in PAPER_TABLES for name, text in paper_tables(report.tables[key]).items()}
+            made = (paper_tables(report.tables[key], report.study) for key in PAPER_TABLES)
+            found = {name: text for each in made for name, text in each.items()}
             yield from ((f"tables/{name}.tex", text) for name, text in found.items())
             yield from ((f"figures/{name}.pdf", drawn["pdf"]) for name, drawn in report.figures.items())
             yield "report.tex", _paper_document(report, found)
@@ -298,13 +299,23 @@ def _latex_document(report: AnalysisReport) -> str:
 
 
 def _paper_document(report: AnalysisReport, tables: Iterable[str]) -> str:
-    """Return a document of two columns: first the paper's tables and figures in the paper's order, then all others."""
+    """Return a document of two columns: an index, the paper's tables and figures in the paper's order, all others."""
     of_paper = [part.place for part in PARTS]
-    names = sorted(tables, key=lambda name: name not in of_paper)
+    names = sorted(tables, key=lambda name: name.endswith(INTERVALS))
     pictures = sorted(report.figures, key=lambda name: of_paper.index(name) if name in of_paper else len(of_paper))
-    figures = (_latex_figure(name, report.captions[name], r"\textwidth", "figure*") for name in pictures)
-    parts = [*(rf"\input{{tables/{name}.tex}}" for name in names), *figures]
-    lines = [each + (r"\clearpage" if index % FLOATS == FLOATS - 1 else "") for index, each in enumerate(parts)]
+    captions = {name: report.captions[name] for name in pictures}
+    lines = index_lines(names, captions)
+    inputs = {name: rf"\input{{tables/{name}.tex}}" for name in names}
+    drawn = {name: _latex_figure(name, said, r"\textwidth", "figure*") for name, said in captions.items()}
+    for group in (
+        [text for name, text in inputs.items() if not name.endswith(INTERVALS)]
+        + [text for name, text in drawn.items() if name in of_paper],
+        [text for name, text in inputs.items() if name.endswith(INTERVALS)],
+        [text for name, text in drawn.items() if name not in of_paper],
+    ):
+        lines += [
+            text + (r"\clearpage" if at % FLOATS == 0 or at == len(group) else "") for at, text in enumerate(group, 1)
+        ]
     return "\n".join([*PREAMBLE, r"\begin{document}", *lines, r"\end{document}"]) + "\n"
 
 

@@ -1,11 +1,22 @@
-"""Captions of the paper's tables, for a document that has only these tables."""
+"""Captions of the paper's tables, for a document that has only these tables: each can be read alone."""
 
-_PAIRS = "Each cell is W/B in %. W: the world reached the goal. B: W, and closed by a matching report."
+from collections.abc import Iterable, Sequence
+
+from vigil.analysis.measures.study import Study
+from vigil.analysis.tables.table import Table, TableRow
+
+_W_AND_B = "W: the world reached the goal. B: W, and closed by a matching report."
+_PAIRS = f"Each cell is W/B in %. {_W_AND_B}"
 _FAMILIES = (
     "PG: pixel grounding, DA: distance approach, VS: view search, SV: state verification, AI: approach and interact, "
     "SI: search and interact, SM: sequential manipulation, CR: constraint resolving."
 )
-_NO_REPORT = "NoRep: no report, which is NR + IL."
+_ORDER = "this study's rows by B, published rows as printed."
+_GAP = "Δ = W − B, in points."
+_FR = "FR: closed by a report that does not match the world."
+_NR = "NR: no report within the step budget (IL not included)."
+_IL = "IL: ended by too many invalid replies."
+_NO_REPORT = "NoRep: no report (NR + IL)."
 
 CAPTIONS: dict[str, str] = {
     "benchmark_comparison": (
@@ -16,47 +27,172 @@ CAPTIONS: dict[str, str] = {
         "separately. Active termination: how the agent itself ends an episode. No feedback: the agent does not learn "
         "whether an action succeeded."
     ),
-    "global_cross_section": f"Outcomes under native control. {_PAIRS} Δ = W - B in points. {_FAMILIES}",
-    "full_panel": f"Primary panel by group of models. {_PAIRS}",
+    "global_cross_section": f"Outcomes under native control. {_PAIRS} {_GAP} {_FAMILIES} Order: {_ORDER}",
+    "full_panel": f"Primary panel by group of models. {_PAIRS} {_FAMILIES} Order in each group: {_ORDER}",
     "extended_panel": (
-        "Extended panel: rows with B = 0, or with more than 50 % of the episodes ended at the limit on invalid "
-        f"actions, and supplementary variants. Rates in %. {_NO_REPORT}"
+        f"Extended panel: rows outside the main tables. Rates in %. {_W_AND_B} {_GAP} {_FR} {_NO_REPORT} {_IL} "
+        "Steps: mean per episode."
     ),
     "prompt_sensitivity": (
-        f"Neutral prompt, without the two lines that warn of claims that are not grounded. {_PAIRS}"
+        f"Neutral prompt, without the two lines that warn of claims that are not grounded. {_PAIRS} {_FAMILIES} "
+        f"Order in each group: {_ORDER}"
     ),
     "proprio_minimal": (
-        "Action feedback (+FB) against the base contract. Left: mean number of events per episode; retry: repeat of "
-        "an identical interact_pixel. Right: change of the rates, +FB minus base, in points."
+        "Action feedback: after each action, +FB tells the agent whether the clicked object was `too_far` and its "
+        "`path_blocked`; base does not. Left: mean number of these events per episode, and of retries (repeats of an "
+        "identical `interact_pixel`). Right: change of the rates, +FB minus base, in points. "
+        f"{_W_AND_B} {_FR} {_NR}"
     ),
     "counterfactual": (
-        "B in % if reports followed a policy. Always: a success report is added to each episode, or replaces its "
-        "report (bold if above B). Rand.: one of the two admissible labels at random, in expectation W/2."
+        f"B in % if reports followed a policy. {_W_AND_B} Always: a success report is added to each episode, or "
+        "replaces its report (bold if above B). Rand.: one of the two admissible labels at random, in expectation W/2."
     ),
     "belief_lag": (
-        "Closure lag and premature commitment. W+: episodes with W=1. Lag: mean steps from attainment to the matching "
-        f"report, over episodes with B=1. {_NO_REPORT} FS: episodes in which success is reported with W=0; FS @0: the "
-        "share of them, in %, without any progress."
+        "Closure lag and premature commitment. W+: number, of all episodes, in which the world reached the goal (W=1). "
+        "Lag: mean steps from then to the matching report, over episodes with both (B=1). NoRep | W=1: number of W+ "
+        "episodes without a report. FS: number of episodes in which success is reported with W=0; FS @0: the share of "
+        "them, in %, in which no condition of the goal is nearer to being met than at the start."
     ),
     "conditional_report": (
-        "Report rates given the world, in %. Stop: the episode ends by a report. Tinted: P(rep | W=0) of 85 or more, "
-        "and P(no rep | W=1) of 40 or more."
+        f"Report rates given the world, in %. {_W_AND_B} Stop: the agent ends the episode by a report. n: number of "
+        "episodes. Orange: P(rep | W=0) of 85 or more (FR-heavy: reports without the goal). Blue: P(no rep | W=1) of "
+        "40 or more (NR-heavy: the goal without a report). Both limits fit the published table's tints."
     ),
     "open_repeat_robustness": (
-        "Repeated runs under the same settings: mean ± half-range (published: two runs), in %. NR: no report."
+        f"Repeated runs under the same settings: mean ± half-range, in %. {_W_AND_B} {_GAP} {_FR} {_NR}"
     ),
     "failure_taxonomy": (
         "Labels of an episode. B, FR, NR, IL and Other are exclusive and partition all scored episodes."
     ),
     "family_specs": (
-        "Task families. Steps and invalid limit: an episode ends at these numbers of steps and invalid replies. "
-        "Success: kinds of goals that W can require; all_of: several of them. In CR something is in the way."
+        "Task families. Steps: step budget. Invalid limit: number of invalid replies allowed. Success: what W "
+        "requires (one of these in each episode); B also requires a matching report."
     ),
-    "episode_distribution": "Episodes of each family.",
+    "episode_distribution": "Episodes of each family in {packs}, and in the published pack (arXiv:2605.08747).",
     "action_specs": "Action space of the agent.",
     "intents": "Intents of `interact_pixel`.",
     "report_statuses": "Statuses of a report.",
 }
-"""Table -> its caption. The text after a caption explains the marks of the table's rows."""
-PUBLISHED_MARK = "†: as published (arXiv:2605.08747), on other episodes and another simulator."
-PRIVILEGED_MARK = "‡: scripted, with access to the hidden state."
+"""Table -> its caption. The text after a caption explains the table's episodes and marks."""
+GOALS = {
+    "target_grounded": "target pointed at",
+    "agent_near_target": "agent near the target",
+    "object_state": "object in the asked state",
+    "VS object_state": "target seen",
+    "report_status": "asked state in view at the end",
+    "object_held": "object held",
+    "object_at_receptacle": "object at its receptacle",
+    "all_of": "several of these",
+}
+"""Kind of goal, of any family or of one -> its words in the table of families. Another kind is shown by its name."""
+_HEADINGS = {
+    "Published: the paper's own pack and simulator": "Published",
+    "Excluded from the main tables (low compliance or zero B)": "Outside the main tables (B = 0 or IL > 50 %)",
+    "excluded from the paper's main tables (low compliance or zero B)": "outside the main tables (B = 0 or IL > 50 %)",
+    "the paper's supplementary variants": "other sizes and serving modes",
+    "Extended panel, by the study's word": "Outside the main tables",
+    "Supplementary variants, by the study's word": "Other sizes and serving modes",
+}
+"""Part of a heading in a report -> its words in a paper."""
+_SUPPLEMENTARY = "other sizes and serving modes"
+_PUBLISHED_N, _PUBLISHED_PER_FAMILY = 1000, 125
+_REPEATS = "open_repeat_robustness"
+_BY_MODEL = (
+    "global_cross_section",
+    "full_panel",
+    "extended_panel",
+    "prompt_sensitivity",
+    "counterfactual",
+    "belief_lag",
+    "conditional_report",
+)
+"""Tables in which each row of the study is one run."""
+_BY_FAMILY = ("global_cross_section", "full_panel", "prompt_sensitivity")
+
+
+def shown_heading(group: str) -> str:
+    """Return the heading of a group of rows in a paper: short, and explained by the caption."""
+    for said, shown in _HEADINGS.items():
+        group = group.replace(said, shown)
+    return group
+
+
+def caption(table: Table, study: Study) -> str:
+    """Return the caption of a table in a paper, with its numbers of episodes and its marks explained."""
+    text = CAPTIONS[table.name]
+    if table.name == "episode_distribution":
+        return text.format(packs=_packs(study))
+    if table.name not in (*_BY_MODEL, _REPEATS, "proprio_minimal"):
+        return text
+    return " ".join((text, *_bold(table), *_groups(table), *_episodes(table, study), *_marks(table, study)))
+
+
+def _bold(table: Table) -> list[str]:
+    if table.name != "global_cross_section":
+        return []
+    sides = {row.is_published for row in table.rows if row.bold}
+    named = {True: "of the published rows", False: "of this study's rows without ‡"}
+    if not sides:
+        return []
+    return [f"Bold: highest W, highest B, lowest Δ {' and '.join(named[side] for side in sorted(sides))}."]
+
+
+def _groups(table: Table) -> list[str]:
+    """Return the sentences that explain the headings of groups outside the main tables."""
+    headings = " ".join({shown_heading(row.group).lower() for row in table.rows})
+    found = [_IL] if "il > 50" in headings and "IL:" not in CAPTIONS[table.name] else []
+    are_apart = "il > 50" in headings and _SUPPLEMENTARY in headings
+    return [*found, *([f"The {_SUPPLEMENTARY} are apart, whatever their B and IL."] if are_apart else [])]
+
+
+def _episodes(table: Table, study: Study) -> list[str]:
+    """Return a sentence with the number of episodes of the study's rows; empty if the table has no such rows."""
+    own = [row for row in table.rows if not row.is_published]
+    if not own:
+        return []
+    if table.name == "proprio_minimal":
+        return [f"This study: {_span(row.cells['n'] for row in own)} episodes, played under both."]
+    if table.name == _REPEATS:
+        sizes = _span(len(one) for repeats in study.pairing.repeats for one in repeats.tables)
+        return [f"This study: {_span(row.cells['runs'] for row in own)} runs of {sizes} episodes."]
+    names = {row.cells["model"] for row in own}
+    entries = [entry for entry in study.entries if entry.name in names]
+    each = _span(family.n for entry in entries for family in entry.families.values())
+    families = f" ({each} in each family)" if table.name in _BY_FAMILY else ""
+    return [f"This study: {_span(entry.overall.n for entry in entries)} episodes{families}."]
+
+
+def _marks(table: Table, study: Study) -> list[str]:
+    marks = []
+    if any(row.is_published for row in table.rows):
+        families = f" ({_PUBLISHED_PER_FAMILY} in each family)" if table.name in _BY_FAMILY else ""
+        runs = "two runs of " if table.name == _REPEATS else ""
+        marks.append(
+            f"†: as published (arXiv:2605.08747), {runs}{_PUBLISHED_N:,} other episodes{families} in another simulator."
+        )
+    if any(row.is_privileged for row in table.rows):
+        marks.append("‡: scripted, with access to the hidden state.")
+    if any("(T)" in row.cells["model"] for row in table.rows):
+        models = study.published.models if study.published else ()
+        shown = {row.cells["model"] for row in table.rows if row.is_published}
+        others = [f"{each.name}†" for each in models if each.thinking and "(T)" not in each.name and each.name in shown]
+        also = f", as {'is' if len(others) == 1 else 'are'} {' and '.join(others)}" if others else ""
+        marks.append(f"(T): served in thinking mode{also}.")
+    return marks
+
+
+def _packs(study: Study) -> str:
+    names = sorted({entry.run.header.spec.pack for entry in study.entries})
+    return f"this study's {'pack' if len(names) == 1 else 'packs'} ({', '.join(names)})" if names else "this study"
+
+
+def _span(numbers: Iterable[int]) -> str:
+    known = sorted(set(numbers)) or [0]
+    return f"{known[0]:,}" if len(known) == 1 else f"{known[0]:,}–{known[-1]:,}"
+
+
+def without_condition(rows: Sequence[TableRow]) -> dict[str, str]:
+    """Return {name: name without the condition in brackets} of the rows; unchanged where two would be the same."""
+    names = [row.cells["model"] for row in rows]
+    short = {name: name.rsplit(" [", 1)[0] if name.endswith("]") else name for name in names}
+    return short if len(set(short.values())) == len(names) else {name: name for name in names}

@@ -4,14 +4,14 @@ Intervals are in a companion table. Widths are estimated from the number of char
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
 
-from vigil.analysis.tables.paper_captions import CAPTIONS, PRIVILEGED_MARK, PUBLISHED_MARK
-from vigil.analysis.tables.paper_index import PARTS
-from vigil.analysis.tables.rows import PUBLISHED
+from vigil.analysis.measures.study import Study
+from vigil.analysis.tables.paper_captions import GOALS, caption, shown_heading, without_condition
+from vigil.analysis.tables.paper_index import ABSENT, PARTS
 from vigil.analysis.tables.table import DASH, WITH_INTERVAL, Column, Table, TableRow, first_number, formatted
 from vigil.analysis.tables.text import CHARACTER_PT, GAP_PT, latex_escaped, latex_text, marked_cell
 from vigil.protocol.families import FAMILIES
@@ -27,13 +27,20 @@ PREAMBLE = (
     r"\setlength{\belowcaptionskip}{4pt}",
     r"\setcounter{topnumber}{9}\setcounter{dbltopnumber}{9}\setcounter{totalnumber}{9}",
     r"\renewcommand{\topfraction}{1}\renewcommand{\dbltopfraction}{1}\renewcommand{\textfraction}{0}",
+    r"\makeatletter\setlength{\@fptop}{0pt}\setlength{\@dblfptop}{0pt}",
+    r"\setlength{\@fpsep}{20pt}\setlength{\@dblfpsep}{20pt}\makeatother",
     r"\renewcommand{\floatpagefraction}{.7}\renewcommand{\dblfloatpagefraction}{.7}",
 )
 """First lines of a LaTeX document with the paper's tables."""
 WORD_GAP_PT = 4.0
-"""Space (points) on each side of a column of words."""
+"""Space (points) on each side of a column of words, and of numbers where there is room."""
+FILLED = 0.7
+"""Largest estimated width at which a table of numbers is not stretched to the line, as a share of the line."""
+INTERVALS = "_intervals"
+"""End of the name of a companion table with intervals."""
 WIDEST = 0.9
-"""Largest estimated width at which a table of words is not wrapped, as a share of the available width."""
+"""Largest estimated width of a table of numbers in one column, and of a table of words that is not wrapped, as a share
+of the available width."""
 UNWRAPPED = 20
 """Largest number of characters of a column of words that is never wrapped."""
 HASH = re.compile(r" [0-9a-f]{8}$")
@@ -97,13 +104,16 @@ NAME_PT = 92.0
 TABLES = tuple(dict.fromkeys(part.place for part in PARTS if not part.is_figure))
 
 
-def paper_tables(table: Table) -> dict[str, str]:
+def paper_tables(table: Table, study: Study) -> dict[str, str]:
     """Return {file name: LaTeX} of a table and, if it has intervals, of its companion table with the intervals."""
+    said = latex_text(caption(table, study))
     if table.name not in COLUMNS:
-        return {table.name: _text_table(table)}
+        return {table.name: _text_table(table, said)}
+    if table.name == "prompt_sensitivity":
+        table = _without_condition(table)
     columns = [(each, _column(table, each.key)) for each in COLUMNS[table.name]]
     numbers = [[_number(table, row, column) for _, column in columns] for row in table.rows]
-    found = {table.name: _number_table(table, table.name, columns, list(zip(table.rows, numbers, strict=True)))}
+    found = {table.name: _number_table(table, said, columns, list(zip(table.rows, numbers, strict=True)))}
     with_ends = [pair for pair in columns if pair[1] is columns[0][1] or pair[1].kind in (*WITH_INTERVAL, "pair")]
     ends = [
         (row, [marked_cell(table, row, columns[0][1]), *(_ends(row, column) for _, column in with_ends[1:])])
@@ -111,9 +121,60 @@ def paper_tables(table: Table) -> dict[str, str]:
         if not row.is_published
     ]
     if any(cell != DASH for _, cells in ends for cell in cells[1:]):
-        name = f"{table.name}_intervals"
-        found[name] = _number_table(table, name, with_ends, ends, of_intervals=True)
+        found[table.name + INTERVALS] = _number_table(table, None, with_ends, ends)
     return found
+
+
+def index_lines(tables: Iterable[str], figures: Mapping[str, str]) -> list[str]:
+    """Return the LaTeX of an index with the number and page of each table and figure: tables left, figures right.
+
+    `tables` are names of files without their ending; `figures` are {name: caption}.
+    """
+    shown = list(tables)
+    lines: dict[bool, list[str]] = {False: [], True: []}
+    for part in PARTS:
+        is_here = part.place in (figures if part.is_figure else shown)
+        panel = part.label[part.label.index(" ") :] if " " in part.label else ""
+        lines[part.is_figure].append(_index_line(part.place, part.what, panel, part.is_figure, is_here))
+    lines[False] += [
+        rf"Table~\ref{{tab:{name}}} & Intervals of Table~\ref{{tab:{name.removesuffix(INTERVALS)}}} & "
+        rf"\pageref{{tab:{name}}} \\"
+        for name in shown
+        if name.endswith(INTERVALS)
+    ]
+    known = {part.place for part in PARTS}
+    lines[True] += [
+        _index_line(name, text.split(". ")[0].removesuffix("."), "", True, True)
+        for name, text in figures.items()
+        if name not in known
+    ]
+    kinds = r"@{}l>{\raggedright\arraybackslash}Xr@{}"
+    columns = [
+        [
+            rf"\section*{{{heading}}}",
+            rf"{{\small\noindent\begin{{tabularx}}{{\linewidth}}{{{kinds}}}",
+            *lines[of_figures],
+            r"\end{tabularx}}",
+        ]
+        for heading, of_figures in (("Tables", False), ("Figures", True))
+    ]
+    return [*columns[0], r"\newpage", *columns[1], r"\clearpage"]
+
+
+def _index_line(name: str, what: str, panel: str, is_figure: bool, is_here: bool) -> str:
+    if not is_here:
+        return rf"{latex_escaped(DASH)} & {latex_text(what)} ({ABSENT}) & \\"
+    kind, label = ("Figure", f"fig:{name}") if is_figure else ("Table", f"tab:{name}")
+    return rf"{kind}~\ref{{{label}}}{panel} & {latex_text(what)} & \pageref{{{label}}} \\"
+
+
+def _without_condition(table: Table) -> Table:
+    names = without_condition([row for row in table.rows if not row.is_published])
+    rows = (
+        row if row.is_published else replace(row, cells={**row.cells, "model": names[row.cells["model"]]})
+        for row in table.rows
+    )
+    return replace(table, rows=tuple(rows))
 
 
 def _column(table: Table, key: str) -> Column:
@@ -144,45 +205,50 @@ def _range(low: float, high: float, digits: int) -> str:
 
 def _number_table(
     table: Table,
-    name: str,
+    said: str | None,
     columns: Sequence[tuple[PaperColumn, Column]],
     rows: Sequence[tuple[TableRow, list[str]]],
-    *,
-    of_intervals: bool = False,
 ) -> str:
+    """Return a table of numbers with the caption `said`; if it is None, the companion table with intervals."""
     parts = [each for each, _ in columns]
-    if of_intervals and any(column.kind == "pair" for _, column in columns):
-        return _stacked_intervals(table, name, columns, rows)
+    if said is None and any(column.kind == "pair" for _, column in columns):
+        return _stacked_intervals(table, columns, rows)
     longest = [max([len(part.heading), *(len(cells[i]) for _, cells in rows)]) for i, part in enumerate(parts)]
     width = min(NAME_PT, CHARACTER_PT * longest[0]) + GAP_PT
     width += sum(CHARACTER_PT * size + GAP_PT for size in longest[1:])
-    width = max([width, *(CHARACTER_PT * len(row.group) for row, _ in rows)])
-    caption = _of_intervals(table) if of_intervals else _caption(table)
+    width = max([width, *(CHARACTER_PT * len(shown_heading(row.group)) for row, _ in rows)])
+    is_wide = width > WIDEST * COLUMN_PT
     lines = [
         *_headers(parts),
         *_rows(
-            [(row, _escaped(cells) if of_intervals else _styled(row, columns, cells)) for row, cells in rows],
+            [(row, _escaped(cells) if said is None else _styled(row, columns, cells)) for row, cells in rows],
             len(parts),
         ),
     ]
     kinds = _name_kind(longest[0]) + "r" * (len(parts) - 1)
-    body = [rf"\begin{{tabular}}{{{kinds}}}", *lines, r"\end{tabular}"]
-    return _float(name, caption, body, wide=width > COLUMN_PT)
+    body = _spread(width / (PAGE_PT if is_wide else COLUMN_PT), kinds, lines)
+    if said is None:
+        return _float(table.name + INTERVALS, _of_intervals(table), body, wide=is_wide)
+    return _float(table.name, said, body, wide=is_wide)
 
 
-def _caption(table: Table) -> str:
-    """Return the caption of a table, with the marks of its rows explained."""
-    marks = [PUBLISHED_MARK] if any(row.is_published for row in table.rows) and table.name in COLUMNS else []
-    marks += [PRIVILEGED_MARK] if any(row.is_privileged for row in table.rows) else []
-    return latex_text(" ".join((CAPTIONS[table.name], *marks)))
+def _spread(filled: float, kinds: str, lines: Sequence[str]) -> list[str]:
+    """Return a table of numbers with its columns apart; a table that almost fills the line (estimate) fills it."""
+    if filled > FILLED:
+        return [
+            rf"\begin{{tabular*}}{{\linewidth}}{{@{{\hspace{{2pt}}\extracolsep{{\fill}}}}{kinds}}}",
+            *lines,
+            r"\end{tabular*}",
+        ]
+    return [rf"\setlength{{\tabcolsep}}{{{WORD_GAP_PT}pt}}\begin{{tabular}}{{{kinds}}}", *lines, r"\end{tabular}"]
 
 
 def _of_intervals(table: Table) -> str:
-    return rf"95~\% intervals of the rates in Table~\ref{{tab:{table.name}}}."
+    return rf"95~\% intervals of this study's rows in Table~\ref{{tab:{table.name}}}, whose caption explains the columns and marks."
 
 
 def _stacked_intervals(
-    table: Table, name: str, columns: Sequence[tuple[PaperColumn, Column]], rows: Sequence[tuple[TableRow, list[str]]]
+    table: Table, columns: Sequence[tuple[PaperColumn, Column]], rows: Sequence[tuple[TableRow, list[str]]]
 ) -> str:
     """Return intervals of W and B in two lines for each model, so that eight families fit the page."""
     parts = [columns[0][0], PaperColumn("rate", ""), *(each for each, _ in columns[1:])]
@@ -194,12 +260,13 @@ def _stacked_intervals(
             lines.append((row, _escaped([cells[0] if i == 0 else "", rate, *shown])))
     kinds = _name_kind(max((len(cells[0]) for _, cells in rows), default=0))
     body = [
+        rf"\setlength{{\tabcolsep}}{{{WORD_GAP_PT}pt}}",
         rf"\begin{{tabular}}{{{kinds}l{'r' * (len(parts) - 2)}}}",
         *_headers(parts),
         *_rows(lines, len(parts)),
         r"\end{tabular}",
     ]
-    return _float(name, _of_intervals(table), body, wide=True)
+    return _float(table.name + INTERVALS, _of_intervals(table), body, wide=True)
 
 
 def _name_kind(longest: int) -> str:
@@ -213,10 +280,10 @@ def _escaped(cells: Sequence[str]) -> list[str]:
     return [latex_escaped(text) for text in cells]
 
 
-def _text_table(table: Table) -> str:
+def _text_table(table: Table, said: str) -> str:
     """Return a table of words. If it is too wide, its long columns of words are wrapped."""
-    cells = [[table.cell(row, column) for column in table.columns] for row in table.rows]
-    headings = [HASH.sub("", column.heading) for column in table.columns]
+    cells = [[_words(table, row, column) for column in table.columns] for row in table.rows]
+    headings = _headings(table)
     longest = [max([len(heading), *(len(row[i]) for row in cells)]) for i, heading in enumerate(headings)]
     width = sum(CHARACTER_PT * size + 2 * WORD_GAP_PT for size in longest)
     is_wide = width > COLUMN_PT and (width - CHARACTER_PT * max(longest) > COLUMN_PT / 2 or len(longest) > 3)
@@ -234,7 +301,23 @@ def _text_table(table: Table) -> str:
     ]
     gap = rf"\setlength{{\tabcolsep}}{{{WORD_GAP_PT}pt}}"
     body = [f"{gap}{begin}{{{''.join(kinds)}}}", *_headers(parts), *_rows(lines, len(parts)), end]
-    return _float(table.name, _caption(table), body, wide=is_wide)
+    return _float(table.name, said, body, wide=is_wide)
+
+
+def _words(table: Table, row: TableRow, column: Column) -> str:
+    text = table.cell(row, column)
+    if (table.name, column.key) != ("family_specs", "success"):
+        return text
+    of_family = (GOALS.get(f"{row.cells['family']} {kind}") or GOALS.get(kind, kind) for kind in text.split(" or "))
+    return "; ".join(of_family)
+
+
+def _headings(table: Table) -> list[str]:
+    """Return the headings of a table of words. Packs have their names, or `This study` if there is only one."""
+    packs = [column.heading for column in table.columns if HASH.search(column.heading)]
+    named = {heading: HASH.sub("", heading).removeprefix("Episodes of ") for heading in packs}
+    own = dict.fromkeys(packs, "This study") if len(packs) == 1 else named
+    return [(own | {"Published pack": "Published"}).get(column.heading, column.heading) for column in table.columns]
 
 
 def _with_references(text: str) -> str:
@@ -265,34 +348,33 @@ def _rows(rows: Sequence[tuple[TableRow, list[str]]], columns: int) -> Iterator[
     for index, (group, members) in enumerate(groups):
         if index:
             yield r"\midrule"
-        heading = latex_escaped(_short(group))
+        heading = latex_escaped(shown_heading(group))
         if heading and heading != members[0][1][0]:
             yield rf"\multicolumn{{{columns}}}{{l}}{{\makebox[0pt][l]{{\emph{{{heading}}}}}}} \\"
         for row, cells in members:
-            shown = [rf"\textcolor{{gray}}{{{cell}}}" for cell in cells] if row.is_published else cells
+            shown = [rf"\textcolor{{black!75}}{{{cell}}}" for cell in cells] if row.is_published else cells
             yield " & ".join(shown) + r" \\"
     yield r"\bottomrule"
-
-
-def _short(group: str) -> str:
-    """Return the heading of a group, shortened to fit a narrow table: without words of the caption."""
-    named = group.replace(PUBLISHED, "Published")
-    for said in (" from the paper's main tables", " from the main tables", " (low compliance or zero B)"):
-        named = named.replace(said, "")
-    return named
 
 
 def _styled(row: TableRow, columns: Sequence[tuple[PaperColumn, Column]], cells: Sequence[str]) -> list[str]:
     """Return the cells of a row as LaTeX, in bold or tinted where the row marks them so."""
     found: list[str] = []
-    for (part, _), text in zip(columns, cells, strict=True):
-        shown = latex_escaped(text)
-        if part.key in row.bold:
-            shown = rf"\textbf{{{shown}}}"
+    for (part, column), text in zip(columns, cells, strict=True):
+        marks = (f"{part.key}.W" in row.bold, part.key in row.bold)
+        if column.kind == "pair" and marks[0] != marks[1]:
+            shares = zip(text.split("/"), marks, strict=True)
+            shown = "/".join(_bold(latex_escaped(share), is_best) for share, is_best in shares)
+        else:
+            shown = _bold(latex_escaped(text), part.key in row.bold)
         if part.key in row.tints:
             shown = rf"\cellcolor{{{row.tints[part.key]}tint}}{shown}"
         found.append(shown)
     return found
+
+
+def _bold(shown: str, is_bold: bool) -> str:
+    return rf"\textbf{{{shown}}}" if is_bold else shown
 
 
 def _float(name: str, caption: str, body: Sequence[Any], *, wide: bool) -> str:

@@ -195,25 +195,28 @@ def with_best_bold(
     """Return the rows, with the best number of each column marked; in the columns `lowest`, the lowest is best.
 
     The best of the published rows and the best of the others are marked separately; privileged rows are never marked.
+    Of a pair of W and B, the column's key marks the best B, and the key with `.W` marks the best W.
     """
     marked = list(rows)
     for published in (False, True):
         indices = [i for i, row in enumerate(rows) if row.is_published is published and not row.is_privileged]
         for column in columns:
-            found = {i: _comparable(rows[i].cells.get(column.key), column.kind) for i in indices}
-            values = {i: value for i, value in found.items() if value is not None}
-            if len(values) < 2:
-                continue
-            best = (min if column.key in lowest else max)(values.values())
-            for i, value in values.items():
-                if value == best:
-                    marked[i] = replace(marked[i], bold=marked[i].bold | {column.key})
+            ranked = {column.key: 1, f"{column.key}.W": 0} if column.kind == "pair" else {column.key: 0}
+            for key, part in ranked.items():
+                found = {i: _comparable(rows[i].cells.get(column.key), part) for i in indices}
+                values = {i: value for i, value in found.items() if value is not None}
+                if len(values) < 2:
+                    continue
+                best = (min if column.key in lowest else max)(values.values())
+                for i, value in values.items():
+                    if value == best:
+                        marked[i] = replace(marked[i], bold=marked[i].bold | {key})
     return marked
 
 
-def _comparable(value: Any, kind: CellKind) -> float | None:
-    """Return the number by which a cell is ranked: B if the cell is a pair of W and B, otherwise the number."""
-    found = value[1] if kind == "pair" and value is not None else first_number(value)
+def _comparable(value: Any, part: int) -> float | None:
+    """Return the number by which a cell is ranked: this part of a pair, otherwise the number."""
+    found = value[part] if part and value is not None else first_number(value)
     return None if found is None or isinstance(found, str) else float(found)
 
 
