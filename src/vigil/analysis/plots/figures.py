@@ -196,10 +196,12 @@ FIGURES: dict[str, Callable[[Study], Figure | None]] = {
     "feedback_shift": feedback_shift,
 }
 CAPTIONS = {
-    "outcome_partition": "All scored episodes of each run, split into five exclusive outcomes. The mark is W: where "
-    "it is beyond B, the world reached the goal in episodes that no matching report closed.",
-    "belief_closure": "(a) Mean steps from attainment to the matching report, over episodes with B=1. "
-    "(b) Kinds of action after the goal first held, pooled over W=1 episodes.",
+    "outcome_partition": "All scored episodes of each run (n), split into five exclusive outcomes; runs with the "
+    "highest B come first. The mark is W: where it is beyond B, the world reached the goal in episodes that no "
+    "matching report closed. W−B: this difference, in points.",
+    "belief_closure": "(a) Mean number of steps from attainment to the matching report. n: episodes with B=1. "
+    "(b) Kinds of action after the goal first held: shares of all these actions, pooled over the episodes with W=1. n: "
+    "these episodes. Runs with the highest B come first.",
     "plane": "World completion against benchmark success. On the diagonal every achieved state is closed by a matching "
     "report; the distance below it is the gap Δ = W−B. Crosses: 95 % Wilson intervals. Grey: published rows, another "
     "pack and simulator.",
@@ -265,7 +267,7 @@ def _lags(axes: Axes, entries: Sequence[RunEntry]) -> None:
         if lag is None:
             axes.text(0.02, row, "no B=1 episode", va="center", fontsize=points(7.5), color=FAINT)
             continue
-        axes.barh(row, lag, height=0.6, color="#0072b2")
+        axes.barh(row, lag, height=0.6, color=GREY)
         n = entry.overall.counts["B"]
         axes.annotate(
             f"{lag:.1f}  (n={n})", (lag, row), (4, 0), textcoords="offset points", va="center", fontsize=points(7.5)
