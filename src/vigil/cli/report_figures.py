@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 FrameSource = tuple[Path | None, bool]
 """Asset database with which frames are drawn, and whether frames of a private pack may be drawn."""
 CaptionedFigure = tuple[Figure, str]
-_MOST_EXAMPLES = 8
+_MOST_EXAMPLES = 10
 """Number of episodes of a family that are tried for the diagram, which shows one of them."""
 _DETAIL = 1.5
 """A frame with at least this detail (see `_detail`) shows more than a wall."""
-_TARGET_PX = 2000
-"""Number of pixels from which a target in view, also its state, is large enough to be seen in print."""
+_TARGET_PX = 5000
+"""A target in view with at least this number of pixels is large enough for its state to be seen in print."""
 _MOST_ROWS = 4
 """Maximum number of runs in a trajectory figure of a study."""
 _SHOWN_FAMILIES: tuple[Family, ...] = ("SV", "AI")
@@ -108,20 +108,22 @@ def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
     loaded = Pack.load(pack)
     check_revealed(loaded.name, is_private(loaded.manifest.meta), "A picture of its episodes", reveals=reveals)
     examples: dict[Family, Example] = {}
-    found: dict[Family, tuple[bool, bool, float]] = {}
+    best: dict[Family, tuple[bool, int, float]] = {}
+    """Family -> whether the frame of its example shows more than a wall, the target's size, and the detail."""
 
     def candidates() -> Iterator[Episode]:
         """Yield episodes of a family until one of them shows more than a wall, and its target is not too small."""
         for family in FAMILIES:
             for episode in [each for each in loaded.episodes if each.family == family][:_MOST_EXAMPLES]:
-                if not all(found.get(family, (False,))[:2]):
+                shows, size, _ = best.get(family, (False, 0, 0.0))
+                if not shows or size < _TARGET_PX:
                     yield episode
 
     for episode, frame, target in first_frames(loaded, candidates(), assets):
         detail = _detail(frame)
-        quality = (detail >= _DETAIL, not 0 < len(target) < _TARGET_PX, detail)
-        if quality > found.get(episode.family, (False, False, -1.0)):
-            found[episode.family] = quality
+        quality = (detail >= _DETAIL, len(target) or _TARGET_PX, detail)
+        if episode.family not in best or quality > best[episode.family]:
+            best[episode.family] = quality
             examples[episode.family] = Example(episode, frame, _middle(target))
     return protocol_figure(examples)
 
@@ -175,11 +177,14 @@ def _of_episode(
         replace(one, name=one.name + MARKS["privileged"]) if sees else one
         for one, sees in zip(tracks, privileged, strict=True)
     ]
-    at = min(range(len(tracks)), key=lambda i: (not tracks[i].outcome.B, not tracks[i].outcome.W, tracks[i].name))
+    at = min(
+        range(len(tracks)),
+        key=lambda i: (not tracks[i].outcome.B, not tracks[i].outcome.W, privileged[i], tracks[i].name),
+    )
     shown = f"Trajectories on episode {episode_id}. {_MARKS}{_states(tracks[at])} {_sight(privileged)}"
     piped = (
         f"The pipeline of an evaluated episode: {episode_id} (family {episode.family}) by {tracks[at].name}. "
-        f"{_MARKS} {SKIPPED_WORDS}; {limits(episode)}.{_states(tracks[at])} {_sight([privileged[at]])}"
+        f"{_MARKS} {SKIPPED_WORDS}. {limits(episode).capitalize()}.{_states(tracks[at])} {_sight([privileged[at]])}"
     )
     return {
         names[0]: (trajectory_figure(episode, tracks), shown),
@@ -195,8 +200,8 @@ def _states(one: AgentTrajectory) -> str:
     if not one.outcome.expected:
         return ""
     return (
-        " Here W=1 says only that the state of the object is in view at the end and was never changed, whatever is "
-        f"reported. B also needs the right label ({one.outcome.expected})."
+        " Here W=1 (in view) says only that the state of the object is in view at the end and was never changed, "
+        f"whatever is reported. B also needs the right label ({one.outcome.expected})."
     )
 
 

@@ -31,9 +31,9 @@ _TIER_TEXTS = {
 }
 CONTRACT = (
     "The agent sees one egocentric RGB frame per step and its own past replies; no success signal, state, map or "
-    "limits. It can end an episode only by a report. W: the hidden world reached the goal. B: W, and the report "
-    "matches the hidden world. Ring: the target; in SM, the object that comes first. Frames without a ring: the target "
-    "is out of view."
+    "limits. It can end an episode only by a report. W: the hidden world reached the goal (in SV: the state is in view "
+    "at the end). B: W, and the report matches the hidden world. Ring: the target; in SM, the object that comes first. "
+    "Frames without a ring: the target is out of view."
 )
 """Legend of the protocol's diagram: in the diagram on a screen, in its caption in a paper."""
 SKIPPED_WORDS = "+n: n steps that are not shown"
@@ -150,12 +150,12 @@ def _card(axes: Axes, family: Family, example: Example | None) -> None:
     axes.set_title(f"\n{family}  {spec.name}", fontsize=points(9.5 if paper_width_in() is None else 8.2))
     figure = axes.get_figure(root=True)
     assert figure is not None
-    letters = int(46 * figure.get_figwidth() / (_CARD_WIDTH_IN * 4) * 7.3 / points(7.3))
+    letters = int(50 * figure.get_figwidth() / (_CARD_WIDTH_IN * 4) * 7.3 / points(7.3))
     if example is not None and example.target is not None:
         axes.plot(*example.target, "o", ms=15, mfc="none", mec="white", mew=3.2)
         axes.plot(*example.target, "o", ms=15, mfc="none", mec=CLICK_COLOUR, mew=1.6)
     seen = "target in view" if spec.visible_at_start else "target out of view"
-    parts = [f"{spec.summary}; {seen}", f"at most {spec.max_steps} steps and {spec.max_invalid} invalid replies"]
+    parts = [spec.summary, seen, f"at most {spec.max_steps} steps, {spec.max_invalid} invalid replies"]
     parts += [] if example is None else [f"“{example.episode.instruction}”"]
     text = "\n".join(_wrapped(part, letters, 6) for part in parts)
     axes.set_xlabel(text, fontsize=points(7.3), loc="left", linespacing=1.35)
@@ -172,7 +172,7 @@ def _step(axes: Axes, track: AgentTrajectory, index: int, layout: _Layout, at: t
     picture.imshow(track.frames[index], aspect="auto")
     picture.axis("off")
     mark_click(picture, step.action)
-    axes.text(left, top + 0.5, f"frame of step {index + 1}", fontsize=points(8), color=FAINT)
+    axes.text(left, top + 0.5, f"frame of step {index + 1}", fontsize=points(8), color=INK)
     look: dict[str, Any] = {"ha": "center", "va": "top"}
     middle, under = left + width / 2, top - height
     axes.text(middle, under - 0.9, step_caption(step), fontsize=points(8), fontweight="bold", **look)

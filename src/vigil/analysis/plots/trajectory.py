@@ -227,7 +227,7 @@ def goal_words(one: AgentTrajectory, *, held: bool) -> str:
     In episodes that ask for a state (`outcome.expected`), W says only that the state is in view and unchanged.
     """
     if one.outcome.expected:
-        return f"after it: {'state in view' if held else 'W=0'} (hidden)"
+        return f"after it: {'in view' if held else 'W=0'} (hidden)"
     return f"after it: goal {'met' if held else 'unmet'} (hidden)"
 
 
@@ -242,7 +242,7 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
     mark_click(axes, step.action)
     skipped = index - previous - 1
     gap = f"  ({skipped} not shown)" if skipped else ""
-    axes.set_title(f"step {index + 1}{gap}", fontsize=points(7), color=FAINT, pad=2, fontweight="normal")
+    axes.set_title(f"step {index + 1}{gap}", fontsize=points(7), color=INK, pad=2, fontweight="normal")
     is_last = index == len(one.record.steps) - 1
     look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "center", "va": "top"}
     axes.annotate(
