@@ -27,9 +27,9 @@ CaptionedFigure = tuple[Figure, str]
 _MOST_EXAMPLES = 10
 """Number of episodes of a family that are tried for the diagram, which shows one of them."""
 _DETAIL = 1.5
-"""A frame with at least this detail (see `_detail`) shows more than a wall."""
-_TARGET_PX = 5000
-"""A target in view with at least this number of pixels is large enough for its state to be seen in print."""
+"""Detail (mean difference of neighbouring pixels) from which a frame without its target shows more than a wall."""
+_TARGET_PX = 20_000
+"""Area (pixels) of the box around a target in view from which the target's state can be seen in print."""
 _MOST_ROWS = 4
 """Maximum number of runs in a trajectory figure of a study."""
 _SHOWN_FAMILIES: tuple[Family, ...] = ("SV", "AI")
@@ -108,29 +108,29 @@ def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
     loaded = Pack.load(pack)
     check_revealed(loaded.name, is_private(loaded.manifest.meta), "A picture of its episodes", reveals=reveals)
     examples: dict[Family, Example] = {}
-    best: dict[Family, tuple[bool, int, float]] = {}
-    """Family -> whether the frame of its example shows more than a wall, the target's size, and the detail."""
+    clarity: dict[Family, float] = {}
 
     def candidates() -> Iterator[Episode]:
-        """Yield episodes of a family until one of them shows more than a wall, and its target is not too small."""
+        """Yield episodes of a family until one of them is clear."""
         for family in FAMILIES:
             for episode in [each for each in loaded.episodes if each.family == family][:_MOST_EXAMPLES]:
-                shows, size, _ = best.get(family, (False, 0, 0.0))
-                if not shows or size < _TARGET_PX:
+                if clarity.get(family, 0.0) < 1.0:
                     yield episode
 
     for episode, frame, target in first_frames(loaded, candidates(), assets):
-        detail = _detail(frame)
-        quality = (detail >= _DETAIL, len(target) or _TARGET_PX, detail)
-        if episode.family not in best or quality > best[episode.family]:
-            best[episode.family] = quality
+        clear = _clarity(frame, target)
+        if clear > clarity.get(episode.family, -1.0):
+            clarity[episode.family] = clear
             examples[episode.family] = Example(episode, frame, _middle(target))
     return protocol_figure(examples)
 
 
-def _detail(frame: np.ndarray) -> float:
-    """Return how much a frame shows: the mean difference of neighbouring pixels."""
-    return float(np.abs(np.diff(frame.astype(float), axis=1)).mean())
+def _clarity(frame: np.ndarray, target: np.ndarray) -> float:
+    """Return how clear an example is, at least 1 if it is clear enough: how large its target is, or how much the frame
+    shows if the target is out of view. `target` are the target's pixels, (n, 2)."""
+    if len(target):
+        return float(np.ptp(target, axis=0).prod()) / _TARGET_PX
+    return float(np.abs(np.diff(frame.astype(float), axis=1)).mean()) / _DETAIL
 
 
 def _middle(pixels: np.ndarray) -> tuple[float, float] | None:

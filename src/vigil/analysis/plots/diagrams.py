@@ -150,14 +150,14 @@ def _card(axes: Axes, family: Family, example: Example | None) -> None:
     axes.set_title(f"\n{family}  {spec.name}", fontsize=points(9.5 if paper_width_in() is None else 8.2))
     figure = axes.get_figure(root=True)
     assert figure is not None
-    letters = int(50 * figure.get_figwidth() / (_CARD_WIDTH_IN * 4) * 7.3 / points(7.3))
+    letters = int(46 * figure.get_figwidth() / (_CARD_WIDTH_IN * 4) * 7.3 / points(7.3))
     if example is not None and example.target is not None:
         axes.plot(*example.target, "o", ms=15, mfc="none", mec="white", mew=3.2)
         axes.plot(*example.target, "o", ms=15, mfc="none", mec=CLICK_COLOUR, mew=1.6)
     seen = "target in view" if spec.visible_at_start else "target out of view"
-    parts = [spec.summary, seen, f"at most {spec.max_steps} steps, {spec.max_invalid} invalid replies"]
-    parts += [] if example is None else [f"“{example.episode.instruction}”"]
-    text = "\n".join(_wrapped(part, letters, 6) for part in parts)
+    allowed = f"at most {spec.max_steps} steps, {spec.max_invalid} invalid replies"
+    said = "" if example is None else _wrapped(f"“{example.episode.instruction}”", letters, 6)
+    text = "\n".join((_wrapped(spec.summary, letters), seen, allowed, said))
     axes.set_xlabel(text, fontsize=points(7.3), loc="left", linespacing=1.35)
 
 
