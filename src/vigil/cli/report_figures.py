@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,10 +24,12 @@ if TYPE_CHECKING:
 FrameSource = tuple[Path | None, bool]
 """Asset database with which frames are drawn, and whether frames of a private pack may be drawn."""
 CaptionedFigure = tuple[Figure, str]
-_MOST_EXAMPLES = 8
+_MOST_EXAMPLES = 10
 """Number of episodes of a family that are tried for the diagram, which shows one of them."""
 _DETAIL = 1.5
-"""A frame with at least this detail (see `_detail`) shows more than a wall, so no other episode is tried."""
+"""Detail (mean difference of neighbouring pixels) from which a frame without its target shows more than a wall."""
+_TARGET_PX = 20_000
+"""Area (pixels) of the box around a target in view from which the target's state can be seen in print."""
 _MOST_ROWS = 4
 """Maximum number of runs in a trajectory figure of a study."""
 _SHOWN_FAMILIES: tuple[Family, ...] = ("SV", "AI")
@@ -50,7 +53,7 @@ def framed_figures(
         )
     if diagram:
         place = str(pack_folder(found.runs[0].header, pack))
-        drawn["protocol"] = (protocol_of(place, frames), "The eight families in two tiers, each with a first frame.")
+        drawn["protocol"] = _captioned_protocol(place, frames)
     return drawn
 
 
@@ -66,7 +69,7 @@ def study_figures(found: Study, episodes: Sequence[str], frames: FrameSource) ->
     if not anchors:
         return {}
     place = str(pack_folder(anchors[0].header))
-    drawn = {"protocol": (protocol_of(place, frames), "The eight families in two tiers, each with a first frame.")}
+    drawn = {"protocol": _captioned_protocol(place, frames)}
     for episode_id in episodes or _common_episodes(anchors):
         having = _having(anchors, episode_id)[:_MOST_ROWS]
         families = dict(zip(having[0].rows["episode_id"], having[0].rows["family"], strict=True))
@@ -105,24 +108,37 @@ def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
     loaded = Pack.load(pack)
     check_revealed(loaded.name, is_private(loaded.manifest.meta), "A picture of its episodes", reveals=reveals)
     examples: dict[Family, Example] = {}
+    clarity: dict[Family, float] = {}
 
     def candidates() -> Iterator[Episode]:
-        """Yield episodes of a family until one of them shows more than a wall."""
+        """Yield episodes of a family until one of them is clear."""
         for family in FAMILIES:
             for episode in [each for each in loaded.episodes if each.family == family][:_MOST_EXAMPLES]:
-                if family not in examples or _detail(examples[family].frame) < _DETAIL:
+                if clarity.get(family, 0.0) < 1.0:
                     yield episode
 
     for episode, frame, target in first_frames(loaded, candidates(), assets):
-        best = examples.get(episode.family)
-        if best is None or _detail(frame) > _detail(best.frame):
-            examples[episode.family] = Example(episode, frame, target)
+        clear = _clarity(frame, target)
+        if clear > clarity.get(episode.family, -1.0):
+            clarity[episode.family] = clear
+            examples[episode.family] = Example(episode, frame, _middle(target))
     return protocol_figure(examples)
 
 
-def _detail(frame: np.ndarray) -> float:
-    """Return how much a frame shows: the mean difference of neighbouring pixels."""
-    return float(np.abs(np.diff(frame.astype(float), axis=1)).mean())
+def _clarity(frame: np.ndarray, target: np.ndarray) -> float:
+    """Return how clear an example is, at least 1 if it is clear enough: how large its target is, or how much the frame
+    shows if the target is out of view. `target` are the target's pixels, (n, 2)."""
+    if len(target):
+        return float(np.ptp(target, axis=0).prod()) / _TARGET_PX
+    return float(np.abs(np.diff(frame.astype(float), axis=1)).mean()) / _DETAIL
+
+
+def _middle(pixels: np.ndarray) -> tuple[float, float] | None:
+    """Return the one of these pixels (n, 2) that is nearest to their mean; None if there are none."""
+    if not len(pixels):
+        return None
+    x, y = pixels[np.linalg.norm(pixels - pixels.mean(axis=0), axis=1).argmin()]
+    return float(x), float(y)
 
 
 def _having(runs: Sequence[Run], episode_id: str) -> list[Run]:
@@ -133,26 +149,69 @@ def _having(runs: Sequence[Run], episode_id: str) -> list[Run]:
     return having
 
 
-_MARKS = (
-    "Each frame is what the agent saw before the step below the frame; crosses mark its clicks. Agents never see what "
-    "is called hidden."
-)
-"""What captions say about the frames of an episode."""
+def _captioned_protocol(pack: str | Path, frames: FrameSource) -> CaptionedFigure:
+    from vigil.analysis.plots.diagrams import CONTRACT
+    from vigil.analysis.plots.style import paper_width_in
+
+    caption = (
+        "The eight families in two tiers. Each has the first frame and the instruction of an example, and its limits "
+        "on steps and on invalid replies."
+    )
+    return protocol_of(pack, frames), caption if paper_width_in() is None else f"{caption} {CONTRACT}"
 
 
 def _of_episode(
     runs: Sequence[Run], pack: str | Path | None, episode_id: str, names: tuple[str, str], frames: FrameSource
 ) -> dict[str, CaptionedFigure]:
-    """Return two figures under `names`: the trajectories in an episode, and the pipeline of the best run in it."""
-    from vigil.analysis.plots.diagrams import pipeline_figure
+    """Return two figures under `names`: the trajectories in an episode, and the pipeline of the best run in it.
+
+    The names of runs of privileged agents have the mark that they have in tables.
+    """
+    from vigil.analysis.plots.diagrams import SKIPPED_WORDS, limits, pipeline_figure
     from vigil.analysis.plots.trajectory import trajectory_figure
+    from vigil.analysis.tables.text import MARKS
 
     episode, tracks = tracks_of(runs, pack, episode_id, 1, frames)
-    best = min(tracks, key=lambda one: (not one.outcome.B, not one.outcome.W, one.name))
+    privileged = [run.model.is_privileged for run in runs]
+    tracks = [
+        replace(one, name=one.name + MARKS["privileged"]) if sees else one
+        for one, sees in zip(tracks, privileged, strict=True)
+    ]
+    at = min(
+        range(len(tracks)),
+        key=lambda i: (not tracks[i].outcome.B, not tracks[i].outcome.W, privileged[i], tracks[i].name),
+    )
+    shown = f"Trajectories on episode {episode_id}. {_MARKS}{_states(tracks[at])} {_sight(privileged)}"
+    piped = (
+        f"The pipeline of an evaluated episode: {episode_id} (family {episode.family}) by {tracks[at].name}. "
+        f"{_MARKS} {SKIPPED_WORDS}. {limits(episode).capitalize()}.{_states(tracks[at])} {_sight([privileged[at]])}"
+    )
     return {
-        names[0]: (trajectory_figure(episode, tracks), f"Trajectories on episode {episode_id}. {_MARKS}"),
-        names[1]: (pipeline_figure(episode, best), f"The pipeline, on {episode_id} by {best.name}. {_MARKS}"),
+        names[0]: (trajectory_figure(episode, tracks), shown),
+        names[1]: (pipeline_figure(episode, tracks[at]), piped),
     }
+
+
+_MARKS = "Each frame is what the agent saw before the step below the frame; rings mark its clicks."
+
+
+def _states(one: AgentTrajectory) -> str:
+    """Return the sentences that explain W where an episode asks for a state, else an empty text."""
+    if not one.outcome.expected:
+        return ""
+    return (
+        " Here W=1 (in view) says only that the state of the object is in view at the end and was never changed, "
+        f"whatever is reported. B also needs the right label ({one.outcome.expected})."
+    )
+
+
+def _sight(privileged: Sequence[bool]) -> str:
+    """Return the sentences of a caption that say which agents see what is called hidden."""
+    from vigil.analysis.tables.paper_captions import PRIVILEGED_MARK
+
+    if not any(privileged):
+        return "Agents never see what is called hidden."
+    return PRIVILEGED_MARK if all(privileged) else f"{PRIVILEGED_MARK} The others never see what is called hidden."
 
 
 def _common_episodes(runs: Sequence[Run]) -> list[str]:

@@ -26,7 +26,7 @@ from vigil.analysis.plots.style import (
     points,
     styled,
 )
-from vigil.analysis.plots.trajectory import GOAL_WORDS, trajectory_figure
+from vigil.analysis.plots.trajectory import goal_words, trajectory_figure
 
 WIDTHS: list[PaperWidth] = list(PAPER_WIDTHS_IN)
 
@@ -72,7 +72,7 @@ def test_trajectories_fit_their_width_and_mark_gaps(width: PaperWidth) -> None:
     said = [text.get_text() for text in texts_of(figure)]
     assert any("not shown)" in text for text in said)
     assert not any("goal" in axes.get_title(loc) for axes in figure.axes for loc in ("left", "center"))
-    assert GOAL_WORDS in said
+    assert goal_words(LONG, held=True) in said
 
 
 def test_the_pipeline_says_under_a_frame_what_holds_after_it() -> None:
@@ -81,7 +81,7 @@ def test_the_pipeline_says_under_a_frame_what_holds_after_it() -> None:
         assert_is_printable(figure, "page")
     (axes,) = figure.axes
     lowest = min(picture.get_window_extent().y0 for picture in axes.child_axes)
-    marks = [text for text in axes.texts if GOAL_WORDS in text.get_text()]
+    marks = [text for text in axes.texts if text.get_text() == goal_words(LONG, held=True)]
     assert len(marks) == len(axes.child_axes)
     assert all(mark.get_window_extent().y1 < lowest for mark in marks)
     assert any(text.get_text().startswith("+") for text in axes.texts)

@@ -14,8 +14,8 @@ from vigil.analysis.plots.style import FAINT, INK, MIN_POINTS, canvas, paper_wid
 from vigil.analysis.plots.trajectory import (
     CLICK_COLOUR,
     GOAL_COLOUR,
-    GOAL_WORDS,
     AgentTrajectory,
+    goal_words,
     key_steps,
     mark_click,
     step_caption,
@@ -29,11 +29,14 @@ _TIER_TEXTS = {
     "diagnostic": "Diagnostic tier: one bottleneck each",
     "compositional": "Compositional tier: capacities chained",
 }
-_CONTRACT = (
+CONTRACT = (
     "The agent sees one egocentric RGB frame per step and its own past replies; no success signal, state, map or "
-    "budget. Only its own report ends an episode. W: the hidden world reached the goal. B: W, and the report matches "
-    "the hidden world. Circle: the target; in SM, the object that comes first."
+    "limits. It can end an episode only by a report. W: the hidden world reached the goal (in SV: the state is in view "
+    "at the end). B: W, and the report matches the hidden world. Ring: the target; in SM, the object that comes first. "
+    "Frames without a ring: the target is out of view."
 )
+"""Legend of the protocol's diagram: in the diagram on a screen, in its caption in a paper."""
+SKIPPED_WORDS = "+n: n steps that are not shown"
 _CARD_WIDTH_IN = 2.75
 
 
@@ -57,7 +60,7 @@ def protocol_figure(examples: Mapping[Family, Example]) -> Figure:
             for tier in _TIER_COLOURS
         }
         most = max(map(len, tiers.values()))
-        figure = canvas(paper_width_in() or _CARD_WIDTH_IN * most, 6.9 if paper_width_in() is None else 5.4)
+        figure = canvas(paper_width_in() or _CARD_WIDTH_IN * most, 6.9 if paper_width_in() is None else 5.0)
         grid = figure.subplots(2, most)
         for row, (tier, families) in enumerate(tiers.items()):
             for empty in grid[row][len(families) :]:
@@ -73,8 +76,9 @@ def protocol_figure(examples: Mapping[Family, Example]) -> Figure:
                 color=_TIER_COLOURS[tier],
             )
             heading.set_in_layout(False)
-        said = _wrapped(_CONTRACT, _letters(10 * figure.get_figwidth() - 2, 8.5))
-        figure.supxlabel(said, fontsize=points(8.5), color=INK, x=0.01, ha="left")
+        if paper_width_in() is None:
+            said = _wrapped(CONTRACT, _letters(10 * figure.get_figwidth() - 2, 8.5))
+            figure.supxlabel(said, fontsize=points(8.5), color=INK, x=0.01, ha="left")
         return figure
 
 
@@ -86,6 +90,7 @@ class _Layout:
     height: float = 49.0
     pictures_top: float = 39.8
     boxes_top: float = 16.0
+    boxes_bottom: float = 8.5
     columns: int = 6
     """Greatest number of frames in a row."""
 
@@ -95,7 +100,7 @@ class _Layout:
         return (self.pictures_top - self.boxes_top - 9.4) / 0.75
 
 
-_PAPER_LAYOUT = _Layout(67.5, 44.0, 39.0, 18.2, 4)
+_PAPER_LAYOUT = _Layout(67.5, 39.6, 34.6, 13.8, 4.1, 4)
 
 
 def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) -> Figure:
@@ -130,6 +135,11 @@ def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) 
         return figure
 
 
+def limits(episode: Episode) -> str:
+    """Return a text that says when an episode ends without a report."""
+    return f"limits (hidden): at most {episode.max_steps} steps and {episode.max_invalid} invalid replies"
+
+
 def _card(axes: Axes, family: Family, example: Example | None) -> None:
     spec = FAMILIES[family]
     axes.set_xticks([])
@@ -145,14 +155,14 @@ def _card(axes: Axes, family: Family, example: Example | None) -> None:
         axes.plot(*example.target, "o", ms=15, mfc="none", mec="white", mew=3.2)
         axes.plot(*example.target, "o", ms=15, mfc="none", mec=CLICK_COLOUR, mew=1.6)
     seen = "target in view" if spec.visible_at_start else "target out of view"
-    parts = [f"{spec.summary}; {seen}", f"{spec.max_steps} steps, {spec.max_invalid} invalid replies"]
-    parts += [] if example is None else [f"“{example.episode.instruction}”"]
-    text = "\n".join(_wrapped(part, letters, 6) for part in parts)
+    allowed = f"at most {spec.max_steps} steps, {spec.max_invalid} invalid replies"
+    said = "" if example is None else _wrapped(f"“{example.episode.instruction}”", letters, 6)
+    text = "\n".join((_wrapped(spec.summary, letters), seen, allowed, said))
     axes.set_xlabel(text, fontsize=points(7.3), loc="left", linespacing=1.35)
 
 
 def _step(axes: Axes, track: AgentTrajectory, index: int, layout: _Layout, at: tuple[float, float]) -> None:
-    """Draw the frame before a step; under it, the action, whether the hidden goal holds after it, and the reply.
+    """Draw the frame before a step; under it, the action, whether W holds after it, and the reply.
 
     `at` is the left edge and the width of the frame.
     """
@@ -162,17 +172,17 @@ def _step(axes: Axes, track: AgentTrajectory, index: int, layout: _Layout, at: t
     picture.imshow(track.frames[index], aspect="auto")
     picture.axis("off")
     mark_click(picture, step.action)
-    axes.text(left, top + 0.5, f"frame of step {index + 1}", fontsize=points(8), color=FAINT)
+    axes.text(left, top + 0.5, f"frame of step {index + 1}", fontsize=points(8), color=INK)
     look: dict[str, Any] = {"ha": "center", "va": "top"}
     middle, under = left + width / 2, top - height
     axes.text(middle, under - 0.9, step_caption(step), fontsize=points(8), fontweight="bold", **look)
     held = track.holds[index + 1]
-    hidden = GOAL_WORDS if held else "after it: goal unmet (hidden)"
-    axes.text(middle, under - 2.5, hidden, fontsize=points(7), color=GOAL_COLOUR if held else FAINT, **look)
+    hidden = goal_words(track, held=held)
+    axes.text(middle, under - 2.5, hidden, fontsize=points(7), color=GOAL_COLOUR if held else INK, **look)
     lines = max(1, int((under - 4.4 - layout.boxes_top) / 1.1))
     spaced = " ".join(step.reply.text.replace(",", ", ").replace(":", ": ").split())
     reply = _wrapped(spaced, int(1.9 * width), lines)
-    axes.text(left, under - 4.4, reply, fontsize=MIN_POINTS, va="top", family="DejaVu Sans Mono", color=FAINT)
+    axes.text(left, under - 4.4, reply, fontsize=MIN_POINTS, va="top", family="DejaVu Sans Mono", color=INK)
 
 
 def _interface(axes: Axes, layout: _Layout) -> None:
@@ -184,7 +194,7 @@ def _interface(axes: Axes, layout: _Layout) -> None:
     )
     gap = 4.0
     width = (layout.across - 4 - 3 * gap) / 4
-    bottom, high = 8.5, layout.boxes_top - 9.0
+    bottom, high = layout.boxes_bottom, layout.boxes_top - layout.boxes_bottom - 0.5
     shape = "round,pad=0.3,rounding_size=0.8"
     for place, (head, text, colour) in enumerate(boxes):
         left = 2 + place * (width + gap)
@@ -197,19 +207,26 @@ def _interface(axes: Axes, layout: _Layout) -> None:
         if place:
             _arrow(axes, (left - gap + 0.5, bottom + high / 2), (left - 0.5, bottom + high / 2))
     back = {"connectionstyle": "arc3,rad=-0.12", "arrowstyle": "-|>", "mutation_scale": 10, "color": FAINT, "lw": 1.1}
-    axes.add_patch(FancyArrowPatch((2 + 2.5 * width + 2 * gap, 8.0), (2 + width / 2, 8.0), **back))
+    axes.add_patch(FancyArrowPatch((2 + 2.5 * width + 2 * gap, bottom - 0.5), (2 + width / 2, bottom - 0.5), **back))
 
 
 def _footnotes(axes: Axes, layout: _Layout, episode: Episode, track: AgentTrajectory) -> None:
-    """Write the budgets, what the marks mean, and the episode's outcome."""
+    """Write the episode's outcome; on a screen also the limits and the marks, which a paper's caption explains."""
     outcome = track.outcome
-    budget = f"at most {episode.max_steps} steps and {episode.max_invalid} invalid replies, hidden from the agent"
-    look: dict[str, Any] = {"fontsize": points(7.8), "color": FAINT}
-    axes.text(2 + 0.36 * layout.across, 2.9, budget, ha="center", **look)
-    axes.text(2, 0.9, "cross: where the action clicks    +n: n steps that are not shown", **look)
+    if paper_width_in() is None:
+        said = f"{limits(episode)}    ring: where the action clicks    {SKIPPED_WORDS}"
+        axes.text(2, 0.9, said, fontsize=points(7.8), color=INK)
     said = f"reported {outcome.reported}" if outcome.reported else "no report"
     text = f"here: {said}, W={int(outcome.W)}, B={int(outcome.B) if outcome.has_report else '–'}"
-    axes.text(layout.across - 2, 5.4, text, fontsize=points(8.5), ha="right", fontweight="bold", color=INK)
+    axes.text(
+        layout.across - 2,
+        layout.boxes_bottom - 3.1,
+        text,
+        fontsize=points(8.5),
+        ha="right",
+        fontweight="bold",
+        color=INK,
+    )
 
 
 def _letters(width: float, size: float) -> int:

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from vigil.analysis.measures.metrics import CLOSURE_STEPS, LABELS, RunMetrics, after_goal_shares, closure_curve, measure
-from vigil.analysis.measures.rows import ACTION_KINDS
+from vigil.analysis.measures.rows import ACTION_KINDS, Run
 from vigil.analysis.measures.study import RunEntry, Study
 from vigil.analysis.plots.label_placement import PointLabel, place_labels
 from vigil.analysis.plots.style import (
@@ -37,6 +37,8 @@ from vigil.analysis.plots.style import (
     set_figure_title,
     styled,
 )
+from vigil.analysis.tables.paper_captions import PRIVILEGED_MARK
+from vigil.analysis.tables.text import MARKS
 
 MIN_SHARE_WITH_NUMBER = 6.0
 _NAME_CHARS, _COLUMN_NAME_CHARS = 40, 20
@@ -58,7 +60,7 @@ def outcome_partition(study: Study) -> Figure | None:
         axes = figure.add_subplot()
         shares = np.array([[100 * (entry.overall.share(name) or 0.0) for name in LABELS] for entry in entries])
         handles = _stack(axes, shares, LABEL_LOOKS)
-        _name_rows(axes, [f"{entry.name}  (n={entry.overall.n:,})" for entry in entries])
+        _name_rows(axes, [f"{_marked(entry.run)}  (n={entry.overall.n:,})" for entry in entries])
         mark = _mark_w(axes, entries)
         axes.set_xlabel("share of scored episodes (%)")
         set_figure_title(axes, "Outcome partition, sorted by B")
@@ -91,7 +93,7 @@ def belief_closure(study: Study) -> Figure | None:
                 right.text(1, row, "no later action", va="center", fontsize=points(7.5), color=FAINT)
         for row, entry in enumerate(entries):
             right.text(101, row, f"n={entry.overall.counts['W']:,}\u2002", va="center", fontsize=points(7.5))
-        _name_rows(right, [entry.name for entry in entries])
+        _name_rows(right, [_marked(entry.run) for entry in entries])
         right.tick_params(left=False, labelleft=is_column())
         right.set_xlabel("share of actions after the goal first held (%)")
         right.set_title("(b) After attainment (W=1)" if is_column() else "(b) What follows attainment (W=1, pooled)")
@@ -134,7 +136,7 @@ def closure_curves(study: Study) -> Figure | None:
         figure = canvas(PLOT_WIDTH_IN, 3.6 + 0.11 * len(curves))
         axes = figure.add_subplot()
         for index, (entry, curve) in enumerate(curves):
-            label = textwrap.fill(f"{entry.name} (W=1: {entry.overall.counts['W']})", _NAME_CHARS)
+            label = textwrap.fill(f"{_marked(entry.run)} (W=1: {entry.overall.counts['W']})", _NAME_CHARS)
             dash = DASHES[(index // len(CYCLE) + index) % len(DASHES)]
             axes.step(
                 range(len(curve)),
@@ -177,7 +179,7 @@ def feedback_shift(study: Study) -> Figure | None:
             axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.8})
             axes.plot(*start, "o", ms=9, color=GROUND, mec=colour, mew=1.5)
             axes.plot(*end, "o", ms=6, color=colour)
-            texts.append((end, f"{pair.base.name} (n={base.n:,})", colour, points(8.5)))
+            texts.append((end, f"{_marked(pair.base)} (n={base.n:,})", colour, points(8.5)))
             values += [*start, *end]
         top = min(104.0, 1.15 * max(values))
         axes.set(xlim=(-0.03 * top, top), ylim=(-0.03 * top, top), xlabel=_W_AXIS, ylabel=_B_AXIS)
@@ -195,17 +197,31 @@ FIGURES: dict[str, Callable[[Study], Figure | None]] = {
     "closure_curves": closure_curves,
     "feedback_shift": feedback_shift,
 }
-CAPTIONS = {
-    "outcome_partition": "All scored episodes of each run, split into five exclusive outcomes. The mark is W: where "
-    "it is beyond B, the world reached the goal in episodes that no matching report closed.",
-    "belief_closure": "(a) Mean steps from attainment to the matching report, over episodes with B=1. "
-    "(b) Kinds of action after the goal first held, pooled over W=1 episodes.",
+_CAPTIONS = {
+    "outcome_partition": "All scored episodes of each run (n), split into five exclusive outcomes; runs with the "
+    "highest B come first. The mark is W: where it is beyond B, the world reached the goal in episodes that no "
+    "matching report closed. W−B: this difference, in points.",
+    "belief_closure": "(a) Mean number of steps from attainment to the matching report. n: episodes with B=1. "
+    "(b) Kinds of action after the goal first held: shares of all these actions, pooled over the episodes with W=1. n: "
+    "these episodes. Runs with the highest B come first.",
     "plane": "World completion against benchmark success. On the diagonal every achieved state is closed by a matching "
     "report; the distance below it is the gap Δ = W−B. Crosses: 95 % Wilson intervals. Grey: published rows, another "
     "pack and simulator.",
     "closure_curves": "Share of the episodes with W=1 that a matching report closed within k steps of attainment.",
-    "feedback_shift": "Runs without (hollow) and with action feedback (filled), over episodes that both have scored.",
+    "feedback_shift": "Runs without (hollow) and with action feedback (filled), over the episodes (n) that both have "
+    "scored.",
 }
+
+
+def figure_captions(study: Study) -> dict[str, str]:
+    """Return the caption of each figure. In a paper it explains the mark of privileged runs."""
+    has_marks = any(_marked(entry.run) != entry.name for entry in study.shown_runs())
+    return {name: f"{text} {PRIVILEGED_MARK}" if has_marks else text for name, text in _CAPTIONS.items()}
+
+
+def _marked(run: Run) -> str:
+    """Return a run's name; in a paper with the mark that privileged runs have in tables."""
+    return run.name + MARKS["privileged"] if paper_width_in() is not None and run.model.is_privileged else run.name
 
 
 def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
@@ -265,14 +281,14 @@ def _lags(axes: Axes, entries: Sequence[RunEntry]) -> None:
         if lag is None:
             axes.text(0.02, row, "no B=1 episode", va="center", fontsize=points(7.5), color=FAINT)
             continue
-        axes.barh(row, lag, height=0.6, color="#0072b2")
+        axes.barh(row, lag, height=0.6, color=GREY)
         n = entry.overall.counts["B"]
         axes.annotate(
             f"{lag:.1f}  (n={n})", (lag, row), (4, 0), textcoords="offset points", va="center", fontsize=points(7.5)
         )
     longest = max((entry.overall.means["lag"] or 0.0 for entry in entries), default=0.0)
     axes.set_xlim(0, 1.55 * longest + 0.3)
-    _name_rows(axes, [entry.name for entry in entries])
+    _name_rows(axes, [_marked(entry.run) for entry in entries])
     axes.set_xlabel("mean belief lag (steps)")
     axes.set_title("(a) Belief lag (B=1)")
 
@@ -334,7 +350,7 @@ def _own_point(axes: Axes, entry: RunEntry, colour: str) -> PointLabel:
     axes.plot([100 * w_low, 100 * w_high], [b, b], color=colour, lw=1.0, alpha=0.7, zorder=3)
     axes.plot([w, w], [100 * b_low, 100 * b_high], color=colour, lw=1.0, alpha=0.7, zorder=3)
     axes.plot(w, b, GROUP_MARKERS.get(entry.group, OTHER_MARKER), ms=8, color=colour, mec="white", mew=0.8, zorder=4)
-    return (w, b), entry.name, colour, points(8.5)
+    return (w, b), _marked(entry.run), colour, points(8.5)
 
 
 def name_points(axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[float, float]] = ()) -> None:

@@ -37,8 +37,6 @@ from vigil.scoring.outcomes import Label, Outcome, score
 from vigil.scoring.saved_run import RecordTable
 
 GOAL_COLOUR = LABEL_COLOURS["B"]
-GOAL_WORDS = "after it: goal met (hidden)"
-"""Words under a step after which the goal holds, which the agent is not shown."""
 CLICK_COLOUR = "#ff2d95"
 DEFAULT_COLUMNS = 6
 ANIMATION_MS = 900
@@ -223,6 +221,16 @@ def _name(axes: Axes, one: AgentTrajectory) -> None:
     axes.add_patch(Rectangle((0, 0.56), 0.6, 0.03, color=colour, transform=axes.transAxes))
 
 
+def goal_words(one: AgentTrajectory, *, held: bool) -> str:
+    """Return the words under a step that say whether W holds after it, which the agent is not shown.
+
+    In episodes that ask for a state (`outcome.expected`), W says only that the state is in view and unchanged.
+    """
+    if one.outcome.expected:
+        return f"after it: {'in view' if held else 'W=0'} (hidden)"
+    return f"after it: goal {'met' if held else 'unmet'} (hidden)"
+
+
 def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
     """Draw the frame before a step, with a mark at the pixel that the step clicks; under it, the step and whether the
     goal holds.
@@ -234,7 +242,7 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
     mark_click(axes, step.action)
     skipped = index - previous - 1
     gap = f"  ({skipped} not shown)" if skipped else ""
-    axes.set_title(f"step {index + 1}{gap}", fontsize=points(7), color=FAINT, pad=2, fontweight="normal")
+    axes.set_title(f"step {index + 1}{gap}", fontsize=points(7), color=INK, pad=2, fontweight="normal")
     is_last = index == len(one.record.steps) - 1
     look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "center", "va": "top"}
     axes.annotate(
@@ -247,14 +255,16 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
         **look,
     )
     if one.holds[index + 1]:
-        axes.annotate(GOAL_WORDS, (0.5, 0.0), (0, -4 - points(7.5)), fontsize=points(7), color=GOAL_COLOUR, **look)
+        said = goal_words(one, held=True)
+        axes.annotate(said, (0.5, 0.0), (0, -4 - points(7.5)), fontsize=points(7), color=GOAL_COLOUR, **look)
 
 
 def mark_click(axes: Axes, action: AnyAction | None) -> None:
-    """Mark the pixel that an action clicks, on a picture whose axes are in pixels; other actions are not marked."""
+    """Draw a ring around the pixel that an action clicks, on a picture whose axes are in pixels, so that what is
+    clicked stays visible. Other actions are not marked."""
     if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
-        axes.plot(action.x, action.y, "+", color="white", ms=13, mew=3.4)
-        axes.plot(action.x, action.y, "+", color=CLICK_COLOUR, ms=12, mew=1.8)
+        axes.plot(action.x, action.y, "o", ms=16, mfc="none", mec="white", mew=2.6)
+        axes.plot(action.x, action.y, "o", ms=16, mfc="none", mec=CLICK_COLOUR, mew=1.3)
 
 
 def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: int) -> Image.Image:

@@ -112,11 +112,11 @@ def frames_of_record(
 
 def first_frames(
     pack: Pack, episodes: Iterable[Episode], assets: Path | None
-) -> Iterator[tuple[Episode, np.ndarray, tuple[float, float] | None]]:
-    """Yield each episode of a pack with its first frame and the pixel (x, y) in the middle of its target.
+) -> Iterator[tuple[Episode, np.ndarray, np.ndarray]]:
+    """Yield each episode of a pack with its first frame and the pixels (x, y) of its target, (n, 2).
 
-    In an episode with a chain, the chain's first object takes the place of the target. The pixel is None if the object
-    is out of view. An episode is taken from `episodes` only when it is drawn.
+    In an episode with a chain, the chain's first object takes the place of the target. There are no pixels if the
+    object is out of view. An episode is taken from `episodes` only when it is drawn.
     """
     database = AssetDatabase.from_file(assets)
     pack.check_assets(database)
@@ -126,16 +126,4 @@ def first_frames(
             observation = env.reset(episode)
             if observation is None:
                 raise RecordError(f"Episode {episode.id!r} ended at its reset: {env.record().error}.")
-            yield (
-                episode,
-                observation.rgb,
-                _middle(simulator.pixels_of((*episode.goal.chain, episode.goal)[0].object_id)),
-            )
-
-
-def _middle(pixels: np.ndarray) -> tuple[float, float] | None:
-    """Return the one of these pixels (n, 2) that is nearest to their mean; None if there are none."""
-    if not len(pixels):
-        return None
-    x, y = pixels[np.linalg.norm(pixels - pixels.mean(axis=0), axis=1).argmin()]
-    return float(x), float(y)
+            yield episode, observation.rgb, simulator.pixels_of((*episode.goal.chain, episode.goal)[0].object_id)
