@@ -244,7 +244,8 @@ def _spread(filled: float, kinds: str, lines: Sequence[str]) -> list[str]:
 
 
 def _of_intervals(table: Table) -> str:
-    return rf"95~\% intervals of this study's rows in Table~\ref{{tab:{table.name}}}, whose caption explains the columns and marks."
+    of = rf"Table~\ref{{tab:{table.name}}}"
+    return rf"95~\% intervals of this study's rows in {of}, whose caption explains the columns and marks."
 
 
 def _stacked_intervals(
