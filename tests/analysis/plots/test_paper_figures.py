@@ -1,5 +1,6 @@
 """Figures on paper: text is legible at the printed width, stays inside the figure, and covers no other text."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -13,8 +14,8 @@ from tests.support.published_runs import EpisodeScript, Write, small_records
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import study
-from vigil.analysis.plots.diagrams import pipeline_figure
-from vigil.analysis.plots.figures import FIGURES, name_points
+from vigil.analysis.plots.diagrams import CONTRACT, Example, pipeline_figure, protocol_figure
+from vigil.analysis.plots.figures import FIGURES, figure_captions, name_points
 from vigil.analysis.plots.style import (
     MIN_POINTS,
     PAPER_WIDTHS_IN,
@@ -85,6 +86,39 @@ def test_the_pipeline_says_under_a_frame_what_holds_after_it() -> None:
     assert len(marks) == len(axes.child_axes)
     assert all(mark.get_window_extent().y1 < lowest for mark in marks)
     assert any(text.get_text().startswith("+") for text in axes.texts)
+
+
+def test_the_protocol_on_paper_leaves_its_legend_to_the_caption() -> None:
+    with on_paper("page"):
+        figure = protocol_figure({"AI": Example(AI, LONG.frames[0], (320.0, 240.0))})
+        assert_is_printable(figure, "page")
+    said = " ".join(" ".join(text.get_text().split()) for text in texts_of(figure))
+    assert f"at most {AI.max_steps} steps at most {AI.max_invalid} invalid replies" in said
+    assert CONTRACT[:40] not in said
+    assert CONTRACT[:40] in " ".join(text.get_text() for text in texts_of(protocol_figure({})))
+
+
+def test_a_state_in_view_is_not_called_a_goal() -> None:
+    asked = replace(SHORT, outcome=replace(SHORT.outcome, expected="on"))
+    assert goal_words(SHORT, held=True) == "after it: goal met (hidden)"
+    assert [goal_words(asked, held=held) for held in (True, False)] == [
+        "after it: in view (hidden)",
+        "after it: W=0 (hidden)",
+    ]
+
+
+def test_privileged_runs_are_marked_on_paper(write: Write) -> None:
+    runs = read_runs([write("plain"), write("seeing", agent="seeing", kind="privileged")])
+    found = study(runs)
+    assert not any("‡" in caption for caption in figure_captions(found).values())
+    with on_paper("page"):
+        captions = figure_captions(found)
+        figure = FIGURES["outcome_partition"](found)
+    assert figure is not None
+    assert all("‡" in caption for caption in captions.values())
+    rows = [label.get_text().split("  ")[0] for label in figure.axes[0].get_yticklabels()]
+    assert sorted(row.endswith("‡") for row in rows) == [False, True]
+    assert "seeing (privileged)‡" in rows
 
 
 def test_a_pdf_embeds_its_fonts() -> None:

@@ -60,7 +60,7 @@ def protocol_figure(examples: Mapping[Family, Example]) -> Figure:
             for tier in _TIER_COLOURS
         }
         most = max(map(len, tiers.values()))
-        figure = canvas(paper_width_in() or _CARD_WIDTH_IN * most, 6.9 if paper_width_in() is None else 5.0)
+        figure = canvas(paper_width_in() or _CARD_WIDTH_IN * most, 7.9 if paper_width_in() is None else 5.0)
         grid = figure.subplots(2, most)
         for row, (tier, families) in enumerate(tiers.items()):
             for empty in grid[row][len(families) :]:
@@ -154,10 +154,9 @@ def _card(axes: Axes, family: Family, example: Example | None) -> None:
     if example is not None and example.target is not None:
         axes.plot(*example.target, "o", ms=15, mfc="none", mec="white", mew=3.2)
         axes.plot(*example.target, "o", ms=15, mfc="none", mec=CLICK_COLOUR, mew=1.6)
-    seen = "target in view" if spec.visible_at_start else "target out of view"
-    allowed = f"at most {spec.max_steps} steps, {spec.max_invalid} invalid replies"
+    allowed = f"at most {spec.max_steps} steps\nat most {spec.max_invalid} invalid replies"
     said = "" if example is None else _wrapped(f"“{example.episode.instruction}”", letters, 6)
-    text = "\n".join((_wrapped(spec.summary, letters), seen, allowed, said))
+    text = "\n".join((_wrapped(spec.summary, letters), allowed, said))
     axes.set_xlabel(text, fontsize=points(7.3), loc="left", linespacing=1.35)
 
 
