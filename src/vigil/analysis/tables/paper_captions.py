@@ -95,6 +95,7 @@ _HEADINGS = {
 }
 """Part of a heading in a report -> its words in a paper."""
 _SUPPLEMENTARY = "other sizes and serving modes"
+PRIVILEGED_MARK = "‡: scripted, with access to the hidden state."
 _PUBLISHED_N, _PUBLISHED_PER_FAMILY = 1000, 125
 _REPEATS = "open_repeat_robustness"
 _BY_MODEL = (
@@ -171,7 +172,7 @@ def _marks(table: Table, study: Study) -> list[str]:
             f"†: as published (arXiv:2605.08747), {runs}{_PUBLISHED_N:,} other episodes{families} in another simulator."
         )
     if any(row.is_privileged for row in table.rows):
-        marks.append("‡: scripted, with access to the hidden state.")
+        marks.append(PRIVILEGED_MARK)
     if any("(T)" in row.cells["model"] for row in table.rows):
         models = study.published.models if study.published else ()
         shown = {row.cells["model"] for row in table.rows if row.is_published}
