@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 from tests.support.waiting import HANGS_AFTER_S, wait_until
@@ -154,6 +155,8 @@ def test_closing_ends_a_process_that_is_at_something(
     assert pid is not None
     asked = [failures(lambda: service.picture(endless)) for _ in range(2)]
     writer = reader_of(endless)
+    # SIGTERM between Python's last look for signals and the read would only be noticed after the read.
+    wait_until(lambda: psutil.Process(pid).status() == psutil.STATUS_SLEEPING, "the worker waits for the pipe")
     if is_stopped:
         os.kill(pid, signal.SIGSTOP)
     began = time.monotonic()
