@@ -29,7 +29,7 @@ MAX_REASON_CHARS = 200
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """Size of a split in the fixed revision."""
+    """Number of houses in a split of the dataset, and size of its file (MB), at the commit `REVISION`."""
 
     houses: int
     megabytes: float

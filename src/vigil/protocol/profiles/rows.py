@@ -55,7 +55,7 @@ class ProfileRow:
     """Whether the first report does not end the episode, unless no step is left: the agent gets `LOOK_AGAIN` as the
     answer."""
     declares_criteria: bool = False
-    """Whether a model, asked by `CRITERIA_REQUEST`, first writes what it must see before it reports."""
+    """Whether a model is asked before its first step, by `CRITERIA_REQUEST`, what it must see before it may report."""
     shows_remaining_steps: bool = False
     """Whether the agent sees how many replies are left."""
     marks_click: bool = False
@@ -103,7 +103,7 @@ _ROWS = (
     ProfileRow("action_feedback", "it also gets feedback on each action", has_feedback=True),
     ProfileRow("itemised_report", "its report has a claim about each chore of a list", has_claims=True),
     ProfileRow("look_before_report", "its first report is answered by a request to look again", looks_again=True),
-    ProfileRow("declare_criteria", "it first writes what it must see before it reports", declares_criteria=True),
+    ProfileRow("declare_criteria", "before its first step it writes what it must see before it may report", declares_criteria=True),
     ProfileRow(
         "remaining_steps",
         "it sees how many replies are left",
