@@ -349,15 +349,16 @@ def test_a_rejection_before_the_agent_said_anything_is_an_error_and_played_again
 
 def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, tmp_path: Path) -> None:
     killed: list[int] = []
+    one_at_a_time = threading.Lock()
 
     def killing(asked: ChatRequest) -> ChatAnswer:
-        if asked.turn == 3 and not killed:
-            workers = [
-                child for child in psutil.Process().children() if "-m vigil.base.processes" in " ".join(child.cmdline())
-            ]
-            killed.extend(child.pid for child in workers)
-            for child in workers:
-                os.kill(child.pid, signal.SIGKILL)
+        with one_at_a_time:  # two episodes may reach their third turn together
+            if asked.turn == 3 and not killed:
+                children = psutil.Process().children()
+                workers = [child for child in children if "-m vigil.base.processes" in " ".join(child.cmdline())]
+                killed.extend(child.pid for child in workers)
+                for child in workers:
+                    os.kill(child.pid, signal.SIGKILL)
         return walk_and_report(asked)
 
     with serving(killing) as server:
