@@ -29,7 +29,7 @@ MAX_REASON_CHARS = 200
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """Size of a split in the fixed revision."""
+    """A split of the dataset: its number of houses, and the size of its file in megabytes (both at `REVISION`)."""
 
     houses: int
     megabytes: float
