@@ -111,7 +111,7 @@ class ExecAgent:
         self._pacer.begin()
 
     def resume(self, instruction: str) -> None:
-        """Continue an episode after VIGIL's process and the program, which had seen a frame, were lost."""
+        """Continue an episode whose program had seen a frame when it was lost together with VIGIL's process."""
         self._end()
         self._prepare(instruction, has_seen_frame=True)
         self._pacer.begin()

@@ -257,7 +257,7 @@ class WorkingFolder:
 
 
 def resolve_paths(arguments: Sequence[str], here: Path) -> list[str]:
-    """Return a command's words; names of files and folders in `here`, also in `--config=FILE`, are made absolute."""
+    """Return a command's words; paths of files and folders in `here` are made absolute, also after `--option=`."""
     program, *words = arguments
     return [str(here / program) if "/" in program else program, *(_resolve_word(word, here) for word in words)]
 

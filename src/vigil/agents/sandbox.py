@@ -79,10 +79,9 @@ def sandboxed(arguments: Sequence[str], folder: Path, hidden: Sequence[Path]) ->
 
 
 def _of_interpreter(program: Path) -> list[str]:
-    """Return the folders that contain the `bin` folder of a program and, if the program is a link, that of the link's
-    target.
+    """Return the parents of the `bin` folders that contain a program and, if the program is a link, its target.
 
-    Without a `bin` folder, the list is empty.
+    The list is empty if neither is in a `bin` folder.
     """
     places = {program.parent, program.resolve().parent}
     return [str(place.parent) for place in places if place.name == "bin" and place.parent != Path("/")]

@@ -50,13 +50,13 @@ CENTRE_ACTIONS = tuple(
     InteractPixel(intent=intent, x=FRAME_WIDTH // 2, y=FRAME_HEIGHT // 2)
     for intent in ("ground", "open_access", "activate", "pick")
 )
-"""Clicks at the centre of the frame, one for each intent that they try."""
+"""Clicks at the centre of the frame: one click for each of four intents."""
 CLICK_ROW_Y = 272
 CLICK_ROW_X = range(48, FRAME_WIDTH, 64)
 """The ten x coordinates (pixels) of a row of clicks across the frame.
 
-One row of clicks from 1 m and one from 2 m ahead of the start hit 15 % of 125 targets that are in view but out of reach
-at the start. Other rows and distances that fit into 25 steps were tried; none hit more targets.
+Two rows of clicks, from the places 1 m and 2 m ahead of the start, hit 15 % of 125 targets that are in view but out of
+reach at the start. Other rows and distances that fit into 25 steps were tried; none hit more targets.
 """
 _INTENT_WORDS: dict[Intent, str] = {
     "deactivate": r"\boff\b|\bstop|\bextinguish|\bput out\b",

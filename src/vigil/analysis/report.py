@@ -299,7 +299,7 @@ def _latex_document(report: AnalysisReport) -> str:
 
 
 def _paper_document(report: AnalysisReport, tables: Iterable[str]) -> str:
-    """Return a document of two columns: an index, the paper's tables and figures in the paper's order, all others."""
+    """Return a document in two columns: an index, then the paper's tables and figures in its order, then all others."""
     of_paper = [part.place for part in PARTS]
     names = sorted(tables, key=lambda name: name.endswith(INTERVALS))
     pictures = sorted(report.figures, key=lambda name: of_paper.index(name) if name in of_paper else len(of_paper))

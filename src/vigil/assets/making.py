@@ -44,7 +44,7 @@ MAKERS: dict[str, Maker] = {
 }
 
 MAX_ASSET_BYTES = 32 * 2**20
-"""Greatest size in bytes of the meshes of all cached assets. The meshes of a house of four rooms have 2.6 MB."""
+"""Greatest size in bytes of the meshes of all cached assets together. Those of a house of four rooms have 2.6 MB."""
 _SMALLEST_M = 0.002
 
 

@@ -27,9 +27,9 @@ CaptionedFigure = tuple[Figure, str]
 _MOST_EXAMPLES = 10
 """Number of episodes of a family that are tried for the diagram, which shows one of them."""
 _DETAIL = 1.5
-"""Detail (mean difference of neighbouring pixels) from which a frame without its target shows more than a wall."""
+"""A frame without its target shows more than a wall if the mean difference of neighbouring pixels is at least this."""
 _TARGET_PX = 20_000
-"""Area (pixels) of the box around a target in view from which the target's state can be seen in print."""
+"""A target's state can be seen in print if the box around the target has at least this area (pixels)."""
 _MOST_ROWS = 4
 """Maximum number of runs in a trajectory figure of a study."""
 _SHOWN_FAMILIES: tuple[Family, ...] = ("SV", "AI")

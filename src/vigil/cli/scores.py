@@ -223,7 +223,7 @@ def _print_comparison(scored_runs: list[tuple[str, RunScores]]) -> None:
 
 
 def _table(title: Text | str, columns: Sequence[str], is_full: bool, no_wrap: bool = True) -> Table:
-    """Return an empty table with a column of names, the first of `columns`, and columns of numbers."""
+    """Return an empty table. The first of `columns` is the column of names, the others are columns of numbers."""
     table = Table(title=title, title_justify="left", padding=(0, 1) if is_full else 0)
     table.add_column(columns[0], overflow="fold")
     for column in columns[1:]:

@@ -27,7 +27,7 @@ MIN_CLUSTERS = 5
 PRIOR_CORRELATION = 0.1
 """Assumed correlation of two plays in one house, for data with too few plays to estimate it."""
 SHRINKAGE = 2.0
-"""Number of imaginary plays with the mean rate of all groups that are added to each group, to shrink its rate."""
+"""Number of imaginary plays that are added to each group to shrink its rate; they have the mean rate of all groups."""
 RateWithEnds = tuple[float, float, float]
 """A rate and the ends of its interval."""
 _NO_VARIANCE = 1e-9
@@ -37,8 +37,8 @@ because the labels add up to 1, or because a label never changes."""
 
 @dataclass(frozen=True, slots=True)
 class McNemar:
-    """McNemar's exact test of two paired yes/no outcomes. The differences of all plays of an episode are first added
-    up."""
+    """McNemar's exact test of two paired yes/no outcomes. Before the test, the differences of all plays of an
+    episode are summed."""
 
     only_first: int
     """Number of episodes in which the first column has the outcome more often than the second."""

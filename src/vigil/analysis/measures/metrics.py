@@ -81,8 +81,7 @@ def macro(families: Mapping[str, RunMetrics], name: str) -> float | None:
 
 
 def macro_interval(rows: pd.DataFrame, name: str) -> Interval | None:
-    """Return the interval of the rate `name` of each family, averaged over the families (`macro`); None without
-    episodes."""
+    """Return the interval of the mean over the families (`macro`) of the rate `name`; None without episodes."""
     if not len(rows):
         return None
     hits = count_masks(rate_columns(rows))[name]

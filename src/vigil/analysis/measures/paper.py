@@ -44,7 +44,7 @@ class Paper:
     tables: dict[str, list[dict[str, Any]]]
     """Name of a table in the paper -> its rows. A row has the key `model`, unless the table is not about models."""
     text: dict[str, dict[str, float]]
-    """Rates of models that are printed only in the text; a name that ends in `_neutral` is for the neutral prompt."""
+    """Model -> rates printed only in the text. A rate whose name ends in `_neutral` is for the neutral prompt."""
 
     def model(self, name: str) -> PublishedModel:
         """Return the model that has this name in the rows."""

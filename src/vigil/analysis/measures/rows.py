@@ -61,13 +61,13 @@ class Run:
     label: RunLabel | None = None
     """What a study says of the run; None outside a study."""
     perturbation: Perturbation | None = None
-    """How the run's pack differs from its original; None for any other pack."""
+    """How the run's pack differs from its original; None unless the pack is a perturbed copy."""
     beliefs: tuple[BeliefStudy, ...] = ()
     """Beliefs from the run's probes, by framing; empty without probes."""
 
     @property
     def marked_name(self) -> str:
-        """The model's name, with the condition in brackets if it is not the default. Repeats have the same name."""
+        """The model's name, with the condition in brackets if it is not the default. A run and its repeats share it."""
         profile = self.header.spec.profile
         row = profile.row
         marks = ["+FB"] if profile.has_feedback else [] if row.is_papers else [row.short]
@@ -122,7 +122,7 @@ def read_runs(
 ) -> list[Run]:
     """Return the scored runs in `folders`, sorted by name; the order of the folders does not matter.
 
-    `pack` is the current folder of their pack if the pack was moved. `levels` replace the levels in the pack's folder.
+    `pack` is the current folder of the runs' pack if it was moved. `levels` replace the levels in the pack's folder.
     `labels` are what a study says of the runs, by resolved folder. Raises RecordError or PackMismatch.
     """
     unique = sorted({folder.resolve() for folder in folders})

@@ -28,7 +28,7 @@ class Transition:
     """`forward` minus `backward`, as a share of the episodes."""
     interval: Interval | None
     p: float
-    """p-value of McNemar's exact test of `forward` against `backward`. The plays of an episode are first added up."""
+    """p-value of McNemar's exact test of `forward` against `backward`, for which each episode's plays are summed."""
 
 
 def label_matrix(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, dict[str, int]]:

@@ -1,4 +1,4 @@
-"""Figures of beliefs: over time, how often they are true, and why reports were false or missing."""
+"""Figures of beliefs: how they change, how often they are true, and why reports were false or missing."""
 
 import textwrap
 from collections.abc import Callable

@@ -35,7 +35,7 @@ CONTRACT = (
     "at the end). B: W, and the report matches the hidden world. Ring: the target; in SM, the object that comes first. "
     "Frames without a ring: the target is out of view."
 )
-"""Legend of the protocol's diagram: in the diagram on a screen, in its caption in a paper."""
+"""Legend of the protocol's diagram. On a screen it is part of the diagram, in a paper part of the caption."""
 SKIPPED_WORDS = "+n: n steps that are not shown"
 _CARD_WIDTH_IN = 2.75
 
@@ -229,7 +229,7 @@ def _footnotes(axes: Axes, layout: _Layout, episode: Episode, track: AgentTrajec
 
 
 def _letters(width: float, size: float) -> int:
-    """Return how many letters of text of `size` on a screen fit into a width (tenths of an inch)."""
+    """Return how many letters fit into a width (tenths of an inch); on a screen, the text has this `size` (points)."""
     return int(7.2 * width / (0.58 * points(size)))
 
 

@@ -46,7 +46,7 @@ _W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed 
 
 
 def _shown(study: Study) -> list[RunEntry]:
-    """Return the runs that the figures of W and B show. Runs without reports have no B."""
+    """Return the runs that the figures of W and B show: only runs with reports, because others have no B."""
     return [entry for entry in study.shown_runs() if entry.overall.has_reports]
 
 
@@ -220,7 +220,7 @@ def figure_captions(study: Study) -> dict[str, str]:
 
 
 def _marked(run: Run) -> str:
-    """Return a run's name; in a paper with the mark that privileged runs have in tables."""
+    """Return a run's name; in a paper, the name of a privileged run has the mark that it has in tables."""
     return run.name + MARKS["privileged"] if paper_width_in() is not None and run.model.is_privileged else run.name
 
 

@@ -44,7 +44,7 @@ FINAL_MS = 3000
 TITLE_LETTERS_PER_IN = 11.5
 _PANEL_IN, _NAME_IN = 1.75, 1.15
 _PAPER_PANEL_IN = 1.4
-"""Least width of a frame in a paper."""
+"""Least width (inches) of a frame in a paper."""
 _ENDS: dict[Label, str] = {
     "B": "verified success",
     "FR": "false report",

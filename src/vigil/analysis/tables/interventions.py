@@ -54,7 +54,7 @@ STABLE_PP = 1.0
 _W_AND_B = ("W", "B")
 _EVENTS = ("too_far", "path_blocked", "retry")
 _SIDES = {"base": "base", "fb": "+FB"}
-"""Key of each run of a pair, as in the keys of columns -> name of the run in headings."""
+"""End of a column's key -> name, in headings, of the run of a pair that the column is about."""
 
 
 def proprio_minimal(study: Study) -> Table:
@@ -208,7 +208,7 @@ def stability(study: Study) -> Table:
 
 
 def spread(values: Sequence[float | None]) -> tuple[float, float] | None:
-    """Return (mean, half-range) of the values; the half-range is half of the highest minus the lowest value."""
+    """Return (mean, half-range) of the values. The half-range is half of (highest - lowest)."""
     known = [value for value in values if value is not None]
     return (float(np.mean(known)), (max(known) - min(known)) / 2) if known else None
 

@@ -149,7 +149,7 @@ def perturbation_shifts(study: Study) -> Table:
 
 
 def sided_means(measures: Mapping[str, str], sides: Mapping[str, str]) -> tuple[Column, ...]:
-    """Return a column for each measure and side of a pair (key -> heading of each): the mean in this side's run."""
+    """Return a column for each measure on each side of a pair: its mean in that run. Arguments are {key: heading}."""
     return means(
         **{
             f"{name}_{side}": (f"{shown}, {words}", _mean_of(name, at))

@@ -84,7 +84,8 @@ GOALS = {
     "object_at_receptacle": "object at its receptacle",
     "all_of": "several of these",
 }
-"""Kind of goal, of any family or of one -> its words in the table of families. Another kind is shown by its name."""
+"""Kind of goal, after a family's code if the words are only for that family -> words in the table of families. A kind
+that is not listed is shown by its name."""
 _HEADINGS = {
     "Published: the paper's own pack and simulator": "Published",
     "Excluded from the main tables (low compliance or zero B)": "Outside the main tables (B = 0 or IL > 50 %)",

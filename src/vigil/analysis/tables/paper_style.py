@@ -33,16 +33,16 @@ PREAMBLE = (
 )
 """First lines of a LaTeX document with the paper's tables."""
 WORD_GAP_PT = 4.0
-"""Space (points) on each side of a column of words, and of numbers where there is room."""
+"""Space (points) on each side of a column of words; also of a column of numbers, if there is room."""
 FILLED = 0.7
-"""Largest estimated width at which a table of numbers is not stretched to the line, as a share of the line."""
+"""A table of numbers is stretched to the whole line if it is estimated to fill more than this share of the line."""
 INTERVALS = "_intervals"
 """End of the name of a companion table with intervals."""
 WIDEST = 0.9
-"""Largest estimated width of a table of numbers in one column, and of a table of words that is not wrapped, as a share
-of the available width."""
+"""A table whose estimated width exceeds this share of the available width needs more room: a table of numbers gets both
+columns of the page, a table of words is wrapped."""
 UNWRAPPED = 20
-"""Largest number of characters of a column of words that is never wrapped."""
+"""A column of words is never wrapped if its longest text has at most this number of characters."""
 HASH = re.compile(r" [0-9a-f]{8}$")
 """Pattern of the start of a pack's hash, which follows the pack's name in a cell. Hashes distinguish packs that have
 the same name."""
@@ -233,7 +233,7 @@ def _number_table(
 
 
 def _spread(filled: float, kinds: str, lines: Sequence[str]) -> list[str]:
-    """Return a table of numbers with its columns apart; a table that almost fills the line (estimate) fills it."""
+    """Return a table of numbers; `filled` is its estimated share of the line. Above `FILLED`, it fills the line."""
     if filled > FILLED:
         return [
             rf"\begin{{tabular*}}{{\linewidth}}{{@{{\hspace{{2pt}}\extracolsep{{\fill}}}}{kinds}}}",
@@ -314,7 +314,7 @@ def _words(table: Table, row: TableRow, column: Column) -> str:
 
 
 def _headings(table: Table) -> list[str]:
-    """Return the headings of a table of words. Packs have their names, or `This study` if there is only one."""
+    """Return the headings of a table of words. A pack's column has its name, or `This study` if there is only one."""
     packs = [column.heading for column in table.columns if HASH.search(column.heading)]
     named = {heading: HASH.sub("", heading).removeprefix("Episodes of ") for heading in packs}
     own = dict.fromkeys(packs, "This study") if len(packs) == 1 else named

@@ -1,4 +1,4 @@
-"""Rows: a table has one row for each run, and the paper's published rows, which are marked."""
+"""Rows of tables: one for each run, and the paper's published rows, which are marked."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -27,7 +27,7 @@ ROLE_HEADINGS: dict[Role, str] = {
     "condition": "Under another condition",
 }
 Measured = str | tuple[str, str]
-"""Heading of a column. A tuple also has the name of the measure; without it, the column's key is the name."""
+"""Heading of a column, or (heading, name of the measure). With only a heading, the column's key is the name."""
 
 
 def shown_name(name: str) -> str:

@@ -183,7 +183,7 @@ def rate_cells(counts: Counts, names: Iterable[str]) -> dict[str, RateCell]:
 
 
 def points(value: float | None, interval: Interval | None) -> RateCell:
-    """Return a cell with a fraction and its interval, both in percentage points."""
+    """Return a cell with a fraction and its interval, both converted to percentage points."""
     if value is None:
         return None
     return (100 * value, None, None) if interval is None else (100 * value, 100 * interval[0], 100 * interval[1])
@@ -215,7 +215,7 @@ def with_best_bold(
 
 
 def _comparable(value: Any, part: int) -> float | None:
-    """Return the number by which a cell is ranked: this part of a pair, otherwise the number."""
+    """Return the number by which a cell is ranked: for a pair, the one at index `part`; else the only number."""
     found = value[part] if part and value is not None else first_number(value)
     return None if found is None or isinstance(found, str) else float(found)
 

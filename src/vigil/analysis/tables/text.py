@@ -36,7 +36,7 @@ _LATEX = {
     "\u00a0": "~",
 }
 CHARACTER_PT, GAP_PT = 3.9, 4.0
-"""In LaTeX, mean width of a character at 7 points, and space between two columns."""
+"""In LaTeX, mean width of a character of 7-point text, and space between two columns, both in points."""
 LINE_PT = 725.0
 """Width of a line of the report's LaTeX document, in points."""
 WRAPPED_PT = 300.0

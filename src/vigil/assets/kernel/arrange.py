@@ -220,7 +220,7 @@ def inscribed(outline: np.ndarray, width: float, depth: float, inner_x: float, i
 
 
 def outward(part: Mesh, is_outside: bool) -> Mesh:
-    """Return a band around the z axis whose faces point away from the axis, or towards it unless `is_outside`."""
+    """Return a band around the z axis with faces that point away from the axis if `is_outside`, else towards it."""
     middle = part.vertices.mean(0)
     away = np.einsum("ij,ij->", (part.vertices - middle)[:, :2], part.normals[:, :2])
     flat = float(np.abs(part.normals[:, 2]).mean()) > 0.7

@@ -26,8 +26,8 @@ UNBOUNDED_M = 10.0
 class PartStyle:
     """Properties that all meshes of a part share; meshes with equal properties become one part.
 
-    A part on a joint shows whether the asset is open. A part that has a material `lit`, or is `shown` only on or off,
-    shows whether the asset is on.
+    A part on a joint shows whether the asset is open. A part shows whether the asset is on if it has a material `lit`,
+    or if it is drawn only in one of the two states (`shown`).
     """
 
     material: str

@@ -332,7 +332,7 @@ def add_drawers(
 
 
 def _rim(bottom: float, top: float) -> float:
-    """Return how far (m) a drawer is inside the edges of its front, which reaches from `bottom` to `top` (m)."""
+    """Return how far (m) a drawer's front, which is from `bottom` to `top` (m), reaches below the drawer's box."""
     return min(0.012, 0.1 * (top - bottom))
 
 

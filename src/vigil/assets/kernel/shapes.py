@@ -229,7 +229,10 @@ def extrude(polygon: Sequence[tuple[float, float]] | np.ndarray, low: float, hig
 
 @cache
 def _sides(count: int) -> np.ndarray:
-    """Return the triangles between four rings of `count` vertices: both ends of each edge, at the bottom and top."""
+    """Return the triangles of a prism's sides, between four rings of `count` vertices.
+
+    The rings are the starts and the ends of the edges at the bottom, then the ends and the starts at the top.
+    """
     a, b, c, d = (np.arange(count) + i * count for i in range(4))
     return np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
 

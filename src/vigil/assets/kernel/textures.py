@@ -17,7 +17,7 @@ from vigil.assets.kernel import pictures
 
 SIZE = 256
 MAX_TEXTURE_BYTES = 64 * 2**20
-"""Greatest size in bytes of all cached textures. One texture has 0.2 MB."""
+"""Greatest size in bytes of all cached textures together. One texture has 0.2 MB."""
 FLOOR_GRAIN = 0.6
 """Strength of the grain of wooden floors; stronger grain looks like smeared shadows."""
 

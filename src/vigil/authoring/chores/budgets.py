@@ -8,18 +8,18 @@ from vigil.protocol.goals import Chore, ObjectAtReceptacle
 
 FACTORS = (2.8, 3.3)
 """Minimum and maximum of the step budget as a multiple of the solver's steps. The suite's limits on budgets override
-it."""
+them."""
 MIN_FACTOR = 2.6
 """Minimum of the step budget as a multiple of the solver's steps, also where the suite's limits override `FACTORS`."""
 STEP_OF_BUDGETS = 5
 MAX_SOLVER_STEPS = int(CHORES_BUDGETS[1] / MIN_FACTOR)
 """Maximum number of steps that the solver may need for a list. A list that needs more is not made."""
 MAX_LIKELY_STEPS = MAX_SOLVER_STEPS - 8
-"""Maximum estimate of the solver's steps (`likely_steps`) for a list that is solved at all. It is lower than the
-maximum number of steps, because many lists take more than the estimate."""
+"""Maximum estimate of the solver's steps (`likely_steps`). A list with a higher estimate is dropped unsolved. The
+limit is below `MAX_SOLVER_STEPS`, because many lists take more than the estimate."""
 STEPS, STEPS_PER_M, STEPS_PER_PUT = 18.0, 1.55, 18.5
 """Estimate of the solver's steps: for any list, for each metre of its walk, and for each object that it puts somewhere.
-It was fitted to the 200 lists of an earlier pack, from which it differs by 17 steps (standard deviation)."""
+It was fitted to the 200 lists of an earlier pack; the standard deviation of its errors is 17 steps."""
 
 
 def budget_for(steps: int, instruction: str) -> int:

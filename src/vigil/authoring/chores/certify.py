@@ -256,7 +256,7 @@ def _faults_of_record(answer: ListAnswer, record: EpisodeRecord) -> BrokenRules:
 
 
 def _blame(task: ListTask, findings: Sequence[Finding]) -> None:
-    """Exclude the chores that the findings name from further lists of the home."""
+    """Keep the chores that the findings name out of further lists of the home."""
     task.faulty.update(part for place in blamed(findings) for part in task.chores[place].chore.parts)
 
 

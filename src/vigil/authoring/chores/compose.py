@@ -53,12 +53,12 @@ of either kind, the second must be of kind `by_the_way`."""
 MAX_IMPOSSIBLE_SHARE, MAX_KIND_SHARE = 0.34, 0.4
 """Maximum share of a list's chores that cannot be met, and maximum share of each other kind of chore."""
 HANDICAPS: dict[Reason, int] = {"broken": 3}
-"""Reason why a chore cannot be met -> number of chores that each other reason of the home gets before it. Almost every
-home has things that can be broken, but few have any of the other reasons."""
+"""Reason why a chore cannot be met -> number of chores that each other reason gets in a home before this one gets any.
+Almost every home has things that can be broken, but few have any of the other reasons."""
 MAX_PUTS = 2
 """Maximum number of objects that a list asks to put somewhere. With more of them, many lists would take too long."""
 NEAR_M = 4.0
-"""Distance (m) within which chores count as near: nearer chores are not preferred. The start is as near to a chore."""
+"""Chores at most this far (m) from those chosen count as equally near. The start is at most this far from a chore."""
 MAX_USES = 3
 """Maximum number of lists of one home that contain the same chore."""
 TRIED_CHORES = 60

@@ -1,6 +1,6 @@
 """Proposals of pairs of chores about the same object.
 
-In the wrong order, the second chore undoes the first (`order`); or doing one chore also does the other (`by_the_way`).
+Done in the wrong order, the later chore undoes the earlier (`order`); or doing one also does the other (`by_the_way`).
 """
 
 from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ TRIED_RECEPTACLES = 2
 
 
 def order_pairs(context: HouseContext) -> Pairs:
-    """Yield pairs of chores that work in one order only: done in the other order, the second chore undoes the first."""
+    """Yield pairs of chores that work in one order only: in the other order, the later chore undoes the earlier one."""
     yield from in_turn(_put_and_close(context), _put_and_carry(context), _take_and_close(context))
 
 

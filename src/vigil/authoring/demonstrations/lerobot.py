@@ -171,7 +171,7 @@ def pixel_counts(rgb: np.ndarray) -> np.ndarray:
 
 
 def of_pixels(counts: np.ndarray, frames: int) -> Statistics:
-    """Return the statistics of pixel levels, scaled to 0..1. `counts` (3, 256) has the pixels of `frames` by level."""
+    """Return statistics of pixel levels, scaled to 0..1. `counts` (3, 256) has the pixels by level, of all frames."""
     levels = np.arange(LEVELS) / (LEVELS - 1)
     until, total = counts.cumsum(axis=1), counts.sum(axis=1)
     mean = counts @ levels / total

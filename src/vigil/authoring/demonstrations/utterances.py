@@ -1,8 +1,8 @@
 """Thoughts and reports of demonstrations. They follow only from the picture and the instruction.
 
 The solver knows the hidden world, but its words must not show this. They mention only things that the instruction
-names. They say that a thing is seen only if enough of it is in the frame, and that it is not seen only if no part of it
-is in the frame.
+names. They call a thing seen only if enough of it is in the frame, and not seen only if no part of it is in the
+frame.
 """
 
 from collections.abc import Mapping

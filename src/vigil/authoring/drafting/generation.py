@@ -132,9 +132,9 @@ class GenerationSettings:
     families: tuple[Family, ...]
     seed: int = 0
     per_house: int = PER_HOUSE
-    """Maximum number of valid drafts of each family in each house, divided evenly (rounded up) among its kinds."""
+    """Maximum number of valid drafts of each family in each house; the family's kinds share it evenly (rounded up)."""
     tried: int = TRIED
-    """Maximum number of proposals of each family that are checked in each house, also divided among its kinds."""
+    """Maximum number of proposals of each family that are checked in each house; the family's kinds share it, too."""
     backend: str = "mujoco"
     assets: AssetDatabase | None = None
     one_family_per_house: bool = False

@@ -170,8 +170,8 @@ class HouseContext:
     ) -> tuple[Pose, dict[str, Phrase]] | None:
         """Return a start in the house with a setup, and a phrase for each of `things` under the same key.
 
-        `find_start` takes the phrases and returns the start. It is called while the house has the setup; afterwards the
-        house is reset without it. None if the setup is impossible, a thing cannot be named, or there is no start.
+        `find_start` takes the phrases and returns the start. It is called while the house has the setup, which is
+        removed afterwards. None if the setup is impossible, a thing cannot be named, or there is no start.
         """
         if not self.can_begin(setup):
             return None

@@ -29,7 +29,7 @@ MAX_REASON_CHARS = 200
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """Number of houses in a split of the dataset, and size of its file (MB), at the commit `REVISION`."""
+    """A split of the dataset: its number of houses, and the size of its file in megabytes (both at `REVISION`)."""
 
     houses: int
     megabytes: float

@@ -33,7 +33,7 @@ MIXED = (
 )
 """Specs (kinds of houses) that `mixed` stands for: 20 % one room, 30 % two, 20 % three, 20 % four, 10 % more."""
 DRAWN_SEEDS = range(100_000, 1_000_000)
-"""Seeds from which a public seed draws houses. They are so few that anyone can try all of them."""
+"""Seeds of houses; a public seed draws some of them. They are so few that anyone can try all of them."""
 _T = TypeVar("_T")
 OnDownload = Callable[[str], None]
 """Function that is called with a line that announces a download."""

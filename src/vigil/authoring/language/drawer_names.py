@@ -76,7 +76,7 @@ def _place(chest: Thing, part: Thing) -> tuple[float, float]:
 
 
 def _steps(values: list[float]) -> list[float]:
-    """Return the values in ascending order, but of values within `SAME_ROW_M` of each other only the lowest."""
+    """Return the values in ascending order; of values within `SAME_ROW_M` of each other, only the lowest is kept."""
     found: list[float] = []
     for value in sorted(values):
         if not found or value > found[-1] + SAME_ROW_M:

@@ -18,7 +18,8 @@ NEXT_TO_M, LOOSELY_NEXT_TO_M = 0.35, 1.2
 LEVEL_M = 0.25
 """Maximum difference (m) between the heights of the undersides of two things that are next to each other."""
 CLOSEST_M, FARTHER_BY_M, FARTHER_BY = 2.0, 0.8, 2.0
-"""Maximum gap (m) of the closest thing, and minimum difference (m) and factor by which all other gaps are larger."""
+"""Maximum gap (m) of the closest thing. All other gaps must exceed it by `FARTHER_BY_M` or more, and be
+at least `FARTHER_BY` times as large."""
 COVERED, PARTLY_COVERED = 0.75, 0.1
 """Minimum share of a thing that must be below another thing for everybody, and for some people, to say "under"."""
 

@@ -69,7 +69,7 @@ class Candidate:
 
     @property
     def is_clear(self) -> bool:
-        """Whether an episode of a hard level has a large target in view at the start; other episodes are preferred."""
+        """Whether the level is hard or extreme, but the start shows a large target. Other candidates are preferred."""
         is_upper = self.level in UPPER_LEVELS and FAMILIES[self.episode.family].visible_at_start
         return is_upper and self.target_px > CLEAR_PX
 

@@ -36,7 +36,7 @@ SEED = 2026
 DRAFTS_PER_HOUSE = 6
 PER_HOUSE_AND_FAMILY = 2
 CATEGORY_USES = 3
-"""Maximum number of episodes about the same category. In each family, at most one episode is about a category."""
+"""Maximum number of episodes about the same category. No two of them are of the same family."""
 FIRST_SEED, SEED_TRIES, SEED_STRIDE = 101, 5, 100
 """Seed of the first house, number of seeds tried for each house, and step between these seeds."""
 

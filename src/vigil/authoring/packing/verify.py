@@ -46,7 +46,7 @@ class VerificationTask:
     solutions: tuple[tuple[Action, ...] | None, ...]
     """Recorded solution of each episode; None for an episode without a solution."""
     answers: tuple[ClosureAnswer | ListAnswer, ...] | None = None
-    """Correct closing of each episode in a pack of a suite, empty if it has none; None in other packs."""
+    """Correct closing of each episode in a pack of a suite, empty if the pack has none of them; None in other packs."""
 
     @classmethod
     def of_draft(cls, draft: TaskDraft) -> "VerificationTask":

@@ -42,7 +42,7 @@ from vigil.protocol.episode import Episode, HouseRef, Solution
 from vigil.protocol.house import House
 
 MAX_TRIED = 12
-"""Maximum number of changes of one task that are certified. The first valid one is used."""
+"""Maximum number of changes of one task that are tried. The first change that passes the certification is used."""
 NO_OTHER: Mapping[Change, str] = {"wording": "no_other_form", "start": "no_near_start", "light": "no_lamp"}
 """Kind of change -> reason that is given for an episode for which there was nothing to try."""
 _COPIED = ("suite", "seed", SEED_SHA256, "asset_database_sha256", "house_sources")
@@ -85,7 +85,7 @@ class Perturber:
         self._verifier = Verifier(settings.checks)
 
     def work(self, batch: HouseBatch) -> PerturbedHouse:
-        """Return a house, with other light if the change is light, and its tasks, perturbed."""
+        """Return a house with its perturbed tasks. If the change is light, the house has other light."""
         house: House | None = House(batch.name, batch.document)
         if self._settings.change == "light":
             house = relit(house, self._settings.rng(batch.name))

@@ -187,7 +187,7 @@ def _placement_controls(goal: ObjectAtReceptacle, worlds: ControlWorlds) -> Cont
 
 
 def _misplaced(goal: ObjectAtReceptacle, worlds: ControlWorlds, setup: Setup) -> list[tuple[str, list[Setup]]]:
-    """Return (name of a control, its setups), in which the wrong object is used or an object is at a wrong place."""
+    """Return (name, setups) of each control in which the wrong object is used or an object is at a wrong place."""
     if not worlds.synthetic.set_up(setup):
         return []
     scene, things = worlds.view.scene, worlds.view.scene.things

@@ -29,7 +29,7 @@ from vigil.scene.things import Thing
 from vigil.scoring.closure import Evidence
 
 PLACE = "place_{}"
-"""Name of the role of the thing on which a chore's sentence says that its object lies; `{}` is the chore's number."""
+"""Role of the thing on which, by a chore's sentence, the chore's object lies; `{}` is the chore's number."""
 BLOCKER = "blocker_{}"
 """Role of the furniture that keeps a chore's thing from opening, or leaves no room on a chore's receptacle."""
 OBSTACLE = "obstacle_{}"

@@ -32,7 +32,7 @@ EVIDENCE_DISTANCE_M = (0.5, 4.0)
 FAR_COST = 4.0
 """Cost, as a length of walk (m), of each metre between a view and the thing, if views from close by are preferred."""
 CLEAR_STATE_PX, STATE_WITHIN_M = 200, 3.5
-"""Minimum pixels that clearly show a state, and maximum distance (m) from the thing of views that are tried for it."""
+"""Minimum pixels that clearly show a state, and maximum distance (m) between the thing and the views that are tried."""
 MAX_LOOKS = 80
 """Greatest number of views tried for evidence."""
 NOTICE_READABLE_M = 2.0
@@ -46,7 +46,7 @@ PARTLY_OPEN = (0.12, 0.25)
 MIN_GAP_M = 0.04
 """Minimum distance (m) by which the free edge of a partly open thing must have moved."""
 SPREAD = 0.05
-"""Greatest difference between the openness of a partly open thing and the least visible openness."""
+"""Greatest amount by which the openness of a partly open thing exceeds the least openness with a visible gap."""
 FREE_SHARE = 0.8
 """Points that are evidence move at least this share of the largest movement, so they are at a door's free edge."""
 DRAWERS_AND_DOORS = frozenset(

@@ -110,7 +110,7 @@ class PrivilegedView:
         return self._simulator.object_at(*pixel)
 
     def click_pixel(self, thing_id: str) -> tuple[int, int] | None:
-        """Return the pixel of a thing that is farthest from all other things; None if the thing is out of view."""
+        """Return, of the pixels that show a thing, the one farthest from other things; None if it is out of view."""
         from scipy import ndimage  # noqa: PLC0415 - loads over 200 modules
 
         pixels = self._simulator.pixels_of(thing_id)

@@ -35,7 +35,7 @@ from vigil.protocol.house import House, canonical_json
 from vigil.scoring.chore_answers import ListAnswer
 
 PER_HOUSE, TRIED = 4, 8
-"""Maximum number of valid drafts, and of checked drafts, of each family in a house, divided among its kinds."""
+"""Maximum number of valid drafts, and of checked drafts, of a family in a house; the family's kinds share them."""
 LISTS_PER_HOUSE = 1
 """Greatest number of lists of chores of each length in one house."""
 KINDS_TRIED = 5

@@ -115,7 +115,7 @@ def _rooms(house: House) -> list[Fault]:
 
 
 def _extent(house: House) -> list[Fault]:
-    """Return a fault for each thing far from the origin, wall without length or height, and openness outside 0..1."""
+    """Return faults: things far from the origin, walls without length or height, and openness outside 0..1."""
     document = house.document
     named = [(room.id, point) for room in document.rooms for point in room.floor_polygon]
     named += [(wall.id, point) for wall in document.walls for point in wall.polygon]

@@ -318,8 +318,8 @@ def _of_sums(rows: np.ndarray, houses: np.ndarray, measure: Callable[[np.ndarray
 def _skill(sums: np.ndarray) -> np.ndarray:
     """Return the Brier skill after recalibration.
 
-    `sums`, (..., 4), has the squared error before and after recalibration, the number of true beliefs, and of all
-    beliefs.
+    `sums`, (..., 4), has the squared errors before and after recalibration, and the numbers of true beliefs and
+    of all beliefs.
     """
     rate = sums[..., 2] / sums[..., 3]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -51,7 +51,7 @@ ABLATIONS: dict[str, Ablation] = {
     "short_sighted": Ablation("recognizes things within 3 m only", sight_m=3.0),
     "memoryless": Ablation("knows only what is in the present frame, and walks to random places", has_memory=False),
     "greedy": Ablation("uses the first thing that the target's bare name may mean", takes_look_alikes=True),
-    "searching": Ablation("has only the limit of all four: it does not know where things are before it has seen them"),
+    "searching": Ablation("has only the limit that all four share: it knows where a thing is only once it has seen it"),
 }
 """Name of an ablated solver -> its limits."""
 

@@ -75,7 +75,7 @@ def _about_one(context: HouseContext, act: Act) -> Tasks:
 
 
 def _about_all(context: HouseContext, act: Act, places: Places) -> Tasks:
-    """Yield twins that ask to make sure that all things in a place are off (closed). On the first side, one is not."""
+    """Yield twins that ask to make sure that all things in a place are off or closed. On the first side, one is not."""
     for place, things in places:
         found = _meant(things, act)
         if not MIN_TARGETS <= len(found) <= MAX_PARTS:

@@ -88,10 +88,10 @@ def _full_shelf_tasks(context: HouseContext) -> Tasks:
 
 
 def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
-    """Return the surface of furniture nearest to `HAND_HEIGHT_M`, with its frame.
+    """Return the obvious surface of furniture, with its frame: the surface nearest to `HAND_HEIGHT_M`.
 
-    It is one of the surfaces inside or, if there are fewer than two inside, one of the outer surfaces. None if there
-    are fewer than two outer surfaces, too.
+    Only the surfaces inside count or, if there are fewer than two inside, only the outer surfaces. None if there are
+    fewer than two of these, too.
     """
     level = list(level_surfaces(shelves))
     for is_inside in (True, False):
