@@ -62,7 +62,7 @@ CABINET_BOTTOM_M, SHOWER_HEAD_TOP_M, LAMP_BOTTOM_M = 1.42, 2.15, 1.95
 SWITCH_ASIDE_M = 0.25
 """Distance (m) from the edge of a door's hole to the middle of the light switch next to it."""
 MIRROR_ABOVE_M = 0.06
-"""Distance (m) from the space kept free above a sink (ABOVE_GAP) up to the mirror."""
+"""How far (m) the lower edge of a mirror is above the space that is kept free above a sink (ABOVE_GAP)."""
 BESIDE_GAP_M = 0.12
 """Distance (m) between furniture and an object that hangs next to it."""
 CABINETS_UNDER_CEILING_M, DRESSING_UNDER_CEILING_M = 0.15, 0.05
