@@ -140,7 +140,7 @@ def _examine_group(
 
 
 def _messages(seen: Seen, now: SampledEpisode, condition: Profile) -> Iterator[Message]:
-    """Yield the messages of the last request of a run with these frames and replies, and then the last reply."""
+    """Yield the messages of the last request that a run with these frames and replies sends, and the last reply."""
     conversation = Conversation(condition, now.episode.instruction)
     pictures = [encode_frame(frame) for frame in seen.frames]
     for picture, reply in zip(pictures[:-1], REPLIES, strict=False):

@@ -35,7 +35,7 @@ PACK_CACHE_SIZE = 2
 HOUSE_CACHE_SIZE = 64
 """Greatest number of a stream's houses that are cached, for episodes that are still to be played."""
 MAX_FIRST_HOUSES = 2**31
-"""The first house of an endless stream has an index below this number; a seed selects the index."""
+"""A seed selects the house at which an endless stream starts. The index of this house is below this number."""
 
 
 @dataclass(frozen=True, slots=True)
