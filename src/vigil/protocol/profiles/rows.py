@@ -52,10 +52,9 @@ class ProfileRow:
     has_feedback: bool = False
     """Whether the agent gets `too_far` and `path_blocked` after each action."""
     looks_again: bool = False
-    """Whether the first report does not end the episode, unless no step is left: the agent gets `LOOK_AGAIN` as the
-    answer."""
+    """Whether the first report, if a step is left, does not end the episode but is answered by `LOOK_AGAIN`."""
     declares_criteria: bool = False
-    """Whether a model, asked by `CRITERIA_REQUEST`, first writes what it must see before it reports."""
+    """Whether a model is asked, before its first action, to write what it must see to report (`CRITERIA_REQUEST`)."""
     shows_remaining_steps: bool = False
     """Whether the agent sees how many replies are left."""
     marks_click: bool = False
