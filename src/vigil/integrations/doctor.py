@@ -1,8 +1,8 @@
 """Checks of what a trainer gets, before the training (`vigil train doctor`).
 
 One group plays an episode through the chosen integration with fixed replies. The texts, frames and reward that the
-trainer gets are then compared with the record. If a model's processor is given, its pictures are also decoded back into
-frames and compared.
+trainer gets are then compared with the record. If a model's processor is given, the pictures that it makes of the
+frames are also decoded and compared with the frames.
 """
 
 import hashlib
