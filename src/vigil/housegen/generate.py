@@ -166,7 +166,10 @@ def _furnish(
 def _free_start(
     plan: RoomLayout, floors: dict[int, Floor], pieces: list[PlacedObject], rng: np.random.Generator
 ) -> Pose | None:
-    """Return a pose at a free place in a random room, with most furniture in view; None if there is no free place."""
+    """Return a pose at a random free place in a random room; None if there is no free place.
+
+    Of four directions, the pose looks in the one in which the most pieces of furniture are in view.
+    """
     from scipy import ndimage  # noqa: PLC0415 - loads over 200 modules
 
     floor = floors[pick(rng, plan.rooms).number]

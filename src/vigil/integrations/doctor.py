@@ -1,8 +1,8 @@
 """Checks of what a trainer gets, before the training (`vigil train doctor`).
 
 One group plays an episode through the chosen integration with fixed replies. The texts, frames and reward that the
-trainer gets are then compared with the record. If a model's processor is given, its pictures are also decoded back into
-frames and compared.
+trainer gets are then compared with the record. If a model's processor is given, the pictures that it makes of the
+frames are also decoded and compared with the frames.
 """
 
 import hashlib
@@ -140,7 +140,7 @@ def _examine_group(
 
 
 def _messages(seen: Seen, now: SampledEpisode, condition: Profile) -> Iterator[Message]:
-    """Yield the messages of the last request of a run with these frames and replies, and then the last reply."""
+    """Yield the messages of the last request that a run with these frames and replies sends, and the last reply."""
     conversation = Conversation(condition, now.episode.instruction)
     pictures = [encode_frame(frame) for frame in seen.frames]
     for picture, reply in zip(pictures[:-1], REPLIES, strict=False):

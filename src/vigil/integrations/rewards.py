@@ -120,8 +120,8 @@ def stated_confidence(record: EpisodeRecord, condition: Profile) -> float | None
 def reward_parts(verdict: Verdict, shaping: Shaping) -> dict[str, float]:
     """Return the terms of the reward by name: B, and the shaping terms, which are 0 by default.
 
-    For a list of chores, B is the B of the whole list, and the claim about each chore counts for a share of the term
-    for claims.
+    For a list of chores, B is the B of the whole list, and the term for claims is multiplied by the share of the chores
+    that are closed correctly.
     """
     outcome, of_list, weight = verdict.outcome, verdict.of_list, shaping.calibration_weight
     claims = {} if of_list is None else {"claims": shaping.claim_reward * of_list.B_share}

@@ -35,7 +35,7 @@ PACK_CACHE_SIZE = 2
 HOUSE_CACHE_SIZE = 64
 """Greatest number of a stream's houses that are cached, for episodes that are still to be played."""
 MAX_FIRST_HOUSES = 2**31
-"""The first house of an endless stream has an index below this number; a seed selects the index."""
+"""A seed selects the house at which an endless stream starts. The index of this house is below this number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,9 +142,10 @@ class StreamSource:
         self.is_endless = self._last is None and limit is None
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
-        """Return a function that waits for the next episode. If `rng` was just seeded, first choose a new first house.
+        """Return a function that waits for the next episode.
 
-        The function may be called in another thread, but must be called before the next draw.
+        If `rng` was just seeded, it selects the house whose episodes come next. The function may be called in another
+        thread, but must be called before the next draw.
         """
         count = MAX_FIRST_HOUSES if self._last is None else self._last - self._first
         if is_seeded:
@@ -246,7 +247,7 @@ EpisodeSource = PackSource | StreamSource
 def source_of(options: EpisodeOptions, workers: int, limit: int | None = None) -> EpisodeSource:
     """Return the source that the options name.
 
-    `workers` is the number of processes that make a stream's houses ahead; `limit` is the greatest number of rows.
+    `workers` is the number of processes that make a stream's houses in advance; `limit` is the greatest number of rows.
     Raises SettingError or PackMismatch.
     """
     if is_stream(options.pack):

@@ -46,8 +46,8 @@ class BundleChecks:
     def check(self, bundles: Sequence[Path], on_progress: OnProgress) -> list[Cached]:
         """Return the results of bundles; those that are not in the cache are checked.
 
-        `on_progress` is called with the number of plays that were played again and of all plays, for each group of
-        bundles that are checked together.
+        `on_progress` is called with two numbers: how many plays have been played again, and how many there are in all.
+        For each group of bundles that are checked together, both numbers count only the plays of this group.
         """
         hashes = [self._hash_of(path) for path in bundles]
         new = {sha256: path for sha256, path in zip(hashes, bundles, strict=True) if self._is_new(sha256)}

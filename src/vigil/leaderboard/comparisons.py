@@ -10,7 +10,7 @@ _EQUAL = {
     "replies_sha256": f"plays of {MIN_REPLIES} or more replies have, word by word, the replies",
     "actions_sha256": f"plays of {MIN_REPLIES} or more replies with a click have, action by action, the actions",
 }
-"""Column of the plays -> words of the sign that plays of two entries are equal in it."""
+"""Column of the plays -> words which say that plays of two entries have the same value in this column."""
 
 
 def signs_between(entries: Sequence[CheckedEntry]) -> dict[str, list[str]]:

@@ -29,8 +29,10 @@ class PlayReader:
         self.timing_faults: Counter[str] = Counter()
 
     def facts(self, record: EpisodeRecord) -> dict[str, Any]:
-        """Return hashes of a play's replies, without and with their times, and of its actions before the last one, and
-        whether they repeat the solution. The hash of the actions is empty without a click: such plays are often alike.
+        """Return hashes of a play's replies, of the replies with their times, and of all its actions but the last.
+
+        Also return whether these actions are those of the solution. The hash of the actions is empty if none of them
+        is a click, because plays without clicks are often alike.
         """
         replies = hashlib.sha256()
         for step in record.steps:

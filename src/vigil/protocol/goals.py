@@ -287,8 +287,8 @@ class Moment:
 def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
     """Return whether the goal holds at each moment, as two lists: with tolerances, and without.
 
-    The goal's constraint is ignored. That the agent changed a state that it was asked about counts only in lists of
-    chores.
+    The goal's constraint is ignored. That a queried state was changed after the reset is also ignored, except in lists
+    of chores.
     """
     if isinstance(goal, Chores):
         return _both_all(chore_truth(chore, moments) for chore in goal.chores)

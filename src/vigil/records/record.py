@@ -115,7 +115,7 @@ class EpisodeRecord(_Record):
     has_report: bool = Field(default=True, exclude_if=lambda is_so: is_so)
     """Whether the agent could report; False under a profile that has `stop` instead. Omitted if it is True."""
     criteria: Reply | None = Field(default=None, exclude_if=lambda reply: reply is None)
-    """The model's text on what it must see before it reports; None, and omitted, if the profile does not ask for it."""
+    """The model's text on what it must see to report; None, and omitted, if the profile does not ask for it."""
 
     @model_validator(mode="after")
     def _is_consistent(self) -> "EpisodeRecord":

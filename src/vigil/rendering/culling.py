@@ -89,7 +89,7 @@ def _place(point: np.ndarray) -> Place:
 
 
 def _is_elsewhere(touches: np.ndarray, sectors: list[tuple[int, Sector]], spans: Spans) -> np.ndarray:
-    """Return a mask (n,) of the geoms that are in rooms, but in none of the rooms visible in their direction."""
+    """Return a mask (n,) of the geoms that are in rooms, but not in a room that is visible in their direction."""
     is_seen = np.logical_not(touches.any(axis=1))
     for room, sector in sectors:
         is_seen |= touches[:, room] & sector.overlaps(spans)

@@ -28,7 +28,7 @@ class Mirror:
 
     @property
     def reach(self) -> np.ndarray:
-        """The vertices and their mirror images (2n, 3). Every line of sight in the mirror passes between them."""
+        """The vertices and their mirror images (2n, 3). Every line of sight in the mirror passes through their hull."""
         return np.concatenate([self.points, self.points - 2.0 * self._heights() * self.normal])
 
     def _heights(self) -> np.ndarray:

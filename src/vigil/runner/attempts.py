@@ -1,7 +1,7 @@
 """`attempts.jsonl`: the attempts at episodes, each written to disk before the agent sees its first frame.
 
 A row in `episodes.jsonl` is written when an episode is over. An episode that is killed before its end does not have a
-row, and the same command starts it again; this file counts both attempts. The row has the number of its attempt.
+row, and the same command starts it again; this file counts both attempts. Each row has the number of its attempt.
 """
 
 import json

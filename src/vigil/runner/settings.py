@@ -323,7 +323,7 @@ class VerifySettings:
     backend: str | None = None
     """Simulator on which the replies are played again; None for the simulator of the run."""
     exact: bool | None = None
-    """Whether numbers must be bit-identical; None: only if the facts `SAME_HOST` are those of the run's machine."""
+    """Whether numbers must be bit-identical; None: only if the facts `SAME_HOST` are the same here as in the run."""
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:

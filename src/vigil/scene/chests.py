@@ -1,6 +1,6 @@
 """Furniture whose drawers open separately: each drawer becomes a thing of the scene.
 
-A house names a drawer by a child object of the furniture, whose asset is a drawer of the furniture's asset
+A house names a drawer by a child object of the furniture; the child's asset is a drawer of the furniture's asset
 (`vigil.assets.drawers`). Drawers that the house does not name exist too, with the openness of the furniture. A drawer's
 position is computed from the position of the furniture, never read from the document.
 """

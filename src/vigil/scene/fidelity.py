@@ -81,7 +81,7 @@ def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
 
 
 def _extent(asset: Asset, openness: float) -> np.ndarray:
-    """Return the size (3,) of an asset's parts at an openness, without those that are drawn only while it is on."""
+    """Return the size (3,) of an asset at an openness, without the parts that are drawn only while it is on."""
     meshes = []
     for part in asset.parts:
         joint = joint_of(asset, part.joint)

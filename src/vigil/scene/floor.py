@@ -308,8 +308,10 @@ def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
 
 
 def places_within(floor: BaseGeometry, box: Box, within_m: float) -> np.ndarray:
-    """Return places (n, 2; x and z) on a floor that are at most `within_m` from a box: a grid, and points along the
-    border of this area."""
+    """Return places (n, 2; x and z) on a floor that are at most `within_m` from a box.
+
+    They are the points of a grid, and points along the border of the area that is near enough.
+    """
     near = floor.intersection(footprint(box).buffer(within_m, quad_segs=4 * ARC_SEGMENTS))
     if near.is_empty:
         return np.empty((0, 2))

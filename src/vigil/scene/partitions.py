@@ -28,7 +28,7 @@ THROUGH_M = 0.0005
 OPENNESS_SAMPLES = np.linspace(0.0, 1.0, 65)
 """Values of openness that are tested to find how far moving parts can open."""
 BETWEEN_M = 0.005
-"""How much further (m) a part of 4 m length may reach between two tested values of openness than at these values.
+"""A part of 4 m length reaches at most this much further (m) between two tested values of openness than at these.
 
 This holds even if only every second value of `OPENNESS_SAMPLES` is tested.
 """

@@ -78,7 +78,8 @@ class EpisodeBeliefs:
     def has_lost_belief(self, framing: Framing) -> bool | None:
         """Return whether the agent first said that the task is done, and later, while the goal held, that it is not.
 
-        Only answers while the goal held count. None if no such answer says that the task is done, or only the last one.
+        Only answers while the goal held count. None if none of these answers, or only the last, says that the
+        task is done.
         """
         held = [belief for belief in self.of(framing) if belief.is_held and belief.is_answered]
         first = next((index for index, belief in enumerate(held) if belief.done), None)

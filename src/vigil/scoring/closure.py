@@ -268,7 +268,7 @@ def score_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord
 
 
 def evidence_seen(evidence: Sequence[Evidence], record: EpisodeRecord) -> float | None:
-    """Return the share of the evidence that was seen in at least one frame of a record; None without evidence."""
+    """Return the share of the pieces of evidence that were each seen in a frame of a record; None without evidence."""
     if not evidence:
         return None
     frames = record.worlds[:-1] if record.steps else record.worlds

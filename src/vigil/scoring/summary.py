@@ -176,8 +176,8 @@ def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epo
 
 
 def summarise(scores: RunScores) -> dict[str, Any]:
-    """Return `{"overall": rates, "families": {family: rates}}`. If families differ in size, `macro` has the mean over
-    families.
+    """Return `{"overall": rates, "families": {family: rates}}`. If families have different numbers of episodes,
+    `macro` has the mean over families.
 
     A rate over an empty set of episodes is None. Raises RuntimeError if an identity of the protocol does not hold.
     """

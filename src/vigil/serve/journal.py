@@ -1,4 +1,4 @@
-"""`sessions.jsonl` of a server's run: the beginning of each session and each reply, written before it is carried out.
+"""`sessions.jsonl` of a server's run: each session that begins, and each reply before it is carried out.
 
 A killed server continues its sessions from this file. The file stores hashes of the tokens, not the tokens.
 """

@@ -19,7 +19,7 @@ from vigil.thor.wire import fifo, wsgi
 MALLOPT = {"M_MMAP_THRESHOLD": -3, "M_TRIM_THRESHOLD": -1}
 """Options of glibc's allocator (malloc.h), and their numbers."""
 LARGE_BYTES = 128 * 1024
-"""Blocks of memory from this size on go back to the system as soon as they are freed. It is glibc's first value."""
+"""Blocks of memory of at least this size go back to the system when they are freed. glibc begins with this size."""
 WIRES = {"FIFO": fifo.serve, "WSGI": wsgi.serve}
 
 

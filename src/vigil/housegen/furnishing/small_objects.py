@@ -37,9 +37,9 @@ COUNTER_M = 2.4
 MIN_VISIBLE_SHARE = 0.5
 """Least share of an object's width that must not be hidden by taller objects in front of it."""
 SIGHT_SLOPE = 1.5
-"""A taller object hides objects behind it up to a distance of its height multiplied by this number.
+"""A taller object hides the objects behind it that are nearer to it than its height multiplied by this number.
 
-Agents look down on furniture more steeply than this slope.
+Objects farther behind it are visible, because agents look down on furniture steeply.
 """
 HIGHEST_M = 1.75
 """Surfaces above this height (m) cannot be seen."""

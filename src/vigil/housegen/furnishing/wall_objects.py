@@ -52,17 +52,17 @@ WINDOW_DRESSING_PROBABILITY = {"Bedroom": 0.65, "LivingRoom": 0.55, "Kitchen": 0
 DRY_ROOM_BLINDS_PROBABILITY = 0.4
 """Probability of blinds instead of curtains in living rooms and bedrooms; other rooms only have blinds."""
 SWITCH_MIDDLE_M, MIRROR_MIDDLE_M, PAPER_MIDDLE_M, BATHROOM_SHELF_MIDDLE_M = 1.2, 1.5, 0.72, 1.35
-"""Heights (m) of the middles of switches, mirrors, paper holders and bathroom shelves above the floor."""
+"""Heights (m) above the floor of the middles of switches, mirrors, paper holders and bathroom shelves."""
 SHELF_MIDDLE_M, PAINTING_MIDDLE_M = (1.25, 1.5), (1.5, 1.65)
 """Heights (m) above the floor, least and greatest, of the middle of a shelf and of a painting."""
 RAILS = (("TowelHolder", "Towel", 1.35), ("HandTowelHolder", "HandTowel", 1.3))
 """Rows of (category of a rail, category of the towel that hangs over it, height (m) of the rail's middle)."""
 CABINET_BOTTOM_M, SHOWER_HEAD_TOP_M, LAMP_BOTTOM_M = 1.42, 2.15, 1.95
-"""Heights (m) above the floor: of a cabinet's bottom, of a shower head's top, and least height of a lamp's bottom."""
+"""Heights (m) above the floor of a cabinet's bottom, of a shower head's top and, at least, of a lamp's bottom."""
 SWITCH_ASIDE_M = 0.25
 """Distance (m) from the edge of a door's hole to the middle of the light switch next to it."""
 MIRROR_ABOVE_M = 0.06
-"""Distance (m) from the space kept free above a sink (ABOVE_GAP) up to the mirror."""
+"""How far (m) the lower edge of a mirror is above the space that is kept free above a sink (ABOVE_GAP)."""
 BESIDE_GAP_M = 0.12
 """Distance (m) between furniture and an object that hangs next to it."""
 CABINETS_UNDER_CEILING_M, DRESSING_UNDER_CEILING_M = 0.15, 0.05

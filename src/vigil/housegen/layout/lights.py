@@ -12,7 +12,7 @@ WARMTH = ((1.0, 0.855, 0.722), (1.0, 0.93, 0.84), (1.0, 0.96, 0.92))
 DROP_M = 0.2
 """How far (m) a light is below the ceiling."""
 LAYERS = 4
-"""Number of THOR's render layers that are used; the rooms take turns."""
+"""Number of THOR's render layers that are used. The rooms get these layers in turn."""
 
 
 def layer_of(room: int) -> str:

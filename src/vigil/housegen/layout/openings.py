@@ -19,7 +19,7 @@ DOOR_HEIGHT = 2.1
 CORNER_GAP = 0.2
 """Width (m) of wall that remains on each side of an opening."""
 DOOR_CLEAR = 1.05
-"""Depth (m) of the floor kept free on both sides of a door, where its leaf swings."""
+"""Depth (m) of the floor kept free on both sides of a door with a leaf, so that the leaf can swing."""
 PASSAGE_CLEAR = 0.75
 DOOR_VARIANTS = 12
 WINDOW_VARIANTS = 12

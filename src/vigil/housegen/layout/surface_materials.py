@@ -70,7 +70,7 @@ class RoomFinish:
 
 
 def finishes(kinds: dict[int, str], rng: np.random.Generator) -> dict[int, RoomFinish]:
-    """Return the finish of each room, by room number; most rooms except bathrooms have the same floor."""
+    """Return the finish of each room, by room number. Rooms other than bathrooms mostly share one floor material."""
     common = pick(rng, _PLANKS)
     found: dict[int, RoomFinish] = {}
     for number, kind in kinds.items():

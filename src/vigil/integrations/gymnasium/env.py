@@ -26,7 +26,7 @@ from vigil.sim import make_simulator
 
 FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)
 INSTRUCTION_BLOCK = 256
-"""The limit on the length of instructions is a multiple of this, so that most packs have equal observation spaces."""
+"""The space of instructions allows a multiple of this number of characters, so that most packs have equal spaces."""
 RESET_OPTIONS = ("episode_id",)
 OUTCOME_KEYS = (
     *("episode_id", "family", "end", "W", "W_strict", "B", "label", "subtype", "category", "steps", "lag", "progress"),

@@ -1,4 +1,4 @@
-"""Space of instructions: a text space that also works in asynchronous vectors, where the instructions change.
+"""Space of instructions: a text space for instructions that change, also in asynchronous vectors.
 
 Gymnasium 1.4 reads the value of a `Text` space from shared memory only once, when the vector is made, and would return
 this first value forever. For this space, Gymnasium uses a function that reads the value again for every observation.

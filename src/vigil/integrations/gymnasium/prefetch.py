@@ -26,8 +26,8 @@ class Prefetcher:
     def next_episode(self, rng: np.random.Generator, *, is_seeded: bool) -> SampledEpisode:
         """Return the next episode, and start preparing the episode after it.
 
-        `is_seeded` says whether `rng` was just seeded. Raises any error that occurred while the returned episode was
-        prepared.
+        `is_seeded` says whether `rng` was just seeded. If an error occurred while the episode that is now due was
+        prepared, raises this error.
         """
         pending, self._next = self._next or self._start_next(rng, is_seeded=is_seeded), None
         found = pending.result()

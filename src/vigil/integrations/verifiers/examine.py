@@ -101,7 +101,7 @@ class _FixedReplies(BaseHTTPRequestHandler):
     """Answers each chat request with the reply of its turn."""
 
     def do_POST(self) -> None:
-        """Send the reply after as many replies as the request holds."""
+        """Send reply number N (from 0) if the request contains N earlier replies."""
         request = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
         turn = sum(message["role"] == "assistant" for message in request["messages"])
         message = {"role": "assistant", "content": REPLIES[min(turn, len(REPLIES) - 1)]}

@@ -48,14 +48,12 @@ class ProfileRow:
 
     short: str
     """Short name of the profile, for the command line."""
-    help: str
     has_feedback: bool = False
     """Whether the agent gets `too_far` and `path_blocked` after each action."""
     looks_again: bool = False
-    """Whether the first report does not end the episode, unless no step is left: the agent gets `LOOK_AGAIN` as the
-    answer."""
+    """Whether the first report, if a step is left, does not end the episode but is answered by `LOOK_AGAIN`."""
     declares_criteria: bool = False
-    """Whether a model is asked before its first step, by `CRITERIA_REQUEST`, what it must see before it may report."""
+    """Whether a model is asked, before its first action, to write what it must see to report (`CRITERIA_REQUEST`)."""
     shows_remaining_steps: bool = False
     """Whether the agent sees how many replies are left."""
     marks_click: bool = False
@@ -99,20 +97,18 @@ class ProfileRow:
 
 
 _ROWS = (
-    ProfileRow("baseline", "the agent gets only frames"),
-    ProfileRow("action_feedback", "it also gets feedback on each action", has_feedback=True),
-    ProfileRow("itemised_report", "its report has a claim about each chore of a list", has_claims=True),
-    ProfileRow("look_before_report", "its first report is answered by a request to look again", looks_again=True),
-    ProfileRow("declare_criteria", "before its first step it writes what it must see before it may report", declares_criteria=True),
+    ProfileRow("baseline"),
+    ProfileRow("action_feedback", has_feedback=True),
+    ProfileRow("itemised_report", has_claims=True),
+    ProfileRow("look_before_report", looks_again=True),
+    ProfileRow("declare_criteria", declares_criteria=True),
     ProfileRow(
         "remaining_steps",
-        "it sees how many replies are left",
         shows_remaining_steps=True,
         rules=("`remaining_steps` next to a frame says how many replies are left, the one to this frame included.",),
     ),
     ProfileRow(
         "grounding_echo",
-        "frames mark where its last click went",
         marks_click=True,
         rules=(
             "A ring in the current frame marks the pixel of your last action if that was interact_pixel, whether or "
@@ -121,19 +117,16 @@ _ROWS = (
     ),
     ProfileRow(
         "stop_only",
-        "it ends an episode by `stop`, without a report",
         has_report=False,
         replaced=STOP_LINES,
     ),
     ProfileRow(
         "named_objects",
-        "it names an object to interact with it, instead of a pixel",
         has_pixels=False,
         replaced=NAMING_LINES,
     ),
     ProfileRow(
         "image_history_all",
-        "all past frames stay, and its conversation only grows",
         images=EVERYTHING,
         is_append_only=True,
         first_rule="Use only the last frame, the one with the highest `number`, for visibility judgments and "
@@ -142,7 +135,6 @@ _ROWS = (
     *(
         ProfileRow(
             f"image_history_{count}",
-            f"its last {count} past frames stay",
             images=count,
             rules=(f"Up to {count} past frames are included; they show the scene as it was then.",),
         )

@@ -33,15 +33,21 @@ AMBIENT, LAMP = 0.33, 1.07
 """Strengths of the light from all around and of the lamps' light. Lamps give more, because a room that is lit evenly
 from all sides looks flat."""
 ASIDE = np.array([0.6, 0.12, -0.25], np.float32)
-"""Vector (3,) whose dot product with a normal adds to a surface's light: adjacent walls differ; ceilings are lit."""
+"""Vector (3,) whose dot product with a normal adds to a surface's light, so that adjacent walls differ and ceilings are
+lit."""
 LAMP_ASIDE = np.array([0.1, 0.02, 0.0], np.float32)
-"""Vector (3,) whose dot product with a normal adds to a surface's share of lamps' light, as lamps are not points."""
+"""Vector (3,) whose dot product with a normal adds to a surface's share of a lamp's light, because lamps are not
+points."""
 LAMP_RADIUS_M = 0.2
 FALLOFF = 0.06
 WRAP = 0.15
-"""A surface turned away from a lamp is lit up to this (negative) cosine to the lamp, because rooms reflect light."""
+"""A lamp lights a surface if the cosine between the surface's normal and the direction to the lamp is above minus this.
+
+So surfaces that are turned away a little are lit, too, because rooms reflect light.
+"""
 CEILING, ON_CEILING = 0.9, 0.1
-"""Downward component of the normal above which a surface is a ceiling; greatest cosine to a lamp for a ceiling."""
+"""A surface counts as a ceiling if the downward component of its normal is above CEILING. ON_CEILING is the greatest
+cosine to a lamp that is used for a ceiling."""
 LIGHT_REACH_M = 9.0
 SPILL_M = 0.5
 """At this distance (m) from a lamp's room, half of the lamp's light remains."""

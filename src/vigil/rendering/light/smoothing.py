@@ -30,7 +30,7 @@ def smooth_edges(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:
 def move_inward(samples: Samples, edges: np.ndarray) -> Samples:
     """Return samples moved inward from the rims of their surfaces, along `edges` (k, 2) that are each on one surface.
 
-    A corner at a rim gets little light, and without this would darken all of a large face.
+    A corner at a rim gets little light. If it were not moved, it would darken all of a large face.
     """
     first, last = edges.T
     count = len(samples.points)

@@ -120,8 +120,10 @@ _Read = Callable[[int | None], AsyncGenerator[bytes]]
 
 
 def _copying(read: _Read, exchange: Exchange) -> Callable[..., AsyncGenerator[bytes]]:
-    """Return a function like `read`, which reads the decompressed bytes of a response. When it is first used, it also
-    copies the bytes to `exchange`."""
+    """Return a function that replaces `read`, which reads the decompressed bytes of a response.
+
+    When the returned function is first used, it also copies the bytes to `exchange`.
+    """
     is_read = False
 
     async def aiter_bytes(chunk_size: int | None = None) -> AsyncGenerator[bytes]:

@@ -65,8 +65,8 @@ class FrameMemory:
     _frames: dict[Key, dict[int, EncodedFrame]] = field(default_factory=dict[Key, dict[int, EncodedFrame]])
 
     def note(self, key: Key, step: int, picture: EncodedFrame) -> None:
-        """Store the frame of a step. If a later or equal step is stored, a new attempt has begun: first delete the
-        stored frames.
+        """Store the frame of a step. If this step or a later one is already stored, a new attempt has begun: first
+        delete the stored frames.
 
         The previous frame is deleted unless the schedule or the messages may still need it.
         """

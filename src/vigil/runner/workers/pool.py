@@ -157,7 +157,10 @@ class SimulatorPool:
     async def frames(
         self, assignment: Assignment, record: EpisodeRecord, steps: tuple[int, ...]
     ) -> dict[int, EncodedFrame]:
-        """Return the frames that a record's replies of `steps` answered, drawn again. Raises RecordError."""
+        """Return {step: frame} for `steps` of a record: the frame before the step's reply, drawn again.
+
+        Raises RecordError.
+        """
         return await self._request(EpisodeWorker.frames, assignment, record, steps)
 
     def live(self, assignment: Assignment, replies: Sequence[Reply] = ()) -> "LiveEpisode":

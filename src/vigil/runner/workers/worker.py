@@ -177,7 +177,7 @@ class EpisodeWorker:
             self._release(slot)
 
     def frames(self, assignment: Assignment, record: EpisodeRecord, steps: tuple[int, ...]) -> dict[int, EncodedFrame]:
-        """Return the frames that the replies of `steps` answered, drawn again, as the agent got them.
+        """Return {step: frame} for `steps`: the frame that the agent got before the step's reply, drawn again.
 
         Raises RecordError when a frame differs from the recorded one.
         """

@@ -129,7 +129,7 @@ class CollisionMap:
         return cells[fits], places[fits]
 
     def _gaps(self, owners: list[str], hits: np.ndarray, shape: BaseGeometry) -> np.ndarray:
-        """Return the least distance (m) from `shape` to each owner's (thing's) obstacles, out of those in `hits`."""
+        """Return the distance (m) from `shape` to the nearest obstacle of each owner (thing), among those in `hits`."""
         gaps = shapely.distance(self._shapes[hits], shape)
         names = np.array([self._owners[hit] for hit in hits])
         return np.array([gaps[names == owner].min() for owner in owners])

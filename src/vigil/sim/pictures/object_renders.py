@@ -50,8 +50,8 @@ def render_object(
 ) -> np.ndarray:
     """Return a frame (480, 640, 3) that shows a subject at a typical place for its category.
 
-    `distance_m` is the camera's distance. By default, the camera comes as near as possible, from 1.5 to 0.3 m, while
-    the subject is at most `SPAN_PX` large.
+    `distance_m` is the camera's distance. By default it is the least distance from 0.3 to 1.5 m at which the subject is
+    at most `SPAN_PX` large.
     """
     return render_with_placement(subject, seed, distance_m, quality)[0]
 

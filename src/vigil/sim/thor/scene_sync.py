@@ -22,7 +22,7 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import from_thor, pose_from_thor
 
 NO_OFFSET_M = 0.025
-"""Distance (m) up to which a thing's pivot in THOR is taken for the middle of its bounding box in THOR.
+"""A thing's pivot in THOR counts as the middle of its box there if no coordinate of the two differs by more (m).
 
 A handle that sticks out moves the middle of THOR's box by about this distance.
 """

@@ -131,7 +131,7 @@ def support_of(world: World, name: str, point: Vec3) -> str | None:
 
 
 def _tops(world: World, above: set[str], point: Vec3) -> list[tuple[float, str]]:
-    """Return (gap in metres, id) of things, except receptacles, whose top is right below a point, e.g. of a book."""
+    """Return (gap in metres, id) of the things, except receptacles, whose top (as of a book) is right below a point."""
     others = [thing for thing in world.things() if not (thing.id in above or thing.is_held or thing.is_receptacle)]
     boxes = [(bounding_box(thing), thing.id) for thing in others if not thing.is_structure]
     gaps = [(abs(point.y - box.top), name) for box, name in boxes if box.floor_distance(point) == 0.0]

@@ -60,7 +60,7 @@ def _agent_images(world: World, layers: frozenset[Layer]) -> Iterator[Image]:
 
 
 def with_floors(world: World, view: CameraView, things: np.ndarray) -> np.ndarray:
-    """Return an image (height, width) of things' numbers; floors have numbers, too, after the last thing's."""
+    """Return an image (height, width) of things' numbers; floors have the numbers after that of the last thing."""
     rows, columns = np.nonzero(things == NUMBER_OF_FLOOR)
     rays, _ = directions_at(view, np.column_stack([columns, rows]) + 0.5)
     reach = -view.eye.y / np.minimum(rays[:, 1], -1e-9)

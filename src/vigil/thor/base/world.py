@@ -18,7 +18,7 @@ from vigil.thor.base.settings import Settings
 PROCEDURAL = "Procedural"
 """Name of the scene for all houses that are given to `CreateHouse`."""
 LOCOBOT_CAMERA_M = 0.0312
-"""Height (m) of the position that AI2-THOR reports for a LoCoBot above the LoCoBot's camera."""
+"""The position that AI2-THOR reports for a LoCoBot is this far (m) above the LoCoBot's camera."""
 OFF_GRID_M = 1e-3
 """A place at most this far (m) from a point of the grid counts as on the grid."""
 

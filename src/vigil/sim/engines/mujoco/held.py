@@ -33,7 +33,7 @@ class InHand:
     center: np.ndarray
     matrix: np.ndarray
     smaller: float
-    """Factor (at most 1) by which the object is drawn smaller than its real size."""
+    """Factor (at most 1) by which the object's real size is multiplied to draw it."""
     half: np.ndarray
     """Half sizes (3,) in metres of the object's box: across, up and away from the camera."""
 

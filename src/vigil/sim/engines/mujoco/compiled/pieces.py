@@ -27,7 +27,7 @@ class MeshPiece:
 
 @cached_while_alive
 def pieces_of(asset: Asset) -> tuple[MeshPiece, ...]:
-    """Return an asset's pieces, with its notice's; parts with the same joint, material and role are one piece."""
+    """Return the pieces of an asset and of its notice; parts with the same joint, material and role are one piece."""
     groups: dict[tuple, list[Part]] = {}
     for part in (*asset.parts, *notice_parts(asset)):
         roles = BEARS_OPEN * part.bears_open + BEARS_TOGGLE * part.bears_toggle

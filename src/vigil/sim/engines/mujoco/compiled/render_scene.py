@@ -15,7 +15,7 @@ from vigil.sim.engines.mujoco.compiled.lights import Lamps
 HANGING_M = 0.1
 """A thing hangs from the ceiling if its top is at most this far (m) below the ceiling."""
 THIN_M, OFF_FLOOR_M = 0.24, 0.3
-"""Thickness and height above the floor (m): the shadow of a thing that is thinner, and higher, is too fine to store."""
+"""If a thing is thinner than THIN_M and more than OFF_FLOOR_M above the floor (m), its shadow is too fine to store."""
 
 
 def render_state(native: NativeModel, data: NativeData, lamps: Lamps) -> RenderState:
