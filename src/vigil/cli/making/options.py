@@ -111,8 +111,8 @@ class Content(Common):
     levels: Annotated[
         tuple[Level, ...],
         Setting(
-            f"Difficulty level of the episodes to choose: {', '.join(LEVELS)} or all; may be repeated. "
-            "Each level gets an equal share of the episodes.",
+            f"Difficulty level of the episodes to choose: {', '.join(LEVELS)}, or all for these four; may be repeated. "
+            "Each named level gets an equal share of the episodes. If unset, levels are not considered.",
             name="level",
             unset="any",
             read=parse_levels,
