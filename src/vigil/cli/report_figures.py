@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from vigil.packs.pack import Pack
     from vigil.protocol.episode import Episode
     from vigil.protocol.families import Family
+    from vigil.protocol.observation import Observation
 
 FrameSource = tuple[Path | None, bool]
 """Asset database with which frames are drawn, and whether frames of a private pack may be drawn."""
@@ -117,20 +118,20 @@ def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
                 if clarity.get(family, 0.0) < 1.0:
                     yield episode
 
-    for episode, frame, target in first_frames(loaded, candidates(), assets):
-        clear = _clarity(frame, target)
+    for episode, observation, target in first_frames(loaded, candidates(), assets):
+        clear = _clarity(observation, target)
         if clear > clarity.get(episode.family, -1.0):
             clarity[episode.family] = clear
-            examples[episode.family] = Example(episode, frame, _middle(target))
+            examples[episode.family] = Example(episode, observation.rgb, _middle(target))
     return protocol_figure(examples)
 
 
-def _clarity(frame: np.ndarray, target: np.ndarray) -> float:
+def _clarity(observation: Observation, target: np.ndarray) -> float:
     """Return how clear an example is, at least 1 if it is clear enough: how large its target is, or how much the frame
     shows if the target is out of view. `target` are the target's pixels, (n, 2)."""
     if len(target):
         return float(np.ptp(target, axis=0).prod()) / _TARGET_PX
-    return float(np.abs(np.diff(frame.astype(float), axis=1)).mean()) / _DETAIL
+    return float(np.abs(np.diff(observation.rgb.astype(float), axis=1)).mean()) / _DETAIL
 
 
 def _middle(pixels: np.ndarray) -> tuple[float, float] | None:

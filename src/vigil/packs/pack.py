@@ -345,6 +345,8 @@ def check_house(episode: Episode, house: House) -> None:
 def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
     """Return descriptions of how an episode contradicts its family: in its budgets, start horizon or kind of goal.
 
+    A pack is checked for this when it is frozen, not when it is loaded.
+
     `suite` is the suite of the episode's pack; None if the pack is not of a suite.
     """
     spec = FAMILIES[episode.family]

@@ -124,7 +124,7 @@ class Host:
         """End a session if its client does not reconnect within a short time; with `at_once`, end it immediately."""
         session = self._sessions.get(hashed(token))
         if session is not None:
-            self._end_after(session, 0 if at_once else RECONNECT_SECONDS, "closed the connection")
+            self._abandon_after(session, 0 if at_once else RECONNECT_SECONDS, "closed the connection")
 
     async def close(self) -> None:
         """End the simulators and release the run's folder. Sessions can be continued later from the journal."""
@@ -261,11 +261,11 @@ class Host:
         session.since = time.monotonic()
         left = session.ends - session.since
         if left < self.settings.reply_seconds:
-            self._end_after(session, left, "used up the episode's time")
+            self._abandon_after(session, left, "used up the episode's time")
         else:
-            self._end_after(session, self.settings.reply_seconds, f"did not answer for {self.settings.reply_seconds} s")
+            self._abandon_after(session, self.settings.reply_seconds, f"did not answer for {self.settings.reply_seconds} s")
 
-    def _end_after(self, session: Session, seconds: float, how: str) -> None:
+    def _abandon_after(self, session: Session, seconds: float, how: str) -> None:
         if session.timer is not None:
             session.timer.cancel()
         later = asyncio.get_running_loop().call_later

@@ -19,6 +19,7 @@ from vigil.env import Env
 from vigil.errors import RecordError
 from vigil.packs.pack import Pack
 from vigil.protocol.episode import Episode
+from vigil.protocol.observation import Observation
 from vigil.protocol.profile import Profile
 from vigil.records.record import FRAMES_FOLDER, EpisodeRecord, RunSpec
 from vigil.sim import make_simulator
@@ -112,11 +113,11 @@ def frames_of_record(
 
 def first_frames(
     pack: Pack, episodes: Iterable[Episode], assets: Path | None
-) -> Iterator[tuple[Episode, np.ndarray, np.ndarray]]:
-    """Yield each episode of a pack with its first frame and the pixels (x, y) of its target, (n, 2).
+) -> Iterator[tuple[Episode, Observation, np.ndarray]]:
+    """Yield each episode of a pack with its first observation and the pixels (x, y) of its target, (n, 2).
 
     In an episode with a chain, the chain's first object takes the place of the target. There are no pixels if the
-    object is out of view. An episode is taken from `episodes` only when it is drawn.
+    object is out of view. A frame can be drawn only before the next episode is taken.
     """
     database = AssetDatabase.from_file(assets)
     pack.check_assets(database)
@@ -126,4 +127,4 @@ def first_frames(
             observation = env.reset(episode)
             if observation is None:
                 raise RecordError(f"Episode {episode.id!r} ended at its reset: {env.record().error}.")
-            yield episode, observation.rgb, simulator.pixels_of((*episode.goal.chain, episode.goal)[0].object_id)
+            yield episode, observation, simulator.pixels_of((*episode.goal.chain, episode.goal)[0].object_id)

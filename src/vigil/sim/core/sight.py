@@ -14,12 +14,13 @@ import numpy as np
 from cachetools import LRUCache
 
 from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.scene.geometry import box_corners, part_boxes, part_motion
 from vigil.scene.portals import Extent, Portals
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, Engine, RayHits
 
-WIDTH, HEIGHT = 640, 480
+WIDTH, HEIGHT = FRAME_WIDTH, FRAME_HEIGHT
 FOCAL_PX = HEIGHT / 2
 """Focal length in pixels: half the image's height for a vertical field of view of 90 degrees, since tan(45) = 1."""
 NEAR_M = 0.02

@@ -2,6 +2,7 @@
 
 import atexit
 import ctypes
+import math
 import os
 import threading
 import weakref
@@ -19,6 +20,7 @@ from vigil.rendering.painter import Painter
 from vigil.rendering.scene import PointLight
 from vigil.rendering.viewer import HeldGeoms, Viewer
 from vigil.scene.things import Thing
+from vigil.sim.core.sight import FOCAL_PX
 from vigil.sim.core.views import pose_of, rolled
 from vigil.sim.engines.mujoco import held
 from vigil.sim.engines.mujoco.compiled import frames, gl
@@ -28,7 +30,7 @@ from vigil.sim.scene_editor import NOTHING, STRUCTURES, CameraImage, CameraView,
 
 SAMPLES: dict[Quality, int] = {"default": 4, "fast": 0}
 """Number of samples for each pixel (antialiasing), by quality."""
-FOVY_DEG = 90.0
+FOVY_DEG = 2 * math.degrees(math.atan2(FRAME_HEIGHT / 2, FOCAL_PX))
 """Vertical field of view (deg) of the agent's camera."""
 
 
