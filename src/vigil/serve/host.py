@@ -263,7 +263,9 @@ class Host:
         if left < self.settings.reply_seconds:
             self._abandon_after(session, left, "used up the episode's time")
         else:
-            self._abandon_after(session, self.settings.reply_seconds, f"did not answer for {self.settings.reply_seconds} s")
+            self._abandon_after(
+                session, self.settings.reply_seconds, f"did not answer for {self.settings.reply_seconds} s"
+            )
 
     def _abandon_after(self, session: Session, seconds: float, how: str) -> None:
         if session.timer is not None:
