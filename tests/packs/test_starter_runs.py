@@ -69,7 +69,7 @@ def test_nobody_draws_a_frame_for_a_privileged_sweep(solved: RunResult) -> None:
 
 
 def test_another_run_verifies_and_is_the_same_but_for_times(solved: RunResult, tmp_path: Path) -> None:
-    again = solve(tmp_path / "again", limit=24)
+    again = solve(tmp_path / "again", limit=12)
     assert verify_run(again.folder, VerifySettings(workers=1, exact=True)).differences == ()
     of_again = {record.key for record in again.records}
 
