@@ -131,11 +131,11 @@ def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
     return shapes.merge(panels)
 
 
-def shelf_heights(levels: Sequence[float], low: float, high: float, count: int, gap: float = 0.1) -> list[float]:
+def shelf_heights(levels: Sequence[float], low: float, high: float, count: int) -> list[float]:
     """Return heights of shelves between `low` and `high`: the `levels` or, if none fits, `count` evenly spaced ones."""
     heights: list[float] = []
     for level in levels:
-        if low + 0.03 < level < high - 0.05 and (not heights or level - heights[-1] >= min(gap, 0.06)):
+        if low + 0.03 < level < high - 0.05 and (not heights or level - heights[-1] >= 0.06):
             heights.append(level)
     if not heights:
         return [low + (high - low) * (i + 1) / (count + 1) for i in range(count)]

@@ -112,11 +112,6 @@ class BeliefStudy:
         """Number of probes whose reply is an answer."""
         return len(self._answered)
 
-    @property
-    def closing_asked(self) -> int:
-        """Number of plays with a probe at their last step."""
-        return sum(belief.is_closing for _, belief in self._rows)
-
     # --- why reports were false or missing ----------------------------------------------------------------------------
 
     @cached_property
