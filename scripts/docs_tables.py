@@ -80,7 +80,8 @@ def finish_reason_sources() -> str:
 
 
 def _linked(source: str) -> str:
-    return f"<{source}>" if source.startswith("https://") else source
+    address, colon, said = source.partition(": ")
+    return f"<{address}>{colon}{said}" if source.startswith("https://") else source
 
 
 def aliases() -> str:

@@ -146,7 +146,7 @@ def test_a_client_that_stops_answering_frees_its_session(pack: Pack, tmp_path: P
         client.reset()
         wait_until(lambda: client.open_sessions == 0, "the end of the session")
         client.reset()
-    (record,) = rows(tmp_path / "run")
+    record, *_ = rows(tmp_path / "run")  # the second session may have ended too
     assert record.end == "invalid_action_limit_exceeded"
     assert {step.invalid and step.invalid.reason for step in record.steps} == {"agent_ended"}
     assert record.steps[0].reply.agent_ended == "The client did not answer for 1 s."

@@ -43,6 +43,11 @@ def test_no_action_at_all_is_said_with_the_parser_and_the_policy() -> None:
     assert "2 of 2 episodes: `IL`" in told
 
 
+def test_tool_calls_in_place_of_text_have_advice() -> None:
+    told = " ".join(FailureCauses(1, 4, {}, {"empty": 4}).sentences)
+    assert "without a tool parser" in told
+
+
 def test_a_few_invalid_replies_are_not_worth_a_word() -> None:
     assert FailureCauses(10, 100, {}, {"not_json": 4}).sentences == ()
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.published_runs import SMALL, make_episodes, small_records, write_pack, write_run
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import study
@@ -19,8 +20,6 @@ from vigil.analysis.tables.registry import PAPER_TABLES
 from vigil.analysis.tables.registry import TABLES as ALL_TABLES
 from vigil.analysis.tables.table import TableRow
 from vigil.protocol.families import FAMILIES
-
-SECONDS = 100
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +106,7 @@ def test_a_real_latex_finds_no_table_too_wide(folder: Path) -> None:
     if shutil.which("pdflatex") is None:
         pytest.skip("LaTeX is not installed")
     command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "report.tex"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=SECONDS, check=False)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=HANGS_AFTER_S, check=False)
     assert done.returncode == 0, done.stdout[-2000:]
     assert re.findall(r"Overfull \\hbox.*", done.stdout) == []
     assert (folder / "report.pdf").exists()

@@ -42,6 +42,23 @@ def test_a_blind_model_does_not(text: str) -> None:
         check(text)
 
 
+@pytest.mark.parametrize(
+    ("reply", "expected"),
+    [
+        (Reply(text="", tool_call="navigate"), "start it without its tool parser"),
+        (Reply(text="", finish_reason="length", reasoning_chars=900), "give a larger --max-tokens"),
+        (Reply(text="", reasoning_chars=900), "reasoning parser"),
+    ],
+)
+def test_an_answer_without_text_is_not_called_blind(reply: Reply, expected: str) -> None:
+    async def ask(messages: Sequence[Message]) -> Reply:
+        return reply
+
+    with pytest.raises(ModelAPIError, match=expected) as raised:
+        asyncio.run(check_sight(ask, "some/model", "png"))
+    assert "images do not seem to reach the model" not in str(raised.value)
+
+
 @pytest.mark.parametrize(("address", "where"), [("http://host/v1", " at http://host/v1"), ("", "")])
 def test_a_model_that_does_not_answer_is_named_with_its_address_and_what_to_do(address: str, where: str) -> None:
     async def ask(messages: Sequence[Message]) -> Reply:

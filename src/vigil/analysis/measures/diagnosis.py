@@ -42,7 +42,7 @@ REPLY_ADVICE: Mapping[str, str] = {
     "text_around_object": _SURROUNDING_TEXT_ADVICE,
     "several_objects": "One reply has several actions, but only one is allowed: `vigil prompt` shows the prompt.",
     "no_object": _NO_ANSWER_ADVICE,
-    "empty": _NO_ANSWER_ADVICE,
+    "empty": f"{_NO_ANSWER_ADVICE} If `vigil view` shows tool calls, start it without a tool parser.",
     "unclosed_reasoning": _NO_ANSWER_ADVICE,
     "truncated": "The token limit cut the replies: give a larger `--max-tokens`, or `--thinking off`.",
     "provider_rejected": "The provider rejected requests because of their content or length: `vigil view` shows "

@@ -92,15 +92,18 @@ async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: 
         raise ModelAPIError(f"Model {model!r} was sent an image of a number. {error}. {_SIGHT_HINT}") from error
     except ModelAPIError as error:
         where = f" at {address}" if address else ""
-        advice = "" if hint_for(str(error)) else f" {_CHECK_NAME_AND_KEY} {KEY_HINT}."
+        hint = "" if hint_for(str(error)) else f" {_CHECK_NAME_AND_KEY} {KEY_HINT}."
         raise ModelAPIError(
-            f"Model {model!r}{where} did not answer the check before the run: {str(error).rstrip('.')}.{advice} "
+            f"Model {model!r}{where} did not answer the check before the run: {str(error).rstrip('.')}.{hint} "
             "Then repeat the command."
         ) from error
     if number not in re.findall(r"\d+", reply.text.replace(",", "").replace(" ", "")):
+        cause = f"images do not seem to reach the model, or it cannot read numbers in them. {_SIGHT_HINT}"
+        invalid = read_reply(reply).invalid
+        if invalid is not None and (invalid.reason == "truncated" or (invalid.reason == "empty" and invalid.detail)):
+            cause = f"{invalid.detail}. {advice(invalid, reply)}"
         raise ModelAPIError(
-            f"Model {model!r} was sent an image of the number {number} and answered {reply.text[:200]!r}: images do "
-            f"not seem to reach the model, or it cannot read numbers in them. {_SIGHT_HINT}"
+            f"Model {model!r} was sent an image of the number {number} and answered {reply.text[:200]!r}: {cause}"
         )
 
 

@@ -114,8 +114,8 @@ async def ask_for_reply(ask: Ask, messages: Sequence[Message], profile: Profile,
         reply = await ask(messages)
     except RequestRejected as error:
         if not has_replied:
-            hint = f" {size_hint(messages, profile)}" if CONTEXT_ERROR.search(str(error)) else ""
-            raise RequestRejected(f"{error}{hint}") from error
+            hint = f". {size_hint(messages, profile)}" if CONTEXT_ERROR.search(str(error)) else ""
+            raise RequestRejected(f"{str(error).rstrip('.')}{hint}") from error
         return Reply(text="", finish_reason="rejected", provider_rejected=True)
     if not has_replied and stop_cause(reply.finish_reason) == "full":
         raise RequestRejected(f"The first answer ended with {reply.finish_reason}. {size_hint(messages, profile)}")

@@ -1,5 +1,6 @@
 """AI2-THOR's protocol over two named pipes. A message is a sequence of fields with a type, a length and a body."""
 
+import errno
 import json
 import os
 import struct
@@ -57,7 +58,9 @@ def _opened(path: str, parent: int) -> BinaryIO:
             number = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
         except FileNotFoundError:
             raise ClientGone from None
-        except OSError:  # nobody reads yet
+        except OSError as error:
+            if error.errno != errno.ENXIO:  # ENXIO: nobody reads yet
+                raise
             if os.getppid() != parent:
                 raise ClientGone from None
             time.sleep(ASK_EVERY_S)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.errors import SimulatorError
 from vigil.sim.engines.mujoco.compiled import gl
 
@@ -106,7 +107,9 @@ def vigil_in(settings: dict[str, str], *arguments: str) -> subprocess.CompletedP
     plain = {name: value for name, value in os.environ.items() if not name.startswith(gl._READ_BY_OPENGL)}
     plain.pop("DISPLAY", None)
     command = [sys.executable, "-c", "from vigil.cli import main; main()", *arguments]
-    return subprocess.run(command, env=plain | settings, capture_output=True, text=True, check=False, timeout=300)
+    return subprocess.run(
+        command, env=plain | settings, capture_output=True, text=True, check=False, timeout=HANGS_AFTER_S
+    )
 
 
 @pytest.mark.usefixtures("drawing")
@@ -144,7 +147,7 @@ def test_processes_that_are_started_inherit_the_users_own_setting() -> None:
     environment = {name: value for name, value in os.environ.items() if name != "MUJOCO_GL"}
     for given, expected in ((None, "None"), ("off", "off")):
         env = environment if given is None else environment | {"MUJOCO_GL": given}
-        said = subprocess.check_output([sys.executable, "-c", program], env=env, text=True, timeout=300)
+        said = subprocess.check_output([sys.executable, "-c", program], env=env, text=True, timeout=HANGS_AFTER_S)
         assert said.split()[1] == expected
 
 
