@@ -17,6 +17,8 @@ from vigil.base.json_files import read_json
         (b"\xff", "line 1 column 1"),
         ('"\ud800"', "an unpaired surrogate"),
         (b'"\\ud800"', "hex escape"),
+        (b"\xef\xbb\xbf{}", "byte order mark: save it as UTF-8 without one"),
+        ("{}".encode("utf-16"), "byte order mark: save it as UTF-8 without one"),
         (b"{", "EOF"),
         (b"", "EOF"),
         (b"1 2", "trailing characters"),

@@ -1,6 +1,7 @@
 """Runs of the closure-stress suite: every verb that gives results gives C."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -68,7 +69,9 @@ def test_the_page_of_a_run_gives_c(folder: Path) -> None:
     service = RenderService()
     with served(make_view(Library([folder]), service)) as site:
         text = site.get(f"/runs/{folder.name}").text
+        (row,) = re.findall(r'<th scope="row" class="name">.*?</th>', site.get("/").text, re.DOTALL)
     service.close()
+    assert re.search(r"C <b>10\.0</b> 0–\d+", row)
     section = text[text.index('<h2 id="closure">') :]
     for kind in (*KINDS, "all"):
         assert f'<th scope="row">{kind}</th>' in section

@@ -225,6 +225,7 @@ def test_the_card_of_a_private_pack_gives_no_licence(secret: Secret) -> None:
     assert "license:" not in card
     assert "data_files" not in card
     assert "**Private**" in card
+    assert "3 episodes of AI, PG, SV." in card
     assert secret.pack.sha256 in card
 
 

@@ -487,7 +487,14 @@ def test_a_dry_run_honours_the_limit_on_tokens_and_thinking(pack: Path) -> None:
     assert most(max_tokens=30) == 30
     assert most(thinking="on") == most(reasoning_effort="high") == most("vllm/Qwen3-VL-8B-Thinking") == 8400
     assert most(thinking="on", max_tokens=2000) == 2000
-    assert most("vllm/Qwen3-VL-8B-Thinking", thinking="off") == most(reasoning_effort="none") == 400
+    assert most("vllm/DeepSeek-R1") == most("vllm/Qwen3-VL-8B-Thinking", thinking="off") == 8400
+    assert most(thinking="off") == most(reasoning_effort="none") == 400
+    template = {"chat_template_kwargs": {"enable_thinking": True}}
+    for body in (template, {"thinking": {"type": "enabled"}}, {"reasoning": {"effort": "high"}}):
+        assert most(extra_body=body) == 8400
+    for body in ({"enable_thinking": False}, {"thinking": {"type": "disabled"}}, {"reasoning": {"enabled": False}}):
+        assert most(extra_body=body) == 400
+    assert most(extra_body={"max_completion_tokens": 900}) == most(extra_body={"max_tokens": 900}) == 900
     plain, thinks = (
         estimate(plan_run(settings(pack, None, agent=None, model="vllm/m", thinking=one))) for one in ("off", "on")
     )

@@ -116,6 +116,12 @@ def house(**changes: object) -> House:
         ),
         ("objects___0__isBroken", True, "key `isBroken` of objects is not followed: it is not understood ('Apple|1')"),
         ("rooms___0__floorMaterial__transparency", 1, "key `transparency` of materials is not followed"),
+        (
+            "objects___0__rotation",
+            {"x": 0.0, "y": 0.7071, "z": 0.0, "w": 0.7071},
+            "key `rotation.w` of objects is not followed: it is not understood ('Apple|1')",
+        ),
+        ("objects___0__position__unit", "cm", "key `position.unit` of objects is not followed: it is not understood"),
         ("storeys", 2, "key `storeys` of house is not followed: it is not understood"),
         ("walls___0__Empty", True, "key `Empty` of walls is not followed: it is not understood ('wall|1')"),
     ],

@@ -229,6 +229,58 @@ def _more_keys() -> Document:
     return data | {"version": 3}
 
 
+def _silent_parameters() -> Document:
+    """Return a house whose writer left the light, the ceiling and the size of the colliders to the simulator."""
+    silent = dict.fromkeys(("lights", "ceilingMaterial", "skyboxId", "reflections"))
+    return furnished() | {"proceduralParameters": silent}
+
+
+def _no_parameters() -> Document:
+    data = furnished()
+    data.pop("proceduralParameters", None)
+    return data
+
+
+def _holes_from_the_top() -> Document:
+    """Return a house whose holes are given from the upper right corner to the lower left one."""
+    data = furnished()
+    data["doors"][0]["holePolygon"].reverse()
+    return data
+
+
+def _whole_turns() -> Document:
+    """Return a house with angles beyond one turn, and a start that is turned by a plain number, as an agent's is."""
+    data = furnished()
+    for node, turns in zip(data["objects"], (-3, 1, 2), strict=True):
+        node["rotation"]["y"] += 360 * turns
+    data["metadata"]["agent"]["rotation"] = 90
+    return data
+
+
+def _numbers_as_text() -> Document:
+    """Return a house that went through a spreadsheet: its objects' coordinates are text."""
+    data = furnished()
+    for node in data["objects"]:
+        node["position"] = {axis: str(value) for axis, value in node["position"].items()}
+    return data
+
+
+def _unnamed_assets() -> Document:
+    """Return a house whose objects name no assets, so that only the ids say what the objects are."""
+    data = furnished()
+    for node in data["objects"]:
+        node["assetId"] = ""
+    return data
+
+
+def _added_by_hand() -> Document:
+    """Return a house to which a user has added an own asset: its id is a number and a word, its name one long word."""
+    data = furnished()
+    own = thing("ikeacoffeetable-0 (living room)", "40562244_original", (1.2, 0.4, 1.2))
+    data["objects"].append(own | {"object_name": "ikeacoffeetable-0", "material": None})
+    return data
+
+
 def _places(data: Document) -> list[Document]:
     nodes = [*data["objects"], *(child for node in data["objects"] for child in node.get("children") or [])]
     polygons = [*(room["floorPolygon"] for room in data["rooms"]), *(wall["polygon"] for wall in data["walls"])]
@@ -264,4 +316,11 @@ FORMS: dict[str, Callable[[], Document]] = {
     "gable": _gable,
     "uneven": _uneven,
     "more keys": _more_keys,
+    "silent parameters": _silent_parameters,
+    "no parameters": _no_parameters,
+    "holes from the top": _holes_from_the_top,
+    "whole turns": _whole_turns,
+    "numbers as text": _numbers_as_text,
+    "unnamed assets": _unnamed_assets,
+    "added by hand": _added_by_hand,
 }

@@ -4,6 +4,7 @@ It accepts only standard JSON (no NaN, Infinity or lone surrogates), nested at m
 this limit, which does not depend on Python's stack. The project's own files are much less deep.
 """
 
+import codecs
 from typing import Any, TypeGuard
 
 from pydantic_core import from_json
@@ -32,7 +33,9 @@ def is_array(value: object) -> TypeGuard[list[Any]]:
 
 
 def _hint(data: bytes) -> str:
-    """Return " (NaN and Infinity are not JSON)" if `data` is JSON apart from these two; otherwise an empty string."""
+    """Return what to do, in parentheses, if the encoding of `data` is wrong or if only its numbers are; else ""."""
+    if data.startswith((codecs.BOM_UTF8, codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return " (it begins with a byte order mark: save it as UTF-8 without one)"
     try:
         from_json(data, allow_inf_nan=True)
     except ValueError:

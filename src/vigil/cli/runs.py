@@ -177,14 +177,16 @@ def with_agent(settings: RunSettings) -> RunSettings:
 
 
 def _print_estimate(plan: RunPlan) -> None:
-    from vigil.runner.dry_run import estimate
+    from vigil.protocol.reasoning import declared_thinking
+    from vigil.runner.dry_run import REASONING_NOT_COUNTED, estimate, max_tokens_of
 
     expected, prices = estimate(plan), plan.execution.prices
     if plan.endpoint is None:
         print(f"{expected.episodes} episodes; {plan.spec.agent} calls no model.")
         return
-    missing = plan.endpoint.access.missing
-    print_notes([missing] if missing else [])
+    missing, spec = plan.endpoint.access.missing, plan.spec
+    can_think = declared_thinking(spec.agent, spec.thinking, spec.sampling) is None and max_tokens_of(spec) is None
+    print_notes([missing] * bool(missing) + [REASONING_NOT_COUNTED] * can_think)
     print(f"{expected.episodes} episodes; nothing was sent. Lowest: each is reported at once. Highest: all steps used.")
     for name in ("calls", "probes", "input_tokens", "output_tokens"):
         low, high = getattr(expected, name)

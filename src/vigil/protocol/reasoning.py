@@ -6,9 +6,10 @@ servers omit the opening marker, because their chat template has already written
 """
 
 import re
-from collections.abc import Iterator
-from typing import Literal
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal
 
+from vigil.base.json_files import is_object
 from vigil.base.json_text import is_one_value, object_end
 
 Thinking = Literal["on", "off", "default"]
@@ -17,6 +18,10 @@ CLOSING_MARKERS = ("</think>", "◁/think▷")
 MAX_MARKERS = 64
 """Maximum number of closing markers that are considered, counted from the end of the text."""
 
+_THINKS = re.compile(r"thinking|reason|\br1\b")
+_ANSWERS_AT_ONCE = re.compile(r"(?<![a-z])instruct(?![a-z])")
+_SWITCHES = {"thinking", "enable_thinking", "reasoning", "reasoning_effort"}
+"""Fields by which requests to servers turn thinking on or off."""
 _MARKER = re.compile(r"<(?:think(?:\s[^<>]*+)?|/think)>|◁/?think▷")
 
 
@@ -37,6 +42,28 @@ def split_reasoning(text: str) -> tuple[str, int]:
         return text, 0
     cut = _cut(text, closings[-MAX_MARKERS:])
     return text[cut:], len(_MARKER.sub("", text[:cut]).strip())
+
+
+def declared_thinking(agent: str, thinking: Thinking, sampling: Mapping[str, Any]) -> bool | None:
+    """Return whether a model thinks, by its name and by the settings of its run; None if neither says."""
+    name = agent.rpartition("/")[2].casefold()
+    if _THINKS.search(name):
+        return True
+    if thinking != "default":
+        return thinking == "on"
+    sent = _switch_in(sampling)
+    return False if sent is None and _ANSWERS_AT_ONCE.search(name) else sent
+
+
+def _switch_in(fields: Mapping[str, Any]) -> bool | None:
+    """Return whether the fields of a request turn thinking on; None if they do not say."""
+    for name, value in fields.items():
+        if name in _SWITCHES and value is not None:
+            inner = [value.get(key) for key in ("enabled", "type", "effort")] if is_object(value) else [value]
+            return not any(each in (False, "disabled", "none") for each in inner)
+        if is_object(value) and (found := _switch_in(value)) is not None:
+            return found
+    return None
 
 
 def is_unclosed(text: str) -> bool:

@@ -3,18 +3,25 @@
 Tokens are estimates (`vigil.runner.models.context`).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from vigil.agents.conversation import Conversation
 from vigil.agents.frame_encoding import EncodedFrame
 from vigil.protocol.episode import Episode
 from vigil.protocol.profile import Profile
+from vigil.protocol.reasoning import declared_thinking
 from vigil.records.costs import Prices
 from vigil.records.probe import QUESTIONS
 from vigil.records.record import RunSpec
 from vigil.runner.models.context import CHARS_PER_TOKEN, PICTURE_TOKENS, REASONING_TOKENS, REPLY_TOKENS
-from vigil.runner.models.thinking import may_think
 from vigil.runner.plan import RunPlan
+
+REASONING_NOT_COUNTED = (
+    f"A reply is assumed to have at most {REPLY_TOKENS[1]} tokens, without reasoning. If the model thinks unless its "
+    "settings say otherwise, add --thinking on, or --max-tokens."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +77,19 @@ def _probed_steps(plan: RunPlan, episode: Episode) -> tuple[tuple[int, ...], tup
     return ((), ()) if probes is None else probes.schedule.bounds(episode.max_steps)
 
 
+def max_tokens_of(spec: RunSpec) -> int | None:
+    """Return the maximum number of tokens of a reply that the run's settings give; None if they do not give one."""
+    body: Mapping[str, Any] = spec.sampling.get("extra_body") or {}
+    limits = (body.get("max_completion_tokens"), body.get("max_tokens"), spec.sampling.get("max_tokens"))
+    return next((each for each in limits if isinstance(each, int)), None)
+
+
 def _output_tokens(spec: RunSpec) -> tuple[int, int]:
     """Return (least, most) tokens of one reply, including reasoning."""
     least, most = REPLY_TOKENS
-    if may_think(spec.thinking, spec.sampling.get("reasoning_effort"), spec.agent):
+    if declared_thinking(spec.agent, spec.thinking, spec.sampling):
         least, most = least + REASONING_TOKENS[0], most + REASONING_TOKENS[1]
-    limit = spec.sampling.get("max_tokens")
+    limit = max_tokens_of(spec)
     return (least, most) if limit is None else (min(least, limit), limit)
 
 

@@ -69,8 +69,8 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
     for opening in openings:
         if opening.id in scene.things:
             raise HouseError(
-                f"House {house.name!r}: a door or window and an object have the same id {opening.id!r}; ids must "
-                "be unique."
+                f"House {house.name!r}: two of its doors, windows and objects have the same id {opening.id!r}; ids "
+                "must be unique."
             )
         scene.things[opening.id] = opening
     return scene

@@ -24,9 +24,10 @@ def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
     """
     found: dict[str, HouseObject] = {}
     for child in node.children:
-        chest_asset_id, name = split_drawer_id(child.asset_id) or ("", "")
-        if chest_asset_id != node.asset_id:
+        parts = split_drawer_id(child.asset_id)
+        if parts is None or parts[0] != node.asset_id:
             continue
+        name = parts[1]
         if name in found:
             raise HouseError(
                 f"{found[name].id!r} and {child.id!r} both name {name!r} of {node.id!r}. Name each drawer once."

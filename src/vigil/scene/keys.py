@@ -17,6 +17,7 @@ from vigil.protocol.house import (
     HouseObject,
     Light,
     MaterialRef,
+    Point,
     ProceduralParameters,
     Room,
     Wall,
@@ -84,7 +85,7 @@ def unsupported_keys(house: House) -> list[str]:
     """Return a line for each key of a house that is unsupported or unknown."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for place, node in _nodes(house.document):
-        for key, value in (node.model_extra or {}).items():
+        for key, value in _other_keys(node):
             default, instead = UNSUPPORTED.get(place, {}).get(key, (None, "it is not understood"))
             if key not in IGNORED[place] and value != default:
                 found.setdefault((place, key, instead), []).append(str(getattr(node, "id", place)))
@@ -93,6 +94,14 @@ def unsupported_keys(house: House) -> list[str]:
         + (")" if len(names) == 1 else f" and {len(names) - 1} more)")
         for (place, key, instead), names in found.items()
     ]
+
+
+def _other_keys(node: BaseModel) -> Iterator[tuple[str, object]]:
+    """Yield (key, value) for each undeclared key of a node and of its points and rotations (as `rotation.w`)."""
+    yield from (node.model_extra or {}).items()
+    for name, part in node:
+        if isinstance(part, Point):
+            yield from ((f"{name}.{key}", value) for key, value in (part.model_extra or {}).items())
 
 
 def _nodes(document: HouseDocument) -> Iterator[tuple[str, BaseModel]]:

@@ -19,7 +19,7 @@ from vigil.base.files import is_inside, resolve_inside
 from vigil.base.json_lines import is_being_written
 from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
 from vigil.packs.files import HOUSES, MANIFEST
-from vigil.packs.pack import PACKAGED, Pack, find_pack, frozen_episodes, manifest_sha256, packaged_names
+from vigil.packs.pack import PACKAGED, Pack, find_pack, frozen_episodes, manifest_of, manifest_sha256, packaged_names
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
 from vigil.records.costs import Prices
@@ -113,10 +113,12 @@ class LibraryRun:
     def closure(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
         """Return C (correct closures) and related rates by kind; None for packs that are not of the closure-stress
         suite."""
+        if self.pack is None or manifest_of(self.pack.folder).suite is None:
+            return None
         from vigil.analysis.measures.closure import closure_rates  # noqa: PLC0415 - loads pandas
 
         with self.lock:
-            return None if self.pack is None else closure_rates(self.pack.folder, table, self._closure_scores)
+            return closure_rates(self.pack.folder, table, self._closure_scores)
 
     def chores(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
         """Return scores of lists by number of chores, cached until the file changes; None if the pack has no lists."""

@@ -168,13 +168,13 @@ def test_what_was_seen_decides_the_serving_mode_and_a_contradiction_is_said(writ
     assert found.pairing.repeats == ()
     (said,) = (warning for warning in found.warnings if "reasoning" in warning)
     assert "Qwen3-VL-8B-Instruct (T)" in said
-    assert "16 of its 16 replies came with reasoning: it counts as thinking" in said
+    assert "16 of its 16 replies (with those to the check before the run) came with reasoning: it counts" in said
 
 
 def test_a_model_that_is_to_think_and_does_not_is_said(write: Write):
     runs = read_runs([answered(write("a", sampling=THINKING), 0)])
     (said,) = (warning for warning in study(runs, with_paper=False).warnings if "reasoning" in warning)
-    assert "none of its 16 replies came with reasoning" in said
+    assert "none of its 16 replies (with those to the check before the run) came with reasoning" in said
     runs = read_runs([answered(write("b", sampling=THINKING), 16), answered(write("c"), 0)])
     assert not [warning for warning in study(runs, with_paper=False).warnings if "reasoning" in warning]
 

@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from vigil.protocol.reasoning import declared_thinking
 from vigil.records.record import RunSpec
 
 ModelGroup = Literal[
@@ -25,8 +26,6 @@ _GROUP_PATTERNS: tuple[tuple[str, ModelGroup], ...] = (
 """Published patterns and groups. The first pattern that matches a model's name in lower case decides its group; the
 default is `open`."""
 _CLOSED_PROVIDERS = frozenset({"anthropic", "google", "vertex", "azureai", "grok", "bedrock"})
-_THINKING = re.compile(r"thinking|reason|\br1\b")
-_INSTRUCT = re.compile(r"(?<![a-z])instruct(?![a-z])")
 _SERVING = re.compile(r"[-_ ](?:instruct|thinking)(?![a-z])| \(T\)$", re.IGNORECASE)
 _ACTIVATED = re.compile(r"(?<![a-z0-9])a(\d+(?:\.\d+)?)b(?![a-z0-9])")
 
@@ -61,8 +60,8 @@ def model_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
     if spec.agent_kind in ("scripted", "human"):
         return ModelInfo(spec.agent, GROUPS[3], None, None)
     provider, _, short = spec.agent.rpartition("/")
-    thinking = has_reasoning or declared_thinking(spec)
-    name = f"{short} (T)" if thinking and not _THINKING.search(short.casefold()) else short
+    thinking = has_reasoning or declared_thinking(spec.agent, spec.thinking, spec.sampling)
+    name = f"{short} (T)" if thinking and not declared_thinking(short, "default", {}) else short
     return ModelInfo(name + spec.name_suffix, group_of(short, provider.split("/")[0]), thinking, activated_of(short))
 
 
@@ -89,18 +88,3 @@ def activated_of(name: str) -> str | None:
     """Return the part of a model's name with the number of activated parameters, e.g. `A3B`; None if absent."""
     found = _ACTIVATED.search(name.casefold())
     return found[0].upper() if found else None
-
-
-def declared_thinking(spec: RunSpec) -> bool | None:
-    """Return whether a model thinks, by its name and settings; None if neither says."""
-    name = spec.agent.rpartition("/")[2]
-    if _THINKING.search(name.casefold()):
-        return True
-    if spec.thinking != "default":
-        return spec.thinking == "on"
-    effort = spec.sampling.get("reasoning_effort")
-    if effort is not None:
-        return effort != "none"
-    template = (spec.sampling.get("extra_body") or {}).get("chat_template_kwargs") or {}
-    said = template.get("enable_thinking")
-    return False if said is None and _INSTRUCT.search(name.casefold()) else said

@@ -19,11 +19,12 @@ from vigil.analysis.measures.metrics import (
     mean_with_interval,
     measure,
 )
-from vigil.analysis.measures.models import GROUPS, declared_thinking
+from vigil.analysis.measures.models import GROUPS
 from vigil.analysis.measures.pairs import Pairing, RunComparison, compare_runs, find_pairs, shared_rows
 from vigil.analysis.measures.paper import Paper, paper
 from vigil.analysis.measures.rows import Run, select_rows
 from vigil.protocol.profile import BASELINE
+from vigil.protocol.reasoning import declared_thinking
 from vigil.scoring.rates import CONDITIONAL, RATES, Interval
 
 COMPARE_ALL_UP_TO = 6
@@ -230,18 +231,19 @@ def _duplicate_runs(runs: Sequence[Run]) -> list[str]:
 def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
     """Yield sentences about models whose answers contradict the serving mode in their names or settings."""
     for run in runs:
-        said, (reasoned, replies) = declared_thinking(run.header.spec), run.header.replies_with_reasoning
+        spec, (reasoned, replies) = run.header.spec, run.header.replies_with_reasoning
+        said = declared_thinking(spec.agent, spec.thinking, spec.sampling)
         if said is False and reasoned:
             yield (
-                f"{run.name} should not think, by its name or settings, but {reasoned} of its {replies} replies came "
-                "with reasoning: it counts as thinking. Its server does not pass the setting on, or serves "
-                "another model."
+                f"{run.name} should not think, by its name or settings, but {reasoned} of its {replies} replies (with "
+                "those to the check before the run) came with reasoning: it counts as thinking. Its server does not "
+                "pass the setting on, or serves another model."
             )
         elif said and replies and not reasoned:
             yield (
-                f"{run.name} should think, by its name or settings, but none of its {replies} replies came with "
-                "reasoning. It still counts as thinking, because some providers do not return reasoning: "
-                "check whether its server has it turned off."
+                f"{run.name} should think, by its name or settings, but none of its {replies} replies (with those "
+                "to the check before the run) came with reasoning. It still counts as thinking, because some "
+                "providers do not return reasoning: check whether its server has it turned off."
             )
 
 

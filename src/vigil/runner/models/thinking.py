@@ -33,13 +33,6 @@ def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: ModelN
     return _merge(sampling, wanted, thinking)
 
 
-def may_think(thinking: Thinking, effort: str | None, model: str) -> bool:
-    """Return whether a model is set to reason or, without such a setting, whether its name contains "thinking"."""
-    if thinking != "default":
-        return thinking == "on"
-    return effort != "none" if effort is not None else "thinking" in model.casefold()
-
-
 def describe_switch(thinking: Thinking, model: ModelName) -> str:
     """Return a text with the fields that --thinking sends, e.g. `extra_body.enable_thinking=True`; may be empty."""
     switch = model.provider.thinking
