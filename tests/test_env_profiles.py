@@ -120,7 +120,9 @@ def test_recorded_steps_of_another_profile_are_refused_with_advice() -> None:
     source, _ = play(env_of("look_before_report"), DONE, FAIL)
     env = env_of("grounding_echo")  # as for a fork of a fork, whose header has only the profile of its own source
     env.reset(TASK, 1)
-    with pytest.raises(RecordError, match=r"differs in is_unconfirmed\. If the run itself continues a run with another"):
+    with pytest.raises(
+        RecordError, match=r"differs in is_unconfirmed\. If the run itself continues a run with another"
+    ):
         env.replay(source.steps[0])
 
 

@@ -22,7 +22,7 @@ from vigil.analysis.plots.style import (
     set_figure_title,
     styled,
 )
-from vigil.analysis.tables.belief_tables import belief_rows
+from vigil.analysis.tables.belief_tables import belief_rows, partition_rows
 from vigil.scoring.beliefs import PARTS
 
 _NAME_CHARS = {False: 40, True: 27}
@@ -96,7 +96,7 @@ def belief_reliability(study: Study) -> Figure | None:
 
 def belief_partition(study: Study) -> Figure | None:
     """Draw FR and NR of each run as bars, split by what was believed at the last step."""
-    rows = [row for row in belief_rows(study) if row[1].plays]
+    rows = [row for row in partition_rows(study) if row[1].plays]
     if not rows:
         return None
     bars = [(entry, beliefs, label) for entry, beliefs in rows for label in ("FR", "NR")]
