@@ -1,12 +1,14 @@
 """Env under profiles that vary how an episode is closed and what is shown: `protocol.md` section 11."""
 
 import numpy as np
+import pytest
 
 from tests.support.bare_house import bare_house
 from tests.support.builders import episode, thing
 from tests.support.scripted_simulator import ScriptedSimulator
 from tests.test_env import DONE, PROSE, WALK, reply
 from vigil.env import Env
+from vigil.errors import RecordError
 from vigil.protocol.actions import Reply, Report
 from vigil.protocol.observation import Cues, Observation
 from vigil.protocol.profile import Profile
@@ -112,6 +114,16 @@ def test_recorded_steps_are_shown_and_read_under_their_own_profile() -> None:
     assert found.steps[:2] == source.steps[:2]
     assert isinstance(found.steps[1].action, Report)
     assert found.end == "report"
+
+
+def test_recorded_steps_of_another_profile_are_refused_with_advice() -> None:
+    source, _ = play(env_of("look_before_report"), DONE, FAIL)
+    env = env_of("grounding_echo")  # as for a fork of a fork, whose header has only the profile of its own source
+    env.reset(TASK, 1)
+    with pytest.raises(
+        RecordError, match=r"differs in is_unconfirmed\. If the run itself continues a run with another"
+    ):
+        env.replay(source.steps[0])
 
 
 STOP = reply("stop")

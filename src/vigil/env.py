@@ -138,7 +138,8 @@ class Env:
         if facts:
             raise RecordError(
                 f"Step {recorded.index} of the record was carried out again, but differs in {', '.join(facts)}. "
-                "The simulator, the renderer or the machine is not that of the run; use the same ones. `vigil verify` "
+                "If the run itself continues a run with another profile, continue that run instead. Otherwise the "
+                "simulator, the renderer or the machine is not that of the run: use the same ones. `vigil verify` "
                 "shows the values."
             )
         self._steps[-1] = recorded

@@ -261,8 +261,6 @@ def _print_probing(probing: FinishedProbing, prices: Prices | None) -> None:
 
 def print_probes(table: ProbeTable, prices: Prices | None) -> None:
     """Print how many probes were answered, why others were not, and what the probes cost."""
-    from vigil.records.probe_file import PROBES_FILE
-
     rows = table.rows.values()
     answered = sum(row.answer is not None for row in rows)
     missing = Counter(row.invalid.reason for row in rows if row.invalid is not None)
@@ -274,6 +272,5 @@ def print_probes(table: ProbeTable, prices: Prices | None) -> None:
         f"{table.tokens}{spent}, which are not in the figures of the episodes."
     )
     if table.errors:
-        print(f"{table.errors} probes failed at the server; the same command asks them again.")
-    if table.foreign:
-        print(f"{table.foreign} rows of {PROBES_FILE} are of another run or another question, and do not count.")
+        print(f"{table.errors} probes failed at the server; the same command asks all probes that are missing.")
+    print_notes(table.notes)

@@ -109,6 +109,12 @@ class ProbeTable:
         return sorted(found, key=lambda row: (row.step, row.framing))
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """A sentence about the rows that do not count; empty if all rows count."""
+        named = f"rows of {PROBES_FILE} are of another run or another question, and do not count."
+        return (f"{self.foreign} {named}",) if self.foreign else ()
+
+    @property
     def errors(self) -> int:
         """Number of probes for which all rows are errors."""
         return sum(row.error is not None for row in self.rows.values())

@@ -1,9 +1,11 @@
 """Measures of lists of chores: known faults are recognized, blind agents are at chance, and what T depends on."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+from tests.scoring.test_beliefs import probe
 from tests.support.chore_lists import FAULTS, LISTS, PLAYS, write_lists, write_lists_run
 from vigil.analysis.measures.chores import (
     ChoresRun,
@@ -17,7 +19,10 @@ from vigil.analysis.measures.chores import (
 )
 from vigil.analysis.measures.itemising import itemising_pairs
 from vigil.analysis.tables.chores_tables import chores_tables
+from vigil.base.json_lines import dump_line
 from vigil.protocol.profile import BASELINE
+from vigil.records.probe_file import PROBES_FILE
+from vigil.records.record import read_header
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +48,15 @@ def test_who_does_all_and_claims_truly_is_right_in_everything(runs: dict[str, Ch
     assert (scores["overclaim"], scores["underclaim"], scores["interference"]) == (0.0, 0.0, 0.0)
     assert scores["labels"]["closed"] == scores["claims"]
     assert set(scores["intervals"]) <= {"chance", "steps"}  # nothing else varies
+
+
+def test_a_suite_says_that_probes_are_not_shown(runs: dict[str, ChoresRun], tmp_path: Path):
+    assert "probes" not in " ".join(runs["truthful"].notes)
+    folder = write_lists_run(tmp_path / "asked", write_lists(tmp_path / "pack"), "truthful")
+    row = probe(1, None).model_copy(update={"run_sha256": read_header(folder).sha256})
+    (folder / PROBES_FILE).write_bytes(dump_line(row))
+    (run,) = read_chores_runs([folder])
+    assert "Its probes are not shown" in " ".join(run.notes)
 
 
 @pytest.mark.parametrize("agent", ["blind_success", "blind_fail", "blind_coin"])

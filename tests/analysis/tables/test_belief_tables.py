@@ -11,7 +11,7 @@ from tools.known_beliefs import AGENTS, study_of
 from vigil.analysis.measures.metrics import broken_run_identities
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import Study, study
-from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
+from vigil.analysis.plots.belief_figures import BELIEF_FIGURES, belief_curve, belief_reliability
 from vigil.analysis.plots.style import PAPER_WIDTHS_IN, PaperWidth, on_paper
 from vigil.analysis.report import html_report, make_report, markdown_report
 from vigil.analysis.tables.belief_tables import HEADING, belief_tables
@@ -46,13 +46,37 @@ def test_the_section_has_the_tables_and_the_figures(believing: Study) -> None:
         assert sum(shares) == pytest.approx(nr)
 
 
+@pytest.fixture
+def many(believing: Study) -> Study:
+    """Two runs of each agent: ten lines in a figure."""
+    rng, (entry, _) = np.random.default_rng(3), believing.entries
+    runs = [
+        replace(entry.run, name=f"{agent.name} {number}", beliefs=(study_of(agent, 40, rng),))
+        for number in (1, 2)
+        for agent in AGENTS
+    ]
+    return replace(believing, entries=tuple(replace(entry, run=run) for run in runs))
+
+
 @pytest.mark.parametrize("width", PAPER_WIDTHS_IN)
-def test_the_figures_of_beliefs_fit_a_paper(believing: Study, width: PaperWidth) -> None:
+def test_the_figures_of_beliefs_fit_a_paper(many: Study, width: PaperWidth) -> None:
     with on_paper(width):
         for name, draw in BELIEF_FIGURES.items():
-            figure = draw(believing)
+            figure = draw(many)
             assert figure is not None, name
             assert_is_printable(figure, width)
+
+
+def test_every_line_and_mark_of_many_runs_is_drawn_in_its_own_way(many: Study) -> None:
+    curve, reliability = belief_curve(many), belief_reliability(many)
+    assert curve is not None
+    assert reliability is not None
+    lines = [line for line in curve.axes[0].lines if line.get_marker() == "o"]
+    assert len({(line.get_color(), line.get_linestyle()) for line in lines}) == len(lines) == 10
+    marks = [tuple(place) for each in reliability.axes[0].collections for place in np.asarray(each.get_offsets())]
+    assert len(set(marks)) == len(marks) > 100
+    names = [entry.name for entry in many.entries]
+    assert [text.get_text() for figure in (curve, reliability) for text in figure.legends[0].get_texts()] == 2 * names
 
 
 def test_a_partition_that_does_not_add_up_is_named(believing: Study) -> None:

@@ -1,11 +1,16 @@
 """Tables of runs without reports, each next to the baseline."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from tests.support.published_runs import EpisodeScript, Write, small_records
+from tools.known_beliefs import AGENTS, study_of
 from vigil.analysis.measures.metrics import broken_run_identities
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
+from vigil.analysis.plots.belief_figures import belief_partition
 from vigil.analysis.plots.figures import FIGURES
 from vigil.analysis.report import make_report, markdown_report
 from vigil.analysis.tables.table import RateCell
@@ -59,6 +64,23 @@ def test_only_w_is_a_number_without_reports(both: Study) -> None:
     assert row.cells["dW"][0] == 0.0
     assert [row.cells.get(name) for name in ("dB", "dFR", "dNR", "p_B", "p_FR")] == [None] * 5
     assert not tables["transitions"].rows
+
+
+def test_repeats_and_beliefs_without_reports_say_nothing_of_reports(write: Write) -> None:
+    stop = Profile(name=PROFILE_NAMES["stop_only"])
+    stops = {name: stopping(record) for name, record in small_records(script_of).items()}
+    runs = read_runs([write(name, stops, profile=stop, epochs=2) for name in ("first", "second")])
+    beliefs = (study_of(AGENTS[0], 20, np.random.default_rng(1)),)
+    found = study([replace(run, beliefs=beliefs) for run in runs], with_paper=False)
+    tables = make_report(found, ()).tables
+    plays = tables["several_plays"].rows
+    assert plays
+    assert all(row.cells["every_W"] is not None and row.cells.get("every_B") is None for row in plays)
+    assert tables["open_repeat_robustness"].rows
+    for name in ("gain_sources", "transitions", "transition_tests", "belief_partition"):
+        assert not tables[name].rows, name
+    assert tables["belief_calibration"].rows
+    assert belief_partition(found) is None
 
 
 def test_rates_that_are_not_defined_have_no_interval_and_no_figure(both: Study) -> None:

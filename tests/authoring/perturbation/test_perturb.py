@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from vigil.authoring.language.rewording import read
-from vigil.authoring.packing.verify import VerificationSettings, pack_tasks, verify_pack
+from vigil.authoring.packing.verify import HouseBatch, VerificationSettings, pack_tasks, verify_pack
 from vigil.authoring.perturbation import perturb
-from vigil.authoring.perturbation.perturb import PerturbationSettings, perturb_pack
+from vigil.authoring.perturbation.perturb import PerturbationSettings, PerturbedHouse, Perturber, perturb_pack
 from vigil.authoring.perturbation.places import LEAST_CHANGE, NEAR_M, TURN_DEG, relit
 from vigil.authoring.perturbation.wording import FAMILY_FORMS, other_instructions
 from vigil.errors import EpisodeError, SettingError
@@ -124,6 +124,28 @@ def test_the_seed_decides(small: Pack, made, tmp_path: Path) -> None:
     )
     assert again.sha256 == made("wording").sha256
     assert [each.instruction for each in again.episodes] != [each.instruction for each in other.episodes]
+
+
+def test_an_interrupted_command_continues_with_the_next_house(
+    small: Pack, made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    worked: list[str] = []
+    work = Perturber.work
+
+    def until_interrupted(perturber: Perturber, batch: HouseBatch) -> PerturbedHouse:
+        if len(worked) == 1:
+            raise KeyboardInterrupt
+        worked.append(batch.name)
+        return work(perturber, batch)
+
+    settings, out = PerturbationSettings("light", SEED, None, VerificationSettings()), tmp_path / "out"
+    monkeypatch.setattr(Perturber, "work", until_interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        perturb_pack(small, out, "made_light", settings)
+    monkeypatch.setattr(Perturber, "work", lambda perturber, batch: worked.append(batch.name) or work(perturber, batch))
+    assert perturb_pack(small, out, "made_light", settings).sha256 == made("light").sha256
+    assert sorted(worked) == sorted({episode.house.name for episode in small.episodes})
+    assert [each.name for each in tmp_path.iterdir()] == ["out"]
 
 
 def test_what_cannot_be_certified_is_left_out_and_counted(

@@ -11,6 +11,7 @@ from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, fai
 from tests.support.inspect_marks import INSPECT
 from tests.support.quick_runs import quick, without_times
 from tests.support.tiny_pack import tiny_pack
+from vigil.analysis.measures.rows import read_runs
 from vigil.errors import RecordError, SettingError
 from vigil.packs.pack import Pack
 from vigil.records.probe import QUESTIONS, ProbeAnswer
@@ -169,6 +170,8 @@ def test_probes_of_an_interrupted_file_and_of_another_question_are_handled(pack:
         table = probe_run(plan_probing(tmp_path / "run", wanted), wanted)
     assert (len(server.asked), len(table.rows), table.foreign) == (5, 6, 1)
     assert (tmp_path / "run" / f"{PROBES_FILE}.partial-1").read_text() == lines[2][:40]
+    (run,) = read_runs([tmp_path / "run"])
+    assert "1 rows of probes.jsonl are of another run or another question, and do not count." in " ".join(run.faults)
     file.write_text(lines[0].replace('"sure":3', '"sure":33'))
     with pytest.raises(RecordError, match=r"line 1: answer.sure.*less than or equal to 20"):
         read_probes(tmp_path / "run", result.header.sha256)

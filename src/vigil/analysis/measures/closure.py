@@ -18,6 +18,7 @@ from vigil.analysis.measures.models import model_of
 from vigil.errors import PackMismatch
 from vigil.packs.pack import manifest_of
 from vigil.packs.private import is_private, redact_ids
+from vigil.records.probe_file import read_probes
 from vigil.records.record import Key, RunHeader, read_header
 from vigil.scoring.closure import (
     KINDS,
@@ -122,6 +123,8 @@ def name_of(run: SavedRun) -> str:
 def notes_of(run: SavedRun, scored: int) -> tuple[str, ...]:
     """Return the caveats of a suite's run with `scored` scored plays, without the ids of private episodes."""
     notes = run.notes
+    if read_probes(run.folder, run.header.sha256).rows:
+        notes = (*notes, "Its probes are not shown: beliefs are analysed only for episodes of the eight families.")
     if is_private(manifest_of(run.pack_folder).meta):
         notes = tuple(redact_ids(notes, run.table.episodes))
     if scored < run.table.planned:

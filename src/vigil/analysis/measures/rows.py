@@ -27,6 +27,7 @@ from vigil.packs.files import Perturbation
 from vigil.packs.pack import count_rooms, frozen_episodes, manifest_of
 from vigil.packs.private import is_private, redact_ids
 from vigil.protocol.families import Family
+from vigil.records.probe_file import read_probes
 from vigil.records.record import EPISODES_FILE, RunHeader
 from vigil.scoring.levels import EpisodeLevel, read_pack_levels
 from vigil.scoring.outcomes import REPORT_POLICIES, ActionKind, Outcome, credit
@@ -152,12 +153,13 @@ def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
             "of the suite in a separate section."
         )
     scores, header = run.table.scores(), run.header
+    probes = read_probes(folder, header.sha256)
     model = model_of(header.spec, has_reasoning=header.has_reasoning)
     table, rooms = outcome_table(scores.outcomes), _cached_room_counts(run.pack_folder)
     table["rooms"] = [rooms.get(house, np.nan) for house in values(table, "house", str)]
     errors = [{name: getattr(error, name) for name in _ERROR_COLUMNS} for error in scores.errors]
     library = f"{scores.library_replies} {LIBRARY_REPLIES}"
-    notes = [note.removesuffix(".") for note in run.notes]  # the full stops are added on printing
+    notes = [note.removesuffix(".") for note in (*run.notes, *probes.notes)]  # the full stops are added on printing
     remarks = (*notes, *([library] if scores.library_replies else []))
     hides_ids = is_private(manifest.meta)
     return Run(
@@ -171,7 +173,7 @@ def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
         name=model.name,
         is_private=hides_ids,
         perturbation=manifest.perturbation,
-        beliefs=belief_studies(run),
+        beliefs=belief_studies(run, probes),
     )
 
 

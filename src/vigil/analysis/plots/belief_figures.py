@@ -1,7 +1,7 @@
 """Figures of beliefs: how they change, how often they are true, and why reports were false or missing."""
 
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from vigil.analysis.plots.style import (
     set_figure_title,
     styled,
 )
-from vigil.analysis.tables.belief_tables import belief_rows
+from vigil.analysis.tables.belief_tables import belief_rows, partition_rows
 from vigil.scoring.beliefs import PARTS
 
 _NAME_CHARS = {False: 40, True: 27}
@@ -43,12 +43,13 @@ def belief_curve(study: Study) -> Figure | None:
     if not any(beliefs.curve() for _, beliefs in rows):
         return None
     with styled():
-        figure = canvas(PLOT_WIDTH_IN, 3.6)
+        figure = canvas(PLOT_WIDTH_IN, 3.2 + (0.2 if is_column() else 0.1) * _lines(rows))
         axes = figure.add_subplot()
         axes.axvline(0, color=FAINT, lw=1.0, ls=":")
         for number, (entry, beliefs) in enumerate(rows):
             curve = beliefs.curve()
-            look: dict[str, Any] = {"color": CYCLE[number % len(CYCLE)], "ls": DASHES[number % len(DASHES)]}
+            dash = DASHES[(number // len(CYCLE) + number) % len(DASHES)]
+            look: dict[str, Any] = {"color": CYCLE[number % len(CYCLE)], "ls": dash}
             axes.plot([point.since for point in curve], [point.mean.value for point in curve], marker="o", ms=3.5,
                       label=_name(entry, beliefs), **look)  # fmt: skip
             known = [(point.since, point.mean.interval) for point in curve if point.mean.interval is not None]
@@ -70,17 +71,17 @@ def belief_reliability(study: Study) -> Figure | None:
     if not rows:
         return None
     with styled():
-        figure = canvas(PLOT_WIDTH_IN, 4.2 + 0.2 * len(rows) if is_column() else 4.6)
+        figure = canvas(PLOT_WIDTH_IN, 4.2 + 0.2 * _lines(rows) if is_column() else 4.6)
         axes = figure.add_subplot()
         axes.plot([0, 1], [0, 1], color=FAINT, lw=1.0, ls=":")
         for number, (entry, beliefs) in enumerate(rows):
             points = beliefs.reliability_points()
             colour = CYCLE[number % len(CYCLE)]
             most = max(found.n for _, found in points)
+            shift = min(0.012, 0.04 / len(rows)) * (number - (len(rows) - 1) / 2)
             for stated, found in points:
-                shift = 0.004 * (number - (len(rows) - 1) / 2)
                 axes.plot([stated + shift] * 2, _ends(found), color=colour, lw=1.0, alpha=0.6)
-            axes.scatter([stated for stated, _ in points], [found.value for _, found in points],
+            axes.scatter([stated + shift for stated, _ in points], [found.value for _, found in points],
                          s=[12 + 90 * found.n / most for _, found in points], color=colour, alpha=0.85,
                          marker="osD^vP"[number % 6], label=_name(entry, beliefs), lw=0)  # fmt: skip
         axes.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03), aspect="equal")
@@ -95,7 +96,7 @@ def belief_reliability(study: Study) -> Figure | None:
 
 def belief_partition(study: Study) -> Figure | None:
     """Draw FR and NR of each run as bars, split by what was believed at the last step."""
-    rows = [row for row in belief_rows(study) if row[1].plays]
+    rows = [row for row in partition_rows(study) if row[1].plays]
     if not rows:
         return None
     bars = [(entry, beliefs, label) for entry, beliefs in rows for label in ("FR", "NR")]
@@ -127,7 +128,8 @@ BELIEF_CAPTIONS = {
     "belief_curve": "Mean stated likelihood that the task is done, by steps from the first frame that shows the goal. "
     "Bands: 95 % intervals from resampled houses.",
     "belief_reliability": "Share of answers that were true, by stated likelihood. On the diagonal beliefs are "
-    "calibrated. Larger marks: more answers. Lines: 95 % intervals from resampled houses.",
+    "calibrated. Larger marks: more answers. The marks of different runs are drawn slightly apart. Lines: 95 % "
+    "intervals from resampled houses.",
     "belief_partition": "False and missing reports, split by what the agent believed at its last step.",
 }
 
@@ -136,6 +138,11 @@ def _name(entry: RunEntry, beliefs: BeliefStudy) -> str:
     """Return a run's name, wrapped; with the framing of the question if the run was asked under several."""
     name = entry.name if len(entry.run.beliefs) == 1 else f"{entry.name} ({beliefs.framing})"
     return textwrap.fill(name, _NAME_CHARS[is_column()])
+
+
+def _lines(rows: Sequence[tuple[RunEntry, BeliefStudy]]) -> int:
+    """Return the number of lines of a legend with one column."""
+    return sum(1 + _name(*row).count("\n") for row in rows)
 
 
 def _ends(found: Estimate) -> tuple[float, float]:

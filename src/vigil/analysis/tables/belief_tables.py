@@ -46,6 +46,11 @@ def belief_rows(study: Study) -> Iterator[tuple[RunEntry, BeliefStudy]]:
         yield from ((entry, beliefs) for beliefs in entry.run.beliefs)
 
 
+def partition_rows(study: Study) -> Iterator[tuple[RunEntry, BeliefStudy]]:
+    """Yield the rows of `belief_rows` whose runs have reports; without reports, FR and NR are not defined."""
+    return (row for row in belief_rows(study) if row[0].overall.has_reports)
+
+
 def _row(entry: RunEntry, beliefs: BeliefStudy, cells: dict[str, RateCell | int | float | None]) -> TableRow:
     names = {"run": entry.name, "framing": beliefs.framing}
     return TableRow({**names, **cells}, is_privileged=entry.run.header.is_privileged)
@@ -60,7 +65,7 @@ def _partition(study: Study) -> Table:
         *counts(unasked="Not asked"),
     )
     rows: list[TableRow] = []
-    for entry, beliefs in belief_rows(study):
+    for entry, beliefs in partition_rows(study):
         for label in ("FR", "NR"):
             shares = {part: beliefs.parts[part][label] for part in PARTS}
             cells = {
@@ -75,8 +80,9 @@ def _partition(study: Study) -> Table:
         "FR and NR, as shares of all scored plays, split by the answer at the last step: knew and did not say (no "
         "report, and a right belief that the task was done); said without believing (a false report, and a right "
         "belief that says something else); believed wrongly; doubted correctly (no report, and a right belief that the "
-        "task was not done); no answer. The parts add up to FR and to NR. A belief is judged by the world at the frame "
-        "that it answers. Not asked: plays of 'no answer' whose last step was not probed.",
+        "task was not done); no answer. The parts add up to FR and to NR. Runs without reports are left out: they have "
+        "neither. A belief is judged by the world at the frame that it answers. Not asked: plays of 'no answer' whose "
+        "last step was not probed.",
         "Intervals: the wider ends of Wilson's interval and of that from resampled houses.",
     )
     return Table("belief_partition", "Why reports were false or missing", columns, tuple(rows), notes)

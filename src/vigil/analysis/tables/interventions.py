@@ -167,7 +167,8 @@ def several_plays(study: Study) -> Table:
             continue
         for each in zip(*(plays_of_k(entry.run.rows, name) for name in _W_AND_B), strict=True):
             cells = {"k": each[0].k, "episodes": each[0].episodes, "plays": each[0].plays}
-            for name, found in zip(_W_AND_B, each, strict=True):
+            defined = _W_AND_B if entry.overall.has_reports else ("W",)
+            for name, found in zip(defined, each, strict=False):
                 cells |= {f"every_{name}": points(*found.every), f"any_{name}": points(*found.any)}
             rows.append(run_row(entry, cells))
     notes = (

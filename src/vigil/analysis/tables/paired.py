@@ -278,7 +278,7 @@ def named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame
             yield f"{pair.base.name} → {pair.other.name} ({_KINDS[pair.kind]})", base, other
     for repeats in pairing.repeats:
         for name, base, other in repeats.compared_with_first():
-            if len(base):
+            if len(base) and study.entry(repeats.run).overall.has_reports:
                 yield f"{repeats.names[0]} → {name} (repeat)", base, other
 
 

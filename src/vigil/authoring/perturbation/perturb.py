@@ -2,8 +2,12 @@
 
 A perturbed episode has the id of its original, so that runs on both packs can be compared episode by episode. Twins
 change together. An episode that cannot be perturbed is left out, and counted under the reason.
+
+A file next to the new folder holds the houses that are finished, so the same command continues after an interruption.
+It is removed when the pack is written.
 """
 
+import hashlib
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict
 
 import vigil
 from vigil.authoring.closure.twins import BrokenRule
@@ -27,11 +32,13 @@ from vigil.authoring.packing.verify import (
     VerificationTask,
     Verifier,
     house_batches,
+    key_of,
     pack_tasks,
 )
 from vigil.authoring.perturbation.places import near_starts, relit
 from vigil.authoring.perturbation.wording import other_instructions
 from vigil.authoring.review.wording_rules import worded_badly
+from vigil.base.json_lines import AppendFile, dump_line, parse_line
 from vigil.base.processes.group import map_in_workers
 from vigil.errors import EpisodeError, SettingError
 from vigil.packs.files import Change, Perturbation
@@ -39,7 +46,7 @@ from vigil.packs.freeze import check_can_freeze, freeze
 from vigil.packs.pack import Pack
 from vigil.packs.private import SEED_SHA256
 from vigil.protocol.episode import Episode, HouseRef, Solution
-from vigil.protocol.house import House
+from vigil.protocol.house import House, canonical_json
 
 MAX_TRIED = 12
 """Maximum number of changes of one task that are tried. The first change that passes the certification is used."""
@@ -62,6 +69,12 @@ class PerturbationSettings:
         """Return the random numbers for one house or task."""
         return np.random.default_rng([self.seed, zlib.crc32(f"{self.change} {name}".encode())])
 
+    def key(self, batch: HouseBatch) -> str:
+        """Return the hash of all on which the result for a house depends."""
+        tasks = [key_of(task, self.checks) for task in batch.tasks]
+        facts = [self.change, self.seed, self.suite, batch.name, batch.document, *tasks]
+        return hashlib.sha256(canonical_json(facts)).hexdigest()
+
 
 @dataclass(frozen=True, slots=True)
 class PerturbedTask:
@@ -74,7 +87,17 @@ class PerturbedTask:
     """The rule that the last change broke, or a value of `NO_OTHER`; empty if there is a task."""
 
 
-PerturbedHouse = tuple[House, list[PerturbedTask]]
+class PerturbedHouse(BaseModel):
+    """A house with its perturbed tasks; a line of the file of finished houses."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    key: str
+    """Key of the original house and its tasks (`PerturbationSettings.key`)."""
+    name: str
+    document: dict[str, Any]
+    """Document of the house, with other light if the change is light."""
+    tasks: tuple[PerturbedTask, ...]
 
 
 class Perturber:
@@ -86,13 +109,14 @@ class Perturber:
 
     def work(self, batch: HouseBatch) -> PerturbedHouse:
         """Return a house with its perturbed tasks. If the change is light, the house has other light."""
-        house: House | None = House(batch.name, batch.document)
-        if self._settings.change == "light":
-            house = relit(house, self._settings.rng(batch.name))
-        if house is None:
-            missing = [_left_out(task, NO_OTHER["light"]) for task in batch.tasks]
-            return House(batch.name, batch.document), missing
-        return house, [self._perturbed(task, house) for task in batch.tasks]
+        house = House(batch.name, batch.document)
+        other = relit(house, self._settings.rng(batch.name)) if self._settings.change == "light" else house
+        tasks = tuple(
+            _left_out(task, NO_OTHER["light"]) if other is None else self._perturbed(task, other)
+            for task in batch.tasks
+        )
+        document = (other or house).data
+        return PerturbedHouse(key=self._settings.key(batch), name=batch.name, document=document, tasks=tasks)
 
     def _perturbed(self, task: VerificationTask, house: House) -> PerturbedTask:
         try:
@@ -147,21 +171,17 @@ def perturb_pack(
 ) -> Pack:
     """Freeze a perturbed pack into `out` and return it.
 
-    Raises SettingError if the folder is not empty or the pack is itself perturbed, EpisodeError if no episode is left.
+    Raises SettingError if the folder is not empty, the pack is itself perturbed or the file of finished houses is
+    invalid, RecordError if this file cannot be written, EpisodeError if no episode is left.
     """
     check_can_freeze(out, name)
     if pack.manifest.perturbation is not None:
         raise SettingError(
             f"Pack {pack.name!r} is itself a perturbation of {pack.manifest.perturbation.of!r}. Give the original."
         )
-    batches = house_batches(pack_tasks(pack), pack.house_of)
-    work = map_in_workers(partial(Perturber, settings), Perturber.work, batches, settings.checks.workers)
-    houses: list[House] = []
-    tasks: list[PerturbedTask] = []
-    for done, (house, found) in enumerate(work, start=1):
-        houses.append(house)
-        tasks += found
-        on_progress(done, len(batches))
+    log = out.with_name(f"{out.name}.perturb.jsonl")
+    found = _perturbed_houses(log, house_batches(pack_tasks(pack), pack.house_of), settings, on_progress)
+    tasks = [task for each in found for task in each.tasks]
     kept = [each.task for each in tasks if each.task is not None]
     left_out = Counter(each.reason for each in tasks if each.task is None for _ in each.ids)
     if not kept:
@@ -173,7 +193,33 @@ def perturb_pack(
         seed=settings.seed,
         left_out=dict(sorted(left_out.items())),
     )
-    return _freeze(pack, out, name, (kept, houses), (perturbation, settings))
+    houses = [House(each.name, each.document) for each in found]
+    made = _freeze(pack, out, name, (kept, houses), (perturbation, settings))
+    log.unlink()
+    return made
+
+
+def _perturbed_houses(
+    log: Path,
+    batches: Sequence[HouseBatch],
+    settings: PerturbationSettings,
+    on_progress: Callable[[int, int], None],
+) -> list[PerturbedHouse]:
+    """Return the perturbed houses: those in the file `log`, then the others, each of which is added to the file."""
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with AppendFile(log) as file:
+        missing = {settings.key(batch): batch for batch in batches}
+        rows = (
+            parse_line(line, PerturbedHouse, str(log), "Remove the file; it is made again.", SettingError)
+            for line in file.lines.complete
+        )
+        found = [row for row in rows if missing.pop(row.key, None) is not None]
+        make, workers = partial(Perturber, settings), settings.checks.workers
+        for row in map_in_workers(make, Perturber.work, tuple(missing.values()), workers):
+            file.append(dump_line(row))
+            found.append(row)
+            on_progress(len(found), len(batches))
+    return found
 
 
 def _freeze(

@@ -178,6 +178,7 @@
     at("progress-words").textContent = [
       "Line: progress of the goal",
       hidden.beliefs.length ? "dots: stated likelihood that the task is done, at the frame before each step" : "",
+      hidden.beliefs.some((each) => each.framing === "doubt") ? "yellow-brown dots: asked what could be wrong" : "",
       rows.some((row) => row.W) ? "green: the goal holds" : "",
       "upright line: after this step",
     ].filter(Boolean).join("; ") + ".";

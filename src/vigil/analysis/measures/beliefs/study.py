@@ -17,7 +17,7 @@ from vigil.analysis.measures.beliefs import scores
 from vigil.analysis.measures.beliefs.recalibration import calibration_error, recalibrated
 from vigil.analysis.measures.intervals import HouseResampling, clustered_interval
 from vigil.records.probe import FRAMINGS, SCALE, Framing
-from vigil.records.probe_file import ProbeTable, read_probes
+from vigil.records.probe_file import ProbeTable
 from vigil.scoring.beliefs import PARTS, Belief, BeliefPart, EpisodeBeliefs, episode_beliefs
 from vigil.scoring.rates import Interval, Rate, effective_sample_size
 from vigil.scoring.saved_run import SavedRun
@@ -91,8 +91,6 @@ class BeliefStudy:
     """All scored plays, including those without probes."""
     failed: int = 0
     """Number of probes on which the server failed."""
-    foreign: int = 0
-    """Number of rows in the file of probes that belong to another run or version of the question."""
 
     @cached_property
     def _rows(self) -> list[tuple[str, Belief]]:
@@ -227,19 +225,15 @@ class BeliefStudy:
         return found
 
 
-def belief_studies(run: SavedRun) -> tuple[BeliefStudy, ...]:
-    """Return the studies of a run's beliefs, one for each framing that was asked; empty without probes.
-
-    Raises RecordError if the file of probes cannot be read.
-    """
-    table = read_probes(run.folder, run.header.sha256)
+def belief_studies(run: SavedRun, table: ProbeTable) -> tuple[BeliefStudy, ...]:
+    """Return the studies of a run's beliefs, one for each framing that was asked; empty without probes."""
     asked = {key.framing for key in table.rows}
     framings: list[Framing] = [framing for framing in FRAMINGS if framing in asked]
     if not framings:
         return ()
     plays = tuple(_plays(run, table))
     failed = Counter(key.framing for key, row in table.rows.items() if row.error is not None)
-    return tuple(BeliefStudy(framing, plays, failed[framing], table.foreign) for framing in framings)
+    return tuple(BeliefStudy(framing, plays, failed[framing]) for framing in framings)
 
 
 def _plays(run: SavedRun, table: ProbeTable) -> Iterable[EpisodeBeliefs]:
