@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vigil.errors import SimulatorError
+from vigil.errors import SimulatorError, VigilError
 from vigil.thor.actions.action import Action
 from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS
@@ -33,6 +33,8 @@ class ThorEngine:
             returned = self._carried_out(action, name, sent)
         except ActionFailed as found:
             failure = found
+        except VigilError as found:  # the world refuses what the action asks for, and the engine goes on
+            failure = ActionFailed(str(found))
         result = _result(name, failure, returned)
         is_fast = self._world.settings.fast_action_emit and self._world.serves_patches
         if action is not None and action.only_reads and failure is None and is_fast:

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from vigil.assets.catalog import CATALOG
 from vigil.base.geometry import Vec3, floor_distance, heading, rotate_floor
 from vigil.scene.geometry import bounding_box, euler_angles, rotation_matrix
 from vigil.scene.things import Thing
@@ -13,7 +12,7 @@ from vigil.thor.actions.action import Action
 from vigil.thor.actions.handling import AT, WHICH, target_of
 from vigil.thor.actions.placing import put_at, support_of
 from vigil.thor.base.errors import ActionFailed, invalid_operation
-from vigil.thor.base.properties import mass_of
+from vigil.thor.base.properties import is_loose, mass_of
 from vigil.thor.base.targets import cast, first_met
 from vigil.thor.base.world import World
 
@@ -69,7 +68,7 @@ def _turn_hand(world: World, x: float = 0.0, y: float = 0.0, z: float = 0.0, **_
 
 def _push(world: World, yaw: float, force: float, **asked: Any) -> None:
     thing, _, _ = target_of(world, **asked)
-    if not (thing.is_pickupable or CATALOG[thing.category].is_moveable):
+    if not is_loose(thing):
         raise ActionFailed("Target Sim Object cannot be moved. Target must have the property Pickupable or Moveable")
     if force <= 0.0:
         raise invalid_operation("moveMagnitude must be above 0")
@@ -121,9 +120,8 @@ def _touch(
     away = float("inf") if point is None else float(np.linalg.norm(np.subtract(point, world.view().eye)))
     if thing is None or away > reach:
         return {"didHandTouchSomething": False, "objectId": "None", "armsLength": min(away, reach)}
-    is_loose = thing.id not in world.floors and (thing.is_pickupable or CATALOG[thing.category].is_moveable)
     way = direction or Vec3(0.0, 0.0, 1.0)
-    if is_loose and moveMagnitude > 0.0 and (way.x or way.z):
+    if is_loose(thing) and moveMagnitude > 0.0 and (way.x or way.z):
         yaw = world.agent.rotation + float(np.degrees(np.arctan2(way.x, way.z)))
         _push(world, yaw, moveMagnitude, objectId=thing.id, forceAction=True)
     return {"didHandTouchSomething": True, "objectId": thing.id, "armsLength": away}

@@ -98,8 +98,10 @@ def _pick_up(world: World, **asked: Any) -> str:
     if world.held is not None:
         raise ActionFailed(_error_text(world, "hand_full", world.thing(world.held)))
     thing, point, forced = target_of(world, **asked)
+    if not thing.is_pickupable:
+        raise ActionFailed(_error_text(world, "not_pickupable", thing))
     world.hand_turn = Vec3(0.0, 0.0, 0.0)
-    if forced and thing.is_pickupable:
+    if forced:
         world.apply_changes({}, held=thing.id)
         return thing.id
     effect = world.editor.apply_intent("pick", thing.id, point)

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
 from vigil.base.geometry import Vec3, distance, rotate_floor
 from vigil.scene.geometry import box_corners, euler_angles, part_boxes, part_motion, place_of, rotation_matrix
@@ -14,7 +13,7 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import to_thor
 from vigil.thor.base.floors import floor_below
 from vigil.thor.base.images import colours
-from vigil.thor.base.properties import mass_of, materials_of, properties
+from vigil.thor.base.properties import is_loose, is_moveable, mass_of, materials_of, properties
 from vigil.thor.base.sight import Visibility, visibility_of
 from vigil.thor.base.world import World, body_of
 
@@ -142,8 +141,6 @@ def objects(world: World) -> list[dict[str, Any]]:
 
 
 def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str | None) -> dict[str, Any]:
-    is_moveable = thing.category in CATALOG and CATALOG[thing.category].is_moveable and not thing.is_pickupable
-    is_loose = thing.is_pickupable or is_moveable
     return {
         **_WITHOUT,
         "name": thing.id,
@@ -163,11 +160,11 @@ def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str 
         "isToggled": thing.is_toggled,
         "pickupable": thing.is_pickupable,
         "isPickedUp": held == thing.id,
-        "moveable": is_moveable,
-        "mass": mass_of(thing) if is_loose else 0.0,
-        "salientMaterials": list(materials_of(thing.asset)) if is_loose else None,
+        "moveable": is_moveable(thing),
+        "mass": mass_of(thing) if is_loose(thing) else 0.0,
+        "salientMaterials": list(materials_of(thing.asset)) if is_loose(thing) else None,
         "axisAlignedBoundingBox": _box(thing.asset, thing.position, thing.rotation, thing.openness),
-        "objectOrientedBoundingBox": _oriented_box(thing) if is_loose else None,
+        "objectOrientedBoundingBox": _oriented_box(thing) if is_loose(thing) else None,
     }
 
 
