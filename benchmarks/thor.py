@@ -1,12 +1,13 @@
 """Measures AI2-THOR's client over this project's engine, and what the back end adds, beside the MuJoCo back end.
 
-    python -m benchmarks.thor [--steps N] [--rooms SPEC] [--sizes]
+    python -m benchmarks.thor [--steps N] [--rooms SPEC] [--sizes | --houses N]
 
 It needs the client: pip install "vigil-bench[thor]". Rounds of the ways of stepping alternate, so that the load of the
 machine meets them alike; times are medians. Nothing of it says how fast Unity is.
 """
 
 import argparse
+import multiprocessing
 import time
 from collections.abc import Callable
 from statistics import median
@@ -32,10 +33,13 @@ from vigil.sim.thor.start import INITIALIZE, engine_options, own_command
 from vigil.thor.base.settings import Settings
 from vigil.thor.base.world import World
 from vigil.thor.engine import ThorEngine
+from vigil.thor.serve import return_large_blocks
 from vigil.thor.wire.fifo import message, packer
 
 TURN = Navigate(mode="turn_right", magnitude=15.0)
 MASKS = ("renderInstanceSegmentation", "renderDepthImage")
+MEASURED_AFTER = (10, 50, 100, 150, 200, 300, 400, 500)
+"""Numbers of houses after which the memory is printed."""
 OBJECTS = 3
 """Number of objects whose hidden state each step asks for."""
 
@@ -73,7 +77,11 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=40)
     parser.add_argument("--rooms", choices=sorted(SPECS), default="4-room")
     parser.add_argument("--sizes", action="store_true", help="only the client's steps, by image size and layers")
+    parser.add_argument("--houses", type=int, help="only the engine's memory after some of N different houses")
     options = parser.parse_args()
+    if options.houses:
+        measure_memory(options.houses)
+        return
     house = generate(7, SPECS[options.rooms])
     print(
         f"{options.rooms}, {options.steps} rounds; load average at the start: {psutil.getloadavg()[0]:.1f}", flush=True
@@ -98,6 +106,29 @@ def measure_sizes(house: House, steps: int) -> None:
     print(f"load average at the end: {psutil.getloadavg()[0]:.1f}")
     for client in clients.values():
         client.close()
+
+
+def measure_memory(count: int) -> None:
+    """Print the memory and the processor time of an engine after some of `count` different houses, each drawn once.
+
+    Another process generates the houses, so that the figures are those of the engine alone.
+    """
+    return_large_blocks()
+    engine, me = bare_engine({"width": 300, "height": 300}), psutil.Process()
+    pack, before = packer(), time.process_time()
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        for number in range(1, count + 1):
+            data = pool.apply(small_house, (number,))
+            assert engine.respond({"action": "CreateHouse", "house": data}).metadata["agents"][0]["lastActionSuccess"]
+            message(engine.respond({"action": "RotateRight", "degrees": 15.0}), pack)
+            if number in MEASURED_AFTER or number == count:
+                seconds, megabytes = time.process_time() - before, me.memory_info().rss / 2**20
+                print(f"{number:4} houses {megabytes:8.0f} MiB {seconds / number:6.2f} s a house", flush=True)
+
+
+def small_house(seed: int) -> dict[str, Any]:
+    """Return the document of a house with one or two rooms."""
+    return generate(seed, SPECS[("1-room", "2-room")[seed % 2]]).data
 
 
 def measure(house: House, steps: int) -> None:
@@ -147,14 +178,20 @@ def start_of(house: House) -> dict[str, Any]:
 
 def engine_in(house: House) -> Callable[[], object]:
     """Return what has the engine, in this process, carry out a step and write its answer as the pipe has it."""
-    editor = make_simulator("mujoco", assets=AssetDatabase.default())
-    assert isinstance(editor, SceneEditor)
-    engine = ThorEngine(World(editor, Settings(screen_width=WIDTH, screen_height=HEIGHT)))
-    engine.respond({"action": "Initialize", **{name: value for name, value in INITIALIZE.items() if name not in MASKS}})
+    engine = bare_engine({"width": WIDTH, "height": HEIGHT})
     engine.respond({"action": "CreateHouse", "house": house.data})
     engine.respond({"action": "TeleportFull", **house.data["metadata"]["agent"]})
     pack = packer()
     return lambda: message(engine.respond({"action": "RotateRight", "degrees": 15.0}), pack)
+
+
+def bare_engine(size: dict[str, int]) -> ThorEngine:
+    """Return an engine without a house, which draws colours alone, in this process."""
+    editor = make_simulator("mujoco", assets=AssetDatabase.default())
+    assert isinstance(editor, SceneEditor)
+    engine = ThorEngine(World(editor, Settings(screen_width=size["width"], screen_height=size["height"])))
+    engine.respond({"action": "Initialize", **{name: value for name, value in INITIALIZE.items() if name not in MASKS}})
+    return engine
 
 
 def connect(house: House, settings: dict[str, Any]) -> GuardedClient:

@@ -77,6 +77,10 @@ def test_the_held_object_moves_with_the_agent(client):
     client.stand(3.5, 2.5)
     client.do("PickupObject", objectId="Apple|1", forceAction=True)
     usual = client.get("Apple|1")["position"]
+    hand = client.do("LookDown")["heldObjectPose"]
+    assert hand["localPosition"] == {"x": 0.0, "y": -0.16, "z": 0.38}  # as in AI2-THOR, in the camera's frame
+    assert hand["localRotation"] == pytest.approx({"x": 330.0, "y": 0.0, "z": 0.0})
+    client.do("LookUp")
     client.do("MoveHeldObject", ahead=0.1, right=0.2, up=0.05)
     moved = client.get("Apple|1")["position"]
     assert [moved[axis] - usual[axis] for axis in "xyz"] == pytest.approx([0.2, 0.05, 0.1])
@@ -89,7 +93,7 @@ def test_the_held_object_moves_with_the_agent(client):
     hand = client.do("Pass")["heldObjectPose"]
     assert hand["localRotation"] == pytest.approx({"x": 90.0, "y": 180.0, "z": 0.0})  # as (90, 90, 270)
     assert hand["rotation"]["y"] == pytest.approx(270.0)  # the agent looks to 90
-    assert hand["localPosition"]["z"] == pytest.approx(0.5)
+    assert hand["localPosition"] == pytest.approx({"x": 0.2, "y": -0.11, "z": 0.48})
     assert "out of range" in client.fail("MoveHandDelta", x=5.0)
     client.do("DropHandObject", forceAction=True)
     client.do("PickupObject", objectId="Apple|1", forceAction=True)

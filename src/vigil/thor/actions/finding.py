@@ -10,6 +10,7 @@ from vigil.scene.geometry import bounding_box, convex_hull
 from vigil.scene.things import Thing
 from vigil.sim.thor.units import BODY_HEIGHT_M, from_thor, to_thor
 from vigil.thor.actions.action import Action
+from vigil.thor.base.agents import agent_between
 from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
 from vigil.thor.base.paths import walk
 from vigil.thor.base.settings import RIGHT_ANGLE
@@ -30,6 +31,7 @@ def _reachable(
     start, step = world.agent.position._replace(y=0.0), gridSize or world.settings.grid_size
     yaw = world.agent.rotation % RIGHT_ANGLE if directionsRelativeAgent else 0.0
     places = [Vec3(x, 0.0, z) for x, z in world.editor.reachable(start, step, yaw).tolist()]
+    places = [place for place in places if agent_between(world, place, place) is None]
     return [to_thor(place._replace(y=BODY_HEIGHT_M)) for place in places if yaw or world.is_on_grid(place)]
 
 

@@ -129,8 +129,7 @@ def _touch(
 
 _MOVE = "float moveMagnitude, bool forceVisible"
 _BY = "float ahead, float right, float up, bool forceVisible"
-_SETTLE = "bool autoSimulation, any physicsSimulationParams"
-_XYZ = f"float x, float y, float z, {_SETTLE}"
+_XYZ = "float x, float y, float z, bool autoSimulation"
 _PASSES_THROUGH = "the held object never collides, and is drawn at its usual place in the image"
 _SLIDES = "the object slides up to 1 m (0.01 m for 1 N on 1 kg) and stops at obstacles and edges; nothing falls or tips"
 _WAYS = {
@@ -164,7 +163,7 @@ ACTIONS = (
     Action(
         "TouchThenApplyForce",
         _touch,
-        f"float x, float y, Vector3 direction, float moveMagnitude, float handDistance, {_SETTLE}",
+        "float x, float y, Vector3 direction, float moveMagnitude, float handDistance, bool autoSimulation",
         "x y",
         lacks=_SLIDES,
     ),

@@ -180,7 +180,7 @@ AT = "string objectId, float x, float y, bool forceAction"
 WHICH = "objectId | x y"
 _OPEN = f"{AT}, float openness, bool simplifyPhysics, float moveMagnitude"
 _PUT = f"{AT}, bool placeStationary, int randomSeed, bool putNearXY, float maxDistance"
-_DROP = "bool forceAction, bool autoSimulation"
+_DROP = "bool forceAction, bool autoSimulation, float randomMagnitude"
 _AT_ONCE = "the object is open or shut at once, and pushes nothing"
 _NO_BURNERS = "stove knobs control no burners"
 _NO_STACKS = "an object that carries something and is not a receptacle is refused"
@@ -197,6 +197,8 @@ ACTIONS = (
     Action("ToggleObjectOff", _toggler(on=False), AT, WHICH, lacks=_NO_BURNERS),
     Action("PickupObject", _pick_up, f"{AT}, bool manualInteract, bool stationary", WHICH, lacks=_NO_STACKS),
     Action("PutObject", _put, _PUT, WHICH, lacks=_NEAREST),
-    Action("DropHandObject", _drop, _DROP, lacks=_LIES_AT_ONCE),
-    Action("DropHeldObject", _drop, _DROP, lacks=_LIES_AT_ONCE),
+    *(
+        Action(name, _drop, _DROP, lacks=_LIES_AT_ONCE)
+        for name in ("DropHandObject", "DropHeldObject", "DropHeldObjectAhead")
+    ),
 )
