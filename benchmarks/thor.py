@@ -76,7 +76,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--steps", type=int, default=40)
     parser.add_argument("--rooms", choices=sorted(SPECS), default="4-room")
-    parser.add_argument("--sizes", action="store_true", help="only the client's steps, by image size and layers")
+    parser.add_argument("--sizes", action="store_true", help="only the engine's steps, by image size and layers")
     parser.add_argument("--houses", type=int, help="only the engine's memory after some of N different houses")
     options = parser.parse_args()
     if options.houses:
@@ -90,22 +90,28 @@ def main() -> None:
 
 
 def measure_sizes(house: House, steps: int) -> None:
-    """Print the time of a client's step for each size of images, with and without depth and masks, in turns."""
-    clients: dict[str, GuardedClient] = {}
+    """Print an engine's time and processor time for a step, by size and layers of images, in turns.
+
+    Processor time is that of all threads, so that other programs on the machine change it little.
+    """
+    turns: dict[str, Callable[[], object]] = {}
     for width, height in ((300, 300), (640, 480)):
         for layers in (False, True):
-            settings = {**INITIALIZE, "width": width, "height": height, **dict.fromkeys(MASKS, layers)}
             name = f"{width} x {height}{', depth and masks' if layers else ''}"
-            clients[name] = connect(house, settings)
-    times: dict[str, list[float]] = {name: [] for name in clients}
+            turns[name] = engine_in(house, width, height, **dict.fromkeys(MASKS, layers))
+    wall: dict[str, list[float]] = {name: [] for name in turns}
+    busy: dict[str, list[float]] = {name: [] for name in turns}
     for _ in range(steps):
-        for name, client in clients.items():
-            times[name].append(timed(lambda client=client: client.step("RotateRight", degrees=15.0).frame)[1])
-    for name, found in times.items():
-        print(f"{name:28} {1000 * median(found):8.1f} ms a step, {1 / median(found):5.1f} a second", flush=True)
+        for name, turn in turns.items():
+            before = time.process_time()
+            wall[name].append(timed(turn)[1])
+            busy[name].append(time.process_time() - before)
+    for name, found in wall.items():
+        print(
+            f"{name:28} {1000 * median(busy[name]):8.1f} ms of processor time, {1000 * median(found):8.1f} ms in all",
+            flush=True,
+        )
     print(f"load average at the end: {psutil.getloadavg()[0]:.1f}")
-    for client in clients.values():
-        client.close()
 
 
 def measure_memory(count: int) -> None:
@@ -114,7 +120,7 @@ def measure_memory(count: int) -> None:
     Another process generates the houses, so that the figures are those of the engine alone.
     """
     return_large_blocks()
-    engine, me = bare_engine({"width": 300, "height": 300}), psutil.Process()
+    engine, me = bare_engine(300, 300), psutil.Process()
     pack, before = packer(), time.process_time()
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         for number in range(1, count + 1):
@@ -176,21 +182,21 @@ def start_of(house: House) -> dict[str, Any]:
     return {"position": tuple(agent["position"][axis] for axis in "xyz"), "rotation": agent["rotation"]["y"]}
 
 
-def engine_in(house: House) -> Callable[[], object]:
-    """Return what has the engine, in this process, carry out a step and write its answer as the pipe has it."""
-    engine = bare_engine({"width": WIDTH, "height": HEIGHT})
+def engine_in(house: House, width: int = WIDTH, height: int = HEIGHT, **layers: bool) -> Callable[[], object]:
+    """Return what has an engine in this process carry out a step and write its answer as the pipe has it."""
+    engine = bare_engine(width, height, **layers)
     engine.respond({"action": "CreateHouse", "house": house.data})
     engine.respond({"action": "TeleportFull", **house.data["metadata"]["agent"]})
     pack = packer()
     return lambda: message(engine.respond({"action": "RotateRight", "degrees": 15.0}), pack)
 
 
-def bare_engine(size: dict[str, int]) -> ThorEngine:
-    """Return an engine without a house, which draws colours alone, in this process."""
+def bare_engine(width: int, height: int, **layers: bool) -> ThorEngine:
+    """Return an engine without a house in this process; `layers` says what it draws in addition to colours."""
     editor = make_simulator("mujoco", assets=AssetDatabase.default())
     assert isinstance(editor, SceneEditor)
-    engine = ThorEngine(World(editor, Settings(screen_width=size["width"], screen_height=size["height"])))
-    engine.respond({"action": "Initialize", **{name: value for name, value in INITIALIZE.items() if name not in MASKS}})
+    engine = ThorEngine(World(editor, Settings(screen_width=width, screen_height=height)))
+    engine.respond({"action": "Initialize", **INITIALIZE, **dict.fromkeys(MASKS, False), **layers})
     return engine
 
 

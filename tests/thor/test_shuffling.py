@@ -141,3 +141,15 @@ def test_hulls_are_outlines_on_the_floor(client):
     assert np.ptp(corners[:, 0]) == pytest.approx(box["size"]["x"], rel=0.15)
     assert client.do("Get2DSemanticHull", objectId="Apple|1")["actionReturn"] == hulls["Apple|1"]
     assert "not both" in client.fail("Get2DSemanticHulls", objectTypes=["Fridge"], objectIds=["Apple|1"])
+
+
+def test_a_thrown_object_is_dropped_and_slides_ahead(client):
+    client.stand(3.5, 2.5, yaw=180.0)
+    assert "Nothing is in the agent's hand" in client.fail("ThrowObject", moveMagnitude=10.0)
+    places = []
+    for force in (0.0, 10.0):
+        client.do("PickupObject", objectId="Apple|1", forceAction=True)
+        client.do("ThrowObject", moveMagnitude=force)
+        places.append(client.get("Apple|1")["position"])
+    assert places[0]["y"] == pytest.approx(places[1]["y"])
+    assert places[1]["z"] < places[0]["z"] - 0.05

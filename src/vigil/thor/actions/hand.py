@@ -9,7 +9,7 @@ from vigil.base.geometry import Vec3, floor_distance, heading, rotate_floor
 from vigil.scene.geometry import bounding_box, euler_angles, rotation_matrix
 from vigil.scene.things import Thing
 from vigil.thor.actions.action import Action
-from vigil.thor.actions.handling import AT, WHICH, target_of
+from vigil.thor.actions.handling import AT, WHICH, drop, target_of
 from vigil.thor.actions.placing import put_at, support_of
 from vigil.thor.base.errors import ActionFailed, invalid_operation
 from vigil.thor.base.properties import is_loose, mass_of
@@ -72,11 +72,12 @@ def _push(world: World, yaw: float, force: float, **asked: Any) -> None:
         raise ActionFailed("Target Sim Object cannot be moved. Target must have the property Pickupable or Moveable")
     if force <= 0.0:
         raise invalid_operation("moveMagnitude must be above 0")
-    _slide(world, thing, yaw, min(MOST_M, M_PER_FORCE * force / max(mass_of(thing), 1e-3)))
+    _slide(world, thing, yaw, force)
 
 
-def _slide(world: World, thing: Thing, yaw: float, length: float) -> None:
-    """Slide a thing on its support by at most `length` (m); an obstacle or the support's edge stops it earlier."""
+def _slide(world: World, thing: Thing, yaw: float, force: float) -> None:
+    """Slide a thing on its support as far as a force (N) does; an obstacle or the support's edge stops it earlier."""
+    length = min(MOST_M, M_PER_FORCE * force / max(mass_of(thing), 1e-3))
     (x, z), box = heading(yaw), bounding_box(thing)
     across = np.array([-z, 0.0, x]) * min(box.size.x, box.size.z) / 2
     front = np.array(thing.position) + np.array([x, 0.0, z]) * max(box.size.x, box.size.z) / 2
@@ -104,6 +105,12 @@ def _pusher(turned: float) -> Callable[..., None]:
         _push(world, world.agent.rotation + turned, moveMagnitude, **asked)
 
     return push
+
+
+def _throw(world: World, moveMagnitude: float, **asked: Any) -> None:
+    thrown = world.held
+    drop(world, **asked)
+    _slide(world, world.thing(thrown or ""), world.agent.rotation, moveMagnitude)
 
 
 def _touch(
@@ -157,6 +164,13 @@ ACTIONS = (
         f"{AT}, float moveMagnitude, float pushAngle",
         "objectId moveMagnitude | x y moveMagnitude",
         lacks=_SLIDES,
+    ),
+    Action(
+        "ThrowObject",
+        _throw,
+        "float moveMagnitude, bool forceAction, bool autoSimulation",
+        "moveMagnitude",
+        lacks=f"the object is dropped, and then pushed: {_SLIDES}",
     ),
     Action("PushObject", _pusher(0.0), f"{AT}, float moveMagnitude", WHICH, lacks=_SLIDES),
     Action("PullObject", _pusher(180.0), f"{AT}, float moveMagnitude", WHICH, lacks=_SLIDES),

@@ -115,7 +115,7 @@ def _put(world: World, **asked: Any) -> None:
         raise ActionFailed(REFUSALS["hand_empty"])
     receptacle, point, _ = target_of(world, **asked)
     if receptacle.id in world.floors:
-        _drop(world)
+        drop(world)
         return
     if not receptacle.is_receptacle:
         raise ActionFailed("This target object is NOT a receptacle!")
@@ -149,7 +149,8 @@ def points_on(world: World, receptacle: Thing) -> list[Vec3]:
     ]
 
 
-def _drop(world: World, forceAction: bool = False, **_: object) -> None:
+def drop(world: World, forceAction: bool = False, **_: object) -> None:
+    """Lay the held object below the hand. Raises ActionFailed."""
     if world.held is None:
         raise ActionFailed("Nothing is in the agent's hand to drop!")
     held = world.thing(world.held)
@@ -198,7 +199,7 @@ ACTIONS = (
     Action("PickupObject", _pick_up, f"{AT}, bool manualInteract, bool stationary", WHICH, lacks=_NO_STACKS),
     Action("PutObject", _put, _PUT, WHICH, lacks=_NEAREST),
     *(
-        Action(name, _drop, _DROP, lacks=_LIES_AT_ONCE)
+        Action(name, drop, _DROP, lacks=_LIES_AT_ONCE)
         for name in ("DropHandObject", "DropHeldObject", "DropHeldObjectAhead")
     ),
 )

@@ -10,7 +10,6 @@ _ASK = "use GetInteractablePoses"
 _DRONE = "the engine has no drone; add a third-party camera, and move it with UpdateThirdPartyCamera"
 
 MISSING: dict[str, str] = {
-    **dict.fromkeys(("ThrowObject",), _NO_PHYSICS),
     **dict.fromkeys(("MakeAllObjectsMoveable", "MakeAllObjectsStationary"), _NO_PHYSICS),
     **dict.fromkeys(("SetRoomTempDecayTimeForType", "SetRoomTempDecayTimeGlobal"), _NO_SUCH_STATE),
     **dict.fromkeys(("SetSkybox", "GetMaterials"), _NO_LOOKS),
