@@ -123,6 +123,8 @@ def test_settings_that_cannot_be_are_refused(client, settings, message):
 def test_settings_that_do_nothing_here_are_taken(client):
     found = client.do("Initialize", autoSimulation=False, massThreshold=1, renderObjectImage=True, timeScale=2.0)
     assert found["actionReturn"] == {"cameraNearPlane": 0.1, "cameraFarPlane": 20.0}
+    client.do("ChangeOpenSpeed", x=1000.0)
+    client.do("RotateRight", actionSimulationSeconds=0.26, fixedDeltaTime=0.02)
     assert found["colors"]
 
 

@@ -106,6 +106,7 @@ ACTIONS = (
     Action("Initialize", _initialize, takes_anything=True, lacks=_ONE_AGENT),
     Action("ChangeResolution", _resolution, "int x, int y", "x y"),
     Action("ChangeQuality", _nothing, "string quality", lacks="the engine's option `--render-quality` decides"),
+    Action("ChangeOpenSpeed", _nothing, "float x", "x", lacks="objects open at once, whatever the speed"),
     Action(
         "AddThirdPartyCamera",
         _add_camera,
