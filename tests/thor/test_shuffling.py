@@ -78,8 +78,7 @@ def test_the_held_object_moves_with_the_agent(client):
     client.do("PickupObject", objectId="Apple|1", forceAction=True)
     usual = client.get("Apple|1")["position"]
     hand = client.do("LookDown")["heldObjectPose"]
-    assert hand["localPosition"] == {"x": 0.0, "y": -0.16, "z": 0.38}  # as in AI2-THOR, in the camera's frame
-    assert hand["localRotation"] == pytest.approx({"x": 330.0, "y": 0.0, "z": 0.0})
+    assert hand["localPosition"] == {"x": 0.0, "y": -0.16, "z": 0.38}  # the rearrangement challenge asks for this
     client.do("LookUp")
     client.do("MoveHeldObject", ahead=0.1, right=0.2, up=0.05)
     moved = client.get("Apple|1")["position"]

@@ -22,7 +22,7 @@ from vigil.thor.base.world import World, body_of
 OPEN_FROM = 1e-3
 """Openness above which an object counts as open."""
 THORS_HAND_M = (0.0, -0.16, 0.38)
-"""Usual place (m) of AI2-THOR's hand in the camera's frame: to the right, up and ahead."""
+"""Usual `localPosition` (m) of AI2-THOR's hand: to the right, up and ahead of the camera."""
 _NOWHERE = Vec3(0.0, 0.0, 0.0)
 _WITHOUT: dict[str, Any] = {
     **dict.fromkeys(("isMoving", "obstructed"), False),
@@ -90,19 +90,18 @@ def _agent(world: World) -> dict[str, Any]:
 
 
 def _hand(world: World, pose: Pose, held: Thing | None) -> dict[str, Any]:
-    """Return the pose of the hand. `localPosition` and `localRotation` are in the camera's frame, as in AI2-THOR."""
+    """Return the pose of the hand. `localPosition` starts from AI2-THOR's usual place, which programs compare with."""
     (ahead_x, ahead_z), (x, y, z) = heading(pose.rotation), pose.eye
     usual = Vec3(x + HAND_AHEAD_M * ahead_x, y - HAND_DROP_M, z + HAND_AHEAD_M * ahead_z)
     place = held.position if held else usual
     right, ahead = rotate_floor(place.x - usual.x, place.z - usual.z, -pose.rotation)
     turn = rotation_matrix(world.hand_turn if held else _NOWHERE)
-    to_camera = rotation_matrix(Vec3(pose.horizon, 0.0, 0.0)).T
-    local = np.add(THORS_HAND_M, to_camera @ (right, place.y - usual.y, ahead))
+    local = np.add(THORS_HAND_M, (right, place.y - usual.y, ahead))
     return {
         "position": to_thor(place),
         "rotation": to_thor(_euler(rotation_matrix(Vec3(0.0, pose.rotation, 0.0)) @ turn)),
         "localPosition": to_thor(Vec3(*local.round(6).tolist())),
-        "localRotation": to_thor(_euler(to_camera @ turn)),
+        "localRotation": to_thor(_euler(turn)),
     }
 
 
