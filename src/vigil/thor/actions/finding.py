@@ -78,6 +78,13 @@ def _interactable_poses(
     return found
 
 
+def _interactable_positions(world: World, **asked: Any) -> dict[str, list[float]]:
+    """Return what GetInteractablePoses finds in the older form: a list for each coordinate; `standing` is 0 or 1."""
+    poses = _interactable_poses(world, **asked)
+    names = ("x", "y", "z", "rotation", "horizon", "standing")
+    return {name: [1.0 if pose[name] is None else float(pose[name]) for pose in poses] for name in names}
+
+
 def _seeing(world: World, distance_m: float | None) -> World:
     """Return a copy of the world with `distance_m` as the agent's visibility distance; None makes it unlimited."""
     limit = UNLIMITED_M if distance_m is None else distance_m
@@ -212,6 +219,13 @@ ACTIONS = tuple(
             lacks=_GRID,
         ),
         Action("GetInteractablePoses", _interactable_poses, f"string objectId, {_POSES}", "objectId", lacks=_POINTS),
+        Action(
+            "PositionsFromWhichItemIsInteractable",
+            _interactable_positions,
+            "string objectId, list positions",
+            "objectId",
+            lacks=_POINTS,
+        ),
         Action("GetObjectInFrame", _object_in_frame, "float x, float y, bool checkVisible", "x y"),
         Action(
             "GetCoordinateFromRaycast",
