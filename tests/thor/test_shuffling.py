@@ -13,7 +13,7 @@ def poses(client) -> list[dict]:
 
 def test_objects_are_spawned_elsewhere_by_the_seed(client):
     first = poses(client)
-    client.do("InitialRandomSpawn", randomSeed=3, forceVisible=True, placeStationary=True, excludedObjectIds=["Mug|1"])
+    client.do("InitialRandomSpawn", randomSeed=3, placeStationary=True, excludedObjectIds=["Mug|1"])
     third = poses(client)
     moved = [old["objectName"] for old, new in zip(first, third, strict=True) if old != new]
     assert len(moved) > 3
@@ -152,3 +152,16 @@ def test_a_thrown_object_is_dropped_and_slides_ahead(client):
         places.append(client.get("Apple|1")["position"])
     assert places[0]["y"] == pytest.approx(places[1]["y"])
     assert places[1]["z"] < places[0]["z"] - 0.05
+
+
+@pytest.mark.parametrize("force", [True, False])
+def test_forced_to_be_visible_nothing_is_put_into_what_opens(client, force):
+    places: set[str] = set()
+    for seed in range(8):
+        before = {each["objectId"]: each["position"] for each in client.do("Pass")["objects"]}
+        after = client.do("InitialRandomSpawn", randomSeed=seed, forceVisible=force)["objects"]
+        moved = [each for each in after if each["pickupable"] and each["position"] != before[each["objectId"]]]
+        assert moved
+        places |= {parent for each in moved for parent in each["parentReceptacles"] or ()}
+    opening = {each["objectId"] for each in client.do("Pass")["objects"] if each["openable"]}
+    assert bool(places & opening) != force
