@@ -1,4 +1,4 @@
-"""Sweep: the functions of AI2-THOR's own suite (`ai2thor/tests/test_unity.py`), written anew for a house of ours.
+"""Sweep: the functions of AI2-THOR's own suite (`ai2thor/tests/test_unity.py`), typed over for a house of ours.
 
     python -m sweeps.thor_suite [--backend mujoco|fake] [--only NAME ...]
 

@@ -16,6 +16,9 @@ def stochastic_controller(trial: Trial) -> None:
 def multi_agent_with_third_party_camera(trial: Trial) -> None:
     event = trial.reset(agentCount=2)
     assert not np.array_equal(event.events[0].frame, event.events[1].frame)
+    event = trial.do("AddThirdPartyCamera", position={"x": 1.0, "y": 1.0, "z": 1.0}, rotation={"x": 0, "y": 0, "z": 90})
+    assert not np.array_equal(event.events[0].frame, event.events[1].frame)
+    assert [len(each.third_party_camera_frames) for each in event.events] == [1, 1]
 
 
 def third_party_camera_with_image_synthesis(trial: Trial) -> None:

@@ -27,12 +27,13 @@ class Client:
         self.sequence = 0
 
     def send(self, action: str, **arguments: Any) -> dict[str, Any]:
-        """Returns the agent's metadata after an action."""
+        """Returns the acting agent's metadata after an action."""
         self.sequence += 1
         if isinstance(arguments.get("rotation"), float | int):  # so does the client
             arguments["rotation"] = {"y": arguments["rotation"]}
         self.last = self.engine.respond({"action": action, **arguments, "sequenceId": self.sequence})
-        return self.last.metadata if self.last.is_patch else self.last.metadata["agents"][0]
+        found = self.last.metadata
+        return found if self.last.is_patch else found["agents"][found["activeAgentId"]]
 
     def do(self, action: str, **arguments: Any) -> dict[str, Any]:
         """Returns the agent's metadata after an action that must succeed."""

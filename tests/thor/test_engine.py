@@ -95,7 +95,7 @@ def test_before_a_house_there_is_an_empty_world(client):
         ("MoveAhead", {"speed": 1}, "InvalidArgument", "called with invalid argument: 'speed'"),
         ("MoveAhead", {"moveMagnitude": "far"}, "InvalidArgument", "moveMagnitude (==far). Cannot convert to: float"),
         ("Teleport", {"position": 3}, None, "Cannot convert to: Vector3"),
-        ("Crouch", {"agentId": 1}, None, "has one agent"),
+        ("Crouch", {"agentId": 1}, None, "the scene has 1 agents"),
         ("OpenObject", {"objectId": "Nix|1"}, None, "objectId: Nix|1 is not the objectId on any object in the scene!"),
     ],
 )
@@ -109,7 +109,6 @@ def test_what_makes_no_sense_fails_as_in_thor(client, action, arguments, code, m
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"agentCount": 2}, "has one agent"),
         ({"agentMode": "arm"}, "hand without an arm"),
         ({"renderNormalsImage": True}, "not supported"),
         ({"gridSize": 9}, "gridSize"),
@@ -124,6 +123,8 @@ def test_settings_that_cannot_be_are_refused(client, settings, message):
 def test_settings_that_do_nothing_here_are_taken(client):
     found = client.do("Initialize", autoSimulation=False, massThreshold=1, renderObjectImage=True, timeScale=2.0)
     assert found["actionReturn"] == {"cameraNearPlane": 0.1, "cameraFarPlane": 20.0}
+    client.do("ChangeOpenSpeed", x=1000.0)
+    client.do("RotateRight", actionSimulationSeconds=0.26, fixedDeltaTime=0.02)
     assert found["colors"]
 
 

@@ -118,3 +118,10 @@ def test_the_view_of_a_map_holds_the_house(client):
     names = client.do("GetScenesInBuild")["actionReturn"]
     assert {"Procedural", "FloorPlan1_physics", "FloorPlan430_physics", "FloorPlan_Train12_5"} <= set(names)
     assert len(names) == 1 + 4 * 30 + 15 * 5
+
+
+def test_the_older_form_of_interactable_poses_has_the_same_places(client):
+    poses = client.do("GetInteractablePoses", objectId="Fridge|1")["actionReturn"]
+    found = client.do("PositionsFromWhichItemIsInteractable", objectId="Fridge|1")["actionReturn"]
+    assert len(poses) > 3
+    assert found == {name: [float(pose[name]) for pose in poses] for name in poses[0]}

@@ -13,7 +13,7 @@ def poses(client) -> list[dict]:
 
 def test_objects_are_spawned_elsewhere_by_the_seed(client):
     first = poses(client)
-    client.do("InitialRandomSpawn", randomSeed=3, forceVisible=True, placeStationary=True, excludedObjectIds=["Mug|1"])
+    client.do("InitialRandomSpawn", randomSeed=3, placeStationary=True, excludedObjectIds=["Mug|1"])
     third = poses(client)
     moved = [old["objectName"] for old, new in zip(first, third, strict=True) if old != new]
     assert len(moved) > 3
@@ -77,6 +77,9 @@ def test_the_held_object_moves_with_the_agent(client):
     client.stand(3.5, 2.5)
     client.do("PickupObject", objectId="Apple|1", forceAction=True)
     usual = client.get("Apple|1")["position"]
+    hand = client.do("LookDown")["heldObjectPose"]
+    assert hand["localPosition"] == {"x": 0.0, "y": -0.16, "z": 0.38}  # the rearrangement challenge asks for this
+    client.do("LookUp")
     client.do("MoveHeldObject", ahead=0.1, right=0.2, up=0.05)
     moved = client.get("Apple|1")["position"]
     assert [moved[axis] - usual[axis] for axis in "xyz"] == pytest.approx([0.2, 0.05, 0.1])
@@ -89,7 +92,7 @@ def test_the_held_object_moves_with_the_agent(client):
     hand = client.do("Pass")["heldObjectPose"]
     assert hand["localRotation"] == pytest.approx({"x": 90.0, "y": 180.0, "z": 0.0})  # as (90, 90, 270)
     assert hand["rotation"]["y"] == pytest.approx(270.0)  # the agent looks to 90
-    assert hand["localPosition"]["z"] == pytest.approx(0.5)
+    assert hand["localPosition"] == pytest.approx({"x": 0.2, "y": -0.11, "z": 0.48})
     assert "out of range" in client.fail("MoveHandDelta", x=5.0)
     client.do("DropHandObject", forceAction=True)
     client.do("PickupObject", objectId="Apple|1", forceAction=True)
@@ -137,3 +140,28 @@ def test_hulls_are_outlines_on_the_floor(client):
     assert np.ptp(corners[:, 0]) == pytest.approx(box["size"]["x"], rel=0.15)
     assert client.do("Get2DSemanticHull", objectId="Apple|1")["actionReturn"] == hulls["Apple|1"]
     assert "not both" in client.fail("Get2DSemanticHulls", objectTypes=["Fridge"], objectIds=["Apple|1"])
+
+
+def test_a_thrown_object_is_dropped_and_slides_ahead(client):
+    client.stand(3.5, 2.5, yaw=180.0)
+    assert "Nothing is in the agent's hand" in client.fail("ThrowObject", moveMagnitude=10.0)
+    places = []
+    for force in (0.0, 10.0):
+        client.do("PickupObject", objectId="Apple|1", forceAction=True)
+        client.do("ThrowObject", moveMagnitude=force)
+        places.append(client.get("Apple|1")["position"])
+    assert places[0]["y"] == pytest.approx(places[1]["y"])
+    assert places[1]["z"] < places[0]["z"] - 0.05
+
+
+@pytest.mark.parametrize("force", [True, False])
+def test_forced_to_be_visible_nothing_is_put_into_what_opens(client, force):
+    places: set[str] = set()
+    for seed in range(8):
+        before = {each["objectId"]: each["position"] for each in client.do("Pass")["objects"]}
+        after = client.do("InitialRandomSpawn", randomSeed=seed, forceVisible=force)["objects"]
+        moved = [each for each in after if each["pickupable"] and each["position"] != before[each["objectId"]]]
+        assert moved
+        places |= {parent for each in moved for parent in each["parentReceptacles"] or ()}
+    opening = {each["objectId"] for each in client.do("Pass")["objects"] if each["openable"]}
+    assert bool(places & opening) != force

@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vigil.errors import SimulatorError
+from vigil.errors import SimulatorError, VigilError
 from vigil.thor.actions.action import Action
 from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS
+from vigil.thor.base.agents import act_as
 from vigil.thor.base.errors import ActionFailed
-from vigil.thor.base.images import Wanted, images
+from vigil.thor.base.images import Image, Wanted, agent_images, camera_images
 from vigil.thor.base.metadata import agent_metadata, cameras
 from vigil.thor.base.response import EngineResponse
 from vigil.thor.base.world import World
@@ -19,10 +20,12 @@ class ThorEngine:
 
     def __init__(self, world: World) -> None:
         self._world = world
+        self._results: dict[int, dict[str, Any]] = {}
+        """Metadata of the last action of each agent."""
 
     def first_response(self) -> EngineResponse:
         """Return the answer that is sent before the first action."""
-        return self._full_response(_result(action="Initialize", failure=None, returned=None), 0)
+        return self._full_response(_STARTED, 0)
 
     def respond(self, sent: Mapping[str, Any]) -> EngineResponse:
         """Carry out one action and return the answer, which also says whether and why the action failed."""
@@ -33,10 +36,12 @@ class ThorEngine:
             returned = self._carried_out(action, name, sent)
         except ActionFailed as found:
             failure = found
+        except VigilError as found:  # the world refuses what the action asks for, and the engine goes on
+            failure = ActionFailed(str(found))
         result = _result(name, failure, returned)
         is_fast = self._world.settings.fast_action_emit and self._world.serves_patches
         if action is not None and action.only_reads and failure is None and is_fast:
-            return EngineResponse({**result, "agentId": 0}, is_patch=True)
+            return EngineResponse({**result, "agentId": self._world.active}, is_patch=True)
         if sent.get("renderInstanceSegmentation") is True:
             return self._with_masks(result, number, _wanted(sent))
         return self._full_response(result, number, _wanted(sent))
@@ -45,8 +50,7 @@ class ThorEngine:
         if action is None:
             reason = f" ({MISSING[name]})" if name in MISSING else ""
             raise ActionFailed(f"Invalid action: {name}{reason}", code="InvalidAction")
-        if sent.get("agentId") not in (None, 0):
-            raise ActionFailed(f"agentId {sent['agentId']}: VIGIL's engine has one agent, with agentId 0.")
+        act_as(self._world, sent.get("agentId") or 0)
         if action.takes_anything and not action.parameters:
             return action.handler(self._world, **{key: value for key, value in sent.items() if key != "action"})
         return action.handler(self._world, **action.arguments(sent))
@@ -61,19 +65,32 @@ class ThorEngine:
             world.settings = settings
 
     def _full_response(self, result: dict[str, Any], number: int, wanted: Wanted = "all") -> EngineResponse:
-        world = self._world
-        agent = {**agent_metadata(world), **result}
+        world, acting = self._world, self._world.active
+        self._results[acting] = result
+        agents: list[dict[str, Any]] = []
         metadata = {
-            "agents": [agent],
+            "agents": agents,
             "thirdPartyCameras": cameras(world),
-            "activeAgentId": 0,
+            "activeAgentId": acting,
             "sequenceId": number,
         }
+        numbers = sorted([acting, *world.waiting])
+        for each in numbers:
+            act_as(world, each)
+            agents.append({**agent_metadata(world), **self._results.get(each, _STARTED)})
+        pictures: list[Image] = []
         try:
-            return EngineResponse(metadata, images(world, wanted))
+            for each in numbers:
+                act_as(world, each)
+                pictures += agent_images(world, wanted)
+            return EngineResponse(metadata, [*pictures, *camera_images(world, wanted)])
         except SimulatorError as error:
-            agent.update(lastActionSuccess=False, errorMessage=f"No picture could be drawn: {error}", errorCode=None)
+            agents[acting].update(
+                lastActionSuccess=False, errorMessage=f"No picture could be drawn: {error}", errorCode=None
+            )
             return EngineResponse(metadata)
+        finally:
+            act_as(world, acting)
 
 
 def _wanted(sent: Mapping[str, Any]) -> Wanted:
@@ -94,3 +111,7 @@ def _result(action: str, failure: ActionFailed | None, returned: Any) -> dict[st
         "errorCode": None if failure is None else failure.code,
         "actionReturn": returned,
     }
+
+
+_STARTED = _result("Initialize", None, None)
+"""Metadata of the last action of an agent that has not acted yet."""

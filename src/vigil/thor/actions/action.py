@@ -11,9 +11,13 @@ ALWAYS_ALLOWED = frozenset(
     {
         *("action", "sequenceId", "agentId", "renderImage", "renderObjectImage", "renderClassImage"),
         *("renderNormalsImage", "renderInstanceSegmentation", "renderSemanticSegmentation", "renderDepthImage"),
+        *("actionSimulationSeconds", "fixedDeltaTime", "physicsSimulationParams"),
     }
 )
-"""Names of parameters that the client may send with any action. The action's handler does not get these parameters."""
+"""Names of parameters that the client may send with any action. The action's handler does not get these parameters.
+
+The last row says how long AI2-THOR's physics settle after an action; here nothing moves by itself.
+"""
 
 
 @dataclass(frozen=True, slots=True)

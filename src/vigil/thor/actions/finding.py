@@ -10,6 +10,7 @@ from vigil.scene.geometry import bounding_box, convex_hull
 from vigil.scene.things import Thing
 from vigil.sim.thor.units import BODY_HEIGHT_M, from_thor, to_thor
 from vigil.thor.actions.action import Action
+from vigil.thor.base.agents import agent_between
 from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
 from vigil.thor.base.paths import walk
 from vigil.thor.base.settings import RIGHT_ANGLE
@@ -30,6 +31,7 @@ def _reachable(
     start, step = world.agent.position._replace(y=0.0), gridSize or world.settings.grid_size
     yaw = world.agent.rotation % RIGHT_ANGLE if directionsRelativeAgent else 0.0
     places = [Vec3(x, 0.0, z) for x, z in world.editor.reachable(start, step, yaw).tolist()]
+    places = [place for place in places if agent_between(world, place, place) is None]
     return [to_thor(place._replace(y=BODY_HEIGHT_M)) for place in places if yaw or world.is_on_grid(place)]
 
 
@@ -74,6 +76,13 @@ def _interactable_poses(
                 if maxPoses is not None and len(found) >= maxPoses:
                     return found
     return found
+
+
+def _interactable_positions(world: World, **asked: Any) -> dict[str, list[float]]:
+    """Return what GetInteractablePoses finds in the older form: a list for each coordinate; `standing` is 0 or 1."""
+    poses = _interactable_poses(world, **asked)
+    names = ("x", "y", "z", "rotation", "horizon", "standing")
+    return {name: [1.0 if pose[name] is None else float(pose[name]) for pose in poses] for name in names}
 
 
 def _seeing(world: World, distance_m: float | None) -> World:
@@ -210,6 +219,13 @@ ACTIONS = tuple(
             lacks=_GRID,
         ),
         Action("GetInteractablePoses", _interactable_poses, f"string objectId, {_POSES}", "objectId", lacks=_POINTS),
+        Action(
+            "PositionsFromWhichItemIsInteractable",
+            _interactable_positions,
+            "string objectId, list positions",
+            "objectId",
+            lacks=_POINTS,
+        ),
         Action("GetObjectInFrame", _object_in_frame, "float x, float y, bool checkVisible", "x y"),
         Action(
             "GetCoordinateFromRaycast",

@@ -5,15 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from vigil.assets.catalog import CATALOG
 from vigil.base.geometry import Vec3, floor_distance, heading, rotate_floor
 from vigil.scene.geometry import bounding_box, euler_angles, rotation_matrix
 from vigil.scene.things import Thing
 from vigil.thor.actions.action import Action
-from vigil.thor.actions.handling import AT, WHICH, target_of
+from vigil.thor.actions.handling import AT, WHICH, drop, target_of
 from vigil.thor.actions.placing import put_at, support_of
 from vigil.thor.base.errors import ActionFailed, invalid_operation
-from vigil.thor.base.properties import mass_of
+from vigil.thor.base.properties import is_loose, mass_of
 from vigil.thor.base.targets import cast, first_met
 from vigil.thor.base.world import World
 
@@ -69,15 +68,16 @@ def _turn_hand(world: World, x: float = 0.0, y: float = 0.0, z: float = 0.0, **_
 
 def _push(world: World, yaw: float, force: float, **asked: Any) -> None:
     thing, _, _ = target_of(world, **asked)
-    if not (thing.is_pickupable or CATALOG[thing.category].is_moveable):
+    if not is_loose(thing):
         raise ActionFailed("Target Sim Object cannot be moved. Target must have the property Pickupable or Moveable")
     if force <= 0.0:
         raise invalid_operation("moveMagnitude must be above 0")
-    _slide(world, thing, yaw, min(MOST_M, M_PER_FORCE * force / max(mass_of(thing), 1e-3)))
+    _slide(world, thing, yaw, force)
 
 
-def _slide(world: World, thing: Thing, yaw: float, length: float) -> None:
-    """Slide a thing on its support by at most `length` (m); an obstacle or the support's edge stops it earlier."""
+def _slide(world: World, thing: Thing, yaw: float, force: float) -> None:
+    """Slide a thing on its support as far as a force (N) does; an obstacle or the support's edge stops it earlier."""
+    length = min(MOST_M, M_PER_FORCE * force / max(mass_of(thing), 1e-3))
     (x, z), box = heading(yaw), bounding_box(thing)
     across = np.array([-z, 0.0, x]) * min(box.size.x, box.size.z) / 2
     front = np.array(thing.position) + np.array([x, 0.0, z]) * max(box.size.x, box.size.z) / 2
@@ -107,6 +107,12 @@ def _pusher(turned: float) -> Callable[..., None]:
     return push
 
 
+def _throw(world: World, moveMagnitude: float, **asked: Any) -> None:
+    thrown = world.held
+    drop(world, **asked)
+    _slide(world, world.thing(thrown or ""), world.agent.rotation, moveMagnitude)
+
+
 def _touch(
     world: World,
     x: float,
@@ -121,9 +127,8 @@ def _touch(
     away = float("inf") if point is None else float(np.linalg.norm(np.subtract(point, world.view().eye)))
     if thing is None or away > reach:
         return {"didHandTouchSomething": False, "objectId": "None", "armsLength": min(away, reach)}
-    is_loose = thing.id not in world.floors and (thing.is_pickupable or CATALOG[thing.category].is_moveable)
     way = direction or Vec3(0.0, 0.0, 1.0)
-    if is_loose and moveMagnitude > 0.0 and (way.x or way.z):
+    if is_loose(thing) and moveMagnitude > 0.0 and (way.x or way.z):
         yaw = world.agent.rotation + float(np.degrees(np.arctan2(way.x, way.z)))
         _push(world, yaw, moveMagnitude, objectId=thing.id, forceAction=True)
     return {"didHandTouchSomething": True, "objectId": thing.id, "armsLength": away}
@@ -131,8 +136,7 @@ def _touch(
 
 _MOVE = "float moveMagnitude, bool forceVisible"
 _BY = "float ahead, float right, float up, bool forceVisible"
-_SETTLE = "bool autoSimulation, any physicsSimulationParams"
-_XYZ = f"float x, float y, float z, {_SETTLE}"
+_XYZ = "float x, float y, float z, bool autoSimulation"
 _PASSES_THROUGH = "the held object never collides, and is drawn at its usual place in the image"
 _SLIDES = "the object slides up to 1 m (0.01 m for 1 N on 1 kg) and stops at obstacles and edges; nothing falls or tips"
 _WAYS = {
@@ -161,12 +165,19 @@ ACTIONS = (
         "objectId moveMagnitude | x y moveMagnitude",
         lacks=_SLIDES,
     ),
+    Action(
+        "ThrowObject",
+        _throw,
+        "float moveMagnitude, bool forceAction, bool autoSimulation",
+        "moveMagnitude",
+        lacks=f"the object is dropped, and then pushed: {_SLIDES}",
+    ),
     Action("PushObject", _pusher(0.0), f"{AT}, float moveMagnitude", WHICH, lacks=_SLIDES),
     Action("PullObject", _pusher(180.0), f"{AT}, float moveMagnitude", WHICH, lacks=_SLIDES),
     Action(
         "TouchThenApplyForce",
         _touch,
-        f"float x, float y, Vector3 direction, float moveMagnitude, float handDistance, {_SETTLE}",
+        "float x, float y, Vector3 direction, float moveMagnitude, float handDistance, bool autoSimulation",
         "x y",
         lacks=_SLIDES,
     ),

@@ -98,8 +98,10 @@ def _pick_up(world: World, **asked: Any) -> str:
     if world.held is not None:
         raise ActionFailed(_error_text(world, "hand_full", world.thing(world.held)))
     thing, point, forced = target_of(world, **asked)
+    if not thing.is_pickupable:
+        raise ActionFailed(_error_text(world, "not_pickupable", thing))
     world.hand_turn = Vec3(0.0, 0.0, 0.0)
-    if forced and thing.is_pickupable:
+    if forced:
         world.apply_changes({}, held=thing.id)
         return thing.id
     effect = world.editor.apply_intent("pick", thing.id, point)
@@ -113,7 +115,7 @@ def _put(world: World, **asked: Any) -> None:
         raise ActionFailed(REFUSALS["hand_empty"])
     receptacle, point, _ = target_of(world, **asked)
     if receptacle.id in world.floors:
-        _drop(world)
+        drop(world)
         return
     if not receptacle.is_receptacle:
         raise ActionFailed("This target object is NOT a receptacle!")
@@ -147,7 +149,8 @@ def points_on(world: World, receptacle: Thing) -> list[Vec3]:
     ]
 
 
-def _drop(world: World, forceAction: bool = False, **_: object) -> None:
+def drop(world: World, forceAction: bool = False, **_: object) -> None:
+    """Lay the held object below the hand. Raises ActionFailed."""
     if world.held is None:
         raise ActionFailed("Nothing is in the agent's hand to drop!")
     held = world.thing(world.held)
@@ -178,7 +181,7 @@ AT = "string objectId, float x, float y, bool forceAction"
 WHICH = "objectId | x y"
 _OPEN = f"{AT}, float openness, bool simplifyPhysics, float moveMagnitude"
 _PUT = f"{AT}, bool placeStationary, int randomSeed, bool putNearXY, float maxDistance"
-_DROP = "bool forceAction, bool autoSimulation"
+_DROP = "bool forceAction, bool autoSimulation, float randomMagnitude"
 _AT_ONCE = "the object is open or shut at once, and pushes nothing"
 _NO_BURNERS = "stove knobs control no burners"
 _NO_STACKS = "an object that carries something and is not a receptacle is refused"
@@ -195,6 +198,8 @@ ACTIONS = (
     Action("ToggleObjectOff", _toggler(on=False), AT, WHICH, lacks=_NO_BURNERS),
     Action("PickupObject", _pick_up, f"{AT}, bool manualInteract, bool stationary", WHICH, lacks=_NO_STACKS),
     Action("PutObject", _put, _PUT, WHICH, lacks=_NEAREST),
-    Action("DropHandObject", _drop, _DROP, lacks=_LIES_AT_ONCE),
-    Action("DropHeldObject", _drop, _DROP, lacks=_LIES_AT_ONCE),
+    *(
+        Action(name, drop, _DROP, lacks=_LIES_AT_ONCE)
+        for name in ("DropHandObject", "DropHeldObject", "DropHeldObjectAhead")
+    ),
 )

@@ -13,6 +13,7 @@ from vigil.protocol.world import Setup
 from vigil.scene.outlines import GRID_M, floor_of
 from vigil.sim.scene_editor import SceneEditor
 from vigil.thor.actions.action import Action
+from vigil.thor.base.agents import place_agents
 from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.floors import floors_of
 from vigil.thor.base.scene_names import VARIABLE, house_for, scene_names
@@ -29,7 +30,7 @@ NAMED_ASSETS = 5
 def _reset(world: World, sceneName: str = PROCEDURAL, **_: object) -> None:
     world.editor.close()
     world.has_house, world.cameras, world.shown, world.floors = False, [], None, {}
-    world.emphasized = None
+    world.emphasized, world.active, world.waiting = None, 0, {}
     world.house, world.scene_name, world.notes = None, PROCEDURAL, []
     if sceneName == PROCEDURAL:
         return
@@ -48,7 +49,7 @@ def _reset(world: World, sceneName: str = PROCEDURAL, **_: object) -> None:
 
 
 def _create_house(world: World, house: dict[str, Any]) -> None:
-    world.has_house, world.shown, world.emphasized = False, None, None
+    world.has_house, world.shown, world.emphasized, world.active, world.waiting = False, None, None, 0, {}
     try:
         open_house(world, House("house", house))
     except VigilError as error:
@@ -63,6 +64,7 @@ def open_house(world: World, house: House) -> None:
     world.has_house, world.scene_name = True, PROCEDURAL
     world.house = world.first_house = house
     world.floors = floors_of(world.editor.scene().rooms)
+    place_agents(world)
     nodes = [node for node, _ in house.objects()]
     world.unbreakable, world.flags = set(), {node.id: {"isDirty": True} for node in nodes if node.is_dirty}
     openings = [*house.document.doors, *house.document.windows]

@@ -6,11 +6,9 @@ _NO_LOOKS = "materials and lights are those of the house"
 _NO_SHAPES = "objects have boxes, but their meshes are not given"
 _OWN_ASSETS = "the engine does not have THOR's assets"
 _ARM = "the agent has a hand without an arm; use PickupObject, MoveHeldObject and PutObject"
-_ASK = "use GetInteractablePoses"
 _DRONE = "the engine has no drone; add a third-party camera, and move it with UpdateThirdPartyCamera"
 
 MISSING: dict[str, str] = {
-    **dict.fromkeys(("ThrowObject",), _NO_PHYSICS),
     **dict.fromkeys(("MakeAllObjectsMoveable", "MakeAllObjectsStationary"), _NO_PHYSICS),
     **dict.fromkeys(("SetRoomTempDecayTimeForType", "SetRoomTempDecayTimeGlobal"), _NO_SUCH_STATE),
     **dict.fromkeys(("SetSkybox", "GetMaterials"), _NO_LOOKS),
@@ -21,8 +19,7 @@ MISSING: dict[str, str] = {
     "GetHouseFromTemplate": "CreateHouse takes whole houses",
     "GetSpawnCoordinatesAboveReceptacle": "PutObject finds a place by itself",
     "PlaceHeldObject": "PutObject finds a place by itself",
-    "PositionsFromWhichItemIsInteractable": _ASK,
-    "NumberOfPositionsFromWhichItemIsVisible": _ASK,
+    "NumberOfPositionsFromWhichItemIsVisible": "use GetInteractablePoses",
     "ObjectNavExpertAction": "use GetShortestPath",
     "VisualizePath": "paths are not drawn into the scene",
     "ToggleMapView": "add a camera with what GetMapViewCameraProperties returns",

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from vigil.base.geometry import Pose, Vec3, rotate_floor, wrap_deg
 from vigil.sim.thor.units import BODY_HEIGHT_M
 from vigil.thor.actions.action import Action
+from vigil.thor.base.agents import agent_between
 from vigil.thor.base.errors import ActionFailed, invalid_operation
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.world import World, body_of
@@ -24,8 +25,10 @@ def _walk(world: World, right: float, ahead: float) -> None:
     blocker = world.editor.blocker(pose.position, end)
     if blocker == "exterior":
         raise invalid_operation(f"Scene bounds do not contain target position ({end.x:.4f}, {end.y:.4f}, {end.z:.4f})")
-    if blocker is not None:
-        raise ActionFailed(f"{blocker} is blocking Agent 0 from moving by ({x:.4f}, 0.0000, {z:.4f}).")
+    other = agent_between(world, pose.position, end)
+    if blocker is not None or other is not None:
+        what = blocker or f"Agent {other}"
+        raise ActionFailed(f"{what} is blocking Agent {world.active} from moving by ({x:.4f}, 0.0000, {z:.4f}).")
     world.editor.stand(pose.model_copy(update={"position": end}))
 
 
@@ -126,7 +129,7 @@ def _check_pose(world: World, pose: Pose) -> None:
             f"({x:.4f}, {z:.4f}) is off the grid of {settings.grid_size:g} m through the agent at "
             f"({here.x:.4f}, {here.z:.4f}), but snapToGrid allows only points of the grid"
         )
-    if not world.can_be_at(pose.position):
+    if not world.can_be_at(pose.position) or agent_between(world, pose.position, pose.position) is not None:
         raise invalid_operation(f"Collided with something, or outside of the rooms, at ({x:.4f}, {z:.4f})")
 
 

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from vigil.assets.catalog import CATALOG
 from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
 from vigil.protocol.world import ObjectSetup, Placement
@@ -14,6 +13,7 @@ from vigil.scene.things import Thing
 from vigil.sim.thor.units import from_thor
 from vigil.thor.actions.action import Action
 from vigil.thor.base.errors import ActionFailed, bad_argument
+from vigil.thor.base.properties import is_loose
 from vigil.thor.base.world import World
 
 RESTS_WITHIN_M = 0.05
@@ -67,7 +67,7 @@ def _set_poses(world: World, objectPoses: list[Any], skipMoveable: bool = False,
     others = [
         thing.id
         for thing in world.things()
-        if _is_loose(thing) and thing.id not in wanted and (thing.is_pickupable or not skipMoveable)
+        if is_loose(thing) and thing.id not in wanted and (thing.is_pickupable or not skipMoveable)
     ]
     world.apply_changes({name: ObjectSetup(is_absent=True) for name in others})
     placed = [world.editor.scene().things[name] for name in wanted]
@@ -90,13 +90,9 @@ def _enable(world: World, objectId: str) -> None:
         raise bad_argument(f"objectId: {objectId} is not the objectId on any object in the scene!") from None
 
 
-def _is_loose(thing: Thing) -> bool:
-    return not thing.is_structure and (thing.is_pickupable or CATALOG[thing.category].is_moveable)
-
-
 def _loose(world: World, object_id: str) -> Thing:
     thing = world.thing(object_id)
-    if not _is_loose(thing):
+    if not is_loose(thing):
         raise ActionFailed(f"{object_id} must be pickupable or moveable to be placed elsewhere")
     return thing
 

@@ -4,6 +4,7 @@ from typing import Any
 
 from vigil.base.geometry import Vec3
 from vigil.thor.actions.action import Action
+from vigil.thor.base.agents import place_agents
 from vigil.thor.base.errors import bad_argument
 from vigil.thor.base.settings import settings_of
 from vigil.thor.base.world import ThirdPartyCamera, World
@@ -14,6 +15,8 @@ MOST_PIXELS = 4096
 
 def _initialize(world: World, **sent: Any) -> dict[str, float]:
     world.settings = settings_of(sent, world.settings.screen_width, world.settings.screen_height)
+    if world.has_house:
+        place_agents(world)
     return {
         "cameraNearPlane": world.settings.camera_near_plane,
         "cameraFarPlane": world.settings.camera_far_plane,
@@ -103,6 +106,7 @@ ACTIONS = (
     Action("Initialize", _initialize, takes_anything=True, lacks=_ONE_AGENT),
     Action("ChangeResolution", _resolution, "int x, int y", "x y"),
     Action("ChangeQuality", _nothing, "string quality", lacks="the engine's option `--render-quality` decides"),
+    Action("ChangeOpenSpeed", _nothing, "float x", "x", lacks="objects open at once, whatever the speed"),
     Action(
         "AddThirdPartyCamera",
         _add_camera,

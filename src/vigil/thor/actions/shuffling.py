@@ -26,6 +26,7 @@ SPLITS = ("useTrainMaterials", "useValMaterials", "useTestMaterials", "useExtern
 def _spawn(
     world: World,
     randomSeed: int = 0,
+    forceVisible: bool = False,
     numPlacementAttempts: int = 5,
     excludedObjectIds: list[str] | None = None,
     excludedReceptacles: list[str] | None = None,
@@ -40,6 +41,8 @@ def _spawn(
     loose = [each for each in loose if not contents(scene, each.id)]
     rng.shuffle(loose)
     receptacles = [each for each in world.things() if each.category not in (excludedReceptacles or ())]
+    if forceVisible:  # as in AI2-THOR, nothing may be hidden in what can be shut
+        receptacles = [each for each in receptacles if not each.is_openable]
     for thing in loose:
         _put_elsewhere(world, thing, receptacles, rng, numPlacementAttempts)
 
@@ -180,7 +183,8 @@ ACTIONS = (
         "InitialRandomSpawn",
         _spawn,
         _SPAWN,
-        lacks="objects stay where no place is found; no copies are made, and nothing is put on the floor",
+        lacks="objects stay where no place is found; no copies are made, and nothing is put on the floor; with "
+        "forceVisible, nothing is put into objects that open",
     ),
     Action("RandomizeMaterials", _materials, f"{_TRAIN}, list inRoomTypes", lacks=_ROOMS_ONLY),
     Action("RandomizeColors", _colours, takes_anything=True, lacks="only walls change; objects stay as they are"),

@@ -38,18 +38,15 @@ class Image:
     data: bytes
 
 
-def images(world: World, wanted: Wanted = "all") -> list[Image]:
-    """Return the images that both the settings and `wanted` ask for. The agent's images come first."""
-    if wanted == "none":
-        return []
-    layers = _layers(world) if wanted == "all" else _layers(world) - {"rgb"}
-    found = list(_agent_images(world, layers))
+def camera_images(world: World, wanted: Wanted) -> Iterator[Image]:
+    """Yield the images of the cameras that the client added; `wanted` says which."""
     for camera in world.cameras if world.has_house else ():
-        found += _of(world, _third_party_view(world, camera), layers, is_third_party=True)
-    return found
+        yield from _of(world, _third_party_view(world, camera), _layers(world, wanted), is_third_party=True)
 
 
-def _agent_images(world: World, layers: frozenset[Layer]) -> Iterator[Image]:
+def agent_images(world: World, wanted: Wanted) -> Iterator[Image]:
+    """Yield the images of the agent that acts; `wanted` says which."""
+    layers = _layers(world, wanted)
     if world.has_house:
         yield from _of(world, world.view(), layers, is_third_party=False)
         return
@@ -72,14 +69,15 @@ def with_floors(world: World, view: CameraView, things: np.ndarray) -> np.ndarra
     return numbered
 
 
-def _layers(world: World) -> frozenset[Layer]:
+def _layers(world: World, wanted: Wanted) -> frozenset[Layer]:
+    """Return the layers that both the settings and `wanted` ask for."""
     settings = world.settings
-    wanted: dict[Layer, bool] = {
-        "rgb": settings.render_image,
+    is_drawn: dict[Layer, bool] = {
+        "rgb": settings.render_image and wanted == "all",
         "depth": settings.render_depth_image,
         "things": settings.render_instance_segmentation or settings.render_semantic_segmentation,
     }
-    return frozenset(layer for layer, is_wanted in wanted.items() if is_wanted)
+    return frozenset(layer for layer, drawn in is_drawn.items() if drawn and wanted != "none")
 
 
 def _of(world: World, view: CameraView, layers: frozenset[Layer], *, is_third_party: bool) -> Iterator[Image]:

@@ -5,21 +5,24 @@ from typing import Any
 
 import numpy as np
 
-from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
-from vigil.base.geometry import Vec3, distance, rotate_floor
+from vigil.base.geometry import Pose, Vec3, distance, heading, rotate_floor
 from vigil.scene.geometry import box_corners, euler_angles, part_boxes, part_motion, place_of, rotation_matrix
 from vigil.scene.supports import children
 from vigil.scene.things import Scene, Thing
+from vigil.sim.core.state import HAND_AHEAD_M, HAND_DROP_M
 from vigil.sim.thor.units import to_thor
+from vigil.thor.base.agents import is_in_hand
 from vigil.thor.base.floors import floor_below
 from vigil.thor.base.images import colours
-from vigil.thor.base.properties import mass_of, materials_of, properties
+from vigil.thor.base.properties import is_loose, is_moveable, mass_of, materials_of, properties
 from vigil.thor.base.sight import Visibility, visibility_of
 from vigil.thor.base.world import World, body_of
 
 OPEN_FROM = 1e-3
 """Openness above which an object counts as open."""
+THORS_HAND_M = (0.0, -0.16, 0.38)
+"""Usual `localPosition` (m) of AI2-THOR's hand: to the right, up and ahead of the camera."""
 _NOWHERE = Vec3(0.0, 0.0, 0.0)
 _WITHOUT: dict[str, Any] = {
     **dict.fromkeys(("isMoving", "obstructed"), False),
@@ -48,7 +51,7 @@ def agent_metadata(world: World) -> dict[str, Any]:
     ids_are_drawn = world.settings.render_instance_segmentation or world.settings.render_semantic_segmentation
     return {
         **{name: list(value) if value == () else value for name, value in _UNUSED.items()},
-        "agentId": 0,
+        "agentId": world.active,
         "sceneName": world.scene_name,
         "vigil": {"house": world.house.name if world.house else None, "notes": len(world.notes), "note": _note(world)},
         "screenWidth": width,
@@ -69,31 +72,36 @@ def _note(world: World) -> str:
 
 
 def _agent(world: World) -> dict[str, Any]:
-    pose = world.agent if world.has_house else None
-    body = body_of(pose) if pose else _NOWHERE
-    eye = world.eye_of(pose) if pose else _NOWHERE
+    pose = world.agent if world.has_house else Pose(position=_NOWHERE, rotation=0.0)
     held = world.editor.scene().things[world.held] if world.held else None
-    place = held.position if held else eye
-    yaw = pose.rotation if pose else 0.0
-    right, ahead = rotate_floor(place.x - body.x, place.z - body.z, -yaw)
-    hand_turn = rotation_matrix(world.hand_turn if held else _NOWHERE)
     return {
         "agent": {
             "name": "agent",
-            "position": to_thor(body),
-            "rotation": {"x": 0.0, "y": yaw, "z": 0.0},
-            "cameraHorizon": pose.horizon if pose else 0.0,
-            "isStanding": None if world.settings.is_locobot else pose.standing if pose else True,
+            "position": to_thor(body_of(pose) if world.has_house else _NOWHERE),
+            "rotation": {"x": 0.0, "y": pose.rotation, "z": 0.0},
+            "cameraHorizon": pose.horizon,
+            "isStanding": None if world.settings.is_locobot else pose.standing,
             "inHighFrictionArea": False,
         },
-        "cameraPosition": to_thor(eye),
-        "heldObjectPose": {
-            "position": to_thor(place),
-            "rotation": to_thor(_euler(rotation_matrix(Vec3(0.0, yaw, 0.0)) @ hand_turn)),
-            "localPosition": to_thor(Vec3(right, place.y - body.y, ahead)),
-            "localRotation": to_thor(_euler(hand_turn)),
-        },
+        "cameraPosition": to_thor(world.eye_of(pose) if world.has_house else _NOWHERE),
+        "heldObjectPose": _hand(world, pose, held),
         "inventoryObjects": [{"objectId": held.id, "objectType": held.category}] if held else [],
+    }
+
+
+def _hand(world: World, pose: Pose, held: Thing | None) -> dict[str, Any]:
+    """Return the pose of the hand. `localPosition` starts from AI2-THOR's usual place, which programs compare with."""
+    (ahead_x, ahead_z), (x, y, z) = heading(pose.rotation), pose.eye
+    usual = Vec3(x + HAND_AHEAD_M * ahead_x, y - HAND_DROP_M, z + HAND_AHEAD_M * ahead_z)
+    place = held.position if held else usual
+    right, ahead = rotate_floor(place.x - usual.x, place.z - usual.z, -pose.rotation)
+    turn = rotation_matrix(world.hand_turn if held else _NOWHERE)
+    local = np.add(THORS_HAND_M, (right, place.y - usual.y, ahead))
+    return {
+        "position": to_thor(place),
+        "rotation": to_thor(_euler(rotation_matrix(Vec3(0.0, pose.rotation, 0.0)) @ turn)),
+        "localPosition": to_thor(Vec3(*local.round(6).tolist())),
+        "localRotation": to_thor(_euler(turn)),
     }
 
 
@@ -122,7 +130,8 @@ def objects(world: World) -> list[dict[str, Any]]:
         return []
     everything, scene = [*world.things(), *world.floors.values()], world.editor.scene()
     things = [thing for thing in everything if world.shown is None or thing.id in world.shown]
-    seen, body, held = visibility_of(world, things), body_of(world.agent), world.held
+    seen, body = visibility_of(world, things), body_of(world.agent)
+    held = {world.held, *(other.held for other in world.waiting.values() if is_in_hand(world, other))}
     floor_of = {thing.id: floor_below(scene.rooms, thing) for thing in everything if thing.id not in world.floors}
     found = []
     for thing in things:
@@ -141,9 +150,7 @@ def objects(world: World) -> list[dict[str, Any]]:
     return found
 
 
-def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str | None) -> dict[str, Any]:
-    is_moveable = thing.category in CATALOG and CATALOG[thing.category].is_moveable and not thing.is_pickupable
-    is_loose = thing.is_pickupable or is_moveable
+def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: set[str | None]) -> dict[str, Any]:
     return {
         **_WITHOUT,
         "name": thing.id,
@@ -162,12 +169,12 @@ def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str 
         "toggleable": thing.is_toggleable,
         "isToggled": thing.is_toggled,
         "pickupable": thing.is_pickupable,
-        "isPickedUp": held == thing.id,
-        "moveable": is_moveable,
-        "mass": mass_of(thing) if is_loose else 0.0,
-        "salientMaterials": list(materials_of(thing.asset)) if is_loose else None,
+        "isPickedUp": thing.id in held,
+        "moveable": is_moveable(thing),
+        "mass": mass_of(thing) if is_loose(thing) else 0.0,
+        "salientMaterials": list(materials_of(thing.asset)) if is_loose(thing) else None,
         "axisAlignedBoundingBox": _box(thing.asset, thing.position, thing.rotation, thing.openness),
-        "objectOrientedBoundingBox": _oriented_box(thing) if is_loose else None,
+        "objectOrientedBoundingBox": _oriented_box(thing) if is_loose(thing) else None,
     }
 
 

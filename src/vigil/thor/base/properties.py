@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
 from vigil.base.caches import cached_while_alive
 from vigil.scene.supports import ancestors, containers_of
@@ -63,6 +64,16 @@ def _temperature(thing: Thing, scene: Scene) -> str:
     if any(below.category in HEAT_SOURCES and below.is_toggled for below in ancestors(scene, thing)):
         return "Hot"
     return "Cold" if any(each.category in COLD_SOURCES for each in containers_of(scene, thing)) else "RoomTemp"
+
+
+def is_moveable(thing: Thing) -> bool:
+    """Return whether a thing can be pushed but not carried."""
+    return thing.category in CATALOG and CATALOG[thing.category].is_moveable and not thing.is_pickupable
+
+
+def is_loose(thing: Thing) -> bool:
+    """Return whether a thing can be carried or pushed; False for floors."""
+    return not thing.is_structure and (thing.is_pickupable or is_moveable(thing))
 
 
 def mass_of(thing: Thing) -> float:

@@ -29,7 +29,7 @@ class Settings(BaseModel):
     render_semantic_segmentation: bool = False
     render_image: bool = True
     agent_mode: str = "default"
-    agent_count: int = 1
+    agent_count: int = Field(default=1, ge=1)
     camera_near_plane: float = Field(default=0.1, gt=0.0)
     camera_far_plane: float = Field(default=20.0, gt=0.0)
     time_scale: float = Field(default=1.0, gt=0.0)
@@ -76,11 +76,6 @@ def settings_of(sent: Mapping[str, Any], width: int, height: int) -> Settings:
         fault = error.errors(include_url=False)[0]
         place = ".".join(str(part) for part in fault["loc"])
         raise ActionFailed(f"Initialize: {place}: {fault['msg']} (got {fault['input']!r})") from None
-    if settings.agent_count != 1:
-        raise ActionFailed(
-            f"agentCount {settings.agent_count}: VIGIL's engine has one agent. Leave agentCount out, and use "
-            "AddThirdPartyCamera to see what another agent would see."
-        )
     if not settings.is_locobot and settings.agent_mode.lower() != "default":
         raise ActionFailed(
             f"agentMode {settings.agent_mode!r}: VIGIL's engine has THOR's default agent, which has a hand without an "

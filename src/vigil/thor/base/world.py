@@ -19,6 +19,7 @@ PROCEDURAL = "Procedural"
 """Name of the scene for all houses that are given to `CreateHouse`."""
 LOCOBOT_CAMERA_M = 0.0312
 """The position that AI2-THOR reports for a LoCoBot is this far (m) above the LoCoBot's camera."""
+NO_TURN = Vec3(0.0, 0.0, 0.0)
 OFF_GRID_M = 1e-3
 """A place at most this far (m) from a point of the grid counts as on the grid."""
 
@@ -34,6 +35,20 @@ class ThirdPartyCamera:
     """Vertical field of view in degrees."""
     orthographic_size: float | None = None
     """Half of the height (m) that an orthographic camera shows; None for a camera with perspective."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """An agent that does not act now."""
+
+    pose: Pose
+    held: str | None = None
+    """Id of the object in its hand; None when the hand is empty."""
+    place: Vec3 = NO_TURN
+    """Position (m) of the held object."""
+    rotation: Vec3 = NO_TURN
+    """Rotation (deg) of the held object."""
+    hand_turn: Vec3 = NO_TURN
 
 
 @dataclass(slots=True)
@@ -64,8 +79,12 @@ class World:
     """Id of an object -> flags that have been set since the house was created, e.g. `isSliced`."""
     unbreakable: set[str] = field(default_factory=set)
     """Ids of the objects that cannot break."""
-    hand_turn: Vec3 = field(default_factory=lambda: Vec3(0.0, 0.0, 0.0))
+    hand_turn: Vec3 = NO_TURN
     """Rotation (deg) of the hand relative to the agent since the held object was picked up."""
+    active: int = 0
+    """Number of the agent that acts, which is the simulator's agent."""
+    waiting: dict[int, Waiting] = field(default_factory=dict)
+    """The other agents, by number."""
     emphasized: str | None = None
     """Id of the object that images show in one colour, with everything else black; None if images are as usual."""
     shown: frozenset[str] | None = None
