@@ -12,6 +12,7 @@ MAY_BE_MISSING = (
     "verifiers",
     "trl",
     "verl",
+    "prime-rl",
     "lerobot",
     "LaTeX",
     "bubblewrap",

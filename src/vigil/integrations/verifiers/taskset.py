@@ -26,6 +26,8 @@ class VigilData(vf.TaskData):
     Its prompt is only the instruction; `VigilHarness` sends the model the full prompt.
     """
 
+    id: str | None = None
+    """Id of the episode; declared here because TaskData before verifiers 0.4, which prime-rl uses, has no id."""
     source: str = ""
     house: int | None = None
     """Index of the episode's house in a stream; None for a pack."""
