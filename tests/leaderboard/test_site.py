@@ -246,7 +246,7 @@ def test_decisions_are_read_and_shown_and_a_checked_bundle_is_not_checked_again(
     arguments = (*bundles.values(), "--pack", pack.folder, "--shown-plays", "0", "--workers", "1")
     said = vigil("leaderboard", "build", *arguments, "--decisions", decisions, "--out", out)
     assert said.code == 0, said.err
-    assert "2 bundles, 0 of them new: 1 entries." in said.out
+    assert "Bundles: 2, of which 0 new. Entries: 1." in said.out
     assert f"{bad} · withdrawn · the authors asked (us, 2026-01-01)" in said.out
     found = json.loads((out / "entries.json").read_text())
     assert [(entry["id"], entry["tier"]) for entry in found["entries"]] == [(good, "fresh_pack")]
