@@ -23,14 +23,16 @@ PACK = "pack"
 def publish_plays(folder: Path, source: Path, records: Sequence[EpisodeRecord], header: RunHeader) -> None:
     """Write `records` as one run with an excerpt of the pack in `source`.
 
-    Each row keeps the run id under which it was played. `header` gives all settings except those about the pack.
+    Each row keeps the run id under which it was played. `header` gives all settings except those about the pack; its
+    times become those of the first and the last play, because the plays may come from several runs.
     """
     ordered = sorted(records, key=lambda record: record.key)
     played = {record.episode_id for record in ordered}
     pack = write_excerpt(source, folder / PACK, played)
     of_pack = {"pack": pack.name, "pack_sha256": pack.sha256, "pack_versions": pack.manifest.versions}
     spec = header.spec.model_copy(update={**of_pack, "episode_ids": tuple(sorted(played))})
-    own = header.model_copy(update={"run_id": folder.name, "spec": spec, "host": {"pack_folder": PACK}})
+    times = {"started": min(each.started for each in ordered), "ended": max(each.ended for each in ordered)}
+    own = header.model_copy(update={"run_id": folder.name, "spec": spec, "host": {"pack_folder": PACK}, **times})
     (folder / HEADER_FILE).write_text(own.model_dump_json(indent=1) + "\n", encoding="utf-8")
     rows = (record.model_copy(update={"run_sha256": own.sha256}) for record in ordered)
     (folder / EPISODES_FILE).write_bytes(b"".join(map(dump_line, rows)))

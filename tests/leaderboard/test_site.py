@@ -246,7 +246,7 @@ def test_decisions_are_read_and_shown_and_a_checked_bundle_is_not_checked_again(
     arguments = (*bundles.values(), "--pack", pack.folder, "--shown-plays", "0", "--workers", "1")
     said = vigil("leaderboard", "build", *arguments, "--decisions", decisions, "--out", out)
     assert said.code == 0, said.err
-    assert "2 bundles, 0 of them new: 1 entries." in said.out
+    assert "Bundles: 2, of which 0 new. Entries: 1." in said.out
     assert f"{bad} · withdrawn · the authors asked (us, 2026-01-01)" in said.out
     found = json.loads((out / "entries.json").read_text())
     assert [(entry["id"], entry["tier"]) for entry in found["entries"]] == [(good, "fresh_pack")]
@@ -317,6 +317,17 @@ def test_a_name_that_deceives_is_refused(name: str, why: str) -> None:
         metadata(name)
 
 
+OVERLAPS = """() => {
+  const plot = document.querySelector("svg.plane");
+  const nodes = [plot, ...plot.querySelectorAll(":scope > text")];
+  const [whole, ...texts] = nodes.map((node) => node.getBoundingClientRect());
+  const isIn = (a) => a.left >= whole.left && a.right <= whole.right && a.top >= whole.top && a.bottom <= whole.bottom;
+  const meet = (a, b) => a.left + 2 < b.right && b.left + 2 < a.right && a.top + 2 < b.bottom && b.top + 2 < a.bottom;
+  return texts.filter((a, at) => !isIn(a) || texts.slice(at + 1).some((b) => meet(a, b))).length;
+}"""
+"""Script that counts the titles and ticks of a plot that are cut off, or that overlap another one by over 2 px."""
+
+
 def check_with_axe(visitor: Visitor, where: str) -> None:
     """Assert that axe-core, which checks accessibility, finds no violation on the page."""
     visitor.page.evaluate(AXE_SCRIPT)
@@ -348,6 +359,7 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
     visitor.page.goto((tmp_path / "site" / "index.html").as_uri())
     visitor.check("index")
     check_with_axe(visitor, "index")
+    assert visitor.page.evaluate(OVERLAPS) == 0
     assert visitor.text("#shown") == "100 of 100 entries"
     visitor.tab_to("select[data-filter=weights]")
     visitor.press("ArrowDown")

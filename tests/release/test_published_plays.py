@@ -52,6 +52,19 @@ def test_every_folder_of_plays_is_counted() -> None:
     assert {path.name for path in PLAYS.iterdir()} == {*OLD, *OLD_LISTS, *OLD_UNCOUNTED, *PRESENT, *LISTS}
 
 
+@pytest.mark.parametrize("folder", sorted(PLAYS.iterdir()), ids=lambda folder: folder.name)
+def test_plays_lie_within_the_times_of_their_run(folder: Path) -> None:
+    assert untimely_plays(read_run(folder)) == []
+
+
+def untimely_plays(run: SavedRun) -> list[str]:
+    """Return the plays that began before their run began, or ended after it ended."""
+    records = [run.table.record(key) for key in sorted(run.table.rows)]
+    started, ended = run.header.started, run.header.ended
+    assert ended is not None
+    return [record.episode_id for record in records if not started <= record.started <= record.ended <= ended]
+
+
 @pytest.mark.parametrize("name", [*PRESENT, *LISTS])
 def test_plays_of_packaged_packs_hold(name: str) -> None:
     run = read_run(PLAYS / name)
@@ -87,8 +100,10 @@ def test_a_moved_run_finds_the_pack_that_lies_in_it(tmp_path: Path) -> None:
 def test_plays_are_published_from_a_run(tmp_path: Path) -> None:
     run = read_run(PLAYS / "vigil_closure_400_v2")
     records = [run.table.record(key) for key in sorted(run.table.rows)[:3]]
-    publish_plays(tmp_path / "plays", run.pack_folder, records, read_header(run.folder))
+    first_only = read_header(run.folder).model_copy(update={"ended": records[0].ended})
+    publish_plays(tmp_path / "plays", run.pack_folder, records, first_only)
     again = read_run(tmp_path / "plays")
+    assert untimely_plays(again) == []
     assert [key[0] for key in sorted(again.table.rows)] == [record.episode_id for record in records]
     assert again.table.left_out == ()
     assert again.header.spec.pack_versions == run.header.spec.pack_versions

@@ -98,5 +98,5 @@ def build(
         built = build_site(bundles, out, settings, show)
     for line in built.log:
         print(" · ".join(part for part in (line.bundle, line.entry, line.status, line.why) if part))
-    print(f"{len(bundles)} bundles, {built.checked} of them new: {len(built.entries)} entries.")
+    print(f"Bundles: {len(bundles)}, of which {built.checked} new. Entries: {len(built.entries)}.")
     print(out / "index.html")
