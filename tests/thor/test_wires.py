@@ -42,9 +42,9 @@ def test_a_message_is_its_fields_and_an_end():
     assert [kind for kind, _ in patch] == [11, 255]
 
 
-def test_a_pipe_that_cannot_be_opened_is_an_error_at_once(tmp_path):
+def test_a_pipe_that_cannot_be_opened_is_an_error_at_once(client, tmp_path):
     with pytest.raises(IsADirectoryError):
-        fifo.serve(lambda: None, {"AI2THOR_FIFO_SERVER_PIPE_PATH": str(tmp_path)})
+        fifo.serve(client.engine, {"AI2THOR_FIFO_SERVER_PIPE_PATH": str(tmp_path)})
 
 
 def test_actions_are_read_to_the_end_of_the_pipe():
