@@ -44,7 +44,7 @@ def test_a_message_is_its_fields_and_an_end():
 
 def test_a_pipe_that_cannot_be_opened_is_an_error_at_once(tmp_path):
     with pytest.raises(IsADirectoryError):
-        fifo.serve(lambda: None, {"AI2THOR_FIFO_SERVER_PIPE_PATH": str(tmp_path)})
+        fifo._opened(str(tmp_path), os.getppid())
 
 
 def test_actions_are_read_to_the_end_of_the_pipe():
