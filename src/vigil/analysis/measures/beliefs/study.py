@@ -68,8 +68,6 @@ class Delay:
     """Median delay in steps; None if, by the estimate, fewer than half of the plays ever say that the task is done."""
     restricted_mean: Estimate
     """Mean delay in steps, where each delay above `DELAY_STEPS` counts as `DELAY_STEPS`."""
-    survival: tuple[float, ...]
-    """Share of plays that have not yet said that the task is done, after 0, 1, 2 ... steps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -363,7 +361,6 @@ def _delay(plays: Sequence[tuple[str, int, bool]]) -> Delay:
         at_once=estimate(lambda found: 1 - found[..., 0]),
         median=float(below[0]) if len(below) else None,
         restricted_mean=estimate(lambda found: found[..., :DELAY_STEPS].sum(axis=-1)),
-        survival=tuple(survival[: longest + 1].tolist()),
     )
 
 
