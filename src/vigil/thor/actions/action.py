@@ -16,7 +16,7 @@ ALWAYS_ALLOWED = frozenset(
 )
 """Names of parameters that the client may send with any action. The action's handler does not get these parameters.
 
-The last row says how long AI2-THOR's physics settle after an action; here nothing moves by itself.
+The last row says how long AI2-THOR's physics runs after an action; here nothing moves by itself.
 """
 
 
