@@ -14,7 +14,7 @@ from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.authoring.review.validate import Validator
 from vigil.authoring.streaming import houses, stream
 from vigil.authoring.streaming.address import address_of, is_stream, seed_in, stream_version
-from vigil.authoring.streaming.background import HousePool
+from vigil.authoring.streaming.background import HousePool, SharedHouses
 from vigil.authoring.streaming.difficulty import difficulties_named, difficulty_of
 from vigil.authoring.streaming.houses import PACKAGED, StreamHouse, StreamHouseMaker, StreamSettings, is_packaged
 from vigil.authoring.streaming.stream import Stream
@@ -213,3 +213,22 @@ def test_difficulties_are_named_in_any_order() -> None:
     assert difficulties_named(["hard,Easy"]) == ("easy", "hard")
     with pytest.raises(SettingError, match="Did you mean 'easy'"):
         difficulties_named(["eazy"])
+
+
+def test_readers_of_a_stream_in_one_process_share_houses_and_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    ask = HousePool.ask
+    monkeypatch.setattr(HousePool, "ask", lambda pool, number: asked.append(number) or ask(pool, number))
+    first, second = (SharedHouses(PG, 1) for _ in range(2))
+    made = [reader.ask(BATHROOM) for reader in (first, second)]
+    assert made[0].result(HANGS_AFTER_S) is made[1].result(HANGS_AFTER_S)
+    assert asked == [BATHROOM]
+    pids = first.pids()
+    assert pids == second.pids()
+    first.close()
+    with pytest.raises(SimulatorError, match="closed"):
+        first.ask(BATHROOM)
+    assert second.ask(BATHROOM).result().number == BATHROOM
+    assert all(map(is_running, pids))
+    second.close()
+    wait_until(lambda: not any(map(is_running, pids)), "the end of the shared process")

@@ -21,7 +21,7 @@ from typing import Literal, Self
 
 from vigil.authoring.closure.generation import FAMILY
 from vigil.authoring.drafting.drafts import Draft
-from vigil.authoring.streaming.background import HousePool
+from vigil.authoring.streaming.background import SharedHouses
 from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
 from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker, StreamSettings
 from vigil.base.imports import ENVIRONMENT_VARIABLE
@@ -103,7 +103,7 @@ class Stream:
         self.settings = StreamSettings(seed, chosen, difficulties or DIFFICULTIES, is_seed_secret, suite)
         self.first, self.last = first, last
         self._workers = workers
-        self._pools: list[HousePool] = []
+        self._pools: list[SharedHouses] = []
 
     def __enter__(self) -> Self:
         return self
@@ -143,7 +143,10 @@ class Stream:
         return [pid for pool in self._pools for pid in pool.pids()]
 
     def close(self) -> None:
-        """End the background processes. Iterations that are still running raise SimulatorError."""
+        """End the background processes, unless another stream in this process shares them.
+
+        Iterations that are still running raise SimulatorError.
+        """
         for pool in self._pools:
             pool.close()
 
@@ -153,7 +156,7 @@ class Stream:
             maker = StreamHouseMaker(self.settings)
             yield from map(maker.made, numbers)
             return
-        pool = HousePool(self.settings, self._workers)
+        pool = SharedHouses(self.settings, self._workers)
         self._pools.append(pool)
         try:
             ahead: deque[Future[StreamHouse]] = deque(

@@ -10,6 +10,7 @@ from tests.support import cabinet_scene
 from tests.support.waiting import HANGS_AFTER_S
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import SimulatorError
+from vigil.rendering.painter import Painter
 from vigil.scene.things import Scene
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
 from vigil.sim.engines.mujoco.camera import FOVY_DEG
@@ -220,3 +221,26 @@ def test_an_engine_can_load_again_after_closing(engine: MujocoEngine, scene: Sce
     engine.close()
     engine.load(scene)
     assert towards(engine, agent.eye, Vec3(-1.0, 0.1, 0.0)).things[0] == CUBE
+
+
+@pytest.mark.usefixtures("drawing")
+def test_a_frame_with_equal_contents_is_drawn_once(
+    engine: MujocoEngine, scene: Scene, agent: Pose, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    painted: list[object] = []
+    paint = Painter.paint
+    monkeypatch.setattr(Painter, "paint", lambda *given: painted.append(1) or paint(*given))
+    other = MujocoEngine("fast")
+    other.load(scene)
+    first = engine.draw(agent, None)
+    wanted = first.copy()
+    first[:] = 0  # the caller may change its frame
+    assert np.array_equal(other.draw(agent, None), wanted)
+    assert len(painted) == 1
+    thing = next(iter(scene.things.values()))
+    thing.is_present = False
+    other.update(scene, {thing.id})
+    assert not np.array_equal(other.draw(agent, None), wanted)
+    assert np.array_equal(engine.draw(agent, None), wanted)
+    assert len(painted) == 2
+    other.close()

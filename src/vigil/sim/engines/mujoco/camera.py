@@ -2,22 +2,24 @@
 
 import atexit
 import ctypes
+import hashlib
 import math
 import os
 import threading
 import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
+from cachetools import LRUCache
 
 from vigil.base.geometry import Pose
 from vigil.errors import SimulatorError
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Quality
 from vigil.rendering.context import GraphicsError
 from vigil.rendering.painter import Painter
-from vigil.rendering.scene import PointLight
+from vigil.rendering.scene import PointLight, RenderState
 from vigil.rendering.viewer import HeldGeoms, Viewer
 from vigil.scene.things import Thing
 from vigil.sim.core.sight import FOCAL_PX
@@ -32,6 +34,8 @@ SAMPLES: dict[Quality, int] = {"default": 4, "fast": 0}
 """Number of samples for each pixel (antialiasing), by quality."""
 FOVY_DEG = 2 * math.degrees(math.atan2(FRAME_HEIGHT / 2, FOCAL_PX))
 """Vertical field of view (deg) of the agent's camera."""
+KEPT_FRAMES = 4
+"""Number of frames of a scene that are kept. Copies of the scene share them, e.g. the rollouts of one episode."""
 
 
 class _Window:
@@ -102,15 +106,25 @@ class Camera:
     """A camera that draws pictures of one model."""
 
     def __init__(self, model: CompiledModel, quality: Quality) -> None:
-        self._model = model
+        self._model, self._quality = model, quality
+        self._frames: LRUCache[bytes, np.ndarray] = model.render_scene.cache.setdefault("frames", LRUCache(KEPT_FRAMES))
         with _drawing():
             self._painter = Painter(model.render_scene, BACKEND.module, SAMPLES[quality], has_ssao=quality == "default")
         _cameras.add(self)
 
     def draw(self, agent: Pose, point_lights: list[PointLight], in_hand: list[Thing]) -> np.ndarray:
-        """Return the agent's frame, (480, 640, 3) uint8; `in_hand` has the held thing, then the things it carries."""
+        """Return the agent's frame, (480, 640, 3) uint8; `in_hand` has the held thing, then the things it carries.
+
+        A frame with the same contents is not drawn twice, unless a thing is held.
+        """
         viewer = _agent_viewer(agent)
-        return self._paint(viewer, point_lights, self._hold(viewer.eye, agent, in_hand))
+        if in_hand:
+            return self._paint(viewer, point_lights, self._hold(viewer.eye, agent, in_hand))
+        _enter()  # in another thread, even a kept frame is refused
+        key = self._contents(self._model.render_state(), viewer, point_lights)
+        if key not in self._frames:
+            self._frames[key] = self._paint(viewer, point_lights, None)
+        return self._frames[key].copy()
 
     def render_view(
         self, view: CameraView, layers: frozenset[Layer], point_lights: list[PointLight], in_hand: list[Thing]
@@ -143,6 +157,15 @@ class Camera:
         _enter()
         _cameras.discard(self)
         self._painter.close()
+
+    def _contents(self, state: RenderState, viewer: Viewer, point_lights: list[PointLight]) -> bytes:
+        """Return a hash of everything that decides the pixels of a frame without a held thing."""
+        arrays = [getattr(state, each.name) for each in fields(state)] + [viewer.eye, viewer.axes]
+        arrays += [each for light in point_lights for each in (light.place, light.colour)]
+        found = hashlib.blake2b(self._quality.encode(), digest_size=16)
+        for each in arrays:
+            found.update(np.ascontiguousarray(each))
+        return found.digest()
 
     def _paint(self, viewer: Viewer, point_lights: list[PointLight], in_hand: HeldGeoms | None) -> np.ndarray:
         lamp = self._model.lamps.place_over(viewer.eye)
