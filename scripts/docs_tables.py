@@ -13,7 +13,7 @@ from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
 from vigil.base.glossary import SECTIONS
 from vigil.cli.models import LISTED, keys_of, switch_of
 from vigil.exports.steps import STEP_COLUMNS
-from vigil.integrations.gymnasium import Options
+from vigil.integrations.gymnasium import GymnasiumOptions
 from vigil.protocol.actions import INTENT_ALIASES, INTENTS
 from vigil.protocol.families import FAMILIES
 from vigil.protocol.finish_reasons import FINISH_REASONS, MEANINGS, REFERENCES
@@ -153,7 +153,8 @@ def thor_differences() -> str:
 def gymnasium_options() -> str:
     """Return the options of the Gymnasium environment."""
     rows = [
-        (f"`{name}`", f"`{field.default!r}`", field.description or "") for name, field in Options.model_fields.items()
+        (f"`{name}`", f"`{field.default!r}`", field.description or "")
+        for name, field in GymnasiumOptions.model_fields.items()
     ]
     return _markdown(("option", "default", "is"), rows)
 

@@ -180,6 +180,17 @@ def test_no_folder_holds_more_modules_than_one_can_take_in():
     assert not crowded, crowded
 
 
+def test_a_public_class_name_means_one_thing():
+    """Across all modules, so that a name in a message or a docstring can be looked up."""
+    places: dict[str, list[str]] = {}
+    for module in MODULES:
+        for node in tree_of(module).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places.setdefault(node.name, []).append(module)
+    assert len(places) > 400
+    assert not {name: modules for name, modules in places.items() if len(modules) > 1}
+
+
 @pytest.mark.parametrize(
     "module", [name for name in MODULES if not name.startswith(("vigil.authoring.families.", "vigil.cli."))]
 )

@@ -19,7 +19,7 @@ from vigil.cli.runs import with_agent
 from vigil.errors import RecordError
 from vigil.leaderboard.build import build_site
 from vigil.leaderboard.measures import RANKED_BY, figure_text, measures_of
-from vigil.leaderboard.metadata import EntryMetadata, Methodology, Verification, read_metadata
+from vigil.leaderboard.metadata import EntryMetadata, Methodology, StatedFacts, read_metadata
 from vigil.leaderboard.settings import BuildSettings, CheckSettings
 from vigil.leaderboard.submit import submit_run
 from vigil.packs.pack import Pack
@@ -140,7 +140,7 @@ def metadata_of(agent: str, notes: str) -> EntryMetadata:
         methodology=Methodology(
             evaluation_date=date.min,
             notes=notes,
-            verification=Verification(modified_prompts=False, omitted_questions=False),
+            verification=StatedFacts(modified_prompts=False, omitted_questions=False),
         ),
     )
 

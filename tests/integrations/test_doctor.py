@@ -65,7 +65,7 @@ def test_the_command_prints_each_check_and_names_what_is_wrong(
     printed = run("train", "doctor", "--with", "trl", "--pack", pack, "--backend", "fake")
     assert "ok     frames are those of the record" in printed.out
     assert printed.code == 0
-    monkeypatch.setattr(doctor, "same", lambda check, *_: doctor.Finding(check, False, "here"))
+    monkeypatch.setattr(doctor, "same", lambda check, *_: doctor.CheckResult(check, False, "here"))
     wrong = run("train", "doctor", "--with", "trl", "--pack", pack, "--backend", "fake")
     assert "WRONG  replies" in wrong.out
     assert wrong.code == 2

@@ -23,7 +23,7 @@ import pytest
 
 from vigil.env import Env
 from vigil.integrations.doctor import REPLIES, decode_patches
-from vigil.integrations.verl import Options
+from vigil.integrations.verl import VerlOptions
 from vigil.protocol.actions import Reply
 from vigil.sim import make_simulator
 
@@ -58,7 +58,7 @@ def test_the_configuration_trains_on_a_stream_and_tests_in_other_houses() -> Non
     for split in ("train", "eval"):
         given = taskset_of(split)
         assert given.pop("id") == "vigil-verifiers"
-        options = Options.of(given)
+        options = VerlOptions.of(given)
         assert str(options.pack).startswith("stream:")
         assert options.profile == "baseline"
         assert options.houses is not None
@@ -263,7 +263,7 @@ def array_of(tensor: Any) -> np.ndarray:
 
 def frames_of(row: Any) -> tuple[list[np.ndarray], Any]:
     """Return the frames and the record of the row's episode with the fixed replies, played without prime-rl."""
-    options = Options.of({name: value for name, value in taskset_of("train").items() if name != "id"} | HOUSES)
+    options = VerlOptions.of({name: value for name, value in taskset_of("train").items() if name != "id"} | HOUSES)
     source = options.source()
     try:
         now = source.of_row(row.id, row.house)

@@ -19,7 +19,7 @@ from vigil.assets.database import AssetDatabase
 from vigil.env import Env
 from vigil.errors import PackMismatch, SettingError
 from vigil.integrations.doctor import REPLIES, decode_patches
-from vigil.integrations.verl import Options, write_rows
+from vigil.integrations.verl import VerlOptions, write_rows
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
 from vigil.sim import make_simulator
@@ -132,7 +132,7 @@ def test_each_turn_is_an_output_with_what_was_played(pack: Pack, processor: Any,
     assert len(outputs) == len(server.asked) == len(REPLIES)
     (episode,) = [each for each in pack.episodes if each.family == "DA"]
     simulator = make_simulator("fake", assets=AssetDatabase.default())
-    with Env(simulator, lambda _: pack.house_of(episode), Options.of({"backend": "fake"}).condition) as env:
+    with Env(simulator, lambda _: pack.house_of(episode), VerlOptions.of({"backend": "fake"}).condition) as env:
         observation = env.reset(episode)
         for output, reply, asked in zip(outputs, REPLIES, server.asked, strict=True):
             assert observation is not None
@@ -180,4 +180,4 @@ def test_the_page_shows_the_configuration_that_is_tested() -> None:
     page = (Path(__file__).parents[2] / "docs" / "verl.md").read_text(encoding="utf-8")
     assert "_target_: vigil.integrations.verl.agent_loop.VigilAgentLoop" in page
     options = json.loads(page.split("  options: ")[1].splitlines()[0])
-    assert Options.of(options).family == ["PG"]
+    assert VerlOptions.of(options).family == ["PG"]

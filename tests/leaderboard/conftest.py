@@ -9,7 +9,7 @@ import pytest
 from tests.support.commands import Vigil, command_runner
 from tests.support.played_runs import make_run
 from tests.support.tiny_pack import tiny_pack
-from vigil.leaderboard.metadata import EntryMetadata, Methodology, Verification
+from vigil.leaderboard.metadata import EntryMetadata, Methodology, StatedFacts
 from vigil.leaderboard.settings import CheckSettings
 from vigil.leaderboard.submit import submit_run
 from vigil.packs.pack import Pack
@@ -34,7 +34,7 @@ def metadata(name: str, **facts: Any) -> EntryMetadata:
         "methodology": Methodology(
             evaluation_date=date(2026, 1, 1),
             notes="None.",
-            verification=Verification(modified_prompts=False, omitted_questions=False),
+            verification=StatedFacts(modified_prompts=False, omitted_questions=False),
         ),
     }
     return EntryMetadata.model_validate({**fields, **facts})

@@ -14,7 +14,7 @@ import pytest
 
 from tests.leaderboard.conftest import metadata
 from vigil.leaderboard import bundle as bundles_module
-from vigil.leaderboard.build import Builder, build_site
+from vigil.leaderboard.build import SiteBuild, build_site
 from vigil.leaderboard.bundle import unpack_bundle
 from vigil.leaderboard.settings import BuildSettings
 from vigil.packs.pack import Pack
@@ -164,7 +164,7 @@ HOSTILE: dict[str, tuple[Edit, str]] = {
 @pytest.fixture(scope="module")
 def built(
     bundles: dict[str, Path], pack: Pack, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Builder, dict[str, str], Path]:
+) -> tuple[SiteBuild, dict[str, str], Path]:
     """The site of all bundles, and {name of a bundle: why it was refused}."""
     folder = tmp_path_factory.mktemp("hostile")
     hostile = [
@@ -187,7 +187,7 @@ def built(
     return builder, {line.bundle: line.why for line in builder.log if line.status == "refused by the check"}, out
 
 
-def test_the_honest_come_out_and_nothing_else(built: tuple[Builder, dict[str, str], Path]) -> None:
+def test_the_honest_come_out_and_nothing_else(built: tuple[SiteBuild, dict[str, str], Path]) -> None:
     builder, refused, out = built
     assert sorted(entry.metadata.model_name for entry in builder.entries) == ["always_success", "random"]
     assert len(refused) == len(HOSTILE) + 3
@@ -197,16 +197,16 @@ def test_the_honest_come_out_and_nothing_else(built: tuple[Builder, dict[str, st
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_each_refusal_says_why(built: tuple[Builder, dict[str, str], Path], name: str) -> None:
+def test_each_refusal_says_why(built: tuple[SiteBuild, dict[str, str], Path], name: str) -> None:
     assert HOSTILE[name][1] in built[1][f"{name}.zip"]
 
 
-def test_the_run_of_another_is_a_copy_under_any_name(built: tuple[Builder, dict[str, str], Path]) -> None:
+def test_the_run_of_another_is_a_copy_under_any_name(built: tuple[SiteBuild, dict[str, str], Path]) -> None:
     for name in ("renamed", "restamped"):
         assert "4 of its 4 plays are those of entry" in built[1][f"{name}.zip"]
 
 
-def test_an_edited_world_is_named_by_episode_step_and_field(built: tuple[Builder, dict[str, str], Path]) -> None:
+def test_an_edited_world_is_named_by_episode_step_and_field(built: tuple[SiteBuild, dict[str, str], Path]) -> None:
     said = built[1]["moved.zip"]
     assert "Episode 'tiny-" in said
     assert "step 1: world.agent.position.0: recorded 4.25, found" in said

@@ -22,7 +22,7 @@ from vigil.leaderboard.checking import CheckedEntry
 from vigil.leaderboard.comparisons import signs_between
 from vigil.leaderboard.measures import Figures
 from vigil.leaderboard.metadata import check_value, read_metadata
-from vigil.leaderboard.pages import Content, write_site
+from vigil.leaderboard.pages import SiteContent, write_site
 from vigil.leaderboard.settings import BuildSettings
 from vigil.leaderboard.signs import own_signs
 from vigil.leaderboard.submit import submit_run
@@ -353,7 +353,7 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
         {"model_name": "model 1", "profile": profile, "pack": f"vigil_mini_v{number}", "result": "B 10.0 [5.2, 18.5]"}
         for number in (1, 2)
     ]
-    write_site(Content(entries, (), signs_between(entries), {}, earlier), tmp_path / "site")
+    write_site(SiteContent(entries, (), signs_between(entries), {}, earlier), tmp_path / "site")
     context = chromium.new_context(viewport=size, color_scheme=scheme)
     visitor = Visitor(context.new_page())
     visitor.page.goto((tmp_path / "site" / "index.html").as_uri())

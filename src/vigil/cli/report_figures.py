@@ -100,7 +100,7 @@ def tracks_of(
 
 def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
     """Return the diagram of the families, with first frames of episodes of a pack."""
-    from vigil.analysis.plots.diagrams import Example, protocol_figure
+    from vigil.analysis.plots.diagrams import FamilyExample, protocol_figure
     from vigil.packs.pack import Pack
     from vigil.protocol.families import FAMILIES
     from vigil.runner.workers.frames import first_frames
@@ -108,7 +108,7 @@ def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
     assets, reveals = frames
     loaded = Pack.load(pack)
     check_revealed(loaded.name, is_private(loaded.manifest.meta), "A picture of its episodes", reveals=reveals)
-    examples: dict[Family, Example] = {}
+    examples: dict[Family, FamilyExample] = {}
     clarity: dict[Family, float] = {}
 
     def candidates() -> Iterator[Episode]:
@@ -122,7 +122,7 @@ def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
         clear = _clarity(observation, target)
         if clear > clarity.get(episode.family, -1.0):
             clarity[episode.family] = clear
-            examples[episode.family] = Example(episode, observation.rgb, _middle(target))
+            examples[episode.family] = FamilyExample(episode, observation.rgb, _middle(target))
     return protocol_figure(examples)
 
 

@@ -39,7 +39,7 @@ small difference."""
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class CheckResult:
     """Result of one check."""
 
     check: str
@@ -58,7 +58,7 @@ class Seen:
     record: EpisodeRecord
 
 
-def examine_trl(options: dict[str, Any], group: int, processor: Any = None) -> Iterator[Finding]:
+def examine_trl(options: dict[str, Any], group: int, processor: Any = None) -> Iterator[CheckResult]:
     """Yield the findings about a group of TRL environments. Raises SettingError or SimulatorError.
 
     `processor` is the processor of the model to train; with None, tokens and their pictures are not checked.
@@ -80,7 +80,7 @@ def examine_trl(options: dict[str, Any], group: int, processor: Any = None) -> I
         episodes.close()
 
 
-def examine_gymnasium(options: dict[str, Any], group: int) -> Iterator[Finding]:
+def examine_gymnasium(options: dict[str, Any], group: int) -> Iterator[CheckResult]:
     """Yield the findings about a group of Gymnasium environments. Raises SettingError or SimulatorError."""
     from vigil.integrations.gymnasium import VigilEnv  # noqa: PLC0415 - needs the extra `gymnasium`
 
@@ -119,24 +119,26 @@ def _played_by(member: Any, row: dict[str, Any]) -> Seen:
 
 def _examine_group(
     played: Sequence[Seen], now: SampledEpisode, condition: Profile, simulator: Callable[[], Simulator]
-) -> Iterator[Finding]:
+) -> Iterator[CheckResult]:
     first, ids = played[0], {seen.record.episode_id for seen in played}
-    yield Finding("group plays one episode", ids == {now.episode.id}, f"{len(played)} members, {len(ids)} episodes")
+    yield CheckResult("group plays one episode", ids == {now.episode.id}, f"{len(played)} members, {len(ids)} episodes")
     hashes = [[hashlib.sha256(frame.tobytes()).hexdigest() for frame in seen.frames] for seen in played]
     recorded = [[step.frame_sha256 for step in seen.record.steps] for seen in played]
-    yield Finding("frames are those of the record", hashes == recorded, f"{len(first.frames)} frames for each member")
-    yield Finding("members see the same frames", all(each == hashes[0] for each in hashes), "")
+    yield CheckResult(
+        "frames are those of the record", hashes == recorded, f"{len(first.frames)} frames for each member"
+    )
+    yield CheckResult("members see the same frames", all(each == hashes[0] for each in hashes), "")
     yield same("replies", [step.reply.text for step in first.record.steps], list(REPLIES))
     with Env(simulator(), lambda _: now.house, condition) as env:
         try:
             env.reset(now.episode)
             for step in first.record.steps:
                 env.replay(step)
-            yield Finding("record repeats on a new simulator", True, f"{len(first.record.steps)} steps")
+            yield CheckResult("record repeats on a new simulator", True, f"{len(first.record.steps)} steps")
         except RecordError as error:
-            yield Finding("record repeats on a new simulator", False, str(error))
+            yield CheckResult("record repeats on a new simulator", False, str(error))
     rewards = [seen.reward for seen in played]
-    yield Finding("rewards are equal", len(set(rewards)) == 1, ", ".join(f"{reward:g}" for reward in rewards))
+    yield CheckResult("rewards are equal", len(set(rewards)) == 1, ", ".join(f"{reward:g}" for reward in rewards))
 
 
 def _messages(seen: Seen, now: SampledEpisode, condition: Profile) -> Iterator[Message]:
@@ -149,7 +151,7 @@ def _messages(seen: Seen, now: SampledEpisode, condition: Profile) -> Iterator[M
     yield Message("assistant", REPLIES[-1])
 
 
-def _examine_processor(processor: Any, seen: Seen, conversation: Sequence[Message]) -> Iterator[Finding]:
+def _examine_processor(processor: Any, seen: Seen, conversation: Sequence[Message]) -> Iterator[CheckResult]:
     """Compare the tokens of the rollout with those of a run's request, and the decoded pictures with the frames."""
     plain = [{"role": message.role, "content": _parts(message)} for message in conversation]
     wanted = processor.apply_chat_template(plain)
@@ -160,21 +162,23 @@ def _examine_processor(processor: Any, seen: Seen, conversation: Sequence[Messag
     yield same("text of the conversation", [changed.apply_chat_template([*tools, plain[-1]])], [wanted])
     batch = changed.apply_chat_template(plain, tokenize=True, return_dict=True, return_tensors="np")
     if "image_grid_thw" not in batch:
-        yield Finding(
+        yield CheckResult(
             "pictures",
             False,
             "this processor's pictures are not in the layout of Qwen-VL, the only one that is supported",
         )
         return
     decoded = decode_patches(changed.image_processor, batch["pixel_values"], batch["image_grid_thw"])
-    yield Finding("pictures arrive", len(decoded) == len(seen.frames), f"{len(decoded)} of {len(seen.frames)}")
+    yield CheckResult("pictures arrive", len(decoded) == len(seen.frames), f"{len(decoded)} of {len(seen.frames)}")
     errors = np.array([[_distance(picture, frame) for frame in seen.frames] for picture in decoded])
     nearest = (
         errors.argmin(axis=1).tolist() == list(range(len(decoded))) and errors.diagonal().max() < MAX_PICTURE_ERROR
     )
     height, width = decoded[0].shape[:2]
     worst = float(errors.diagonal().max())
-    yield Finding("pictures are the frames, in order", nearest, f"{width} x {height} pixels, error at most {worst:.3f}")
+    yield CheckResult(
+        "pictures are the frames, in order", nearest, f"{width} x {height} pixels, error at most {worst:.3f}"
+    )
 
 
 def _parts(message: Message) -> list[dict[str, Any]]:
@@ -213,12 +217,12 @@ def _distance(picture: np.ndarray, frame: np.ndarray) -> float:
     return float(np.abs(picture - resized).mean())
 
 
-def same(check: str, found: Sequence[str], wanted: Sequence[str]) -> Finding:
+def same(check: str, found: Sequence[str], wanted: Sequence[str]) -> CheckResult:
     """Return the finding whether two lists of texts are equal, with the first difference."""
     if list(found) == list(wanted):
-        return Finding(check, True, f"{len(found)} equal")
+        return CheckResult(check, True, f"{len(found)} equal")
     pairs = [(f, w) for f, w in zip(found, wanted, strict=False) if f != w]
     detail = (
         f"{pairs[0][0][:80]!r} instead of {pairs[0][1][:80]!r}" if pairs else f"{len(found)} instead of {len(wanted)}"
     )
-    return Finding(check, False, detail)
+    return CheckResult(check, False, detail)

@@ -15,8 +15,8 @@ from vigil.leaderboard.bundle_checks import BundleChecks
 from vigil.leaderboard.cache import Cache, Cached
 from vigil.leaderboard.checking import CheckedEntry, known_packs
 from vigil.leaderboard.comparisons import copied_plays, signs_between
-from vigil.leaderboard.decisions import Decision, read_decisions
-from vigil.leaderboard.pages import DATA, Content, LogLine, write_site
+from vigil.leaderboard.decisions import EntryDecision, read_decisions
+from vigil.leaderboard.pages import DATA, LogLine, SiteContent, write_site
 from vigil.leaderboard.settings import BuildSettings
 from vigil.runner.verify_run import OnProgress
 
@@ -24,10 +24,10 @@ MAX_NAME_CHARS = 80
 
 
 @dataclass
-class Builder:
+class SiteBuild:
     """One build of a site: the maintainers' decisions, and the entries and the log so far."""
 
-    decisions: Mapping[str, Decision]
+    decisions: Mapping[str, EntryDecision]
     entries: list[CheckedEntry] = field(default_factory=list[CheckedEntry])
     pages: dict[str, Path] = field(default_factory=dict[str, Path])
     """Id of an entry -> folder of its plays' pages."""
@@ -59,7 +59,7 @@ class Builder:
         if found.pages is not None:
             self.pages[entry.id] = found.pages
 
-    def _is_other_bundle(self, entry: CheckedEntry, decision: Decision | None) -> str | None:
+    def _is_other_bundle(self, entry: CheckedEntry, decision: EntryDecision | None) -> str | None:
         """Return why a bundle is refused (the maintainers chose another bundle, or it copies an earlier one), else
         None."""
         if decision is not None and decision.bundle is not None and decision.bundle != entry.bundle_sha256:
@@ -79,7 +79,7 @@ def build_site(
     out: Path,
     settings: BuildSettings,
     on_progress: OnProgress = lambda _done, _total: None,
-) -> Builder:
+) -> SiteBuild:
     """Check bundles, in the order in which they arrived, write their site to `out`, and return the state of the build.
 
     `on_progress` is that of `BundleChecks.check`. Raises SettingError or PackMismatch.
@@ -97,7 +97,7 @@ def build_site(
         settings.asset_database,
     )
     checks = BundleChecks(cache, known_packs(settings.packs), settings)
-    builder = Builder(read_decisions(settings.decisions))
+    builder = SiteBuild(read_decisions(settings.decisions))
     earlier = _earlier_rows(settings.earlier)
     for path, found in zip(bundles, checks.check(bundles, on_progress), strict=True):
         builder.add(shorten(ascii(path.name)[1:-1], MAX_NAME_CHARS), found)
@@ -107,7 +107,7 @@ def build_site(
         LogLine("", name, builder.decisions[name].status, f"{builder.decisions[name].why} (its bundle was not given)")
         for name in sorted(unused)
     ]
-    content = Content(builder.entries, builder.log, signs_between(builder.entries), builder.pages, earlier)
+    content = SiteContent(builder.entries, builder.log, signs_between(builder.entries), builder.pages, earlier)
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f"{out.name}-new-") as work:
         new = Path(work) / "site"

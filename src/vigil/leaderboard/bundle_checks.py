@@ -9,7 +9,7 @@ from vigil.base.files import file_sha256
 from vigil.errors import InputError, RecordError, SimulatorError
 from vigil.leaderboard.bundle import Entry, unpack_bundle
 from vigil.leaderboard.cache import Cache, Cached
-from vigil.leaderboard.checking import Candidate, check_claims, verify_candidates
+from vigil.leaderboard.checking import CandidateRun, check_claims, verify_candidates
 from vigil.leaderboard.pages import write_play_pages
 from vigil.leaderboard.settings import BuildSettings
 from vigil.runner.verify_run import OnProgress, Verification
@@ -30,7 +30,7 @@ class _Opened:
     sha256: str
     work: Path
     claimed: Entry
-    candidate: Candidate
+    candidate: CandidateRun
 
 
 class BundleChecks:
@@ -80,7 +80,7 @@ class BundleChecks:
         run = work / "run"
         run.mkdir()
         claimed = unpack_bundle(path, run)
-        return _Opened(sha256, work, claimed, Candidate.read(run, claimed.metadata, self._packs))
+        return _Opened(sha256, work, claimed, CandidateRun.read(run, claimed.metadata, self._packs))
 
     def _check(self, opened: Sequence[_Opened], drawing: RenderService, on_progress: OnProgress) -> None:
         groups: dict[tuple[object, ...], list[_Opened]] = {}

@@ -96,7 +96,7 @@ def known_packs(folders: tuple[Path, ...] = ()) -> dict[str, Path]:
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
+class CandidateRun:
     """A run that may become an entry: every episode is scored, and the metadata agree with the run's header."""
 
     run: SavedRun
@@ -104,7 +104,7 @@ class Candidate:
     pack: Pack
 
     @classmethod
-    def read(cls, folder: Path, metadata: EntryMetadata, packs: Mapping[str, Path]) -> "Candidate":
+    def read(cls, folder: Path, metadata: EntryMetadata, packs: Mapping[str, Path]) -> "CandidateRun":
         """Return the run in a folder. `packs` are the known packs.
 
         Raises RecordError that says why the run is not a valid entry, or PackMismatch if its pack is not known.
@@ -166,7 +166,7 @@ class Candidate:
 
 
 def verify_candidates(
-    candidates: Sequence[Candidate], settings: CheckSettings, on_progress: OnProgress = lambda _done, _total: None
+    candidates: Sequence[CandidateRun], settings: CheckSettings, on_progress: OnProgress = lambda _done, _total: None
 ) -> list[Verification | Exception]:
     """Return the verifications of candidates with equal `checked_with`, or the errors that ended them."""
     is_replayed = candidates[0].is_replayed
@@ -190,7 +190,7 @@ def check_run(
 
     Raises RecordError that says why the run is not a valid entry, or SimulatorError if it could not be checked.
     """
-    candidate = Candidate.read(folder, metadata, packs)
+    candidate = CandidateRun.read(folder, metadata, packs)
     (found,) = verify_candidates([candidate], settings, on_progress)
     return candidate.conclude(found)
 

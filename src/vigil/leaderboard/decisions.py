@@ -13,7 +13,7 @@ from vigil.studies.yaml_text import read_yaml
 Status = Literal["accepted", "refused", "withdrawn"]
 
 
-class Decision(BaseModel):
+class EntryDecision(BaseModel):
     """A decision about the entry of one run."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -32,10 +32,10 @@ class Decision(BaseModel):
 class _File(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    decisions: tuple[Decision, ...]
+    decisions: tuple[EntryDecision, ...]
 
 
-def read_decisions(path: Path | None) -> dict[str, Decision]:
+def read_decisions(path: Path | None) -> dict[str, EntryDecision]:
     """Return {id of an entry: decision}. Raises SettingError that names the line of an invalid decision."""
     if path is None:
         return {}

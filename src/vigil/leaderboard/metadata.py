@@ -65,7 +65,7 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Verification(_Part):
+class StatedFacts(_Part):
     """Facts about the run that the submitter states; the run's header must agree with them."""
 
     modified_prompts: bool = Field(description="true if the prompt is not one of VIGIL's")
@@ -79,7 +79,7 @@ class Methodology(_Part):
     notes: Annotated[str, StringConstraints(max_length=2000), AfterValidator(_plain)] = Field(
         description="anything that a reader should know, such as hardware or a wrapper around the model"
     )
-    verification: Verification
+    verification: StatedFacts
 
 
 class EntryMetadata(_Part):

@@ -48,7 +48,7 @@ class LogLine:
 
 
 @dataclass(frozen=True)
-class Content:
+class SiteContent:
     """Everything that a site shows."""
 
     entries: Sequence[CheckedEntry]
@@ -65,7 +65,7 @@ class Content:
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class PlotPoint:
     """An entry in the plot of W against B, in the plot's units."""
 
     entry: CheckedEntry
@@ -90,7 +90,7 @@ def write_play_pages(run: Path, pack: Path, entry: CheckedEntry, out: Path, draw
         (out / page_name(*key)).write_text(text, encoding="utf-8")
 
 
-def write_site(content: Content, out: Path) -> None:
+def write_site(content: SiteContent, out: Path) -> None:
     """Write the site into a new folder."""
     (out / ENTRIES).mkdir(parents=True)
     boards = boards_of(content.entries)
@@ -122,7 +122,7 @@ def write_site(content: Content, out: Path) -> None:
     _write_data(content, ranks, out)
 
 
-def _write_data(content: Content, ranks: Mapping[str, tuple[Board, Any]], out: Path) -> None:
+def _write_data(content: SiteContent, ranks: Mapping[str, tuple[Board, Any]], out: Path) -> None:
     rows = []
     for board, ranked in ranks.values():
         entry = ranked.entry
@@ -196,19 +196,19 @@ def _cell(entry: CheckedEntry, name: str) -> dict[str, Any] | None:
     return {name: value, "intervals": {name: (value if low is None else low, value if high is None else high)}}
 
 
-def _points(boards: Sequence[Board]) -> list[Point]:
+def _points(boards: Sequence[Board]) -> list[PlotPoint]:
     """Return a pack's entries as points of the plot of W against B; empty for a suite without W or B."""
     entries = [each.entry for board in boards for each in board.entries]
     with_both = [
         entry for entry in entries if None not in (*entry.figures.get("W", [None]), *entry.figures.get("B", [None]))
     ]
-    points: list[Point] = []
+    points: list[PlotPoint] = []
     label_y = PLOT_HEIGHT
     for entry in sorted(with_both, key=lambda each: (each.figures["B"][0], each.id)):
         (x, *x_ends), (y, *y_ends) = ([float(end or 0.0) for end in entry.figures[name]] for name in "WB")
         label_y = min(_y(y) - 7, label_y - LABEL_HEIGHT)
         ends = (_x(x_ends[0]), _x(x_ends[1])), (_y(y_ends[0]), _y(y_ends[1]))
-        points.append(Point(entry, _x(x), _y(y), *ends, label_y))
+        points.append(PlotPoint(entry, _x(x), _y(y), *ends, label_y))
     return points
 
 

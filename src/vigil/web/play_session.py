@@ -55,7 +55,7 @@ class _Entry(BaseModel):
         return self
 
 
-class Journal:
+class PlayJournal:
     """`play.jsonl`: the order of episodes, then each start of an episode and each reply, all written immediately."""
 
     def __init__(self, path: Path, order: Sequence[str]) -> None:
@@ -117,7 +117,7 @@ class PlaySession:
         self._episodes = {episode.id: episode for episode in pack.episodes}
         self._profile = folder.header.spec.profile
         order = random_order(folder.header.spec.episode_ids, folder.header.spec.seed)
-        self._journal = Journal(folder.path / JOURNAL, order)
+        self._journal = PlayJournal(folder.path / JOURNAL, order)
         self._lock = asyncio.Lock()
         self._live: LiveEpisode | None = None
         self._episode: Episode | None = None

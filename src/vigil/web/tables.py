@@ -64,7 +64,7 @@ class Bar:
 
 
 @dataclass(frozen=True, slots=True)
-class RunProgress:
+class EpisodeCounts:
     """Progress of a run, in numbers of episodes."""
 
     played: int
@@ -77,12 +77,12 @@ class RunProgress:
     """Text about the cost; empty if the cost is unknown."""
 
 
-def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> RunProgress:
+def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> EpisodeCounts:
     """Return a run's progress and its cost so far."""
     outcomes, tokens = scores.outcomes, table.tokens
     labels = Counter(outcome.label for outcome in outcomes)
     is_known = run.prices is not None or tokens.total.reported
-    return RunProgress(
+    return EpisodeCounts(
         played=len(outcomes) + len(scores.errors),
         planned=max(table.planned, len(outcomes) + len(scores.errors)),
         counts={"W": sum(outcome.W for outcome in outcomes), **{label: labels[label] for label in LABELS}},

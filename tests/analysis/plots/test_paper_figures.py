@@ -14,7 +14,7 @@ from tests.support.published_runs import EpisodeScript, Write, small_records
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import study
-from vigil.analysis.plots.diagrams import CONTRACT, Example, pipeline_figure, protocol_figure
+from vigil.analysis.plots.diagrams import CONTRACT, FamilyExample, pipeline_figure, protocol_figure
 from vigil.analysis.plots.figures import FIGURES, figure_captions, name_points
 from vigil.analysis.plots.style import (
     MIN_POINTS,
@@ -90,7 +90,7 @@ def test_the_pipeline_says_under_a_frame_what_holds_after_it() -> None:
 
 def test_the_protocol_on_paper_leaves_its_legend_to_the_caption() -> None:
     with on_paper("page"):
-        figure = protocol_figure({"AI": Example(AI, LONG.frames[0], (320.0, 240.0))})
+        figure = protocol_figure({"AI": FamilyExample(AI, LONG.frames[0], (320.0, 240.0))})
         assert_is_printable(figure, "page")
     said = " ".join(" ".join(text.get_text().split()) for text in texts_of(figure))
     assert f"at most {AI.max_steps} steps at most {AI.max_invalid} invalid replies" in said

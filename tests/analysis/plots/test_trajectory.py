@@ -10,7 +10,7 @@ from PIL import Image
 from tests.support.builders import episode
 from tests.support.published_runs import EpisodeScript, Write, make_episodes, record_of, small_records
 from vigil.analysis.measures.rows import read_runs
-from vigil.analysis.plots.diagrams import Example, pipeline_figure, protocol_figure
+from vigil.analysis.plots.diagrams import FamilyExample, pipeline_figure, protocol_figure
 from vigil.analysis.plots.style import figure_bytes
 from vigil.analysis.plots.trajectory import (
     AgentTrajectory,
@@ -103,7 +103,9 @@ def test_long_instructions_stay_inside_the_pipeline():
 
 
 def test_the_protocol_draws_without_every_family():
-    assert figure_bytes(protocol_figure({"AI": Example(AI, LONG.frames[0], (320.0, 240.0))}), "pdf").startswith(b"%PDF")
+    assert figure_bytes(protocol_figure({"AI": FamilyExample(AI, LONG.frames[0], (320.0, 240.0))}), "pdf").startswith(
+        b"%PDF"
+    )
 
 
 def test_a_record_is_found_by_episode_and_epoch(write: Write):

@@ -41,7 +41,7 @@ _CARD_WIDTH_IN = 2.75
 
 
 @dataclass(frozen=True)
-class Example:
+class FamilyExample:
     """Example of a family: an episode with its first frame."""
 
     episode: Episode
@@ -51,7 +51,7 @@ class Example:
     """Pixel (x, y) in the middle of the target, or of a chain's first object; None if it is out of view."""
 
 
-def protocol_figure(examples: Mapping[Family, Example]) -> Figure:
+def protocol_figure(examples: Mapping[Family, FamilyExample]) -> Figure:
     """Draw each family with the first frame of an example, and a mark at the target. Families without an example are
     blank."""
     with styled():
@@ -140,7 +140,7 @@ def limits(episode: Episode) -> str:
     return f"limits (hidden): at most {episode.max_steps} steps and {episode.max_invalid} invalid replies"
 
 
-def _card(axes: Axes, family: Family, example: Example | None) -> None:
+def _card(axes: Axes, family: Family, example: FamilyExample | None) -> None:
     spec = FAMILIES[family]
     axes.set_xticks([])
     axes.set_yticks([])

@@ -78,7 +78,7 @@ QUOTAS = tuple(
 
 
 @dataclass(slots=True)
-class Selection:
+class StarterSelection:
     """The episodes chosen so far."""
 
     episodes: list[Episode] = field(default_factory=list)
@@ -118,7 +118,7 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
     Raises EpisodeError if no house yields an episode of some kind, SettingError if the folder is not empty.
     """
     houses = starter_houses()
-    chosen = Selection()
+    chosen = StarterSelection()
     for slot in QUOTAS:
         for number in range(slot.count):
             episode = _fill(slot, number, houses, chosen, simulator)
@@ -164,7 +164,7 @@ def _house(index: int, spec: str) -> House:
 
 
 def _fill(
-    slot: EpisodeQuota, number: int, houses: list[House], chosen: Selection, simulator: PrivilegedSimulator
+    slot: EpisodeQuota, number: int, houses: list[House], chosen: StarterSelection, simulator: PrivilegedSimulator
 ) -> Episode:
     """Find the next episode for a quota, add it to `chosen` and return it."""
     validator = Validator(simulator, is_draft=True)
@@ -183,7 +183,7 @@ def _fill(
     raise EpisodeError(f"No house yields episode {number + 1} of kind {slot.family} {slot.kind}; add houses.")
 
 
-def _in_order(slot: EpisodeQuota, houses: list[House], chosen: Selection) -> list[House]:
+def _in_order(slot: EpisodeQuota, houses: list[House], chosen: StarterSelection) -> list[House]:
     """Return the houses that may get another episode of the quota's family, those with the fewest episodes first."""
     free = [house for house in houses if chosen.family_uses[slot.family, house.name] < PER_HOUSE_AND_FAMILY]
     return sorted(free, key=lambda house: (chosen.uses[house.name], zlib.crc32(f"{slot.kind} {house.name}".encode())))

@@ -5,7 +5,7 @@
 
     env = gymnasium.make("Vigil-v0", pack="starter", family="PG")
 
-`Options` lists the options of `make`; docs/gymnasium.md explains them. Needs the extra `gymnasium`.
+`GymnasiumOptions` lists the options of `make`; docs/gymnasium.md explains them. Needs the extra `gymnasium`.
 """
 
 try:
@@ -16,10 +16,10 @@ except ModuleNotFoundError:
     ) from None
 
 from vigil.integrations.gymnasium.env import VigilEnv
-from vigil.integrations.gymnasium.options import Options
+from vigil.integrations.gymnasium.options import GymnasiumOptions
 from vigil.integrations.gymnasium.vector import SharedProcessVectorEnv, make_vector
 
-__all__ = ["ENV_ID", "Options", "SharedProcessVectorEnv", "VigilEnv", "make_vector"]
+__all__ = ["ENV_ID", "GymnasiumOptions", "SharedProcessVectorEnv", "VigilEnv", "make_vector"]
 
 ENV_ID = "Vigil-v0"
 

@@ -15,7 +15,7 @@ from vigil.env import Env
 from vigil.errors import SettingError, SimulatorError
 from vigil.integrations.gymnasium.action_spaces import StructuredActions, TextActions
 from vigil.integrations.gymnasium.instruction_space import InstructionText
-from vigil.integrations.gymnasium.options import Options
+from vigil.integrations.gymnasium.options import GymnasiumOptions
 from vigil.integrations.gymnasium.prefetch import Prefetcher
 from vigil.integrations.options import check_names
 from vigil.integrations.rewards import ListRates, reward_parts, verdict_of
@@ -45,12 +45,12 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}  # noqa: RUF012 - as Gymnasium declares it
 
     def __init__(self, render_mode: str | None = None, **options: Any) -> None:
-        """Take the fields of `Options` as `options`. Raises SettingError or PackMismatch if they are invalid."""
+        """Take the fields of GymnasiumOptions as `options`. Raises SettingError or PackMismatch if they are invalid."""
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise SettingError(f"Vigil-v0: render_mode is {render_mode!r}; it must be 'rgb_array' or None.")
         self.render_mode = render_mode
         self._made = partial(type(self), render_mode, **options)
-        self._options = Options.of(options)
+        self._options = GymnasiumOptions.of(options)
         self._source = source_of(self._options, self._options.workers)
         assets = self._options.assets
         self._simulator = make_simulator(self._options.backend, assets=assets, quality=self._options.quality)

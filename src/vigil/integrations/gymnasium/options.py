@@ -8,7 +8,7 @@ from vigil.integrations.options import EpisodeOptions
 from vigil.integrations.rewards import Shaping
 
 
-class Options(Shaping, EpisodeOptions):
+class GymnasiumOptions(Shaping, EpisodeOptions):
     """Options that select the episodes, and determine their observations, actions and rewards."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)

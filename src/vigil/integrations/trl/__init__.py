@@ -10,7 +10,15 @@ The trainer gets `Dataset.from_list(episodes.rows())`, `environment_factory=epis
 
 from vigil.integrations.trl.environments import Environment, VigilReplies, VigilSkills, valid_replies
 from vigil.integrations.trl.episodes import Episodes
-from vigil.integrations.trl.options import Options
+from vigil.integrations.trl.options import TrlOptions
 from vigil.integrations.trl.processors import protocol_processor
 
-__all__ = ["Environment", "Episodes", "Options", "VigilReplies", "VigilSkills", "protocol_processor", "valid_replies"]
+__all__ = [
+    "Environment",
+    "Episodes",
+    "TrlOptions",
+    "VigilReplies",
+    "VigilSkills",
+    "protocol_processor",
+    "valid_replies",
+]

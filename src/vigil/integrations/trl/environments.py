@@ -14,7 +14,7 @@ from vigil.env import Env
 from vigil.errors import PackMismatch, SimulatorError
 from vigil.integrations.rewards import reward_parts, verdict_of
 from vigil.integrations.sources import EpisodeSource, SampledEpisode
-from vigil.integrations.trl.options import Options
+from vigil.integrations.trl.options import TrlOptions
 from vigil.protocol.actions import Intent, LookDirection, NavigateMode, Reply, Status
 from vigil.protocol.observation import Observation
 from vigil.protocol.prompt import frame_stub
@@ -33,7 +33,7 @@ class Environment:
     TRL takes every public method for a tool, except `reset` and `get_reward`. Subclasses define the tools.
     """
 
-    def __init__(self, source: EpisodeSource, options: Options) -> None:
+    def __init__(self, source: EpisodeSource, options: TrlOptions) -> None:
         self._source, self._options = source, options
         simulator = make_simulator(options.backend, assets=options.assets, quality=options.quality)
         self._env = Env(simulator, lambda _: self._now.house, options.condition)

@@ -5,7 +5,7 @@ from typing import Any
 
 from vigil.integrations.sources import bounded_rows, source_of
 from vigil.integrations.trl.environments import Environment, VigilReplies, VigilSkills
-from vigil.integrations.trl.options import Options
+from vigil.integrations.trl.options import TrlOptions
 from vigil.packs.private import check_revealed
 from vigil.protocol.prompt import system_prompt
 
@@ -17,8 +17,8 @@ class Episodes:
     """
 
     def __init__(self, **options: Any) -> None:
-        """Take the fields of `Options` as `options`. Raises SettingError or PackMismatch if they are invalid."""
-        self.options = Options.of(options)
+        """Take the fields of `TrlOptions` as `options`. Raises SettingError or PackMismatch if they are invalid."""
+        self.options = TrlOptions.of(options)
         self.source = source_of(self.options, self.options.workers, self.options.limit)
         check_revealed(
             self.source.public_name,

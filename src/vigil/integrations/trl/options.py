@@ -11,7 +11,7 @@ from vigil.packs.private import REVEAL_HELP
 from vigil.protocol.profiles.rows import PROFILE_NAMES, PROFILES
 
 
-class Options(Shaping, EpisodeOptions):
+class TrlOptions(Shaping, EpisodeOptions):
     """Options that select the episodes, and determine their observations, actions and rewards."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)

@@ -17,7 +17,7 @@ import verifiers.v1 as vf  # pyright: ignore[reportMissingImports] - an extra
 from vigil.agents.conversation import Conversation
 from vigil.agents.frame_encoding import encode_frame
 from vigil.env import Env
-from vigil.integrations.doctor import REPLIES, Finding, same
+from vigil.integrations.doctor import REPLIES, CheckResult, same
 from vigil.integrations.rewards import reward_parts, verdict_of
 from vigil.integrations.sources import SampledEpisode
 from vigil.integrations.verifiers.env import VigilVerifiersEnv, load_environment
@@ -30,7 +30,7 @@ Parts = tuple[str, ...]
 """A message as its role, its text, and its picture as a `data:` URI if it has one."""
 
 
-def examine_verifiers(options: dict[str, Any], group: int) -> Iterator[Finding]:
+def examine_verifiers(options: dict[str, Any], group: int) -> Iterator[CheckResult]:
     """Yield the findings about a group of rollouts. Raises SettingError, PackMismatch or SimulatorError."""
     env = load_environment(**{"limit": 1, "workers": 1, **options})
     config = env.taskset.config
@@ -39,17 +39,17 @@ def examine_verifiers(options: dict[str, Any], group: int) -> Iterator[Finding]:
     with _fixed_model() as url:
         traces = asyncio.run(_play(env, url, group))
     wrong = [error.message for trace in traces for error in trace.errors]
-    yield Finding("rollouts end", not wrong, wrong[0][:80] if wrong else f"{len(traces)} members")
+    yield CheckResult("rollouts end", not wrong, wrong[0][:80] if wrong else f"{len(traces)} members")
     if wrong:
         return
     simulator = make_simulator(config.backend, assets=config.assets, quality=config.quality)
     with Env(simulator, lambda _: now.house, config.condition) as alone:
         wanted, record = _requests(alone, now, config.condition)
     ids = {trace.task.data.id for trace in traces}
-    yield Finding("group plays one episode", ids == {now.episode.id}, f"{len(traces)} members, {len(ids)} episodes")
+    yield CheckResult("group plays one episode", ids == {now.episode.id}, f"{len(traces)} members, {len(ids)} episodes")
     samples = [[_sample(branch.messages) for branch in trace.branches] for trace in traces]
     counts = sorted({len(each) for each in samples})
-    yield Finding("each turn is a sample", counts == [len(REPLIES)], f"{counts} for {len(REPLIES)} turns")
+    yield CheckResult("each turn is a sample", counts == [len(REPLIES)], f"{counts} for {len(REPLIES)} turns")
     for check, part in (("roles and texts", slice(0, 2)), ("frames", slice(2, None))):
         flat = [[repr(message[part]) for sample in each for message in sample[:-1]] for each in samples]
         expected = [repr(message[part]) for request in wanted for message in request]
@@ -58,7 +58,7 @@ def examine_verifiers(options: dict[str, Any], group: int) -> Iterator[Finding]:
     yield same("replies", replies, [step.reply.text for step in record.steps])
     parts = reward_parts(verdict_of(record, now.episode, config.condition, now.answer), config.task)
     rewards = {trace.reward for trace in traces}
-    yield Finding("rewards are those of the record", rewards == {sum(parts.values())}, f"{sorted(rewards)}")
+    yield CheckResult("rewards are those of the record", rewards == {sum(parts.values())}, f"{sorted(rewards)}")
 
 
 async def _play(env: VigilVerifiersEnv, url: str, group: int) -> list[Any]:

@@ -3,6 +3,6 @@
 `VigilAgentLoop` is in the module `agent_loop`, which needs verl; the rows do not need it.
 """
 
-from vigil.integrations.verl.rows import Options, write_rows
+from vigil.integrations.verl.rows import VerlOptions, write_rows
 
-__all__ = ["Options", "write_rows"]
+__all__ = ["VerlOptions", "write_rows"]

@@ -22,17 +22,17 @@ from vigil.agents.frame_encoding import decode_frame
 from vigil.errors import PackMismatch, VigilError
 from vigil.integrations.rewards import reward_parts, verdict_of
 from vigil.integrations.sources import worker_plan
-from vigil.integrations.verl.rows import AGENT, Options
+from vigil.integrations.verl.rows import AGENT, VerlOptions
 from vigil.protocol.actions import Reply
 from vigil.runner.models.ask import Ask
 from vigil.runner.workers.players import ModelPlayer
 from vigil.runner.workers.pool import SimulatorPool
 
 
-class Episodes:
+class PlayedEpisodes:
     """Episodes with the simulators that play them. All rollouts of a process share them."""
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: VerlOptions) -> None:
         self._options, self._source = options, options.source()
         self._pool = SimulatorPool(worker_plan(self._source, options, AGENT), options.workers)
 
@@ -57,9 +57,9 @@ class Episodes:
 
 
 @lru_cache
-def _shared_episodes(options: str) -> Episodes:
+def _shared_episodes(options: str) -> PlayedEpisodes:
     """Return the episodes of this process for options in YAML."""
-    return Episodes(Options.of(OmegaConf.to_container(OmegaConf.create(options))))
+    return PlayedEpisodes(VerlOptions.of(OmegaConf.to_container(OmegaConf.create(options))))
 
 
 class VigilAgentLoop(AgentLoopBase):

@@ -17,7 +17,7 @@ AGENT = "vigil"
 """Name of the agent loop in rows and in verl's configuration."""
 
 
-class Options(Shaping, EpisodeOptions):
+class VerlOptions(Shaping, EpisodeOptions):
     """Options that select the episodes, and determine their observations, replies and rewards."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -46,9 +46,9 @@ class Options(Shaping, EpisodeOptions):
 def write_rows(out: str | Path, **options: Any) -> int:
     """Write one row for each episode to the Parquet file `out`; return the number of rows.
 
-    `options` are the fields of `Options`. Raises SettingError if one is invalid or the stream is endless.
+    `options` are the fields of `VerlOptions`. Raises SettingError if one is invalid or the stream is endless.
     """
-    source = Options.of(options).source()
+    source = VerlOptions.of(options).source()
     try:
         rows = list(_rows(source))
     finally:
