@@ -148,7 +148,7 @@ def _groups(table: Table) -> list[str]:
     headings = " ".join({shown_heading(row.group).lower() for row in table.rows})
     found = [_IL] if "il > 50" in headings and "IL:" not in CAPTIONS[table.name] else []
     are_apart = "il > 50" in headings and _SUPPLEMENTARY in headings
-    return [*found, *([f"Rows under “{_SUPPLEMENTARY}” are listed whatever their B and IL."] if are_apart else [])]
+    return [*found, *([f"{_SUPPLEMENTARY.capitalize()} are listed whatever their B and IL."] if are_apart else [])]
 
 
 def _episodes(table: Table, study: Study) -> list[str]:
