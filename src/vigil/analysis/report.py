@@ -29,10 +29,11 @@ from vigil.analysis.tables.chores_tables import chores_tables
 from vigil.analysis.tables.closure_tables import HEADING as CLOSURE
 from vigil.analysis.tables.closure_tables import closure_tables
 from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, html_page
+from vigil.analysis.tables.paper_document import PREAMBLE, index_lines
 from vigil.analysis.tables.paper_index import HEADING as PAPER_HEADING
 from vigil.analysis.tables.paper_index import NAME as PAPER_INDEX
 from vigil.analysis.tables.paper_index import PARTS, paper_index
-from vigil.analysis.tables.paper_style import INTERVALS, PREAMBLE, index_lines, paper_tables
+from vigil.analysis.tables.paper_style import INTERVALS, paper_tables
 from vigil.analysis.tables.paper_style import TABLES as PAPER_TABLES
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
 from vigil.analysis.tables.table import Table

@@ -193,7 +193,10 @@ def _of_episode(
     }
 
 
-_MARKS = "Each frame is what the agent saw before the step below the frame; rings mark its clicks."
+_MARKS = (
+    "Each frame is what the agent saw before the step below the frame; rings mark its clicks. Green: a check of the "
+    "hidden state after the step, whose result the agent is not shown."
+)
 
 
 def _states(one: AgentTrajectory) -> str:
@@ -201,7 +204,7 @@ def _states(one: AgentTrajectory) -> str:
     if not one.outcome.expected:
         return ""
     return (
-        " Here W=1 (in view) says only that the state of the object is in view at the end and was never changed, "
+        " Here W=1 (state in view) says only that the state of the object is in view at the end and was never changed, "
         f"whatever is reported. B also needs the right label ({one.outcome.expected})."
     )
 
@@ -211,8 +214,8 @@ def _sight(privileged: Sequence[bool]) -> str:
     from vigil.analysis.tables.paper_captions import PRIVILEGED_MARK
 
     if not any(privileged):
-        return "Agents never see what is called hidden."
-    return PRIVILEGED_MARK if all(privileged) else f"{PRIVILEGED_MARK} The others never see what is called hidden."
+        return "Agents never see the hidden state."
+    return PRIVILEGED_MARK if all(privileged) else f"{PRIVILEGED_MARK} The others never see the hidden state."
 
 
 def _common_episodes(runs: Sequence[Run]) -> list[str]:

@@ -56,7 +56,7 @@ def test_a_checkpoint_is_a_name_without_its_serving_mode(name: str, checkpoint: 
 
 def test_agents_that_are_no_models_have_groups_of_their_own():
     solver = model_of(spec("solver", "privileged"))
-    assert (solver.name, solver.group, solver.is_privileged) == ("solver (privileged)", GROUPS[4], True)
+    assert (solver.name, solver.group, solver.is_privileged) == ("solver (privileged)", GROUPS[5], True)
     assert model_of(spec("random", "scripted")).group == GROUPS[3]
     assert group_of("some-model", "anthropic") == GROUPS[2]
 

@@ -15,7 +15,8 @@ from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import study
 from vigil.analysis.plots.diagrams import CONTRACT, FamilyExample, pipeline_figure, protocol_figure
-from vigil.analysis.plots.figures import FIGURES, figure_captions, name_points
+from vigil.analysis.plots.figures import FIGURES, figure_captions
+from vigil.analysis.plots.planes import name_points
 from vigil.analysis.plots.style import (
     MIN_POINTS,
     PAPER_WIDTHS_IN,
@@ -102,8 +103,8 @@ def test_a_state_in_view_is_not_called_a_goal() -> None:
     asked = replace(SHORT, outcome=replace(SHORT.outcome, expected="on"))
     assert goal_words(SHORT, held=True) == "after it: goal met (hidden)"
     assert [goal_words(asked, held=held) for held in (True, False)] == [
-        "after it: in view (hidden)",
-        "after it: W=0 (hidden)",
+        "after it: state in view",
+        "after it: W=0",
     ]
 
 

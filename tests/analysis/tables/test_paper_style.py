@@ -63,6 +63,7 @@ def test_a_table_of_words_has_one_column_that_is_wrapped(folder: Path) -> None:
     text = (folder / "tables" / "family_specs.tex").read_text(encoding="utf-8")
     assert text.count("X") - text.count("EX") >= 1
     assert "several of these" in text
+    assert "constraint resolved, and object in the asked state or object held" in text
 
 
 def test_every_kind_of_goal_has_words() -> None:

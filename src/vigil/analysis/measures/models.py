@@ -14,7 +14,8 @@ ModelGroup = Literal[
     "Embodied / robotics-tuned",
     "Open general and reasoning VLMs",
     "Closed-source frontier",
-    "Scripted agents and people",
+    "Scripted agents",
+    "People",
     "Privileged agents (they see hidden state)",
 ]
 GROUPS: tuple[ModelGroup, ...] = get_args(ModelGroup)
@@ -56,9 +57,9 @@ def model_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
     If its answers have reasoning, the model counts as thinking, whatever its name and settings say.
     """
     if spec.agent_kind == "privileged":
-        return ModelInfo(spec.agent + spec.name_suffix, GROUPS[4], None, None, is_privileged=True)
+        return ModelInfo(spec.agent + spec.name_suffix, GROUPS[5], None, None, is_privileged=True)
     if spec.agent_kind in ("scripted", "human"):
-        return ModelInfo(spec.agent, GROUPS[3], None, None)
+        return ModelInfo(spec.agent, GROUPS[3 if spec.agent_kind == "scripted" else 4], None, None)
     provider, _, short = spec.agent.rpartition("/")
     thinking = has_reasoning or declared_thinking(spec.agent, spec.thinking, spec.sampling)
     name = f"{short} (T)" if thinking and not declared_thinking(short, "default", {}) else short

@@ -118,12 +118,13 @@ CHORES_FIGURES: dict[str, Callable[[Sequence[ChoresRun]], Figure | None]] = {
     "chores_power": calls_and_width,
 }
 CHORES_CAPTIONS = {
-    "chores_number": "T of the lists of each length. Intervals: resampled houses with all their lists.",
-    "chores_since": "T of the chores that hold because of an act, by the steps from when they were done to the report. "
-    "The history that an agent gets has the last 20 turns. Intervals as above.",
-    "chores_interference": "T of the lists in which other acts of the agent undid chores that often. Intervals as "
-    "above.",
-    "chores_power": "Half the width of the 95 % interval on T after a number of model calls (solid), and that of a "
-    "rate as high in episodes with one claim each (dotted).",
+    "chores_number": "Number of chores: T of the lists of each length. Intervals: resampled houses with all their "
+    "lists.",
+    "chores_since": "Steps since a chore was done: T of the chores that hold because of an act, by the steps from when "
+    "they were done to the report. The history that an agent gets has the last 20 turns. Intervals as above.",
+    "chores_interference": "Interference of chores: T of the lists in which other acts of the agent undid chores that "
+    "often. Intervals as above.",
+    "chores_power": "Calls and width of the interval: half the width of the 95 % interval on T after a number of model "
+    "calls (solid), and that of a rate as high in episodes with one claim each (dotted).",
 }
 """Figure -> its caption."""

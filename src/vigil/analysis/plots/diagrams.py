@@ -119,8 +119,8 @@ def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) 
             axes.text(right, top - 2.6, name, fontsize=points(8.5), color=FAINT, va="center", ha="right")
         said = _wrapped(f"“{episode.instruction}”", _letters(right - 2, 8.5), 1)
         axes.text(2, layout.pictures_top + 3.4, said, fontsize=points(8.5), color=INK, va="center")
-        pitch = (layout.across - 4) / len(chosen)
-        width = min(pitch - 2.5, layout.widest)
+        width = min((layout.across - 1.5) / len(chosen) - 2.5, layout.widest)
+        pitch = (layout.across - 4 - width) / max(len(chosen) - 1, 1)
         for place, index in enumerate(chosen):
             left = 2 + place * pitch
             _step(axes, track, index, layout, (left, width))
@@ -186,7 +186,7 @@ def _step(axes: Axes, track: AgentTrajectory, index: int, layout: _Layout, at: t
 
 def _interface(axes: Axes, layout: _Layout) -> None:
     boxes = (
-        ("Agent sees", "system prompt, the current frame, 20 turns of its own text replies", "#0072b2"),
+        ("Agent sees", "system prompt, the current frame, up to 20 turns of its own text replies", "#0072b2"),
         ("Agent answers", "one JSON object: navigate, look, interact_pixel or report", "#e69f00"),
         ("Simulator acts", "no success signal, no state goes back; only the next frame", "#555b66"),
         ("Scoring, offline", "hidden state gives W; the report against it gives B and the label", "#009e73"),

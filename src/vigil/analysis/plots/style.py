@@ -44,7 +44,8 @@ GROUP_MARKERS = {
     "Embodied / robotics-tuned": "s",
     "Open general and reasoning VLMs": "o",
     "Closed-source frontier": "D",
-    "Scripted agents and people": "^",
+    "Scripted agents": "^",
+    "People": "*",
     "Privileged agents (they see hidden state)": "P",
 }
 OTHER_MARKER = "v"

@@ -227,7 +227,7 @@ def goal_words(one: AgentTrajectory, *, held: bool) -> str:
     In episodes that ask for a state (`outcome.expected`), W says only that the state is in view and unchanged.
     """
     if one.outcome.expected:
-        return f"after it: {'in view' if held else 'W=0'} (hidden)"
+        return f"after it: {'state in view' if held else 'W=0'}"
     return f"after it: goal {'met' if held else 'unmet'} (hidden)"
 
 

@@ -23,7 +23,7 @@ from vigil.analysis.tables.paired import (
     prompt_shifts,
     shifts,
 )
-from vigil.analysis.tables.results import ALL, INTERVALS_ELSEWHERE, family_columns, printed_pairs
+from vigil.analysis.tables.results import ALL, INTERVALS_ELSEWHERE, OUTSIDE, family_columns, printed_pairs
 from vigil.analysis.tables.rows import (
     MODEL,
     PUBLISHED,
@@ -70,7 +70,10 @@ def proprio_minimal(study: Study) -> Table:
         for at, (side, shown) in enumerate(_SIDES.items())
     )
     columns = (MODEL, N, *events, *shifts(TESTED), *TESTS)
-    rows = [run_row(study.entry(pair.base), cells_of(columns, pair)) for pair in study.pairing.feedback]
+    found = [(study.entry(pair.base), pair) for pair in study.pairing.feedback]
+    found.sort(key=lambda each: -(each[0].overall.share("B") or 0.0))
+    rows = [run_row(entry, cells_of(columns, pair), OUTSIDE.get(entry.panel, "")) for entry, pair in found]
+    rows.sort(key=lambda row: row.group)
     rows += published_rows(
         study,
         "proprio_minimal",

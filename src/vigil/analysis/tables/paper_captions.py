@@ -16,16 +16,15 @@ _GAP = "Δ = W − B, in points."
 _FR = "FR: closed by a report that does not match the world."
 _NR = "NR: no report within the step budget (IL not included)."
 _IL = "IL: ended by too many invalid replies."
-_NO_REPORT = "NoRep: no report (NR + IL)."
+_NO_REPORT = "NoRep: no report, by budget (NR) or invalid limit (IL)."
 
 CAPTIONS: dict[str, str] = {
     "benchmark_comparison": (
         "Embodied benchmarks compared (arXiv:2605.08747). Size: episodes or tasks evaluated. Task level: High, the "
-        "agent names whole sub-tasks; Low, it moves step by step. Native control: it moves, turns and points at pixels "
-        "instead of naming "
-        "objects or calling skills. Fine-grained: results are reported by capacity. Decoupled: what is scored "
-        "separately. Active termination: how the agent itself ends an episode. No feedback: the agent does not learn "
-        "whether an action succeeded."
+        "agent names whole sub-tasks; Low, it moves step by step. Native control: it controls the body "
+        "by small steps instead of naming objects or sub-tasks. Fine-grained: results are reported by capacity. "
+        "Decoupled: what is scored separately. Active termination: how the agent itself ends an episode. No feedback: "
+        "the agent does not learn whether an action succeeded."
     ),
     "global_cross_section": f"Outcomes under native control. {_PAIRS} {_GAP} {_FAMILIES} Order: {_ORDER}",
     "full_panel": f"Primary panel by group of models. {_PAIRS} {_FAMILIES} Order in each group: {_ORDER}",
@@ -38,14 +37,16 @@ CAPTIONS: dict[str, str] = {
         f"Order in each group: {_ORDER}"
     ),
     "proprio_minimal": (
-        "Action feedback: after each action, +FB tells the agent whether the clicked object was `too_far` and its "
-        "`path_blocked`; base does not. Left: mean number of these events per episode, and of retries (repeats of an "
-        "identical `interact_pixel`). Right: change of the rates, +FB minus base, in points. "
-        f"{_W_AND_B} {_FR} {_NR}"
+        "Action feedback: +FB tells the agent two facts after each action, base does not: `too_far` (the clicked "
+        "object is out of reach) and `path_blocked` (an obstacle stopped a move). Left: mean number of these events "
+        "per episode, and of retries (repeats of an identical `interact_pixel`). Right: change of the rates, +FB minus "
+        f"base, in points. {_W_AND_B} {_FR} {_NR} {_IL} Order: this study's rows by B of base, published rows as "
+        "printed."
     ),
     "counterfactual": (
-        f"B in % if reports followed a policy. {_W_AND_B} Always: a success report is added to each episode, or "
-        "replaces its report (bold if above B). Rand.: one of the two admissible labels at random, in expectation W/2."
+        f"B in %, as reported and if reports followed a policy. {_W_AND_B} Always: a success report is added "
+        "to each episode, or replaces its report (bold if above B). Rand.: one of the two admissible labels at random, "
+        "in expectation W/2."
     ),
     "belief_lag": (
         "Closure lag and premature commitment. W+: number, of all episodes, in which the world reached the goal (W=1). "
@@ -56,19 +57,21 @@ CAPTIONS: dict[str, str] = {
     "conditional_report": (
         f"Report rates given the world, in %. {_W_AND_B} Stop: the agent ends the episode by a report. n: number of "
         "episodes. Orange: P(rep | W=0) of 85 or more (FR-heavy: reports without the goal). Blue: P(no rep | W=1) of "
-        "40 or more (NR-heavy: the goal without a report). Both limits fit the published table's tints."
+        "40 or more (NR-heavy: the goal without a report); no tint where n is below 5 or outside the main tables."
     ),
     "open_repeat_robustness": (
-        f"Repeated runs under the same settings: mean ± half-range, in %. {_W_AND_B} {_GAP} {_FR} {_NR}"
+        f"Repeated runs under the same settings: mean ± half-range, in %. {_W_AND_B} {_GAP} {_FR} {_NR} {_IL}"
     ),
     "failure_taxonomy": (
         "Labels of an episode. B, FR, NR, IL and Other are exclusive and partition all scored episodes."
     ),
     "family_specs": (
         "Task families. Steps: step budget. Invalid limit: number of invalid replies allowed. Success: what W "
-        "requires (one of these in each episode); B also requires a matching report."
+        "requires; B also requires a matching report."
     ),
-    "episode_distribution": "Episodes of each family in {packs}, and in the published pack (arXiv:2605.08747).",
+    "episode_distribution": (
+        "Episodes of each family that this study plays{packs}, and those of the published pack (arXiv:2605.08747)."
+    ),
     "action_specs": "Action space of the agent.",
     "intents": "Intents of `interact_pixel`.",
     "report_statuses": "Statuses of a report.",
@@ -79,13 +82,14 @@ GOALS = {
     "agent_near_target": "agent near the target",
     "object_state": "object in the asked state",
     "VS object_state": "target seen",
-    "report_status": "asked state in view at the end",
+    "report_status": "asked state in view at the end, and never changed",
     "object_held": "object held",
     "object_at_receptacle": "object at its receptacle",
     "all_of": "several of these",
+    "CR": "constraint resolved, and ",
 }
 """Kind of goal, after a family's code if the words are only for that family -> words in the table of families. A kind
-that is not listed is shown by its name."""
+that is not listed is shown by its name. The words of a code alone stand before those of all kinds of the family."""
 _HEADINGS = {
     "Published: the paper's own pack and simulator": "Published",
     "Excluded from the main tables (low compliance or zero B)": "Outside the main tables (B = 0 or IL > 50 %)",
@@ -144,7 +148,7 @@ def _groups(table: Table) -> list[str]:
     headings = " ".join({shown_heading(row.group).lower() for row in table.rows})
     found = [_IL] if "il > 50" in headings and "IL:" not in CAPTIONS[table.name] else []
     are_apart = "il > 50" in headings and _SUPPLEMENTARY in headings
-    return [*found, *([f"The {_SUPPLEMENTARY} are apart, whatever their B and IL."] if are_apart else [])]
+    return [*found, *([f"{_SUPPLEMENTARY.capitalize()} are listed whatever their B and IL."] if are_apart else [])]
 
 
 def _episodes(table: Table, study: Study) -> list[str]:
@@ -185,7 +189,7 @@ def _marks(table: Table, study: Study) -> list[str]:
 
 def _packs(study: Study) -> str:
     names = sorted({entry.run.header.spec.pack for entry in study.entries})
-    return f"this study's {'pack' if len(names) == 1 else 'packs'} ({', '.join(names)})" if names else "this study"
+    return f" from its {'pack' if len(names) == 1 else 'packs'} ({', '.join(names)})" if names else ""
 
 
 def _span(numbers: Iterable[int]) -> str:

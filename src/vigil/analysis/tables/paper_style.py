@@ -4,34 +4,21 @@ Intervals are in a companion table. Widths are estimated from the number of char
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import textwrap
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
 
 from vigil.analysis.measures.study import Study
 from vigil.analysis.tables.paper_captions import GOALS, caption, shown_heading, without_condition
-from vigil.analysis.tables.paper_index import ABSENT, PARTS
+from vigil.analysis.tables.paper_index import PARTS
 from vigil.analysis.tables.table import DASH, WITH_INTERVAL, Column, Table, TableRow, first_number, formatted
 from vigil.analysis.tables.text import CHARACTER_PT, GAP_PT, latex_escaped, latex_text, marked_cell
 from vigil.protocol.families import FAMILIES
 
 COLUMN_PT, PAGE_PT = 234.0, 486.0
 """Widths of one column and of the page in a paper of two columns, in points."""
-PREAMBLE = (
-    r"\documentclass[10pt,twocolumn]{article}",
-    r"\usepackage[textwidth=6.75in,textheight=9.2in,columnsep=0.25in]{geometry}",
-    r"\usepackage{booktabs,graphicx,tabularx}",
-    r"\usepackage[table]{xcolor}",
-    r"\definecolor{FRtint}{RGB}{251,224,207}\definecolor{NRtint}{RGB}{207,228,245}",
-    r"\setlength{\belowcaptionskip}{4pt}",
-    r"\setcounter{topnumber}{9}\setcounter{dbltopnumber}{9}\setcounter{totalnumber}{9}",
-    r"\renewcommand{\topfraction}{1}\renewcommand{\dbltopfraction}{1}\renewcommand{\textfraction}{0}",
-    r"\makeatletter\setlength{\@fptop}{0pt}\setlength{\@dblfptop}{0pt}",
-    r"\setlength{\@fpsep}{20pt}\setlength{\@dblfpsep}{20pt}\makeatother",
-    r"\renewcommand{\floatpagefraction}{.7}\renewcommand{\dblfloatpagefraction}{.7}",
-)
-"""First lines of a LaTeX document with the paper's tables."""
 WORD_GAP_PT = 4.0
 """Space (points) on each side of a column of words; also of a column of numbers, if there is room."""
 FILLED = 0.7
@@ -41,8 +28,8 @@ INTERVALS = "_intervals"
 WIDEST = 0.9
 """A table whose estimated width exceeds this share of the available width needs more room: a table of numbers gets both
 columns of the page, a table of words is wrapped."""
-UNWRAPPED = 20
-"""A column of words is never wrapped if its longest text has at most this number of characters."""
+WRAPPED_SHARE = 0.4
+"""Columns of words are wrapped, the longest first, until each has room for this share of the longest text."""
 HASH = re.compile(r" [0-9a-f]{8}$")
 """Pattern of the start of a pack's hash, which follows the pack's name in a cell. Hashes distinguish packs that have
 the same name."""
@@ -97,6 +84,8 @@ COLUMNS: dict[str, tuple[PaperColumn, ...]] = {
 }
 """Name of a table -> its columns in the paper. A table that is not listed has the same columns in the paper as in a
 report."""
+WHOLE = ("FS_zero",)
+"""Shares that the paper prints without decimals."""
 IN_STEPS = ("mean_steps", "lag")
 """Columns in steps. Their intervals have one decimal; intervals in percent have no decimals."""
 NAME_PT = 92.0
@@ -120,52 +109,10 @@ def paper_tables(table: Table, study: Study) -> dict[str, str]:
         for row in table.rows
         if not row.is_published
     ]
-    if any(cell != DASH for _, cells in ends for cell in cells[1:]):
+    ends = [(row, cells) for row, cells in ends if any(cell != DASH for cell in cells[1:])]
+    if ends:
         found[table.name + INTERVALS] = _number_table(table, None, with_ends, ends)
     return found
-
-
-def index_lines(tables: Iterable[str], figures: Mapping[str, str]) -> list[str]:
-    """Return the LaTeX of an index with the number and page of each table and figure: tables left, figures right.
-
-    `tables` are names of files without their ending; `figures` are {name: caption}.
-    """
-    shown = list(tables)
-    lines: dict[bool, list[str]] = {False: [], True: []}
-    for part in PARTS:
-        is_here = part.place in (figures if part.is_figure else shown)
-        panel = part.label[part.label.index(" ") :] if " " in part.label else ""
-        lines[part.is_figure].append(_index_line(part.place, part.what, panel, part.is_figure, is_here))
-    lines[False] += [
-        rf"Table~\ref{{tab:{name}}} & Intervals of Table~\ref{{tab:{name.removesuffix(INTERVALS)}}} & "
-        rf"\pageref{{tab:{name}}} \\"
-        for name in shown
-        if name.endswith(INTERVALS)
-    ]
-    known = {part.place for part in PARTS}
-    lines[True] += [
-        _index_line(name, text.split(". ")[0].removesuffix("."), "", True, True)
-        for name, text in figures.items()
-        if name not in known
-    ]
-    kinds = r"@{}l>{\raggedright\arraybackslash}Xr@{}"
-    columns = [
-        [
-            rf"\section*{{{heading}}}",
-            rf"{{\small\noindent\begin{{tabularx}}{{\linewidth}}{{{kinds}}}",
-            *lines[of_figures],
-            r"\end{tabularx}}",
-        ]
-        for heading, of_figures in (("Tables", False), ("Figures", True))
-    ]
-    return [*columns[0], r"\newpage", *columns[1], r"\clearpage"]
-
-
-def _index_line(name: str, what: str, panel: str, is_figure: bool, is_here: bool) -> str:
-    if not is_here:
-        return rf"{latex_escaped(DASH)} & {latex_text(what)} ({ABSENT}) & \\"
-    kind, label = ("Figure", f"fig:{name}") if is_figure else ("Table", f"tab:{name}")
-    return rf"{kind}~\ref{{{label}}}{panel} & {latex_text(what)} & \pageref{{{label}}} \\"
 
 
 def _without_condition(table: Table) -> Table:
@@ -184,7 +131,10 @@ def _column(table: Table, key: str) -> Column:
 def _number(table: Table, row: TableRow, column: Column) -> str:
     """Return a cell without its interval; a share of 100 % is written without decimals."""
     if column.kind in WITH_INTERVAL:
-        text = formatted(first_number(row.cells.get(column.key)), column.kind)
+        number = first_number(row.cells.get(column.key))
+        if number is not None and column.key in WHOLE:
+            return f"{number:.0f}"
+        text = formatted(number, column.kind)
     else:
         text = marked_cell(table, row, column)
     return re.sub(r"\b100\.0\b", "100", text)
@@ -245,24 +195,31 @@ def _spread(filled: float, kinds: str, lines: Sequence[str]) -> list[str]:
 
 def _of_intervals(table: Table) -> str:
     of = rf"Table~\ref{{tab:{table.name}}}"
-    return rf"95~\% intervals of this study's rows in {of}, whose caption explains the columns and marks."
+    said = (
+        f"Intervals of rates are Wilson's, those of Δ and of means are from resampled houses. {DASH}: there is none, "
+        "because there are no such episodes, fewer than five houses, or no differences between houses."
+    )
+    head = rf"95~\% intervals of this study's rows in {of}, whose caption explains the columns and marks."
+    return f"{head} {latex_text(said)}"
 
 
 def _stacked_intervals(
     table: Table, columns: Sequence[tuple[PaperColumn, Column]], rows: Sequence[tuple[TableRow, list[str]]]
 ) -> str:
     """Return intervals of W and B in two lines for each model, so that eight families fit the page."""
-    parts = [columns[0][0], PaperColumn("rate", ""), *(each for each, _ in columns[1:])]
+    single = [i for i, (_, column) in enumerate(columns) if column.kind != "pair"]
+    pairs = [i for i in range(len(columns)) if i not in single]
+    parts = [*(columns[i][0] for i in single), PaperColumn("rate", ""), *(columns[i][0] for i in pairs)]
     lines = []
     for row, cells in rows:
-        split = [cell.split(" / ") for cell in cells[1:]]
+        split = [f"{cells[i]} / {cells[i]}".split(" / ") for i in pairs]
         for i, rate in enumerate(("W", "B")):
-            shown = [each[i] if len(each) == 2 else each[0] if i == 0 else "" for each in split]
-            lines.append((row, _escaped([cells[0] if i == 0 else "", rate, *shown])))
+            own = [cells[at] if i == 0 else "" for at in single]
+            lines.append((row, _escaped([*own, rate, *(each[i] for each in split)])))
     kinds = _name_kind(max((len(cells[0]) for _, cells in rows), default=0))
     body = [
         rf"\setlength{{\tabcolsep}}{{{WORD_GAP_PT}pt}}",
-        rf"\begin{{tabular}}{{{kinds}l{'r' * (len(parts) - 2)}}}",
+        rf"\begin{{tabular}}{{{kinds}{'r' * (len(single) - 1)}l{'r' * len(pairs)}}}",
         *_headers(parts),
         *_rows(lines, len(parts)),
         r"\end{tabular}",
@@ -284,15 +241,20 @@ def _escaped(cells: Sequence[str]) -> list[str]:
 def _text_table(table: Table, said: str) -> str:
     """Return a table of words. If it is too wide, its long columns of words are wrapped."""
     cells = [[_words(table, row, column) for column in table.columns] for row in table.rows]
-    headings = _headings(table)
-    longest = [max([len(heading), *(len(row[i]) for row in cells)]) for i, heading in enumerate(headings)]
+    headings = [
+        _stacked(heading, max((len(row[i]) for row in cells), default=0)) for i, heading in enumerate(_headings(table))
+    ]
+    longest = [
+        max(len(text) for text in (*heading.splitlines(), *(row[i] for row in cells)))
+        for i, heading in enumerate(headings)
+    ]
     width = sum(CHARACTER_PT * size + 2 * WORD_GAP_PT for size in longest)
     is_wide = width > COLUMN_PT and (width - CHARACTER_PT * max(longest) > COLUMN_PT / 2 or len(longest) > 3)
     kinds = ["l" if column.kind == "text" else "r" for column in table.columns]
     begin, end = r"\begin{tabular}", r"\end{tabular}"
     if width > WIDEST * (PAGE_PT if is_wide else COLUMN_PT):
-        wrapped = r">{\raggedright\arraybackslash}X"
-        kinds = [wrapped if kind == "l" and longest[i] > UNWRAPPED else kind for i, kind in enumerate(kinds)]
+        for i in _wrapped(longest, kinds, (PAGE_PT if is_wide else COLUMN_PT) - width):
+            kinds[i] = r">{\raggedright\arraybackslash}X"
         begin, end = r"\begin{tabularx}{\linewidth}", r"\end{tabularx}"
     parts = [PaperColumn(column.key, heading) for column, heading in zip(table.columns, headings, strict=True)]
     is_mixed = not all(row.is_published for row in table.rows)
@@ -305,12 +267,34 @@ def _text_table(table: Table, said: str) -> str:
     return _float(table.name, said, body, wide=is_wide)
 
 
+def _stacked(heading: str, longest: int) -> str:
+    """Return a heading in two lines if it is longer than the longest text of its column."""
+    if len(heading) <= longest:
+        return heading
+    wrapped = (
+        textwrap.wrap(heading, width, break_long_words=False) for width in range(max(longest, 1), len(heading) + 1)
+    )
+    return "\n".join(next(lines for lines in wrapped if len(lines) <= 2))
+
+
+def _wrapped(longest: Sequence[int], kinds: Sequence[str], free: float) -> list[int]:
+    """Return the columns of words to wrap: the longest, as many as needed. `free` is the rest of the line (points) if
+    no column is wrapped; it is negative."""
+    words = sorted((i for i, kind in enumerate(kinds) if kind == "l"), key=lambda i: -longest[i])
+    for number in range(1, len(words)):
+        room = free + CHARACTER_PT * sum(longest[i] for i in words[:number])
+        if room / number >= WRAPPED_SHARE * CHARACTER_PT * longest[words[0]]:
+            return words[:number]
+    return words
+
+
 def _words(table: Table, row: TableRow, column: Column) -> str:
     text = table.cell(row, column)
     if (table.name, column.key) != ("family_specs", "success"):
         return text
-    of_family = (GOALS.get(f"{row.cells['family']} {kind}") or GOALS.get(kind, kind) for kind in text.split(" or "))
-    return "; ".join(of_family)
+    family = row.cells["family"]
+    *others, last = (GOALS.get(f"{family} {kind}") or GOALS.get(kind, kind) for kind in text.split(" or "))
+    return GOALS.get(family, "") + (f"{', '.join(others)} or {last}" if others else last)
 
 
 def _headings(table: Table) -> list[str]:
@@ -340,8 +324,13 @@ def _headers(parts: Sequence[PaperColumn]) -> Iterator[str]:
                 rules.append(rf"\cmidrule(lr){{{at}-{at + size - 1}}}")
             at += size
         yield " & ".join(upper) + r" \\" + "".join(rules)
-    yield " & ".join(latex_escaped(part.heading) for part in parts) + r" \\"
+    yield " & ".join(_heading(part.heading) for part in parts) + r" \\"
     yield r"\midrule"
+
+
+def _heading(text: str) -> str:
+    lines = [latex_escaped(line) for line in text.splitlines()]
+    return rf"\shortstack[l]{{{lines[0]}\\{lines[1]}}}" if len(lines) > 1 else "".join(lines)
 
 
 def _rows(rows: Sequence[tuple[TableRow, list[str]]], columns: int) -> Iterator[str]:

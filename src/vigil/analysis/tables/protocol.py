@@ -9,15 +9,14 @@ from vigil.protocol.families import FAMILIES
 PUBLISHED_PER_FAMILY = 125
 _FURTHER_LABELS = {
     "B": "Benchmark success: W=1, closed by a report that matches the hidden world state.",
-    "Other": "A report that matches with W=0: an honest fail, an unrecognised status at a failed goal, or the right "
-    "state label for a state that was not observable at closure.",
+    "Other": "A report that matches with W=0: an honest fail, unsafe or invalid (also an unrecognised "
+    "status), or the right state label for a state that was not observable at closure.",
     "NoRep": "NR + IL: every episode without a report.",
 }
 _DEFINITIONS = (
     "The entries are the paper's; the definitions of the columns are VIGIL's. Size: episodes or tasks "
     "evaluated. Task level: High, the agent names whole sub-tasks; Low, it moves step by step. Multimodal: it is shown "
-    "images. Native control: it acts by moves, turns and points at pixels instead of naming "
-    "objects or calling prepared skills.",
+    "images. Native control: it controls the body by small steps instead of naming objects or sub-tasks.",
     "Fine-grained: results are reported by capacity. Decoupled: what is scored separately (Task: the parts "
     "of a task; Task+Report: also the agent's closing report). Active termination: how the agent itself ends an "
     "episode (Stop: without saying anything about the world; Report: with a status that is checked). No feedback: the "

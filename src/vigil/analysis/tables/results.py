@@ -56,6 +56,8 @@ _PRINTED_PANELS: dict[Panel, str] = {
 }
 INTERVALS_ELSEWHERE = "The intervals of W and B are in `family_rates`, one row per family and one for all."
 _FR_TINT_FROM, _NR_TINT_FROM = 85.0, 40.0
+_LEAST_TINTED = 5
+"""Smallest number of episodes from which a rate may be tinted."""
 
 
 def _w_and_b(measures: RunMetrics | None) -> tuple[Any, ...] | None:
@@ -204,15 +206,20 @@ def conditional_report(study: Study) -> Table:
         *rates(P_FR_W0="P(FR | W=0) %"),
         *tallies(n_W0=("n W=0", "W0"), n_W1=("n W=1", "W")),
     )
-    limits = {"P_rep_W0": ("FR", _FR_TINT_FROM), "P_norep_W1": ("NR", _NR_TINT_FROM)}
+    limits = {"P_rep_W0": ("FR", _FR_TINT_FROM, "n_W0"), "P_norep_W1": ("NR", _NR_TINT_FROM, "n_W1")}
     rows = []
     for row in _own_and_published(study, "conditional_report", columns):
-        shares = {key: first_number(row.cells[key]) or 0.0 for key in limits}
-        tints = {key: label for key, (label, limit) in limits.items() if shares[key] >= limit}
+        is_outside = row.group in OUTSIDE.values()
+        tints = {
+            key: label
+            for key, (label, limit, size) in limits.items()
+            if (first_number(row.cells[key]) or 0.0) >= limit and row.cells[size] >= _LEAST_TINTED and not is_outside
+        }
         rows.append(replace(row, tints=tints))
     notes = (
         f"Tinted: P(rep | W=0) of {_FR_TINT_FROM:.0f} % or more (closing without reaching the goal) and P(no rep | "
-        f"W=1) of {_NR_TINT_FROM:.0f} % or more (reaching the goal without closing).",
+        f"W=1) of {_NR_TINT_FROM:.0f} % or more (reaching the goal without closing), from at least {_LEAST_TINTED} "
+        "episodes; rows outside the main tables have no tint.",
     )
     return Table("conditional_report", "Conditional report rates", columns, tuple(rows), notes)
 

@@ -155,7 +155,8 @@ def _format(value: Any, kind: CellKind) -> str:
             digits = 1 if kind == "rate" else 2
             number, low, high = value if isinstance(value, tuple | list) else (value, None, None)
             ends = "" if low is None or high is None else f" [{_fixed(low, digits)}, {_fixed(high, digits)}]"
-            return f"{_fixed(number, digits)}{ends}"
+            shown = str(number) if isinstance(number, int) else _fixed(number, digits)  # a published whole number
+            return f"{shown}{ends}"
         case "spread":
             return f"{_fixed(value[0], 1)} ± {_fixed(value[1], 1)}"
         case "p":
