@@ -307,7 +307,7 @@ class Env:
         observation = self._observation
         if observation is None or not observation.is_drawn:
             return None
-        return hashlib.sha256(np.ascontiguousarray(observation.rgb)).hexdigest()
+        return hashlib.sha256(np.ascontiguousarray(observation.rgb).data).hexdigest()
 
 
 def feedback_after(effect: Effect | None, profile: Profile) -> Feedback | None:

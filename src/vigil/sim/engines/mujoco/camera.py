@@ -164,7 +164,7 @@ class Camera:
         arrays += [each for light in point_lights for each in (light.place, light.colour)]
         found = hashlib.blake2b(self._quality.encode(), digest_size=16)
         for each in arrays:
-            found.update(np.ascontiguousarray(each))
+            found.update(np.ascontiguousarray(each).data)
         return found.digest()
 
     def _paint(self, viewer: Viewer, point_lights: list[PointLight], in_hand: HeldGeoms | None) -> np.ndarray:
