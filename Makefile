@@ -1,14 +1,14 @@
 # make setup   prepares .venv with the command `vigil`, and the system libraries of the renderer;
 #              EXTRAS=azure,mistral adds the clients of model providers (`vigil models` names them)
 # make run     plays the starter pack with the solver and two flawed agents, and compares them
-# make test    passes the tests; what they need besides is installed first (make setup-dev)
-# make coverage  passes the tests of the pure parts, and fails if these cover less than pyproject.toml demands
+# make test    runs the tests, after installing what they need (make setup-dev)
+# make coverage  runs the tests of the pure parts, and fails if they cover less than pyproject.toml demands
 # make release-check  builds the wheel and plays from it in empty environments, with the lowest and newest dependencies (docs/releases.md)
 # make test-verifiers  tests the environment of verifiers, in .venv-verifiers: it needs an older openai (docs/verifiers.md)
 # make docs    builds the documentation into site/, which needs no network and no server; make docs-version puts it into
-#              pages/VERSION, beside the versions that are there already
-# make pictures draws the pictures of README.md and docs/ anew; it takes long, and needs Chromium (docs/writing.md)
-# make mutants tells which small faults the tests do not notice; MODULE=scoring.outcomes for one module, EVERY=8 for a sample
+#              pages/VERSION, next to the versions that are there already
+# make pictures draws the pictures of README.md and docs/ again; it takes long, and needs Chromium (docs/writing.md)
+# make mutants lists the small faults that the tests do not notice; MODULE=scoring.outcomes for one module, EVERY=8 for a sample
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
 	&& { echo $$p; break; }; done)
@@ -23,7 +23,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 REQUIREMENTS := pyproject.toml constraints.txt scripts/system-libraries
 RUNS ?= runs/starter
 DOCS ?= pages
-MODULE ?= protocol.profile scoring.outcomes protocol.actions env protocol.goals scoring.goal_check protocol.replies protocol.json_text protocol.reasoning records.record scoring.summary
+MODULE ?= protocol.profile scoring.outcomes protocol.actions env protocol.goals scoring.goal_check protocol.replies base.json_text protocol.reasoning records.record scoring.summary
 EVERY ?= 1
 LOCKED := azure,docs,mistral,mutants,procthor,thor
 RELEASE_PYTHONS ?= python3.11 python3.12 python3.13
@@ -84,7 +84,7 @@ coverage: setup-dev
 test-verifiers: setup-verifiers
 	$(VERIFIERS)/bin/python -m pytest -n 0 tests/integrations/test_verifiers.py
 
-# Fetches dependencies anew for each of the interpreters; minutes each.
+# Fetches the dependencies again for each interpreter, which takes minutes each time.
 release-check: setup
 	$(BIN)/python scripts/release_check.py $(RELEASE_PYTHONS)
 
@@ -100,7 +100,7 @@ docs: setup-docs
 docs-version: setup-docs
 	$(BIN)/python -m scripts.build_docs --publish $(DOCS)
 
-# tools/pictures.py names what the commands before it have drawn; the runs are played anew, with today's frames.
+# tools/pictures.py names what the commands before it have drawn; the runs are played again, with today's frames.
 pictures: setup-dev
 	rm -rf docs/pictures/catalog
 	$(BIN)/vigil render --catalog --variants 1 --out docs/pictures/catalog

@@ -1,6 +1,6 @@
 """Puts small faults into a module, one at a time, and lists those that the module's tests do not notice.
 
-    python -m tools.mutants scoring
+    python -m tools.mutants scoring.outcomes
 
 The faults (mutants) are those of mutmut's operators. Its own runner leaves out what stands outside of functions, and
 properties and validators, which is half of these modules; so the module is mutated as a whole here, in a forked process

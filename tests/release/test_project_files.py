@@ -11,7 +11,8 @@ import yaml
 from vigil import __version__
 
 ROOT = Path(__file__).parents[2]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = SETTINGS["project"]
 PYTHONS = [line.rpartition(" ")[2] for line in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", line)]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
@@ -42,6 +43,15 @@ def test_the_interpreters_are_the_same_everywhere() -> None:
     jobs = read(ROOT / ".github" / "workflows" / "tests.yml")["jobs"]
     assert jobs["linux"]["strategy"]["matrix"]["python"] == PYTHONS
     assert jobs["release-check"]["strategy"]["matrix"]["python"] == PYTHONS
+
+
+def test_make_mutants_tries_the_modules_that_have_tests_for_it() -> None:
+    modules = re.search(r"^MODULE \?= (.+)$", MAKEFILE, re.MULTILINE)
+    assert modules is not None
+    assert sorted(modules[1].split()) == sorted(SETTINGS["tool"]["mutants"])
+    for module, tests in SETTINGS["tool"]["mutants"].items():
+        assert (ROOT / "src" / "vigil" / f"{module.replace('.', '/')}.py").is_file(), module
+        assert all((ROOT / test).is_file() for test in tests), module
 
 
 @pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)

@@ -57,7 +57,7 @@ class DeclaredSetting:
         return self.setting.name or self.name.replace("_", "-")
 
     @property
-    def spoken(self) -> str:
+    def display_name(self) -> str:
         """Name of the setting in messages: its option, or its name in Python if it does not have an option."""
         return f"--{self.option}" if self.setting.is_option else f"Setting {self.name}"
 
@@ -109,7 +109,7 @@ def check_settings(settings: object) -> None:
         known = choices(one.kind)
         if known and value not in known:
             hint = did_you_mean(str(value), known)
-            raise SettingError(f"{one.spoken} is {value!r}.{hint} Choose one of: {', '.join(known)}.")
+            raise SettingError(f"{one.display_name} is {value!r}.{hint} Choose one of: {', '.join(known)}.")
         if isinstance(value, int | float):
             _check_number(one, value)
 
@@ -117,11 +117,11 @@ def check_settings(settings: object) -> None:
 def _check_number(one: DeclaredSetting, value: float) -> None:
     minimum, maximum = one.setting.minimum, one.setting.maximum
     if not math.isfinite(value):
-        raise SettingError(f"{one.spoken} is {value}; it must be a finite number.")
+        raise SettingError(f"{one.display_name} is {value}; it must be a finite number.")
     if minimum is not None and value < minimum:
-        raise SettingError(f"{one.spoken} is {value}; it must be {minimum} or more.")
+        raise SettingError(f"{one.display_name} is {value}; it must be {minimum} or more.")
     if maximum is not None and value > maximum:
-        raise SettingError(f"{one.spoken} is {value}; it must be {maximum} or less.")
+        raise SettingError(f"{one.display_name} is {value}; it must be {maximum} or less.")
 
 
 def choices(kind: Any) -> tuple[str, ...]:

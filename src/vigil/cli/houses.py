@@ -178,12 +178,12 @@ def sweep_houses(
     total, done = len(counts) * (end - first), itertools.count(1)
     with progress("houses") as show:
 
-        def told(problems: list[str]) -> None:
+        def report(problems: list[str]) -> None:
             show(next(done), total)
             for problem in problems:
                 print(problem)
 
-        result = survey(range(first, end), counts, _own_loaded if load else _unloaded, told, worker_count(workers))
+        result = survey(range(first, end), counts, _own_loaded if load else _unloaded, report, worker_count(workers))
     print(*result.lines(), sep="\n")
     rare = [f"{name} {result.category_counts[name]}" for name in result.rare_categories(min_count)]
     if rare:

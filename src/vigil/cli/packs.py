@@ -86,7 +86,7 @@ def info(pack: PackArgument, as_json: AsJson = False) -> None:
         _print_strata(strata)
         print(f"reviewed: {manifest.meta['reviews']}")
         if manifest.meta["text_guess_sv"] is not None:
-            print(f"SV labels guessed rightly from the object's category: share {manifest.meta['text_guess_sv']}")
+            print(f"SV labels guessed correctly from the object's category: share {manifest.meta['text_guess_sv']}")
 
 
 def _print_families(pack: Pack) -> None:

@@ -123,7 +123,7 @@ def status(study: StudyPath = None, model: Models = None, condition: Conditions 
         state = state_of(one, _plan(one))
         total = [total[0] + state.scored, total[1] + state.planned]
         table.add_row(
-            one.label.name, one.label.role, f"{state.scored}/{state.planned}", str(state.errors), state.spoken
+            one.label.name, one.label.role, f"{state.scored}/{state.planned}", str(state.errors), state.description
         )
     console().print(table)
     print(f"{total[0]:,} of {total[1]:,} plays are scored.")

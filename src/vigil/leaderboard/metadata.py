@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstra
 
 from vigil.errors import SettingError, did_you_mean
 from vigil.records.record import RunHeader
-from vigil.studies.yaml_text import YamlText, read_yaml, spoken
+from vigil.studies.yaml_text import YamlText, place_text, read_yaml
 
 Tier = Literal["self_reported", "re_simulated", "fresh_pack", "hosted", "maintainer_run"]
 """How far an entry can be trusted, from the least to the most; entries are ranked within their tier."""
@@ -120,10 +120,10 @@ def read_metadata(path: Path) -> EntryMetadata:
 def _readable(text: YamlText, error: ValidationError) -> SettingError:
     faults = error.errors()
     known = dict(fields_of(EntryMetadata))
-    missing = [spoken(fault["loc"]) for fault in faults if fault["type"] == "missing"]
+    missing = [place_text(fault["loc"]) for fault in faults if fault["type"] == "missing"]
     listed = [f"`{name}` ({known.get(name, 'a group of keys')})" for name in missing]
     if unknown := [fault for fault in faults if fault["type"] == "extra_forbidden"]:
-        place = spoken(unknown[0]["loc"])
+        place = place_text(unknown[0]["loc"])
         return text.error(unknown[0]["loc"], f"this key does not exist.{did_you_mean(place, known)}")
     if listed:
         return text.error((), f"the metadata is incomplete. Missing: {'; '.join(listed)}.")

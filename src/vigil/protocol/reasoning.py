@@ -37,10 +37,10 @@ def split_reasoning(text: str) -> tuple[str, int]:
     somewhere after it. If no closing marker has a brace after it, the answer begins at the last draft or, without a
     draft, after the last closing marker. A text that is one JSON value is not cut.
     """
-    closings = [marker.end() for marker in _MARKER.finditer(text) if _is_closing(marker)]
-    if not closings or is_one_value(text):
+    ends = [marker.end() for marker in _MARKER.finditer(text) if _is_closing(marker)]
+    if not ends or is_one_value(text):
         return text, 0
-    cut = _cut(text, closings[-MAX_MARKERS:])
+    cut = _cut(text, ends[-MAX_MARKERS:])
     return text[cut:], len(_MARKER.sub("", text[:cut]).strip())
 
 
@@ -76,15 +76,15 @@ def _is_closing(marker: re.Match[str]) -> bool:
     return marker[0][1] == "/"
 
 
-def _cut(text: str, closings: list[int]) -> int:
-    objects = list(_objects(text, (0, *closings)))
+def _cut(text: str, ends: list[int]) -> int:
+    objects = list(_objects(text, (0, *ends)))
     for start, end in objects:
         if not _is_in_reasoning(text, end):
             return start
-    behind = next((closing for closing in reversed(closings) if "{" in text[closing:]), None)
+    behind = next((closing for closing in reversed(ends) if "{" in text[closing:]), None)
     if behind is not None:
         return behind
-    return objects[-1][0] if objects else closings[-1]
+    return objects[-1][0] if objects else ends[-1]
 
 
 def _objects(text: str, starts: tuple[int, ...]) -> Iterator[tuple[int, int]]:

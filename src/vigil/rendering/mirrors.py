@@ -39,10 +39,10 @@ def _mirror(geometry: Geometry, state: RenderState, geom: int, viewer: Viewer) -
     areas[((eye - corners.mean(axis=1)) * facing).sum(axis=1) <= 0.0] = 0.0
     if not areas.any():
         return None
-    alike = facing @ facing.T > _FLAT
-    best = int((alike * areas).sum(axis=1).argmax())
+    is_parallel = facing @ facing.T > _FLAT
+    best = int((is_parallel * areas).sum(axis=1).argmax())
     normal = facing[best].astype(np.float64)
-    chosen = corners[alike[best]].reshape(-1, 3).astype(np.float64)
+    chosen = corners[is_parallel[best]].reshape(-1, 3).astype(np.float64)
     return Mirror(geom, chosen.mean(axis=0), normal / np.linalg.norm(normal), box_of(points, viewer), points)
 
 

@@ -214,8 +214,8 @@ def _write(out: Path, header: RunHeader, parts: Sequence[_ShardRun]) -> None:
     """Write the joined run to the folder `out` atomically. Raises RecordError."""
     try:
         out.absolute().parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.absolute().parent) as beside:
-            folder = Path(beside) / "run"
+        with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.absolute().parent) as work:
+            folder = Path(work) / "run"
             folder.mkdir()
             (folder / HEADER_FILE).write_bytes(header.model_dump_json(indent=1).encode() + b"\n")
             with (folder / EPISODES_FILE).open("wb") as file:

@@ -85,14 +85,14 @@ class RecordTable:
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes about the rows, to be read before any results."""
-        torn = (
+        incomplete = (
             f"Line {self.partial_line_number} of its records is incomplete and is skipped. Either it is being written, "
             "or it was cut off; then the same command plays that episode again.",
         )
         return (
             *self.check.notes,
             *summarize_left_out(self.left_out),
-            *(torn if self.partial_line_number is not None else ()),
+            *(incomplete if self.partial_line_number is not None else ()),
         )
 
     def refresh(self) -> None:

@@ -57,7 +57,7 @@ class _Session:
         return None if self.has_failed else self.server.reset()
 
     @contextmanager
-    def counted(self) -> Generator[None, None, None]:
+    def counting(self) -> Generator[None, None, None]:
         """Count the episode that the `with` block plays, or set `has_failed` if the block raises an error."""
         try:
             yield
@@ -104,7 +104,7 @@ def check_settings_of_player(settings: RunSettings) -> None:
         check_sandbox()
     defaults = {one.name: one.default for one in declared_settings(RunSettings)}
     given = [
-        one.spoken
+        one.display_name
         for one in declared_settings(RunSettings)
         if one.name not in _OF_THE_PLAYER and getattr(settings, one.name) != defaults[one.name]
     ]
@@ -119,7 +119,7 @@ def _play_with_agent(settings: RunSettings, session: _Session) -> None:
     agent = make_agent(name, profile, settings.seed, program)
     try:
         while (episode := session.next()) is not None:
-            with session.counted():
+            with session.counting():
                 _play(agent, episode, profile)
             if is_exec(name) and not settings.keep_program and isinstance(agent, Closeable):
                 agent.close()
@@ -147,7 +147,7 @@ async def _play_with_model(settings: RunSettings, endpoint: Endpoint, session: _
 
         async def play_all() -> None:
             while (episode := await asyncio.to_thread(session.next)) is not None:
-                with session.counted():
+                with session.counting():
                     await _converse(episode, session.profile, client.ask)
 
         players = (play_all() for _ in range(endpoint.max_connections))

@@ -22,7 +22,7 @@ class RunState:
     """Number of parts that other machines played and that are not yet joined."""
 
     @property
-    def spoken(self) -> str:
+    def description(self) -> str:
         """The state of the run in one or two words."""
         if self.parts:
             return f"{self.parts} parts, not joined"

@@ -43,11 +43,11 @@ class YamlText:
         """Return an error about the value at `place`, with the line of the innermost part of `place` that is in the
         file."""
         known = next((place[:end] for end in range(len(place), -1, -1) if place[:end] in self.lines), ())
-        key = f", {spoken(place)}" if place else ""
+        key = f", {place_text(place)}" if place else ""
         return SettingError(f"{str(self.path)!r}, line {self.lines[known]}{key}: {message}")
 
 
-def spoken(place: Place) -> str:
+def place_text(place: Place) -> str:
     """Return a place as readable text, such as `models[2].settings.limit`. List items are counted from 1."""
     parts = [f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in place]
     return "".join(parts).removeprefix(".")

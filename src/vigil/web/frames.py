@@ -66,15 +66,15 @@ def episode_timeline(run: LibraryRun, episode: Episode, record: EpisodeRecord) -
     """Return the timeline of a record of a run."""
     if run.header is None or run.table is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
-    told = timeline_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
+    timeline = timeline_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
     reasoning = reasoning_by_step(run.folder, record)
-    told["steps"] = [{**step, "reasoning": reasoning.get(step["index"], "")} for step in told["steps"]]
-    told["hidden"]["beliefs"] = [
+    timeline["steps"] = [{**step, "reasoning": reasoning.get(step["index"], "")} for step in timeline["steps"]]
+    timeline["hidden"]["beliefs"] = [
         {"step": probe.step, "framing": probe.framing, "sure": probe.answer.sure, "done": probe.answer.done}
         for probe in read_probes(run.folder, run.header.sha256).of(record)
         if probe.answer is not None
     ]
-    return told
+    return timeline
 
 
 def frame_of(run: LibraryRun, key: Key, step: int, render_service: RenderService) -> Frame:

@@ -51,7 +51,7 @@ class ReviewSet:
     episodes: tuple[Episode, ...]
     solutions: dict[str, tuple[Action, ...]]
     houses: Path
-    closings: dict[str, str] = field(default_factory=dict)
+    expected_reports: dict[str, str] = field(default_factory=dict)
     """Id of an episode of the closure-stress suite -> its expected closing report, in words."""
 
     @classmethod
@@ -179,7 +179,7 @@ def _values(session: ReviewSession, episode: Episode) -> dict[str, Any]:
     return {
         "mine": decisions(episode, read_reviews(session.path)).get(session.reviewer, Decision()),
         "goal": describe_goal(episode.goal),
-        "closing": session.review_set.closings.get(episode.id),
+        "closing": session.review_set.expected_reports.get(episode.id),
         "family": FAMILIES[episode.family],
         "place": place + 1,
         "plan": plan_of(House.load(session.review_set.house_path(episode), episode.house.sha256), session.assets),

@@ -499,7 +499,7 @@ def test_drafts_of_the_suite_are_reviewed_with_what_closes_them(drafts: DraftsFi
     found = ReviewSet.of_drafts(drafts.path)
     task = next(task for task in closure_drafts(drafts) if task.kind == "impossible")
     assert len(found.episodes) == sum(len(task.drafts) for task in closure_drafts(drafts))
-    told = found.closings[task.drafts[1].episode.id]
+    told = found.expected_reports[task.drafts[1].episode.id]
     assert told.startswith(f"impossible, impossible, {task.answers[1].reason}")
     assert "its twin" in told
 

@@ -208,8 +208,8 @@ def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
     for entry in main if len(main) > 1 else entries:
         if entry.run.n:
             packs.setdefault(entry.run.header.spec.pack_sha256, []).append(entry)
-    for alike in packs.values():
-        ranked = sorted_by_b(alike)
+    for same_pack in packs.values():
+        ranked = sorted_by_b(same_pack)
         for index, first in enumerate(ranked):
             for place, second in enumerate(ranked[index + 1 :]):
                 apart_pp = 100 * abs((first.overall.share("W") or 0.0) - (second.overall.share("W") or 0.0))

@@ -21,10 +21,10 @@ def strata(study: Study) -> Table:
     columns = (RUN, *texts(stratum="Stratum"), *counts(n="n"), *intervals(**headings))
     parts = [(entry, by_stratum(entry.run.rows)) for entry in sorted_by_role(study.entries)]
     rows = [
-        run_row(entry, {"stratum": part.name, "n": part.counts.n, **rate_cells(part.counts, _RATES)}, way)
-        for way in STRATA
-        for entry, ways in parts
-        for part in ways[way]
+        run_row(entry, {"stratum": part.name, "n": part.counts.n, **rate_cells(part.counts, _RATES)}, division)
+        for division in STRATA
+        for entry, strata in parts
+        for part in strata[division]
     ]
     notes = (
         f"{WILSON_NOTE} Over all families the strata also differ in their mix of families. A target's size follows "

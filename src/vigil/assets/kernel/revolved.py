@@ -135,7 +135,7 @@ def loft(rings: np.ndarray, cap: bool = True) -> Mesh:
     """
     points = np.asarray(rings, np.float64)
     count, around, _ = points.shape
-    before, after = _beside(around)
+    before, after = _ring_neighbours(around)
     normals = cross(points[:, after] - points[:, before], _gradient(points))
     steps = norms(points[:, 1:] - points[:, :-1]).max(0)
     lengths = norms(points[1:] - points[:-1]).max(1)
@@ -164,7 +164,7 @@ def _gradient(points: np.ndarray) -> np.ndarray:
 
 
 @cache
-def _beside(around: int) -> tuple[np.ndarray, np.ndarray]:
+def _ring_neighbours(around: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the indices of the points before and after each point of a closed ring, which repeats its first point."""
     index = np.arange(around - 1)
     closed = [*index, 0]

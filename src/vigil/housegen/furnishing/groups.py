@@ -118,8 +118,8 @@ def sofa_group(rng: np.random.Generator, with_table: bool, with_chair: bool, wit
     if with_chair:
         chair = draw_model("ArmChair", rng)
         side = pick(rng, (-1, 1))
-        beside, before = ARMCHAIR_GAP_M
-        x = side * (half + beside + chair.size.z / 2)
+        gap, before = ARMCHAIR_GAP_M
+        x = side * (half + gap + chair.size.z / 2)
         members.append(GroupMember(chair, x, sofa.size.z + before + chair.size.x / 2, -90.0 * side))
     if with_rug:
         rug = draw_model("Rug", rng)

@@ -139,8 +139,8 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         if self._options.frames:
             seen["frame"] = self._frame(observation)
         if self._options.condition.has_feedback:
-            told = observation.feedback or Feedback(too_far=False, path_blocked=False)
-            seen["feedback"] = np.array([told.too_far, told.path_blocked], np.int8)
+            feedback = observation.feedback or Feedback(too_far=False, path_blocked=False)
+            seen["feedback"] = np.array([feedback.too_far, feedback.path_blocked], np.int8)
         return seen
 
     def _frame(self, observation: Observation) -> np.ndarray:
@@ -154,10 +154,10 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     def _final_observation(self, before: Observation | None, record: EpisodeRecord) -> Observation:
         """Return the observation after the last reply. Gymnasium requires it, but the agent cannot answer it."""
         effect = record.steps[-1].effect
-        told = None if effect is None else Feedback(too_far=effect.too_far, path_blocked=effect.path_blocked)
+        feedback = None if effect is None else Feedback(too_far=effect.too_far, path_blocked=effect.path_blocked)
         if effect is None and before is not None and before.is_drawn:
-            return Observation(lambda: before.rgb, told)
-        return Observation(self._simulator.frame, told)
+            return Observation(lambda: before.rgb, feedback)
+        return Observation(self._simulator.frame, feedback)
 
     def _choose_episode(self, options: dict[str, Any], *, is_seeded: bool) -> SampledEpisode:
         check_names(options, RESET_OPTIONS, "reset() of Vigil-v0")

@@ -77,8 +77,10 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
             )
         given = dict(options or {})
         mask = self._mask(given.pop("reset_mask", None))
-        told = None if options is None else given
-        asked = [(seeds[shard.part], told, None if mask is None else mask[shard.part]) for shard in self._shards]
+        shard_options = None if options is None else given
+        asked = [
+            (seeds[shard.part], shard_options, None if mask is None else mask[shard.part]) for shard in self._shards
+        ]
         infos: dict[str, Any] = {}
         for shard, found in zip(self._shards, self._call_all(Environments.reset_some, asked), strict=True):
             infos = self._with_infos(infos, shard, found)

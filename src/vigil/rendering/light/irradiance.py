@@ -88,11 +88,13 @@ def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]
     """
     total = np.zeros((3, len(samples.points)), np.float32)
     weights, stopped = np.zeros((2, len(samples.points)), np.float32)
-    for ways in np.split(_sphere(), BATCHES):
-        faced = [_along(samples.normals, way) for way in ways]
+    for directions in np.split(_sphere(), BATCHES):
+        faced = [_along(samples.normals, way) for way in directions]
         for share in faced:
             share[share <= LEAST_FACING] = 0.0
-        for way, share, far in zip(ways, faced, _distances(scene, samples.origins, ways, faced), strict=True):
+        for way, share, far in zip(
+            directions, faced, _distances(scene, samples.origins, directions, faced), strict=True
+        ):
             _add_brought(total, share, far, float(way[2]))
             weights += share
             stopped += share * (far < BURIED_M)
@@ -101,7 +103,7 @@ def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]
 
 
 def _distances(
-    scene: Occluders, origins: np.ndarray, ways: np.ndarray, shares: list[np.ndarray]
+    scene: Occluders, origins: np.ndarray, directions: np.ndarray, shares: list[np.ndarray]
 ) -> Iterator[np.ndarray]:
     """Yield, for each direction, the distance (n,) from each point to what its ray hits.
 
@@ -109,7 +111,7 @@ def _distances(
     """
     chosen = [np.flatnonzero(share) for share in shares]
     counts = [len(each) for each in chosen]
-    met = scene.distances(origins[np.concatenate(chosen)], np.repeat(ways, counts, axis=0))
+    met = scene.distances(origins[np.concatenate(chosen)], np.repeat(directions, counts, axis=0))
     for each, found in zip(chosen, np.split(met, np.cumsum(counts[:-1])), strict=True):
         far = np.zeros(len(origins), np.float32)
         far[each] = found

@@ -34,9 +34,11 @@ def move_inward(samples: Samples, edges: np.ndarray) -> Samples:
     """
     first, last = edges.T
     count = len(samples.points)
-    ways = samples.points[last] - samples.points[first]
+    offsets = samples.points[last] - samples.points[first]
     known = np.maximum(np.bincount(first, minlength=count) + np.bincount(last, minlength=count), 1)
-    sums = np.stack([np.bincount(first, way, count) - np.bincount(last, way, count) for way in ways.T], axis=1)
+    sums = np.stack(
+        [np.bincount(first, offset, count) - np.bincount(last, offset, count) for offset in offsets.T], axis=1
+    )
     inward = sums / known[:, None]
     inward -= np.einsum("ij,ij->i", inward, samples.normals)[:, None] * samples.normals
     length = np.maximum(np.linalg.norm(inward, axis=1), 1e-6)

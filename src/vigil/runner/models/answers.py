@@ -217,8 +217,10 @@ def _finish_reason(choice: dict[str, Any]) -> str | None:
     """Return the finish reason of an answer. If a router adds the reason for which its provider failed, return that
     reason."""
     own = _reason_text(choice.get("finish_reason"))
-    beside = choice.get("provider_specific_fields")
-    native = choice.get("native_finish_reason") or (is_object(beside) and beside.get("native_finish_reason"))
+    provider_fields = choice.get("provider_specific_fields")
+    native = choice.get("native_finish_reason") or (
+        is_object(provider_fields) and provider_fields.get("native_finish_reason")
+    )
     return _reason_text(native) if stop_cause(_reason_text(native)) in ("filtered", "failed") else own
 
 

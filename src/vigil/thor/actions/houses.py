@@ -87,8 +87,8 @@ def _check(house: House) -> None:
         if not 0.0 <= (each.openness or 0.0) <= 1.0:
             raise ActionFailed(f"Exception creating house: {each.id}: openness {each.openness:g} is not in [0:1]")
     floors = [(room.id, floor_of(room).buffer(0)) for room in house.document.rooms]
-    for (one, floor), (other, beside) in itertools.combinations(floors, 2):
-        if floor.intersection(beside).area > SHARED_FLOOR_M2:
+    for (one, floor), (other, other_floor) in itertools.combinations(floors, 2):
+        if floor.intersection(other_floor).area > SHARED_FLOOR_M2:
             raise ActionFailed(f"Exception creating house: the floors of {one} and {other} overlap")
 
 

@@ -38,18 +38,18 @@ def referents_in(instruction: str, items: Iterable[DescribedThing], view: Privil
     everything, things = list(items), view.scene.things
     names = "|".join(re.escape(name) for name in sorted({item.name for item in everything}, key=lambda n: (-len(n), n)))
     if found := re.search(rf"\bthe (?P<which>larger|smaller) (?P<name>{names})\b", instruction):
-        alike = _named(found["name"], everything, things)
-        sized = sorted(alike, key=_volume)
+        named = _named(found["name"], everything, things)
+        sized = sorted(named, key=_volume)
         if len(sized) != 2 or not is_clearly_larger(sized[1], sized[0]):
-            return {thing.id for thing in alike}
+            return {thing.id for thing in named}
         return {sized[-1 if found["which"] == "larger" else 0].id}
     if found := re.search(rf"\bthe (?P<name>{names}) that is (?P<label>{'|'.join(STATES)})\b", instruction):
-        alike = _named(found["name"], everything, things)
-        return {thing.id for thing in alike if is_in_state(thing, found["label"])}
+        named = _named(found["name"], everything, things)
+        return {thing.id for thing in named if is_in_state(thing, found["label"])}
     if found := re.search(rf"\bthe (?P<name>{names}) with the (?P<other>{names}) (?:in|on) it\b", instruction):
-        alike = _named(found["name"], everything, things)
+        named = _named(found["name"], everything, things)
         borne = {each.id for each in referents(Phrase(found["other"]), everything)}
-        return {thing.id for thing in alike if borne & {child.id for child in children(view.scene, thing.id)}}
+        return {thing.id for thing in named if borne & {child.id for child in children(view.scene, thing.id)}}
     return set()
 
 

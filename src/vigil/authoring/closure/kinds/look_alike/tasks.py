@@ -55,12 +55,12 @@ def _of_colour(context: HouseContext, act: Act) -> Tasks:
     for episode in seeking(context, act):
         target = context.items[episode.goal.object_id]
         phrase = context.phrase(target.id)
-        alike = next((item for item in context.items.values() if _is_other_colour(target, item)), None)
-        if alike is None or phrase is None or phrase.colour is None or phrase != phrase.without_place:
+        distractor = next((item for item in context.items.values() if _is_other_colour(target, item)), None)
+        if distractor is None or phrase is None or phrase.colour is None or phrase != phrase.without_place:
             continue
-        objects = {**episode.setup.objects, **setup_for(context.thing(alike.id), act).objects}
+        objects = {**episode.setup.objects, **setup_for(context.thing(distractor.id), act).objects}
         both = {
-            "bindings": {"target": target.id, DISTRACTOR: alike.id},
+            "bindings": {"target": target.id, DISTRACTOR: distractor.id},
             "setup": episode.setup.model_copy(update={"objects": objects}),
         }
         yield ClosureTask("look_alike", (episode.model_copy(update=both),), form="colour")
@@ -75,12 +75,12 @@ def _of_place(context: HouseContext) -> Tasks:
     for episode in seeking(context, "pick"):
         target = context.items[episode.goal.object_id]
         phrase = phrase_by_support(context, target, may_colour=False)
-        alike = next((context.items[thing.id] for thing in _same_name_objects(context, target.id)), None)
-        if phrase is None or alike is None:
+        distractor = next((context.items[thing.id] for thing in _same_name_objects(context, target.id)), None)
+        if phrase is None or distractor is None:
             continue
         facts = {
             "instruction": context.order(PLACED_ORDERS, "pick", context.thing(target.id), phrase),
-            "bindings": {"target": target.id, DISTRACTOR: alike.id},
+            "bindings": {"target": target.id, DISTRACTOR: distractor.id},
         }
         yield ClosureTask("look_alike", (episode.model_copy(update=facts),), form="place")
 
@@ -185,7 +185,7 @@ def _supported_candidates(context: HouseContext, target: Thing, others: list[Thi
 
 
 def _distractor_task(
-    context: HouseContext, act: Act, target: Thing, alike: Thing, words: str, setup: Setup, form: str
+    context: HouseContext, act: Act, target: Thing, distractor: Thing, words: str, setup: Setup, form: str
 ) -> Tasks:
     """Yield the task about a target; `words` distinguish the target from a look-alike.
 
@@ -193,11 +193,11 @@ def _distractor_task(
     """
     if not context.can_begin(setup):
         return
-    start = start_near(context, alike, target.id)
+    start = start_near(context, distractor, target.id)
     context.begin(Setup())
     if start is not None:
         sentence = context.order(SEARCH_ORDERS, act, target, words)
-        bindings = {"target": target.id, DISTRACTOR: alike.id}
+        bindings = {"target": target.id, DISTRACTOR: distractor.id}
         task = TaskSpec(start, sentence, goal_for(target, act), bindings, setup=setup, template=act)
         yield ClosureTask("look_alike", (context.draft("SI", task),), form=form)
 
@@ -206,9 +206,9 @@ def faults(
     view: PrivilegedView, task: ClosureTask, episode: Episode, _: tuple[Action, ...]
 ) -> Iterator[tuple[str, str]]:
     """Yield (rule, message) if there is no look-alike, or the words do not distinguish the target from it."""
-    alike, target, things = episode.bindings[DISTRACTOR], episode.goal.object_id, view.scene.things
-    if things[alike].category != things[target].category or not things[alike].is_present:
-        yield "distinguished", f"{alike!r} does not have the category of {target!r}"
+    distractor, target, things = episode.bindings[DISTRACTOR], episode.goal.object_id, view.scene.things
+    if things[distractor].category != things[target].category or not things[distractor].is_present:
+        yield "distinguished", f"{distractor!r} does not have the category of {target!r}"
     if task.form in FORMS_READ_BACK:
         read = referents_in(episode.instruction, items_of(view.scene).values(), view)
         if read != task.meant:
