@@ -124,5 +124,8 @@ def benchmark_comparison(study: Study) -> Table:
         *texts(task_level="Task level", multimodal="Multimodal", native="Native control", fine_grained="Fine-grained"),
         *texts(decoupled="Decoupled", active_termination="Active termination", no_feedback="No feedback"),
     )
-    rows = tuple(TableRow(line, is_published=True) for line in paper().tables["benchmark_comparison"])
+    rows = tuple(
+        TableRow({**line, "benchmark": line["benchmark"].removesuffix(" (Ours)")}, is_published=True)
+        for line in paper().tables["benchmark_comparison"]
+    )
     return Table("benchmark_comparison", "Embodied benchmarks compared, as published", columns, rows, _DEFINITIONS)
