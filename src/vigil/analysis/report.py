@@ -18,6 +18,7 @@ from vigil.analysis.measures.diagnosis import causes_of_closure, causes_of_rows
 from vigil.analysis.measures.paper import NOTE
 from vigil.analysis.measures.rows import combined_rows
 from vigil.analysis.measures.study import Study, sorted_by_b
+from vigil.analysis.paper_document import PREAMBLE, index_lines
 from vigil.analysis.plots.belief_figures import BELIEF_CAPTIONS, BELIEF_FIGURES
 from vigil.analysis.plots.chores_figures import CHORES_CAPTIONS, CHORES_FIGURES
 from vigil.analysis.plots.figures import FIGURES, figure_captions
@@ -29,7 +30,6 @@ from vigil.analysis.tables.chores_tables import chores_tables
 from vigil.analysis.tables.closure_tables import HEADING as CLOSURE
 from vigil.analysis.tables.closure_tables import closure_tables
 from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, html_page
-from vigil.analysis.tables.paper_document import PREAMBLE, index_lines
 from vigil.analysis.tables.paper_index import HEADING as PAPER_HEADING
 from vigil.analysis.tables.paper_index import NAME as PAPER_INDEX
 from vigil.analysis.tables.paper_index import PARTS, paper_index

@@ -182,7 +182,10 @@ def _of_episode(
         range(len(tracks)),
         key=lambda i: (not tracks[i].outcome.B, not tracks[i].outcome.W, privileged[i], tracks[i].name),
     )
-    shown = f"Trajectories on episode {episode_id}. {_MARKS}{_states(tracks[at])} {_sight(privileged)}"
+    shown = (
+        f"Trajectories on episode {episode_id}. {_MARKS} The bar at the left and the last step have the colour of the "
+        f"outcome.{_states(tracks[at])} {_sight(privileged)}"
+    )
     piped = (
         f"The pipeline of an evaluated episode: {episode_id} (family {episode.family}) by {tracks[at].name}. "
         f"{_MARKS} {SKIPPED_WORDS}. {limits(episode).capitalize()}.{_states(tracks[at])} {_sight([privileged[at]])}"
@@ -194,8 +197,8 @@ def _of_episode(
 
 
 _MARKS = (
-    "Each frame is what the agent saw before the step below the frame; rings mark its clicks. Green: a check of the "
-    "hidden state after the step, whose result the agent is not shown."
+    "Each frame is what the agent saw before the step below the frame; rings mark its clicks. The line 'after it' is a "
+    "check of the hidden state after the step, green if it holds; the agent is not shown the result."
 )
 
 

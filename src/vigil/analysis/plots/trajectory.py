@@ -254,9 +254,10 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
         fontweight="bold" if is_last else "normal",
         **look,
     )
-    if one.holds[index + 1]:
-        said = goal_words(one, held=True)
-        axes.annotate(said, (0.5, 0.0), (0, -4 - points(7.5)), fontsize=points(7), color=GOAL_COLOUR, **look)
+    if (held := one.holds[index + 1]) or is_last:
+        colour = GOAL_COLOUR if held else INK
+        said = goal_words(one, held=held)
+        axes.annotate(said, (0.5, 0.0), (0, -4 - points(7.5)), fontsize=points(7), color=colour, **look)
 
 
 def mark_click(axes: Axes, action: AnyAction | None) -> None:

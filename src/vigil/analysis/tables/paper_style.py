@@ -30,6 +30,8 @@ WIDEST = 0.9
 columns of the page, a table of words is wrapped."""
 WRAPPED_SHARE = 0.4
 """Columns of words are wrapped, the longest first, until each has room for this share of the longest text."""
+SHORT_CHARS = 12
+"""A column of words is not wrapped if none of its texts is longer than this."""
 HASH = re.compile(r" [0-9a-f]{8}$")
 """Pattern of the start of a pack's hash, which follows the pack's name in a cell. Hashes distinguish packs that have
 the same name."""
@@ -285,7 +287,7 @@ def _wrapped(longest: Sequence[int], kinds: Sequence[str], free: float) -> list[
         room = free + CHARACTER_PT * sum(longest[i] for i in words[:number])
         if room / number >= WRAPPED_SHARE * CHARACTER_PT * longest[words[0]]:
             return words[:number]
-    return words
+    return [i for i in words if longest[i] > SHORT_CHARS] or words
 
 
 def _words(table: Table, row: TableRow, column: Column) -> str:
