@@ -50,8 +50,8 @@ def needed_context(messages: Sequence[Message], profile: Profile) -> int:
 def size_hint(messages: Sequence[Message], profile: Profile) -> str:
     """Return a sentence on the context that the server of a model needs."""
     return (
-        f"The server's context is too small: the first request of this episode takes about {estimated_tokens(messages):,} "
-        f"tokens. Start the server with a context of {needed_context(messages, profile):,} tokens or more "
+        "The server's context is too small: the first request of this episode takes about "
+        f"{estimated_tokens(messages):,} tokens. Start the server with a context of {needed_context(messages, profile):,} tokens or more "
         f"({CONTEXT_OPTIONS}), and more for a model that thinks."
     )
 
