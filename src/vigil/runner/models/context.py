@@ -51,8 +51,8 @@ def size_hint(messages: Sequence[Message], profile: Profile) -> str:
     """Return a sentence on the context that the server of a model needs."""
     return (
         "The server's context is too small: the first request of this episode takes about "
-        f"{estimated_tokens(messages):,} tokens. Start the server with a context of {needed_context(messages, profile):,} tokens or more "
-        f"({CONTEXT_OPTIONS}), and more for a model that thinks."
+        f"{estimated_tokens(messages):,} tokens. Start the server with a context of "
+        f"{needed_context(messages, profile):,} tokens or more ({CONTEXT_OPTIONS}), and more for a model that thinks."
     )
 
 
