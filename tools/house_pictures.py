@@ -13,7 +13,7 @@ from vigil.housegen.base.spec import spec_for
 from vigil.housegen.generate import generate
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
-from vigil.scene.plan_image import draw_plan, side_by_side
+from vigil.scene.plan_image import draw_plan, plan_and_view
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.core.motion import CollisionMap
@@ -51,7 +51,7 @@ def _overview(house: House, scene: Scene) -> Image.Image:
     """Return the plan next to the view from above, nearly as wide as they are saved, so that words stay legible."""
     view, trial = render_birdseye(scene), draw_plan(house, scene, TRIAL_PX_PER_M)
     width = trial.width + view.shape[1] * trial.height / view.shape[0]
-    return side_by_side(draw_plan(house, scene, TRIAL_PX_PER_M * PLAN_WIDTH_PX / width), view)
+    return plan_and_view(draw_plan(house, scene, TRIAL_PX_PER_M * PLAN_WIDTH_PX / width), view)
 
 
 def _save(picture: Image.Image, name: str, width: int) -> None:

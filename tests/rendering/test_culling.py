@@ -302,7 +302,7 @@ def put(scene: Scene, name: str, x: float, z: float, height: float = 0.5) -> Non
 
 def left_out(model: CompiledModel, looker: Pose) -> set[str]:
     """Return the things of which nothing is drawn."""
-    eye, axes = frames.points(np.array(looker.eye)), frames.camera_axes(looker)
+    eye, axes = frames.points(np.array(looker.eye)), frames.mujoco_camera_axes(looker)
     gone = invisible_geoms(model.render_scene, model.render_state(), Viewer(eye, axes, 80.0, 640, 480))
     return {name for name, placed in model.things.items() if gone[placed.geoms].all()}
 

@@ -13,7 +13,7 @@ from tests.support.narrowing import present
 from tests.support.quick_runs import quick
 from tests.support.tiny_pack import tiny_pack
 from tests.support.waiting import wait_until
-from vigil.analysis.measures.models import model_of
+from vigil.analysis.measures.models import agent_of
 from vigil.cli.scores import run_label
 from vigil.errors import RecordError
 from vigil.records.record_file import read_records
@@ -210,7 +210,7 @@ def test_tables_say_which_programs_could_remember_or_take_the_time(pack: Path, t
     for name, changes in (("fresh", {"frame_interval_seconds": 0.01}), ("kept", {"keep_program": True})):
         played(pack, tmp_path, "say(REPORT)", log_dir=tmp_path / name, **changes)
         run = read_run(tmp_path / name)
-        shown[name] = (run_label(run.header), model_of(run.header.spec).name, " ".join(run.notes))
+        shown[name] = (run_label(run.header), agent_of(run.header.spec).name, " ".join(run.notes))
     label, model, notes = shown["fresh"]
     assert "kept" not in label + model
     assert not notes

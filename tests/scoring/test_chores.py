@@ -15,7 +15,7 @@ from vigil.protocol.goals import Chore, Chores, ObjectInState, ReportStatus
 from vigil.protocol.world import Effect
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.chore_answers import ChoreAnswer, ListAnswer, answers_by_id
-from vigil.scoring.chores import CHORE_LABELS, ListOutcome, broken_identities, score_list
+from vigil.scoring.chores import CHORE_LABELS, ListOutcome, broken_chore_identities, score_list
 from vigil.scoring.goal_words import describe_goal
 
 
@@ -206,12 +206,12 @@ def test_claims_of_a_record_count_only_under_a_profile_that_asks_for_them():
 
 def test_the_identities_can_fail():
     found = scored(closed(all_done(), RIGHT))
-    assert not broken_identities(found)
+    assert not broken_chore_identities(found)
     object.__setattr__(found, "has_claims", False)
-    assert broken_identities(found) == ["nothing is claimed without claims"]
+    assert broken_chore_identities(found) == ["nothing is claimed without claims"]
     object.__setattr__(found, "has_claims", True)
     object.__setattr__(found.chores[0], "W", False)
-    assert "W_strict <= W" in broken_identities(found)
+    assert "W_strict <= W" in broken_chore_identities(found)
 
 
 # --- the data -------------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from vigil.runner.workers.messages import RenderSettings
 from vigil.scoring.target_strata import sort_by_size
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
-from vigil.web.packs import SAMPLES, card_of, family_rows, level_strata, other_strata
+from vigil.web.packs import SAMPLES, card_html, family_rows, level_strata, other_strata
 from vigil.web.view import make_view
 
 
@@ -90,11 +90,11 @@ def test_levels_stand_among_the_strata_where_a_pack_has_them() -> None:
 
 
 def test_a_card_is_text_whatever_is_in_it(tmp_path: Path) -> None:
-    assert card_of(tmp_path) is None
+    assert card_html(tmp_path) is None
     (tmp_path / CARD).write_text(
         "---\nlicense: x\n---\n# Title\n\n<script>window.evil=1</script> [a](javascript:evil)\n\n| a |\n|---|\n| 1 |\n"
     )
-    html = str(card_of(tmp_path))
+    html = str(card_html(tmp_path))
     assert "<script" not in html
     assert "<td>1</td>" in html
     assert "<h3>Title</h3>" in html
@@ -103,7 +103,7 @@ def test_a_card_is_text_whatever_is_in_it(tmp_path: Path) -> None:
     outside = tmp_path / "pack"
     outside.mkdir()
     (outside / CARD).symlink_to(tmp_path / CARD)
-    assert card_of(outside) is None
+    assert card_html(outside) is None
 
 
 def test_packs_in_a_browser(visitor: Visitor, view: Site) -> None:

@@ -18,7 +18,7 @@ from vigil.records.record import ForkPoint, ForkSource, read_header
 from vigil.records.record_file import read_records
 from vigil.runner.workers.frames import frame_sha256
 from vigil.scoring.saved_run import RecordTable
-from vigil.web.forks import branches_of, source_of
+from vigil.web.forks import branches_of, continued_play
 from vigil.web.frames import episode_timeline
 from vigil.web.library import Library
 from vigil.web.site import TEMPLATES
@@ -187,13 +187,13 @@ def test_a_fork_and_the_play_that_it_continues_lead_to_each_other(
     (tmp_path / "fork" / "run.json").write_text(header.model_dump_json())
     (tmp_path / "fork" / "episodes.jsonl").write_text(row.model_dump_json() + "\n")
     library = Library([runs, tmp_path], [pack.folder])
-    back = source_of(library, row)
+    back = continued_play(library, row)
     assert back is not None
     assert (back.href, back.step) == (f"/runs/sweep/episodes/{record.episode_id}/1", 1)
     (branch,) = branches_of(library, library.run("sweep"), record)
     assert (branch.href, branch.step) == (f"/runs/fork/episodes/{record.episode_id}/1", 1)
     assert branches_of(library, library.run("random"), record) == []
-    assert source_of(library, record) is None
+    assert continued_play(library, record) is None
     assert view.get(back.href).status == 200
 
 

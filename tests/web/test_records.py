@@ -16,7 +16,7 @@ from vigil.scoring.saved_run import RecordTable
 from vigil.web.drawing import RenderService
 from vigil.web.export import export_site
 from vigil.web.library import Library
-from vigil.web.tables import run_rows
+from vigil.web.tables import sorted_run_rows
 from vigil.web.view import make_view
 
 
@@ -109,11 +109,11 @@ def test_a_run_that_grows_has_nothing_left_out_and_one_that_was_cut_has(runs: Pa
     rows = folder / "episodes.jsonl"
     rows.write_bytes(rows.read_bytes()[:-100])
     library = Library([folder], [pack.folder])
-    (row,) = run_rows(library.runs(), "", "B", descending=True)
+    (row,) = sorted_run_rows(library.runs(), "", "B", descending=True)
     assert row.left_out == 1
     header = json.loads((folder / "run.json").read_text())
     (folder / "run.json").write_text(json.dumps({**header, "ended": None}))
-    (row,) = run_rows(library.runs(), "", "B", descending=True)
+    (row,) = sorted_run_rows(library.runs(), "", "B", descending=True)
     assert (row.left_out, row.complete) == (0, f"{len(pack.episodes) - 1}/{len(pack.episodes)}")
 
 

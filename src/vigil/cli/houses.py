@@ -129,7 +129,7 @@ def show(
     from vigil.assets.database import AssetDatabase
     from vigil.authoring.drafting.sources import house_at
     from vigil.scene.build import build_scene
-    from vigil.scene.plan_image import draw_plan, side_by_side
+    from vigil.scene.plan_image import draw_plan, plan_and_view
     from vigil.sim.pictures.renders import render_birdseye
 
     if not out.parent.is_dir():
@@ -138,7 +138,7 @@ def show(
         raise SettingError(f"--out {str(out)!r}: the picture is a PNG; give a name that ends in .png.")
     house, sizes = house_at(file, print_note), AssetDatabase.from_file(assets)
     scene = build_scene(house, sizes)
-    side_by_side(draw_plan(house, scene), render_birdseye(scene)).save(out)
+    plan_and_view(draw_plan(house, scene), render_birdseye(scene)).save(out)
     print(out)
 
 

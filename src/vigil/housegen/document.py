@@ -12,7 +12,7 @@ from vigil.housegen.base.randomness import GENERATOR_VERSION
 from vigil.housegen.layout.floorplan import RoomLayout, RoomPlan
 from vigil.housegen.layout.lights import layer_of
 from vigil.housegen.layout.openings import PlannedOpening
-from vigil.housegen.layout.surface_materials import RoomFinish, material
+from vigil.housegen.layout.surface_materials import RoomFinish, material_reference
 from vigil.housegen.layout.walls import wall_pieces
 from vigil.protocol.house import SCHEMA, House, drawer_id
 
@@ -51,7 +51,7 @@ def write_document(parts: HouseParts) -> dict[str, Any]:
         "windows": [_opening(opening) for opening in parts.openings if not opening.is_door],
         "objects": _objects(parts),
         "proceduralParameters": {
-            "ceilingMaterial": material("PureWhite", parts.ceiling),
+            "ceilingMaterial": material_reference("PureWhite", parts.ceiling),
             "floorColliderThickness": 1.0,
             "lights": parts.lights,
             "receptacleHeight": 0.7,
@@ -117,7 +117,7 @@ def _room(room: RoomPlan, parts: HouseParts) -> dict[str, Any]:
         "id": room.id,
         "roomType": room.kind,
         "floorPolygon": [_point(x, 0.0, z) for x, z in room.corners],
-        "floorMaterial": material(parts.finishes[room.number].floor),
+        "floorMaterial": material_reference(parts.finishes[room.number].floor),
         "ceilings": [],
         "children": [],
         "layer": layer_of(room.number),
@@ -136,7 +136,7 @@ def _walls(parts: HouseParts) -> list[dict[str, Any]]:
                 "id": piece.id,
                 "roomId": f"room|{piece.room}",
                 "polygon": [_point(x0, 0, z0), _point(x1, 0, z1), _point(x0, height, z0), _point(x1, height, z1)],
-                "material": material(finish.wall, finish.paint),
+                "material": material_reference(finish.wall, finish.paint),
                 "layer": layer_of(piece.room),
             }
         )
@@ -146,7 +146,7 @@ def _walls(parts: HouseParts) -> list[dict[str, Any]]:
                     "id": piece.exterior_id,
                     "roomId": f"room|{piece.room}",
                     "polygon": [_point(x1, height, z1), _point(x0, height, z0), _point(x1, 0, z1), _point(x0, 0, z0)],
-                    "material": material(parts.facade),
+                    "material": material_reference(parts.facade),
                     "layer": layer_of(piece.room),
                 }
             )

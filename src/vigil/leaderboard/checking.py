@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from vigil.errors import PackMismatch, RecordError, SimulatorError, shorten
 from vigil.leaderboard.bundle import Entry
 from vigil.leaderboard.measures import RANKED_BY, Figures, Measures, changed_figures, measures_of
-from vigil.leaderboard.metadata import Division, EntryMetadata, Tier, contradictions, division_of
+from vigil.leaderboard.metadata import Division, EntryMetadata, Tier, division_of, reasons_against
 from vigil.leaderboard.settings import CheckSettings
 from vigil.leaderboard.signs import own_signs
 from vigil.packs.pack import PACKAGED, Pack, manifest_sha256, packaged_names
@@ -111,7 +111,7 @@ class CandidateRun:
         """
         header = read_header(folder)
         _refuse_if(
-            [f"{each}." for each in contradictions(header, metadata)],
+            [f"{each}." for each in reasons_against(header, metadata)],
             "the run and its metadata do not make a valid entry",
         )
         if policy_sha256(header.spec.profile) != header.spec.prompt_policy_sha256:

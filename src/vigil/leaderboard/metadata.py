@@ -167,7 +167,7 @@ def division_of(header: RunHeader, metadata: EntryMetadata) -> Division:
     return "trained on streams" if metadata.trained_on_streams else metadata.submission_type
 
 
-def contradictions(header: RunHeader, metadata: EntryMetadata) -> Iterator[str]:
+def reasons_against(header: RunHeader, metadata: EntryMetadata) -> Iterator[str]:
     """Yield each reason why a run cannot be an entry, or contradicts its metadata."""
     spec, stated = header.spec, metadata.methodology.verification
     has_own_prompt = spec.profile.has_custom_prompt

@@ -83,7 +83,7 @@ def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Im
     return sheet.image
 
 
-def side_by_side(plan: Image.Image, view: np.ndarray) -> Image.Image:
+def plan_and_view(plan: Image.Image, view: np.ndarray) -> Image.Image:
     """Return one image with the plan on the left and `view` (height, width, 3) on the right, scaled to the plan's
     height."""
     picture = Image.fromarray(view)

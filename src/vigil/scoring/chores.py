@@ -229,7 +229,7 @@ def score_list(answer: ListAnswer, episode: Episode, record: EpisodeRecord, *, h
         has_claims=has_claims,
         strays=sum(number > len(chores) for number in claimed),
     )
-    broken = broken_identities(found)
+    broken = broken_chore_identities(found)
     if broken:
         raise RuntimeError(
             f"The scores contradict the identities that must hold between them: {'; '.join(broken)}. This is a bug in "
@@ -238,7 +238,7 @@ def score_list(answer: ListAnswer, episode: Episode, record: EpisodeRecord, *, h
     return found
 
 
-def broken_identities(found: ListOutcome) -> list[str]:
+def broken_chore_identities(found: ListOutcome) -> list[str]:
     """Return the equations between scores (protocol.md section 9) that a verdict breaks; normally none."""
     chores, labels = found.chores, Counter(chore.label for chore in found.chores)
     held = sum(chore.W for chore in chores)

@@ -18,7 +18,7 @@ class ForkLink:
     """Number of steps that both plays share."""
 
 
-def source_of(library: Library, record: EpisodeRecord) -> ForkLink | None:
+def continued_play(library: Library, record: EpisodeRecord) -> ForkLink | None:
     """Return the play that a record continues; None if it continues no play, or that play is not in the library."""
     point = record.fork
     if point is None:

@@ -67,7 +67,7 @@ def add_pack_pages(
             samples=samples_of(shown.episodes.values()),
             specs=FAMILIES,
             describe_goal=describe_goal,
-            card=card_of(shown.folder),
+            card=card_html(shown.folder),
         )
 
     @site.get("/packs/{slug}/starts/{episode_id}.png")
@@ -142,7 +142,7 @@ def samples_of(episodes: Iterable[Episode]) -> dict[Family, list[Episode]]:
     return {family: some for family, some in found.items() if some}
 
 
-def card_of(folder: Path) -> Markup | None:
+def card_html(folder: Path) -> Markup | None:
     """Return a pack's card as HTML, in which HTML of the card itself is escaped; None if the pack has no card."""
     path = folder / CARD
     if not path.is_file() or not is_inside(path, folder):

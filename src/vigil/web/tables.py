@@ -91,7 +91,7 @@ def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> Episo
     )
 
 
-def run_rows(runs: Iterable[LibraryRun], family: str, sort: str, descending: bool) -> list[RunRow]:
+def sorted_run_rows(runs: Iterable[LibraryRun], family: str, sort: str, descending: bool) -> list[RunRow]:
     """Return the rows of the table of runs, sorted by a rate or by name; runs that do not have the rate come last."""
     rows = [_run_row(run, family) for run in runs]
     if sort not in RATE_COLUMNS:
@@ -213,7 +213,7 @@ def _paired(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[PairedR
     return found
 
 
-def compare(a: RunScores, b: RunScores, family: str) -> FlipTable:
+def flipped_episodes(a: RunScores, b: RunScores, family: str) -> FlipTable:
     """Compare two runs: return the episodes whose verdict flipped between them, in either direction."""
     first = {(o.episode_id, o.epoch): o for o in a.outcomes if not family or o.family == family}
     second = {(o.episode_id, o.epoch): o for o in b.outcomes if not family or o.family == family}

@@ -16,7 +16,7 @@ from vigil.scoring.outcomes import Outcome
 from vigil.scoring.saved_run import RecordTable
 from vigil.web.drawing import RenderService
 from vigil.web.export import episode_film, episode_page
-from vigil.web.forks import branches_of, source_of
+from vigil.web.forks import branches_of, continued_play
 from vigil.web.frames import episode_of, episode_timeline, frame_of
 from vigil.web.houses import add_house_pages
 from vigil.web.library import Library, LibraryRun, RunState
@@ -25,12 +25,12 @@ from vigil.web.plan import try_plan
 from vigil.web.site import Address, make_site, page, png
 from vigil.web.tables import (
     RATE_COLUMNS,
-    compare,
     default_comparison,
+    flipped_episodes,
     group_by_pack,
     progress_of,
-    run_rows,
     run_values,
+    sorted_run_rows,
 )
 
 FILM_TYPES = {"gif": "image/gif", "mp4": "video/mp4"}
@@ -71,7 +71,7 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
         tag = _etag(found)
         if _is_known(request, tag):
             return Response(status_code=304, headers=tag)
-        rows = run_rows(found, family, sort, dir != "asc")
+        rows = sorted_run_rows(found, family, sort, dir != "asc")
         state = min((run.state for run in found), key=STATES.index, default="ended")
         asked = {"sort": sort, "dir": dir, "family": family, "families": FAMILIES, "columns": RATE_COLUMNS}
         groups = group_by_pack(rows)
@@ -111,7 +111,12 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
             raise RecordError(f"Run {unread.slug!r} cannot be read: {unread.fault}")
         (one, _), (other, _) = first.scores_and_summary(first.table), second.scores_and_summary(second.table)
         is_same_pack = first.pack is not None and second.pack is not None and first.pack.sha256 == second.pack.sha256
-        values = {"a": first, "b": second, "comparison": compare(one, other, family), "is_same_pack": is_same_pack}
+        values = {
+            "a": first,
+            "b": second,
+            "comparison": flipped_episodes(one, other, family),
+            "is_same_pack": is_same_pack,
+        }
         return page("compare.html", title="Compare", family=family, families=FAMILIES, **values)
 
 
@@ -131,7 +136,7 @@ def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderSe
         plan = try_plan(pack, found)
         title = f"{episode_id} · {shown.name}"
         here = f"{base}/{episode_id}/{epoch}"
-        links = {"source": source_of(library, record), "branches": branches_of(library, shown, record)}
+        links = {"source": continued_play(library, record), "branches": branches_of(library, shown, record)}
         values = {"run": shown, "timeline": timeline, "plan": plan, "here": here, "is_alone": False, **links}
         return page("episode.html", title=title, **values)
 

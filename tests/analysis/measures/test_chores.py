@@ -12,7 +12,7 @@ from vigil.analysis.measures.chores import (
     by_interference,
     by_number,
     by_steps_since_done,
-    power,
+    predicted_power,
     read_chores_runs,
     tendencies,
     truthfulness,
@@ -97,7 +97,7 @@ def test_without_claims_only_the_list_is_judged_and_a_note_says_so(runs: dict[st
     assert "asks for no claims" in run.notes[0]
     assert tendencies(run) == ()
     assert by_number(run) == by_steps_since_done(run) == {}
-    assert power(run) is None
+    assert predicted_power(run) is None
 
 
 def test_t_by_the_number_of_chores_by_interference_and_by_the_steps_since_done(runs: dict[str, ChoresRun]):
@@ -118,13 +118,13 @@ def test_t_by_the_number_of_chores_by_interference_and_by_the_steps_since_done(r
 
 
 def test_power_is_predicted_from_the_spread_over_houses_and_the_calls_of_a_list(runs: dict[str, ChoresRun]):
-    found = power(runs["sometimes_wrong"])
+    found = predicted_power(runs["sometimes_wrong"])
     assert found is not None
     assert (found.calls, found.claims) == (4.0, 5.5)
     assert found.half_width(4000) == pytest.approx(found.half_width(1000) / 2)
     # two of six houses have all the false claims: the claims of a house are alike
     assert found.design_effect > 2
-    assert power(runs["truthful"]) is None
+    assert predicted_power(runs["truthful"]) is None
 
 
 def test_two_runs_that_differ_only_in_the_claims_are_compared_list_by_list(runs: dict[str, ChoresRun]):

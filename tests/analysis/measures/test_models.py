@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from vigil.analysis.measures.models import GROUPS, activated_of, checkpoint_of, group_of, model_of
+from vigil.analysis.measures.models import GROUPS, activated_of, agent_of, checkpoint_of, group_of
 from vigil.analysis.measures.paper import paper
 from vigil.records.record import AgentKind, RunSpec
 
@@ -35,7 +35,7 @@ def test_published_models_group_as_published(model: Any):
     ],
 )
 def test_names_and_serving_modes(agent: str, sampling: dict[str, Any], name: str, thinking: bool | None):
-    found = model_of(spec(agent, sampling=sampling))
+    found = agent_of(spec(agent, sampling=sampling))
     assert (found.name, found.is_thinking) == (name, thinking)
 
 
@@ -55,9 +55,9 @@ def test_a_checkpoint_is_a_name_without_its_serving_mode(name: str, checkpoint: 
 
 
 def test_agents_that_are_no_models_have_groups_of_their_own():
-    solver = model_of(spec("solver", "privileged"))
+    solver = agent_of(spec("solver", "privileged"))
     assert (solver.name, solver.group, solver.is_privileged) == ("solver (privileged)", GROUPS[5], True)
-    assert model_of(spec("random", "scripted")).group == GROUPS[3]
+    assert agent_of(spec("random", "scripted")).group == GROUPS[3]
     assert group_of("some-model", "anthropic") == GROUPS[2]
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from vigil.authoring.chores.budgets import FACTORS, is_within_budget
 from vigil.authoring.chores.certify import ListCertifier
-from vigil.authoring.chores.claim_controls import with_claims, wrong_claims
+from vigil.authoring.chores.claim_controls import verdict_with_claims, wrong_claims
 from vigil.authoring.review.validate import Validator
 from vigil.base.numbered_list import read_list, write_list
 from vigil.packs.pack import CHORES_BUDGETS, Pack
@@ -149,8 +149,8 @@ def test_no_wrong_claims_close_a_list(
     assert outcome.B
     assert outcome.T == 1.0
     true: dict[int, ChoreClaim] = {chore.number: chore.claim for chore in outcome.chores if chore.claim is not None}
-    assert with_claims(outcome, true).B
-    names = {name: with_claims(outcome, claims).B for name, claims in wrong_claims(true)}
+    assert verdict_with_claims(outcome, true).B
+    names = {name: verdict_with_claims(outcome, claims).B for name, claims in wrong_claims(true)}
     assert len(names) >= 3 * len(true) + 3
     assert not any(names.values())
 

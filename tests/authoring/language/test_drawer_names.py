@@ -3,7 +3,7 @@
 import pytest
 
 from vigil.assets.database import AssetDatabase
-from vigil.authoring.language.drawer_names import drawer_name, furniture_of, without_position
+from vigil.authoring.language.drawer_names import drawer_name, furniture_name, without_position
 from vigil.authoring.language.referring import (
     DescribedThing,
     Phrase,
@@ -118,5 +118,5 @@ def test_what_lies_in_a_drawer_lies_in_its_furniture_too(things):
 def test_parts_of_a_name():
     assert without_position("top drawer of the dresser") == "drawer"
     assert without_position("mug") == "mug"
-    assert furniture_of("top drawer of the dresser") == "dresser"
-    assert furniture_of("mug") is None
+    assert furniture_name("top drawer of the dresser") == "dresser"
+    assert furniture_name("mug") is None

@@ -21,8 +21,8 @@ from vigil.authoring.solving.evidence import (
     PARTLY_OPEN,
     can_be_partly_open,
     gap_evidence,
-    gap_m,
     is_partly_open,
+    opening_gap_m,
     random_partial_openness,
 )
 from vigil.base.geometry import distance
@@ -54,7 +54,7 @@ def test_ajar_is_open_by_the_protocol_and_nowhere_near_wide_open(context: HouseC
         drawn = [random_partial_openness(thing, np.random.default_rng(seed)) for seed in range(50)]
         assert all(is_partly_open(each) for each in drawn)
         assert len(set(drawn)) > 3
-        assert min(drawn) / PARTLY_OPEN[0] * gap_m(thing) >= MIN_GAP_M * 0.99
+        assert min(drawn) / PARTLY_OPEN[0] * opening_gap_m(thing) >= MIN_GAP_M * 0.99
 
 
 def test_the_gap_is_where_a_drawer_or_a_door_comes_out(context: HouseContext) -> None:
@@ -64,10 +64,10 @@ def test_the_gap_is_where_a_drawer_or_a_door_comes_out(context: HouseContext) ->
         closed, ajar = (gap_evidence(replace(thing), openness).spot for openness in (0.0, PARTLY_OPEN[0]))
         assert closed is not None
         assert ajar is not None
-        assert 0.8 * gap_m(thing) - 0.002 <= distance(closed, ajar) <= gap_m(thing) + 0.002
+        assert 0.8 * opening_gap_m(thing) - 0.002 <= distance(closed, ajar) <= opening_gap_m(thing) + 0.002
         if thing.category == "Drawer":
             joint = thing.asset.joints[0]
-            assert gap_m(thing) == pytest.approx(joint.travel * PARTLY_OPEN[0], rel=1e-6)
+            assert opening_gap_m(thing) == pytest.approx(joint.travel * PARTLY_OPEN[0], rel=1e-6)
         assert math.dist((ajar.x, ajar.z), (thing.position.x, thing.position.z)) < 1.0
 
 

@@ -164,7 +164,7 @@ def test_a_house_of_a_packaged_pack_is_left_out(
 
 
 def test_houses_of_streams_have_seeds_of_their_own() -> None:
-    seeds = [houses.source_of(StreamSettings(seed), number).seed for seed in (7, 8) for number in range(200)]
+    seeds = [houses.house_source(StreamSettings(seed), number).seed for seed in (7, 8) for number in range(200)]
     assert len(set(seeds)) == len(seeds)
     assert min(seeds) > 1_000_000  # all that packs are drawn from are lower
 

@@ -350,7 +350,7 @@ class Power:
         return _half_width(self.rate, calls / ONE_CLAIM_STEPS)
 
 
-def power(run: ChoresRun) -> Power | None:
+def predicted_power(run: ChoresRun) -> Power | None:
     """Return the prediction of intervals on T; None without claims, with fewer than five lists, or if T is 0 or 1."""
     if not run.has_claims or len(run.outcomes) < MIN_CLUSTERS:
         return None

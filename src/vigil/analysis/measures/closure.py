@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from vigil.analysis.measures.intervals import CONFIDENCE, RESAMPLES, SEED, clustered_interval
-from vigil.analysis.measures.models import model_of
+from vigil.analysis.measures.models import agent_of
 from vigil.errors import PackMismatch
 from vigil.packs.pack import manifest_of
 from vigil.packs.private import is_private, redact_ids
@@ -117,7 +117,7 @@ def in_order(runs: Sequence[_SuiteRun]) -> list[_SuiteRun]:
 
 def name_of(run: SavedRun) -> str:
     """Return the name of a run's model in tables."""
-    return model_of(run.header.spec, has_reasoning=run.header.has_reasoning).name
+    return agent_of(run.header.spec, has_reasoning=run.header.has_reasoning).name
 
 
 def notes_of(run: SavedRun, scored: int) -> tuple[str, ...]:

@@ -51,7 +51,7 @@ class ModelInfo:
         return checkpoint_of(self.name)
 
 
-def model_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
+def agent_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
     """Return the name and group of a run's agent.
 
     If its answers have reasoning, the model counts as thinking, whatever its name and settings say.

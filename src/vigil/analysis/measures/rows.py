@@ -19,7 +19,7 @@ import pandas as pd
 from vigil.analysis.measures.beliefs.study import BeliefStudy, belief_studies
 from vigil.analysis.measures.columns import run_columns
 from vigil.analysis.measures.labels import RunLabel
-from vigil.analysis.measures.models import ModelInfo, model_of
+from vigil.analysis.measures.models import ModelInfo, agent_of
 from vigil.analysis.measures.paper import paper
 from vigil.base.processes.group import given_state, map_in_workers
 from vigil.errors import SettingError
@@ -154,7 +154,7 @@ def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
         )
     scores, header = run.table.scores(), run.header
     probes = read_probes(folder, header.sha256)
-    model = model_of(header.spec, has_reasoning=header.has_reasoning)
+    model = agent_of(header.spec, has_reasoning=header.has_reasoning)
     table, rooms = outcome_table(scores.outcomes), _cached_room_counts(run.pack_folder)
     table["rooms"] = [rooms.get(house, np.nan) for house in values(table, "house", str)]
     errors = [{name: getattr(error, name) for name in _ERROR_COLUMNS} for error in scores.errors]

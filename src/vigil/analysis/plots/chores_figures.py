@@ -13,7 +13,7 @@ from vigil.analysis.measures.chores import (
     by_interference,
     by_number,
     by_steps_since_done,
-    power,
+    predicted_power,
 )
 from vigil.analysis.plots.style import CYCLE, DASHES, canvas, set_figure_title, styled
 
@@ -87,7 +87,7 @@ def interference(runs: Sequence[ChoresRun]) -> Figure | None:
 
 def calls_and_width(runs: Sequence[ChoresRun]) -> Figure | None:
     """Draw half the width of T's interval by the number of model calls, for lists and for episodes with one claim."""
-    found = [(run, width) for run in runs if (width := power(run)) is not None]
+    found = [(run, width) for run in runs if (width := predicted_power(run)) is not None]
     if not found:
         return None
     with styled():

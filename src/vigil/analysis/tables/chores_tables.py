@@ -11,7 +11,7 @@ from vigil.analysis.measures.chores import (
     by_number,
     by_steps_since_done,
     mean_over,
-    power,
+    predicted_power,
     scores_of,
     tendencies,
 )
@@ -243,7 +243,7 @@ def _power(runs: Sequence[ChoresRun]) -> Table:
     )
     rows: list[TableRow] = []
     for run in runs:
-        found = power(run)
+        found = predicted_power(run)
         if found is not None:
             widths = {f"lists_{calls}": 100 * found.half_width(calls) for calls in POWER_CALLS}
             others = {f"one_{calls}": 100 * found.one_claim_half_width(calls) for calls in POWER_CALLS}

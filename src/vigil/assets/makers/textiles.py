@@ -57,7 +57,7 @@ def _plump(size: np.ndarray) -> shapes.Mesh:
     return shapes.merge([upper, shapes.scale(upper, (1, -1, 1))])
 
 
-def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
+def cleaning_cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Return a crumpled cleaning cloth."""
     builder = Builder("Cloth", size)
     width, height, depth = size
@@ -80,6 +80,6 @@ def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 MAKERS: dict[str, Maker] = {
-    "Cloth": cloth,
+    "Cloth": cleaning_cloth,
     "Pillow": pillow,
 }

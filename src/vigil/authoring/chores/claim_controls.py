@@ -18,14 +18,14 @@ def false_claims(solved: ListOutcome, episode: Episode, record: EpisodeRecord) -
     """Yield the names of false claims that wrongly close a list; `solved` is the verdict of the solution's record."""
     true: dict[int, ChoreClaim] = {chore.number: chore.claim for chore in solved.chores if chore.claim is not None}
     for name, claims in wrong_claims(true):
-        if with_claims(solved, claims).B:
+        if verdict_with_claims(solved, claims).B:
             yield name
     idle = score_list(solved.answer, episode, record_of(record, (), "success"), has_claims=True)
-    if with_claims(idle, true).B:
+    if verdict_with_claims(idle, true).B:
         yield "the solution's claims, and nothing done"
 
 
-def with_claims(outcome: ListOutcome, claims: Claims) -> ListOutcome:
+def verdict_with_claims(outcome: ListOutcome, claims: Claims) -> ListOutcome:
     """Return the verdict for the same final world, but with other claims."""
     chores = tuple(replace(chore, claim=claims.get(chore.number), raw_claim=None) for chore in outcome.chores)
     return replace(outcome, chores=chores)

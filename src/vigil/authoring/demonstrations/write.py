@@ -117,7 +117,7 @@ def write_demonstrations(
             "privileged_rows": privileged,
         }
         (folder / FACTS).write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
-        (folder / CARD).write_text(card_of(facts, chosen.table), encoding="utf-8")
+        (folder / CARD).write_text(folder_readme(facts, chosen.table), encoding="utf-8")
     return facts
 
 
@@ -135,7 +135,7 @@ def _whole(out: Path) -> Iterator[Path]:
         raise
 
 
-def card_of(facts: Mapping[str, Any], table: str) -> str:
+def folder_readme(facts: Mapping[str, Any], table: str) -> str:
     """Return the text of the folder's README, which states these facts; `table` is the path of the rows."""
     is_lerobot, profile = facts["format"] == "lerobot", facts["profile"]["name"]
     return render_card(

@@ -51,12 +51,12 @@ def without_position(name: str) -> str:
     return DRAWER if OF in name else name
 
 
-def furniture_of(name: str) -> str | None:
+def furniture_name(name: str) -> str | None:
     """Return the name of the furniture in a drawer's name; None for any other name."""
     return name.partition(OF)[2] or None
 
 
-def fits(said: str, name: str, furniture_fits: Callable[[str, str], bool]) -> bool:
+def could_mean_drawer(said: str, name: str, furniture_fits: Callable[[str, str], bool]) -> bool:
     """Return whether `said` and `name` are drawers, and a listener could understand `said` as the drawer called `name`.
 
     `furniture_fits` decides the same for two names of furniture. If a TV stand may be called a dresser, "the top drawer

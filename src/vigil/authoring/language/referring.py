@@ -395,14 +395,14 @@ def is_support_unambiguous(phrase: Phrase, item: DescribedThing, others: list[De
 
 def _support_fits(said: str, support: str) -> bool:
     """Return whether `said` names the support; if the support is a drawer, `said` may also name its furniture."""
-    whole = drawer_names.furniture_of(support)
+    whole = drawer_names.furniture_name(support)
     return _names_fit(said, support) or (whole is not None and _names_fit(said, whole))
 
 
 @lru_cache(maxsize=65536)
 def _names_fit(said: str, name: str) -> bool:
     if drawer_names.is_drawer(said) or drawer_names.is_drawer(name):
-        return drawer_names.fits(said, name, _names_fit)
+        return drawer_names.could_mean_drawer(said, name, _names_fit)
     said_kind, _, said_where = said.partition(BETWEEN)
     kind, _, where = name.partition(BETWEEN)
     if said_where and said_where != where:

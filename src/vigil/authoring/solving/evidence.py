@@ -163,10 +163,10 @@ def random_partial_openness(thing: Thing, rng: np.random.Generator) -> float:
 
 def _min_partial_openness(thing: Thing) -> float:
     """Return the smallest openness, in whole hundredths, at which a partly open thing has a visible gap."""
-    return max(PARTLY_OPEN[0], math.ceil(100 * PARTLY_OPEN[0] * MIN_GAP_M / gap_m(thing)) / 100)
+    return max(PARTLY_OPEN[0], math.ceil(100 * PARTLY_OPEN[0] * MIN_GAP_M / opening_gap_m(thing)) / 100)
 
 
-def gap_m(thing: Thing) -> float:
+def opening_gap_m(thing: Thing) -> float:
     """Return the farthest movement (m) of a point on a thing at openness `PARTLY_OPEN[0]`."""
     return float(np.linalg.norm(_displacements(thing), axis=1).max())
 
@@ -175,7 +175,7 @@ def gap_evidence(thing: Thing, openness: float) -> Evidence:
     """Return the evidence of whether a thing is partly open: the position of its outermost point at an openness."""
     moved = _displacements(thing)
     came_out = surface_points(replace(thing, openness=PARTLY_OPEN[0])) @ moved.sum(axis=0)
-    came_out[np.linalg.norm(moved, axis=1) < FREE_SHARE * gap_m(thing)] = -np.inf
+    came_out[np.linalg.norm(moved, axis=1) < FREE_SHARE * opening_gap_m(thing)] = -np.inf
     spot = surface_points(replace(thing, openness=openness))[int(came_out.argmax())]
     place = Vec3(*(round(float(value), 3) for value in spot))
     return Evidence(object_id=thing.id, spot=place, within_m=GAP_FROM_M, min_px=EVIDENCE_PX)

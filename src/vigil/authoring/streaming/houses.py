@@ -105,7 +105,7 @@ def is_packaged(house: House) -> bool:
     return hashlib.sha256(canonical_json(house.data) + b"\n").hexdigest() in packaged_houses()
 
 
-def source_of(settings: StreamSettings, number: int) -> GeneratedHouse:
+def house_source(settings: StreamSettings, number: int) -> GeneratedHouse:
     """Return the source of house number `number` of a stream."""
     specs = MIXED if settings.suite is None else SUITES[settings.suite].houses
     spec = specs[number % len(specs)]
@@ -135,7 +135,7 @@ class StreamHouseMaker:
 
     def made(self, number: int) -> StreamHouse:
         """Return house number `number` of the stream, with its episodes."""
-        source = source_of(self._settings, number)
+        source = house_source(self._settings, number)
         house, lines = self._worker.work(source, self._settings.families)
         if house is None or is_packaged(house):
             why = PACKAGED if house else next(line.message for line in lines if isinstance(line, Rejection))

@@ -44,7 +44,7 @@ class AssetModel:
 
 
 @lru_cache(maxsize=4096)
-def model_of(asset_id: str, category: str) -> AssetModel:
+def asset_model(asset_id: str, category: str) -> AssetModel:
     """Return the asset with this id."""
     entry = AssetDatabase.default().look_up(asset_id, f"{category}|0|0")
     return AssetModel(asset_id, entry.category, entry.size, entry.variant)
@@ -52,7 +52,7 @@ def model_of(asset_id: str, category: str) -> AssetModel:
 
 def draw_model(category: str, rng: np.random.Generator, variants: int = VARIANTS) -> AssetModel:
     """Return a random asset of this category from the project's own assets."""
-    return model_of(own_asset_id(category, int(rng.integers(variants))), category)
+    return asset_model(own_asset_id(category, int(rng.integers(variants))), category)
 
 
 def most_similar(model: AssetModel, choices: list[AssetModel]) -> AssetModel:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vigil.housegen.base.models import AssetModel, Rect, draw_model, model_of, most_similar, turned_rect
+from vigil.housegen.base.models import AssetModel, Rect, asset_model, draw_model, most_similar, turned_rect
 from vigil.housegen.base.randomness import chance, pick
 from vigil.housegen.furnishing.group_placement import STAND_M, FurnitureGroup, GroupMember, front_access
 
@@ -130,7 +130,7 @@ def sofa_group(rng: np.random.Generator, with_table: bool, with_chair: bool, wit
 def media_group(rng: np.random.Generator) -> FurnitureGroup:
     """Return a TV stand against the wall with the television on it."""
     stand = draw_model("TVStand", rng)
-    wide = [model_of(f"vigil_Television_{number}", "Television") for number in range(24)]
+    wide = [asset_model(f"vigil_Television_{number}", "Television") for number in range(24)]
     widest, deepest = stand.size.x + SCREEN_OVERHANG_M, stand.size.z
     fitting = [screen for screen in wide if screen.size.x <= widest and screen.size.z <= deepest]
     screen = pick(rng, fitting or wide)
@@ -166,7 +166,7 @@ def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ..
     `feet` are the widths (ft) of the counters.
     """
     stove, look = draw_model("Stove", rng), int(rng.integers(COUNTER_VARIANTS))
-    counters = [model_of(f"Countertop_{look}_I_{width}x2", "CounterTop") for width in feet]
+    counters = [asset_model(f"Countertop_{look}_I_{width}x2", "CounterTop") for width in feet]
     row: list[AssetModel] = [counters[0], stove, *counters[1:]]
     if chance(rng, 0.5):
         row.reverse()
@@ -182,7 +182,7 @@ def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> Furnit
 
     `feet` is the width (ft) of the counter.
     """
-    counter = model_of(f"Countertop_{int(rng.integers(COUNTER_VARIANTS))}_L_{feet}x{feet}", "CounterTop")
+    counter = asset_model(f"Countertop_{int(rng.integers(COUNTER_VARIANTS))}_L_{feet}x{feet}", "CounterTop")
     row = [draw_model("Stove", rng), counter]
     return _run(rng, [draw_model("Fridge", rng), *row] if with_fridge else row)
 
@@ -221,7 +221,7 @@ def bathtub_group(rng: np.random.Generator) -> FurnitureGroup:
 def island_group(rng: np.random.Generator, stools: int, similar_to: AssetModel) -> FurnitureGroup:
     """Return a counter away from walls with stools on one side; it looks like the counter `similar_to`."""
     size = f"{pick(rng, (4, 5, 6))}x{pick(rng, (2, 3))}"
-    looks = [model_of(f"Countertop_{look}_Island_{size}", "CounterTop") for look in range(COUNTER_VARIANTS)]
+    looks = [asset_model(f"Countertop_{look}_Island_{size}", "CounterTop") for look in range(COUNTER_VARIANTS)]
     counter = most_similar(similar_to, looks)
     stool = draw_model("Stool", rng)
     half_x, half_z = counter.size.x / 2, counter.size.z / 2
@@ -234,7 +234,7 @@ def island_group(rng: np.random.Generator, stools: int, similar_to: AssetModel) 
 
 def vanity_group(rng: np.random.Generator) -> FurnitureGroup:
     """Return a small counter with a basin on it."""
-    counter = model_of(f"Countertop_{int(rng.integers(COUNTER_VARIANTS))}_I_{pick(rng, (3, 3, 4))}x2", "CounterTop")
+    counter = asset_model(f"Countertop_{int(rng.integers(COUNTER_VARIANTS))}_I_{pick(rng, (3, 3, 4))}x2", "CounterTop")
     return FurnitureGroup(
         [GroupMember(counter, 0.0, counter.size.z / 2), *_basin(rng, (0, 1), 0.0, counter.size.z)],
         [(-counter.size.x / 2, counter.size.z, counter.size.x / 2, counter.size.z + VANITY_FRONT_M)],

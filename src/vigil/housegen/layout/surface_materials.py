@@ -83,7 +83,7 @@ def finishes(kinds: dict[int, str], rng: np.random.Generator) -> dict[int, RoomF
     return found
 
 
-def material(name: str, tint: Rgb | None = None) -> dict[str, object]:
+def material_reference(name: str, tint: Rgb | None = None) -> dict[str, object]:
     """Return a reference to a material, as written in the house document."""
     if tint is None:
         return {"name": name}

@@ -216,7 +216,7 @@ class Lighting:
         for top, left, tall, wide in self._baked.boxes_of(geoms):
             numbers = (np.arange(top, top + tall)[:, None] * width + np.arange(left, left + wide)).ravel()
             light = mixed(self._baked.planes[numbers], self._lamp_colours).reshape(tall, wide, 3)
-            smooth = lightmap_atlas.smoothed(light, self._baked.is_open[numbers].reshape(tall, wide))
+            smooth = lightmap_atlas.averaged_texels(light, self._baked.is_open[numbers].reshape(tall, wide))
             self.planes[top : top + tall, left : left + wide, :3] = encoded(smooth)
 
 

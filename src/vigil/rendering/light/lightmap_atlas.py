@@ -91,7 +91,7 @@ def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
     return corners, max(top + row, 1)
 
 
-def smoothed(light: np.ndarray, is_known: np.ndarray) -> np.ndarray:
+def averaged_texels(light: np.ndarray, is_known: np.ndarray) -> np.ndarray:
     """Return a plane's light (height, width, 3), averaged over neighbouring texels in the mask `is_known`."""
     sums = _blurred(np.where(is_known[..., None], light, 0.0))
     known = _blurred(is_known[..., None].astype(np.float32))

@@ -33,7 +33,7 @@ CONTEXT_ERROR = re.compile(
 )
 
 
-def max_tokens_of(messages: Sequence[Message]) -> int:
+def estimated_tokens(messages: Sequence[Message]) -> int:
     """Return an upper estimate of a request's tokens."""
     text = sum(len(message.text) for message in messages) / CHARS_PER_TOKEN
     return round(text) + PICTURE_TOKENS[1] * sum(message.picture is not None for message in messages)
@@ -42,7 +42,7 @@ def max_tokens_of(messages: Sequence[Message]) -> int:
 def needed_context(messages: Sequence[Message], profile: Profile) -> int:
     """Return a context size (tokens, a power of two) that is enough for an episode that begins with these messages."""
     turns = min(profile.past_turns, LONGEST_EPISODE)
-    tokens = max_tokens_of(messages) + (turns + 1) * (REPLY_TOKENS[1] + 20)
+    tokens = estimated_tokens(messages) + (turns + 1) * (REPLY_TOKENS[1] + 20)
     tokens += min(profile.row.images, turns) * PICTURE_TOKENS[1]
     return 1 << (tokens - 1).bit_length()
 
@@ -50,9 +50,9 @@ def needed_context(messages: Sequence[Message], profile: Profile) -> int:
 def size_hint(messages: Sequence[Message], profile: Profile) -> str:
     """Return a sentence on the context that the server of a model needs."""
     return (
-        f"The server's context is too small: the first request of this episode takes about {max_tokens_of(messages):,} "
-        f"tokens. Start the server with a context of {needed_context(messages, profile):,} tokens or more "
-        f"({CONTEXT_OPTIONS}), and more for a model that thinks."
+        "The server's context is too small: the first request of this episode takes about "
+        f"{estimated_tokens(messages):,} tokens. Start the server with a context of "
+        f"{needed_context(messages, profile):,} tokens or more ({CONTEXT_OPTIONS}), and more for a model that thinks."
     )
 
 

@@ -95,7 +95,7 @@ def draw_spot(spot: FramePoint) -> np.ndarray:
     return np.asarray(image)
 
 
-def question(spot: FramePoint, system_role: SystemRole = "system") -> Sequence[Message]:
+def pointing_messages(spot: FramePoint, system_role: SystemRole = "system") -> Sequence[Message]:
     """Return the messages that ask a model for the position of a spot."""
     return Conversation(Profile(system_role=system_role), INSTRUCTION).messages(
         encode_frame(draw_spot(spot), "png"), None
@@ -111,4 +111,6 @@ def point_in(text: str) -> FramePoint | None:
 
 async def calibrate(ask: Ask, system_role: SystemRole = "system") -> PointingCalibration:
     """Ask a model for all spots and return its answers. Raises ModelAPIError."""
-    return PointingCalibration(tuple([point_in((await ask(question(spot, system_role))).text) for spot in SPOTS]))
+    return PointingCalibration(
+        tuple([point_in((await ask(pointing_messages(spot, system_role))).text) for spot in SPOTS])
+    )

@@ -16,7 +16,7 @@ from vigil.thor.base.paths import walk
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.sight import points_of, visibility_of
 from vigil.thor.base.targets import cast, first_met, need_interactable, of_type
-from vigil.thor.base.world import World, body_of
+from vigil.thor.base.world import World, agent_position
 
 UNLIMITED_M = 1e6
 """Visibility distance (m) that is in practice unlimited."""
@@ -70,7 +70,7 @@ def _interactable_poses(
             continue
         for pose in _poses_at(spot, rotations, horizons, upright):
             if visibility_of(seeing, [thing], pose)[thing.id].interactable:
-                place = to_thor(body_of(pose))
+                place = to_thor(agent_position(pose))
                 standing = None if world.settings.is_locobot else pose.standing
                 found.append({**place, "rotation": pose.rotation, "horizon": pose.horizon, "standing": standing})
                 if maxPoses is not None and len(found) >= maxPoses:

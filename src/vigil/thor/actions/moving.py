@@ -9,7 +9,7 @@ from vigil.thor.actions.action import Action
 from vigil.thor.base.agents import agent_between
 from vigil.thor.base.errors import ActionFailed, invalid_operation
 from vigil.thor.base.settings import RIGHT_ANGLE
-from vigil.thor.base.world import World, body_of
+from vigil.thor.base.world import World, agent_position
 
 OFF_FLOOR_M = 0.05
 """The target of a teleport is on the floor if its height differs from the floor's by at most this (m)."""
@@ -99,7 +99,7 @@ def _teleport(  # takes both of THOR's forms: position, or x, y and z
     if standing is not None and world.settings.is_locobot:
         raise ActionFailed("A locobot cannot stand or crouch: leave `standing` out", code="InvalidArgument")
     pose = world.agent
-    here = body_of(pose)
+    here = agent_position(pose)
     place = position or Vec3(here.x if x is None else x, here.y if y is None else y, here.z if z is None else z)
     wanted = Pose(
         position=Vec3(place.x, place.y - BODY_HEIGHT_M, place.z),

@@ -17,7 +17,7 @@ from vigil.thor.base.floors import floor_below
 from vigil.thor.base.images import colours
 from vigil.thor.base.properties import is_loose, is_moveable, mass_of, materials_of, properties
 from vigil.thor.base.sight import Visibility, visibility_of
-from vigil.thor.base.world import World, body_of
+from vigil.thor.base.world import World, agent_position
 
 OPEN_FROM = 1e-3
 """Openness above which an object counts as open."""
@@ -77,7 +77,7 @@ def _agent(world: World) -> dict[str, Any]:
     return {
         "agent": {
             "name": "agent",
-            "position": to_thor(body_of(pose) if world.has_house else _NOWHERE),
+            "position": to_thor(agent_position(pose) if world.has_house else _NOWHERE),
             "rotation": {"x": 0.0, "y": pose.rotation, "z": 0.0},
             "cameraHorizon": pose.horizon,
             "isStanding": None if world.settings.is_locobot else pose.standing,
@@ -130,7 +130,7 @@ def objects(world: World) -> list[dict[str, Any]]:
         return []
     everything, scene = [*world.things(), *world.floors.values()], world.editor.scene()
     things = [thing for thing in everything if world.shown is None or thing.id in world.shown]
-    seen, body = visibility_of(world, things), body_of(world.agent)
+    seen, body = visibility_of(world, things), agent_position(world.agent)
     held = {world.held, *(other.held for other in world.waiting.values() if is_in_hand(world, other))}
     floor_of = {thing.id: floor_below(scene.rooms, thing) for thing in everything if thing.id not in world.floors}
     found = []

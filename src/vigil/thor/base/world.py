@@ -166,7 +166,7 @@ class World:
         )
 
 
-def body_of(pose: Pose) -> Vec3:
+def agent_position(pose: Pose) -> Vec3:
     """Return the position that AI2-THOR reports for an agent at a pose."""
     x, y, z = pose.position
     return Vec3(x, y + BODY_HEIGHT_M, z)

@@ -24,7 +24,7 @@ def pixel_rays(agent: Pose, stride: int = 1) -> tuple[np.ndarray, np.ndarray, np
     """Return rows, columns and unit directions (n, 3) in THOR's frame of every `stride`th pixel."""
     v, u = (index.ravel() for index in np.mgrid[0:480:stride, 0:640:stride])
     focal = 240.0 / np.tan(np.radians(FOVY_DEG / 2))
-    right, up, back = frames.camera_axes(agent).T
+    right, up, back = frames.mujoco_camera_axes(agent).T
     rays = np.outer(u + 0.5 - 320.0, right) - np.outer(v + 0.5 - 240.0, up) - focal * back
     return v, u, frames.points(rays / np.linalg.norm(rays, axis=1, keepdims=True))
 

@@ -76,7 +76,7 @@ def test_slide_moves_in_proportion_along_the_turned_axis() -> None:
 @pytest.mark.parametrize("yaw", [0.0, 37.0, 90.0, 222.0])
 def test_camera_looks_where_the_agent_heads(yaw: float) -> None:
     pose = Pose(position=Vec3(0.0, 0.0, 0.0), rotation=yaw, horizon=30.0)
-    right, up, back = frames.camera_axes(pose).T
+    right, up, back = frames.mujoco_camera_axes(pose).T
     x, z = heading(yaw)
     level = np.cos(np.radians(30.0))
     assert np.allclose(frames.points(-back), [x * level, -0.5, z * level])

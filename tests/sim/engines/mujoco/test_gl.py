@@ -25,25 +25,25 @@ def libraries(monkeypatch: pytest.MonkeyPatch) -> set[str]:
 
 def test_egl_comes_first(libraries: set[str]) -> None:
     libraries |= {"libEGL.so.1", "libGL.so.1", "libOSMesa.so.8"}
-    assert gl.prepare() == gl.GLBackend("egl")
+    assert gl.choose_backend() == gl.GLBackend("egl")
     assert os.environ["MUJOCO_GL"] == "egl"
 
 
 def test_osmesa_stands_in_when_egl_is_incomplete(libraries: set[str]) -> None:
     libraries |= {"libEGL.so.1", "libOSMesa.so.8"}
-    assert gl.prepare().name == "osmesa"
+    assert gl.choose_backend().name == "osmesa"
     assert os.environ["MUJOCO_GL"] == "osmesa"
 
 
 def test_egl_without_a_device_does_not_count(libraries: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
     libraries |= {"libEGL.so.1", "libGL.so.1", "libOSMesa.so.8"}
     monkeypatch.setattr(gl, "_egl_devices", lambda: 0)
-    assert gl.prepare().name == "osmesa"
+    assert gl.choose_backend().name == "osmesa"
 
 
 def test_without_a_library_mujoco_still_loads_and_the_packages_are_named(libraries: set[str]) -> None:
     assert not libraries
-    backend = gl.prepare()
+    backend = gl.choose_backend()
     assert os.environ["MUJOCO_GL"] == "disable"
     with pytest.raises(SimulatorError, match=r"libegl1 and libgl1.*libosmesa6"):
         gl.demand(backend)
@@ -52,7 +52,7 @@ def test_without_a_library_mujoco_still_loads_and_the_packages_are_named(librari
 def test_a_users_choice_is_kept(libraries: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
     libraries |= {"libEGL.so.1", "libGL.so.1", "libOSMesa.so.8"}
     monkeypatch.setenv("MUJOCO_GL", "osmesa")
-    assert gl.prepare() == gl.GLBackend("osmesa", is_chosen_by_user=True)
+    assert gl.choose_backend() == gl.GLBackend("osmesa", is_chosen_by_user=True)
     assert os.environ["MUJOCO_GL"] == "osmesa"
 
 
@@ -60,13 +60,13 @@ def test_a_users_choice_that_cannot_work_is_explained(libraries: set[str], monke
     libraries |= {"libEGL.so.1", "libGL.so.1"}
     monkeypatch.setenv("MUJOCO_GL", "osmesa")
     with pytest.raises(SimulatorError, match=r"MUJOCO_GL is set to 'osmesa', but .*libOSMesa"):
-        gl.demand(gl.prepare())
+        gl.demand(gl.choose_backend())
 
 
 def test_drawing_switched_off_is_said(libraries: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MUJOCO_GL", "off")
     with pytest.raises(SimulatorError, match="unset it"):
-        gl.demand(gl.prepare())
+        gl.demand(gl.choose_backend())
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_a_setting_that_cannot_be_is_named(
     for name, value in settings.items():
         monkeypatch.setenv(name, value)
     with pytest.raises(SimulatorError, match=message):
-        gl.demand(gl.prepare())
+        gl.demand(gl.choose_backend())
     assert os.environ["MUJOCO_GL"] == "disable"
 
 
@@ -99,7 +99,7 @@ def test_what_the_environment_says_stands_beside_a_missing_library(
     monkeypatch.setattr(gl, "_egl_devices", lambda: 0)
     monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/none.json")
     with pytest.raises(SimulatorError, match=r"='/none.json'. Unset what you did not intend"):
-        gl.demand(gl.prepare())
+        gl.demand(gl.choose_backend())
 
 
 def vigil_in(settings: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:

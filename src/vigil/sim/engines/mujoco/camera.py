@@ -178,7 +178,7 @@ class Camera:
         in_hand = held.pose_in_hand(things[0], looker)
         held.put_in_hand(self._model, things, in_hand.center, in_hand.matrix)
         geoms = np.concatenate([self._model.things[thing.id].geoms for thing in things])
-        gripper = held.gripper(eye, frames.camera_axes(looker), in_hand)
+        gripper = held.gripper(eye, frames.mujoco_camera_axes(looker), in_hand)
         # It shrinks about its centre, then about the eye.
         near, smaller = held.NEARER, in_hand.smaller
         return HeldGeoms(geoms, near * smaller, near * (1.0 - smaller) * in_hand.center + (1.0 - near) * eye, gripper)
@@ -189,7 +189,7 @@ def _agent_viewer(agent: Pose) -> Viewer:
 
 
 def _viewer(looker: Pose, fovy_deg: float, width: int, height: int) -> Viewer:
-    return Viewer(frames.points(np.array(looker.eye)), frames.camera_axes(looker), fovy_deg, width, height)
+    return Viewer(frames.points(np.array(looker.eye)), frames.mujoco_camera_axes(looker), fovy_deg, width, height)
 
 
 def gl_strings() -> dict[str, str]:

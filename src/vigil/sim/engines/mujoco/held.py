@@ -48,7 +48,7 @@ def pose_in_hand(thing: Thing, agent: Pose) -> InHand:
     smaller = min([1.0, *(share * AHEAD_M / (length + share * depth / 2) for share, length in limits)])
     corners = (frames.points(np.array(thing.asset.size)) / 2 * _SIGNS) @ local.T * smaller
     drop = float(np.min((1.0 - 2 * MARGIN) * (AHEAD_M - corners[:, 2]) + corners[:, 1]))
-    axes = frames.camera_axes(agent)
+    axes = frames.mujoco_camera_axes(agent)
     center = frames.points(np.array(agent.eye)) + axes @ np.array([0.0, -drop, -AHEAD_M])
     return InHand(center, axes @ local, smaller, np.abs(corners).max(axis=0))
 

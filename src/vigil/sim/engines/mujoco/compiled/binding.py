@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 from vigil.sim.engines.mujoco.compiled import gl
 
 _given = os.environ.get("MUJOCO_GL")
-BACKEND = gl.prepare()
+BACKEND = gl.choose_backend()
 
 import mujoco as package
 
@@ -37,7 +37,7 @@ if BACKEND.fault is None:
         versions = [vars(importlib.import_module(f"OpenGL.raw.GL.VERSION.GL_1_{minor}")) for minor in (0, 1, 3, 4)]
         GL = SimpleNamespace(**{name: value for version in versions for name, value in version.items()})
     except (ImportError, AttributeError, RuntimeError, OSError) as error:
-        BACKEND = gl.broken(BACKEND, error)
+        BACKEND = gl.without_backend(BACKEND, error)
 
 NativeBody: TypeAlias = Any
 NativeModel: TypeAlias = Any

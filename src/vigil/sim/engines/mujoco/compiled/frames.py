@@ -62,7 +62,7 @@ def thing_place(thing: Thing, joint_name: str | None = None) -> tuple[np.ndarray
     return points(position), rotation(matrix)
 
 
-def camera_axes(agent: Pose) -> np.ndarray:
+def mujoco_camera_axes(agent: Pose) -> np.ndarray:
     """Return a matrix (3, 3) whose columns are the camera's axes right, up and backward in MuJoCo's frame."""
     matrix = turn(np.array([0.0, 1.0, 0.0]), agent.rotation) @ turn(np.array([1.0, 0.0, 0.0]), agent.horizon)
     right, up, forward = points(matrix.T)

@@ -51,7 +51,7 @@ class GLBackend:
         return self.name if self.name in _LIBRARIES else "gl_context"
 
 
-def prepare() -> GLBackend:
+def choose_backend() -> GLBackend:
     """Set MUJOCO_GL to a backend whose libraries are installed, unless the user has set it; return the backend."""
     if not sys.platform.startswith("linux"):
         return GLBackend("native")
@@ -68,7 +68,7 @@ def demand(backend: GLBackend) -> None:
         raise SimulatorError(f"The MuJoCo simulator cannot draw a frame: {backend.fault}.")
 
 
-def broken(backend: GLBackend, error: Exception) -> GLBackend:
+def without_backend(backend: GLBackend, error: Exception) -> GLBackend:
     """Return the backend `none`, which replaces a backend that was found but failed to load."""
     return replace(backend, name="none", fault=f"OpenGL ({backend.name}) does not load: {error}. {backend.advice}")
 
