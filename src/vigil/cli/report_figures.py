@@ -183,8 +183,9 @@ def _of_episode(
         key=lambda i: (not tracks[i].outcome.B, not tracks[i].outcome.W, privileged[i], tracks[i].name),
     )
     shown = (
-        f"Trajectories on episode {episode_id}. {_MARKS} The bar at the left and the last step have the colour of the "
-        f"outcome.{_states(tracks[at])} {_sight(privileged)}"
+        f"Trajectories on episode {episode_id}. {_MARKS} There is such a line wherever the goal holds, and at the last "
+        "step. The bar at the left and the last step have the colour of the outcome."
+        f"{_states(tracks[at])} {_sight(privileged)}"
     )
     piped = (
         f"The pipeline of an evaluated episode: {episode_id} (family {episode.family}) by {tracks[at].name}. "
@@ -197,8 +198,8 @@ def _of_episode(
 
 
 _MARKS = (
-    "Each frame is what the agent saw before the step below the frame; rings mark its clicks. The line 'after it' is a "
-    "check of the hidden state after the step, green if it holds; the agent is not shown the result."
+    "Each frame is what the agent saw before the step below the frame; rings mark its clicks. The line below the step "
+    "says whether the goal holds after it (green: yes), which the agent is not shown."
 )
 
 

@@ -20,8 +20,8 @@ _NO_REPORT = "NoRep: no report, by budget (NR) or invalid limit (IL)."
 
 CAPTIONS: dict[str, str] = {
     "benchmark_comparison": (
-        "Embodied benchmarks compared (arXiv:2605.08747). Size: episodes or tasks evaluated. Task level: High, the "
-        "agent names whole sub-tasks; Low, it moves step by step. Native control: it controls the body "
+        "Embodied benchmarks compared (arXiv:2605.08747). Size: episodes or tasks evaluated. Task level: High, "
+        "tasks that chain several skills; Low, tasks of one basic skill. Native control: the agent controls the body "
         "by small steps instead of naming objects or sub-tasks. Fine-grained: results are reported by capacity. "
         "Decoupled: what is scored separately. Active termination: how the agent itself ends an episode. No feedback: "
         "the agent does not learn whether an action succeeded."
@@ -93,7 +93,7 @@ that is not listed is shown by its name. The words of a code alone stand before 
 _HEADINGS = {
     "Published: the paper's own pack and simulator": "Published",
     "Excluded from the main tables (low compliance or zero B)": "Excluded: B = 0 or IL > 50 %",
-    "excluded from the paper's main tables (low compliance or zero B)": "excluded: B = 0 or IL > 50 %",
+    "excluded from the paper's main tables (low compliance or zero B)": "excluded for B = 0 or IL > 50 %",
     "the paper's supplementary variants": "other sizes and serving modes",
     "Extended panel, by the study's word": "Excluded by the study",
     "Supplementary variants, by the study's word": "Other sizes and serving modes",

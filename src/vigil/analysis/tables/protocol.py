@@ -15,8 +15,8 @@ _FURTHER_LABELS = {
 }
 _DEFINITIONS = (
     "The entries are the paper's; the definitions of the columns are VIGIL's. Size: episodes or tasks "
-    "evaluated. Task level: High, the agent names whole sub-tasks; Low, it moves step by step. Multimodal: it is shown "
-    "images. Native control: it controls the body by small steps instead of naming objects or sub-tasks.",
+    "evaluated. Task level: High, tasks that chain several skills; Low, tasks of one basic skill. Multimodal: the agent "
+    "is shown images. Native control: it controls the body by small steps instead of naming objects or sub-tasks.",
     "Fine-grained: results are reported by capacity. Decoupled: what is scored separately (Task: the parts "
     "of a task; Task+Report: also the agent's closing report). Active termination: how the agent itself ends an "
     "episode (Stop: without saying anything about the world; Report: with a status that is checked). No feedback: the "
