@@ -14,8 +14,8 @@ _FURTHER_LABELS = {
     "NoRep": "NR + IL: every episode without a report.",
 }
 _DEFINITIONS = (
-    "The entries are the paper's; the definitions of the columns are VIGIL's. Size: episodes or tasks "
-    "evaluated. Task level: High, tasks that chain several skills; Low, tasks of one basic skill. Multimodal: the agent "
+    "The entries are the paper's; the definitions of the columns are VIGIL's. Size: episodes or tasks evaluated. "
+    "Task level: High, tasks that chain several skills; Low, tasks of one basic skill. Multimodal: the agent "
     "is shown images. Native control: it controls the body by small steps instead of naming objects or sub-tasks.",
     "Fine-grained: results are reported by capacity. Decoupled: what is scored separately (Task: the parts "
     "of a task; Task+Report: also the agent's closing report). Active termination: how the agent itself ends an "
