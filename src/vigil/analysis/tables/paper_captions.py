@@ -92,8 +92,8 @@ GOALS = {
 that is not listed is shown by its name. The words of a code alone stand before those of all kinds of the family."""
 _HEADINGS = {
     "Published: the paper's own pack and simulator": "Published",
-    "Excluded from the main tables (low compliance or zero B)": "Excluded: B = 0 or IL > 50 %",
-    "excluded from the paper's main tables (low compliance or zero B)": "excluded for B = 0 or IL > 50 %",
+    "Excluded from the main tables (low compliance or zero B)": "Excluded from the main results (B = 0 or IL > 50 %)",
+    "excluded from the paper's main tables (low compliance or zero B)": "excluded from the main results (B = 0 or IL > 50 %)",
     "the paper's supplementary variants": "other sizes and serving modes",
     "Extended panel, by the study's word": "Excluded by the study",
     "Supplementary variants, by the study's word": "Other sizes and serving modes",
