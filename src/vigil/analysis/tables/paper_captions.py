@@ -90,10 +90,11 @@ GOALS = {
 }
 """Kind of goal, after a family's code if the words are only for that family -> words in the table of families. A kind
 that is not listed is shown by its name. The words of a code alone stand before those of all kinds of the family."""
+_EXCLUDED = "from the main results (B = 0 or IL > 50 %)"
 _HEADINGS = {
     "Published: the paper's own pack and simulator": "Published",
-    "Excluded from the main tables (low compliance or zero B)": "Excluded from the main results (B = 0 or IL > 50 %)",
-    "excluded from the paper's main tables (low compliance or zero B)": "excluded from the main results (B = 0 or IL > 50 %)",
+    "Excluded from the main tables (low compliance or zero B)": f"Excluded {_EXCLUDED}",
+    "excluded from the paper's main tables (low compliance or zero B)": f"excluded {_EXCLUDED}",
     "the paper's supplementary variants": "other sizes and serving modes",
     "Extended panel, by the study's word": "Excluded by the study",
     "Supplementary variants, by the study's word": "Other sizes and serving modes",
