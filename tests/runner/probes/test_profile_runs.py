@@ -67,7 +67,8 @@ def test_what_is_sent_can_be_sent_again_and_continued(pack: Path, tmp_path: Path
     assert [step.model_dump_json() for step in continued.steps[:2]] == [
         step.model_dump_json() for step in record.steps[:2]
     ]
-    assert verify_run(tmp_path / "fork", VerifySettings(workers=1, frames=True)).is_verified
+    for run in ("run", "fork"):
+        assert verify_run(tmp_path / run, VerifySettings(workers=1, frames=True)).is_verified
     check_what_is_special(profile, record.criteria and record.criteria.text, steps)
 
 
