@@ -24,7 +24,6 @@ from tests.support.tiny_pack import tiny_pack
 from tests.support.waiting import HANGS_AFTER_S
 from vigil.errors import SettingError, SimulatorError
 from vigil.integrations.gymnasium import SharedProcessVectorEnv, make_vector
-from vigil.sim.engines.mujoco.compiled import model_cache
 
 TURN = json.dumps({"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 90}})
 FAIL = json.dumps({"skill_name": "report", "arguments": {"status": "fail", "summary": ""}})
@@ -272,19 +271,3 @@ def test_processes_end_with_a_killed_parent(pack: str, tmp_path: Path) -> None:
         assert len(left) == 2
         os.kill(parent.pid, signal.SIGKILL)
     assert not psutil.wait_procs(left, timeout=HANGS_AFTER_S)[1]
-
-
-def test_engines_of_a_process_keep_models_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(model_cache, "MAX_CACHED_PER_ENGINE", 2)
-    models = model_cache._Models(float("inf"))
-    engines = [type("Engine", (), {})() for _ in range(3)]
-    held = len(model_cache._engines)
-    for number in range(3):
-        model_cache.register_engine(engines[number])
-    for number in range(2 * (held + 3) + 5):
-        models[number] = number  # type: ignore[assignment]
-    assert len(models) == 2 * (held + 3)
-    engines.clear()
-    gc.collect()
-    models[-1] = -1  # type: ignore[assignment]
-    assert len(models) == max(2, 2 * held)

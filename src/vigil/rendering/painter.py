@@ -18,6 +18,9 @@ from vigil.rendering.viewer import FAR_M, NEAR_M, HeldGeoms, Viewer
 _CLIP_DISTANCE = 0x3000
 """OpenGL's constant GL_CLIP_DISTANCE0, for which moderngl does not have a name."""
 
+_targets: dict[tuple[Callable[..., Any], tuple[int, int], tuple[Any, ...]], Any] = {}
+"""Framebuffers that all painters of the process share, by the function that makes them, their size and options."""
+
 
 class Painter:
     """Draws one scene."""
@@ -29,7 +32,6 @@ class Painter:
             lighting = other.submit(Lighting, scene)  # does not need OpenGL
             self._sky = _Sky(self._context, backend)
             self._surfaces = Surfaces(backend, lighting.result())
-        self._targets: dict[tuple[Callable[..., Any], tuple[int, int]], Any] = {}
 
     def paint(
         self,
@@ -88,7 +90,7 @@ class Painter:
 
     def close(self) -> None:
         """Free the OpenGL objects."""
-        for each in (self._surfaces, self._sky, *self._targets.values()):
+        for each in (self._surfaces, self._sky):
             each.release()
 
     def _reflect(
@@ -120,9 +122,10 @@ class Painter:
     def _target(self, make: Callable[..., Any], viewer: Viewer, *arguments: Any) -> Any:
         """Return the target that `make` creates for pictures of the viewer's size; it is created only once."""
         size = viewer.width, viewer.height
-        if (make, size) not in self._targets:
-            self._targets[make, size] = make(self._context, size, *arguments)
-        return self._targets[make, size]
+        key = make, size, arguments
+        if key not in _targets:
+            _targets[key] = make(self._context, size, *arguments)
+        return _targets[key]
 
 
 class _Sky:

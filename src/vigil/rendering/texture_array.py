@@ -8,6 +8,8 @@ from PIL import Image
 from vigil.rendering.context import moderngl
 
 SIDE = 256
+GROWTH = 16
+"""Number of layers by which the OpenGL texture grows."""
 
 
 class TextureArray:
@@ -15,8 +17,7 @@ class TextureArray:
 
     def __init__(self) -> None:
         self._layers: dict[int, int] = {}
-        self._pictures: list[np.ndarray] = []
-        self._bytes = [np.full((SIDE, SIDE, 4), 255, np.uint8).tobytes()]
+        self._pictures: list[np.ndarray] = [np.full((SIDE, SIDE, 3), 255, np.uint8)]
         self._texture: Any = None
         self._count = 0
 
@@ -25,26 +26,29 @@ class TextureArray:
         if picture is None:
             return 0
         if id(picture) not in self._layers:
-            self._layers[id(picture)] = len(self._bytes)
+            self._layers[id(picture)] = len(self._pictures)
             self._pictures.append(picture)
-            self._bytes.append(_fitted(picture).tobytes())
         return self._layers[id(picture)]
 
     @property
     def is_complete(self) -> bool:
         """Whether all layers that were added have been passed to OpenGL."""
-        return self._count == len(self._bytes)
+        return self._count == len(self._pictures)
 
     def texture(self, context: Any) -> Any:
         """Return the OpenGL texture with all layers that were added."""
-        if not self.is_complete:
+        if self.is_complete:
+            return self._texture
+        if self._texture is None or len(self._pictures) > self._texture.layers:
             if self._texture is not None:
                 self._texture.release()
-            count = len(self._bytes)
-            self._texture = context.texture_array((SIDE, SIDE, count), 4, b"".join(self._bytes))
-            self._texture.build_mipmaps()
+            layers = -(-len(self._pictures) // GROWTH) * GROWTH
+            self._texture, self._count = context.texture_array((SIDE, SIDE, layers), 4), 0
             self._texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-            self._count = count
+        for layer in range(self._count, len(self._pictures)):
+            self._texture.write(_fitted(self._pictures[layer]).tobytes(), (0, 0, layer, SIDE, SIDE, 1))
+        self._texture.build_mipmaps()
+        self._count = len(self._pictures)
         return self._texture
 
 

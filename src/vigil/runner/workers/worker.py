@@ -1,5 +1,6 @@
 """The state of a worker process that plays episodes: its simulators, and the episodes that are played in them."""
 
+import gc
 import hashlib
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -12,6 +13,7 @@ from vigil.agents.frame_encoding import EncodedFrame, encode_frame
 from vigil.agents.registry import is_exec, make_agent
 from vigil.agents.scripted import StoppingAgent
 from vigil.assets.database import AssetDatabase
+from vigil.base.free_memory import return_free_memory
 from vigil.base.processes.child import report
 from vigil.base.processes.worker import WorkerLost
 from vigil.env import Env
@@ -223,6 +225,8 @@ class EpisodeWorker:
         slot.observation = None
         if self._idle or slot.env.end in (None, "error"):
             slot.simulator.close()
+            gc.collect()  # a simulator is part of reference cycles
+            return_free_memory()
         else:
             self._idle.append(slot)
 

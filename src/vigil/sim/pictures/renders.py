@@ -77,7 +77,7 @@ class _FreeCamera:
 def _picture(scene: Scene, view: _FreeCamera, quality: Quality) -> np.ndarray:
     model = build(scene)
     unwanted = [geom for geom, kind in enumerate(model.render_scene.structure_kinds) if kind in ("ceiling", "ground")]
-    model.native.geom_group[unwanted] = HIDDEN
+    model.groups[unwanted] = HIDDEN
     camera = Camera(model, quality)
     try:
         return camera.draw_from(Viewer(view.eye, view.axes, view.fovy_deg, view.width, FRAME_HEIGHT))

@@ -17,6 +17,7 @@ from vigil.rendering.culling import invisible_geoms
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
+from vigil.sim.engines.mujoco import rays
 from vigil.sim.engines.mujoco.compiled import builder, model_cache
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 from vigil.sim.privileged import PrivilegedSimulator
@@ -33,11 +34,26 @@ def test_a_kept_model_is_handed_out_as_an_equal_copy(scene: Scene) -> None:
     first, second = model_cache.model_of(scene), model_cache.model_of(scene)
     fresh = build(scene)
     for model in (first, second):
-        for name in ("geom_group", "geom_matid", "mesh_vert", "tex_data", "light_pos", "geom_dataid"):
+        for name in ("mesh_vert", "tex_data", "light_pos", "geom_dataid"):
             assert np.array_equal(getattr(model.native, name), getattr(fresh.native, name)), name
+        for name in ("groups", "materials"):
+            assert np.array_equal(getattr(model, name), getattr(fresh, name)), name
         assert np.array_equal(model.data.geom_xpos, fresh.data.geom_xpos)
-    assert first.native is not second.native
+    assert first.native is second.native, "the large part is shared"
+    assert first.data is not second.data
     assert first.lamps is not second.lamps
+
+
+def test_rays_meet_what_is_shown_in_their_own_copy(scene: Scene) -> None:
+    first, second = model_cache.model_of(scene), model_cache.model_of(scene)
+    cube = scene.things["cube"]
+    eye, down = cube.position._replace(y=cube.position.y + 1.0), np.array([[0.0, -1.0, 0.0]])
+    scene.things["cube"].is_present = False
+    first.place(cube)
+    scene.things["cube"].is_present = True
+    met = [rays.cast(model, eye, down, through_glass=False).things[0] for model in (second, first, second)]
+    assert met[0] == met[2] == list(scene.things).index("cube")
+    assert met[1] != met[0]
 
 
 def test_a_model_is_the_same_when_pieces_are_made_anew_for_every_thing(scene: Scene, monkeypatch) -> None:
@@ -73,7 +89,7 @@ def test_what_happens_in_one_scene_stays_there(scene: Scene) -> None:
     cabinet.openness, cabinet.is_toggled = 0.0, False
     second = model_cache.model_of(scene)
     assert np.array_equal(second.data.geom_xpos, before)
-    assert np.array_equal(second.native.geom_matid, build(scene).native.geom_matid)
+    assert np.array_equal(second.materials, build(scene).materials)
     assert not second.lamps.dim_rooms
 
 
@@ -117,17 +133,36 @@ def test_a_scene_that_differs_in_anything_gets_a_model_of_its_own(scene: Scene, 
 
 
 def test_only_the_latest_scenes_are_kept(scene: Scene, monkeypatch) -> None:
-    monkeypatch.setattr(model_cache, "_engines", WeakSet())  # each engine that still lives has more kept
     built = []
     monkeypatch.setattr(model_cache, "build", lambda wanted: built.append(wanted) or build(wanted))
-    for number in range(model_cache.MAX_CACHED_PER_ENGINE + 1):
+    for number in range(model_cache.MAX_CACHED + 1):
         scene.things["cube"].position = Vec3(0.1 * number, 0.1, 0.0)
         model_cache.model_of(scene)
     model_cache.model_of(scene)
-    assert len(built) == model_cache.MAX_CACHED_PER_ENGINE + 1
+    assert len(built) == model_cache.MAX_CACHED + 1
     scene.things["cube"].position = Vec3(0.0, 0.1, 0.0)
     model_cache.model_of(scene)
-    assert len(built) == model_cache.MAX_CACHED_PER_ENGINE + 2
+    assert len(built) == model_cache.MAX_CACHED + 2
+
+
+def test_prepared_models_wait_for_their_engines(scene: Scene, monkeypatch) -> None:
+    monkeypatch.setattr(model_cache, "_engines", WeakSet())
+    engines = [type("Engine", (), {})() for _ in range(model_cache.MAX_CACHED + 2)]
+    for engine in engines:
+        model_cache.register_engine(engine)
+    places = [Vec3(0.1 * number, 0.1, 0.0) for number in range(len(engines) + 1)]
+    for place in places:
+        scene.things["cube"].position = place
+        model_cache.prepare(scene)
+    built: list[Scene] = []
+    monkeypatch.setattr(model_cache, "build", lambda wanted: built.append(wanted) or build(wanted))
+    for place in places[1:]:
+        scene.things["cube"].position = place
+        model_cache.model_of(scene)
+    assert not built, "as many models as there are engines were kept"
+    scene.things["cube"].position = places[0]
+    model_cache.model_of(scene)
+    assert len(built) == 1, "the model that was prepared first had to go"
 
 
 def _play(simulator: PrivilegedSimulator, *, drawn: bool) -> tuple[list[WorldState], list[bytes]]:

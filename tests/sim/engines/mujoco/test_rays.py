@@ -73,9 +73,9 @@ def test_what_is_beyond_a_distance_alone_may_be_missed(furnished: tuple[Scene, M
 
 def test_nothing_is_left_hidden_after_a_cast(furnished: tuple[Scene, MujocoEngine, Vec3]) -> None:
     _, engine, eye = furnished
-    before = engine.model.native.geom_group.copy()
+    before = engine.model.groups.copy()
     engine.cast(eye, cone(5.0, 0), through_glass=True, within_m=1.0)
-    assert (engine.model.native.geom_group == before).all()
+    assert (engine.model.groups == before).all()
 
 
 def test_no_ray_meets_a_thing_farther_than_its_farthest_part(furnished: tuple[Scene, MujocoEngine, Vec3]) -> None:

@@ -1,8 +1,7 @@
 """Rays that are cast into a MuJoCo model."""
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -38,7 +37,9 @@ def cast(
             low, high = np.minimum(eye, ends.min(axis=0)), np.maximum(eye, ends.max(axis=0))
             outside = np.flatnonzero(model.bounds().geoms_outside(low, high, model.native.ngeom))
         hidden = np.concatenate([outside, *(model.things[thing_id].geoms for thing_id in without)])
-        with _grouped(model, only, through_glass, hidden) as mask:
+        groups, mask = _groups_of(model, only, through_glass, hidden)
+        with model.lock:
+            model.native.geom_group[:] = groups
             mujoco.mj_multiRay(
                 model.native,
                 model.data,
@@ -56,25 +57,23 @@ def cast(
     return RayHits(model.geom_things[geoms], model.geom_roles[geoms], np.where(geoms < 0, np.inf, distances))
 
 
-@contextmanager
-def _grouped(model: CompiledModel, only: str | None, through_glass: bool, hidden: np.ndarray) -> Iterator[np.ndarray]:
-    """Return a context in which the geoms in the mask `hidden` are hidden.
+def _groups_of(
+    model: CompiledModel, only: str | None, through_glass: bool, hidden: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the groups (geoms,) of all geoms for a cast, and the mask of the groups that the rays can meet.
 
-    If `only` is given, the visible geoms of this thing are in the group `ONLY`. The context gives the mask of the
-    groups that rays can meet.
+    The geoms with the numbers `hidden` are hidden. If `only` is given, the visible geoms of this thing are in the group
+    `ONLY`.
     """
-    groups, mask = model.native.geom_group, np.zeros(GROUPS, dtype=np.uint8)
-    before = groups.copy()
+    groups, mask = model.groups.copy(), np.zeros(GROUPS, dtype=np.uint8)
     if only is None:
         mask[[STRUCTURE, THING]] = 1
         mask[GLASS] = not through_glass
     else:
         mask[ONLY] = 1
         own = model.things[only].geoms
-        is_unseen = np.isin(before[own], (HIDDEN, HELD)) | ((before[own] == GLASS) & through_glass)
-        groups[own] = np.where(is_unseen, before[own], ONLY)
+        before = groups[own]
+        is_unseen = np.isin(before, (HIDDEN, HELD)) | ((before == GLASS) & through_glass)
+        groups[own] = np.where(is_unseen, before, ONLY)
     groups[hidden] = HIDDEN
-    try:
-        yield mask
-    finally:
-        groups[:] = before
+    return groups, mask

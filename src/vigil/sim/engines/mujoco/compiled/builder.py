@@ -46,8 +46,11 @@ class CompiledThing:
     materials_off: np.ndarray
     """Number of each geom's material while the thing is off."""
 
-    def place(self, thing: Thing, native: NativeModel, data: NativeData) -> None:
-        """Write the thing's pose and state into the model; the caller must call `mj_kinematics` afterwards."""
+    def place(self, thing: Thing, data: NativeData, groups: np.ndarray, materials: np.ndarray) -> None:
+        """Write the thing's pose into MuJoCo's data, and its state into the groups and materials (geoms,) of all geoms.
+
+        The caller must call `mj_kinematics` afterwards.
+        """
         for mocap, joint in self.bodies:
             position, matrix = frames.thing_place(thing, joint)
             data.mocap_pos[mocap] = position
@@ -55,9 +58,9 @@ class CompiledThing:
         shown = self.shown_on if thing.is_toggled else self.shown_off
         if thing.is_broken:
             shown = shown | self.notices
-        groups = HELD if thing.is_held else self.groups
-        native.geom_group[self.geoms] = np.where(shown & thing.is_present, groups, HIDDEN)
-        native.geom_matid[self.geoms] = self.materials_on if thing.is_toggled else self.materials_off
+        visible = HELD if thing.is_held else self.groups
+        groups[self.geoms] = np.where(shown & thing.is_present, visible, HIDDEN)
+        materials[self.geoms] = self.materials_on if thing.is_toggled else self.materials_off
 
 
 class ModelBuilder:

@@ -1,7 +1,7 @@
 """The MuJoCo model of a scene, with tables that map the model's geoms to the scene's things."""
 
-import copy
-from dataclasses import dataclass, replace
+import threading
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,10 +16,18 @@ from vigil.sim.engines.mujoco.compiled.render_scene import render_scene, render_
 
 @dataclass(slots=True, eq=False)
 class CompiledModel:
-    """A compiled scene."""
+    """A compiled scene.
+
+    MuJoCo's model, by far the largest part, is shared by all copies. What changes in a live scene is in the other
+    arrays; the groups of geoms are written into MuJoCo's model for each cast of rays.
+    """
 
     native: NativeModel
     data: NativeData
+    groups: np.ndarray
+    """Present group of each geom, (geoms,) int32; it decides whether the geom is drawn and met by rays."""
+    materials: np.ndarray
+    """Number of the present material of each geom, (geoms,) int32."""
     things: dict[str, CompiledThing]
     geom_things: np.ndarray
     """Index of the thing of each geom, (geoms + 1,) int32; -1 for structure. The last entry, -1, stands for no geom."""
@@ -30,6 +38,8 @@ class CompiledModel:
     """Boxes around the structure, which never moves."""
     render_scene: RenderScene
     """The renderer's description of the model as it was built; copies of the model share it."""
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    """Held while rays are cast, because copies of the model share the groups in MuJoCo's model."""
     _bounds: Bounds | None = None
     """Boxes around all geoms at their present places; None until first used."""
 
@@ -41,18 +51,18 @@ class CompiledModel:
 
     def place(self, thing: Thing) -> None:
         """Write a thing's pose and state into the model; the caller must call `update_kinematics` afterwards."""
-        self.things[thing.id].place(thing, self.native, self.data)
+        self.things[thing.id].place(thing, self.data, self.groups, self.materials)
 
     def render_state(self) -> RenderState:
         """Return the present state for the renderer."""
-        return render_state(self.native, self.data, self.lamps)
+        return render_state(self.data, self.groups, self.materials, self.lamps)
 
     def copy(self) -> "CompiledModel":
         """Return an independent copy of the model in its present state."""
-        native = copy.copy(self.native)
-        data = mujoco.MjData(native)
-        mujoco.mj_copyData(data, native, self.data)
-        return replace(self, native=native, data=data, lamps=replace(self.lamps))
+        data = mujoco.MjData(self.native)
+        mujoco.mj_copyData(data, self.native, self.data)
+        groups, materials = self.groups.copy(), self.materials.copy()
+        return replace(self, data=data, groups=groups, materials=materials, lamps=replace(self.lamps))
 
     def update_kinematics(self) -> None:
         """Update everything in the model that is derived from the poses."""
@@ -72,17 +82,20 @@ def build(scene: Scene) -> CompiledModel:
     builder = ModelBuilder(scene)
     native = builder.compile()
     data = mujoco.MjData(native)
+    groups, materials = native.geom_group.copy(), native.geom_matid.copy()
     for thing_id, placed in builder.things.items():
-        placed.place(scene.things[thing_id], native, data)
+        placed.place(scene.things[thing_id], data, groups, materials)
     mujoco.mj_kinematics(native, data)
     lamps = lights.lamps_of(scene)
     return CompiledModel(
         native,
         data,
+        groups,
+        materials,
         builder.things,
         np.array([*builder.geom_things, -1], dtype=np.int32),
         np.array([*builder.geom_roles, 0], dtype=np.uint8),
         lamps,
         structure_bounds(native, data, np.arange(len(builder.structure_kinds))),
-        render_scene(scene, builder, native, data, lamps),
+        render_scene(scene, builder, native, render_state(data, groups, materials, lamps), lamps),
     )

@@ -4,7 +4,6 @@ Scenes are compared by their whole contents, not by a name. Each caller gets a c
 do not affect another.
 """
 
-import math
 import threading
 from collections.abc import Hashable
 from dataclasses import fields
@@ -12,29 +11,24 @@ from typing import Any
 from weakref import WeakSet
 
 import numpy as np
-from cachetools import LRUCache, cached
+from cachetools import LRUCache
 
+from vigil.base.free_memory import return_free_memory
 from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 
-MAX_CACHED_PER_ENGINE = 4
-"""Greatest number of cached models for each live engine. The model of a house of four rooms takes 16 MB."""
+MAX_CACHED = 4
+"""Number of models that are kept. The model of a house of four rooms takes 15 MB, and its light about as much."""
 
 _lock = threading.Lock()
 _engines: WeakSet[Any] = WeakSet()
-
-
-class _Models(LRUCache[Hashable, CompiledModel]):
-    """The cache of models that all engines share; its size depends on the number of engines."""
-
-    def __setitem__(self, key: Hashable, value: CompiledModel) -> None:
-        super().__setitem__(key, value)
-        while len(self) > MAX_CACHED_PER_ENGINE * max(1, len(_engines)):
-            self.popitem()
+_cached: LRUCache[Hashable, CompiledModel] = LRUCache(MAX_CACHED)
+_prepared: dict[Hashable, CompiledModel] = {}
+"""Models that were compiled in advance and not yet used: at most one for each live engine."""
 
 
 def register_engine(engine: object) -> None:
-    """Make the cache larger for as long as `engine` lives."""
+    """Let one more model wait for its first use for as long as `engine` lives."""
     _engines.add(engine)
 
 
@@ -50,23 +44,37 @@ def _identity(scene: Scene) -> Hashable:
     )
 
 
-@cached(_Models(math.inf), key=_identity, lock=_lock)
-def _cached_model(scene: Scene) -> CompiledModel:
-    return build(scene)
+def _built(scene: Scene) -> CompiledModel:
+    model = build(scene)
+    return_free_memory()  # the compiler has used three times as much as the model takes
+    return model
 
 
 def model_of(scene: Scene) -> CompiledModel:
     """Return a new copy of the model of a scene in its present state."""
-    model = _cached_model(scene)
+    key = _identity(scene)
     with _lock:
+        model = _prepared.pop(key, None) or _cached.get(key)
+    model = model or _built(scene)
+    with _lock:
+        _cached[key] = model
         return model.copy()
 
 
 def prepare(scene: Scene) -> None:
-    """Compile the model of a scene into the cache, unless it is there already."""
-    _cached_model(scene)
+    """Compile the model of a scene, unless it is there already, and keep it until it is used."""
+    key = _identity(scene)
+    with _lock:
+        model = _prepared.pop(key, None) or _cached.get(key)
+    model = model or _built(scene)
+    with _lock:
+        _prepared[key] = model
+        while len(_prepared) > max(1, len(_engines)):
+            del _prepared[next(iter(_prepared))]
 
 
 def clear() -> None:
     """Empty the cache."""
-    _cached_model.cache_clear()
+    with _lock:
+        _cached.clear()
+        _prepared.clear()

@@ -18,31 +18,34 @@ THIN_M, OFF_FLOOR_M = 0.24, 0.3
 """If a thing is thinner than THIN_M and more than OFF_FLOOR_M above the floor (m), its shadow is too fine to store."""
 
 
-def render_state(native: NativeModel, data: NativeData, lamps: Lamps) -> RenderState:
-    """Return the present state of a model for the renderer; poses and materials are views of the model's arrays."""
+def render_state(data: NativeData, groups: np.ndarray, materials: np.ndarray, lamps: Lamps) -> RenderState:
+    """Return the present state of a model for the renderer; its poses and materials are views of the arguments.
+
+    `groups` and `materials` have the group and the number of the material of each geom.
+    """
     return RenderState(
         data.geom_xpos,
         data.geom_xmat.reshape(-1, 3, 3),
-        native.geom_group != HIDDEN,
-        native.geom_group == HELD,
-        native.geom_matid,
+        groups != HIDDEN,
+        groups == HELD,
+        materials,
         lamps.strengths(),
     )
 
 
 def render_scene(
-    scene: Scene, builder: ModelBuilder, native: NativeModel, data: NativeData, lamps: Lamps
+    scene: Scene, builder: ModelBuilder, native: NativeModel, placed: RenderState, lamps: Lamps
 ) -> RenderScene:
-    """Return the renderer's description of a model. The model's things must have been placed."""
-    state = render_state(native, data, lamps).copy()
+    """Return the renderer's description of a model; `placed` is the state in which its things have been placed."""
+    state = placed.copy()
     furniture = np.full(native.ngeom, -1)
     state.is_visible[:], state.is_held[:] = True, False
     for thing in scene.things.values():
-        placed = builder.things[thing.id]
-        whole = builder.things.get(thing.parent or "", placed) if thing.is_drawer else placed
-        geoms = placed.geoms
+        own = builder.things[thing.id]
+        whole = builder.things.get(thing.parent or "", own) if thing.is_drawer else own
+        geoms = own.geoms
         furniture[geoms] = whole.index
-        state.is_visible[geoms], state.materials[geoms] = placed.shown_off, placed.materials_off
+        state.is_visible[geoms], state.materials[geoms] = own.shown_off, own.materials_off
     rooms = {room.id: number for number, room in enumerate(scene.rooms)}
     shell_rooms = [rooms.get(shell.room_id or "", -1) for shell in builder.shells]
     return RenderScene(
