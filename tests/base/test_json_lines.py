@@ -227,3 +227,23 @@ def test_a_lock_that_a_network_refuses_is_another_writers(path: Path, monkeypatc
     monkeypatch.setattr(jsonl.fcntl, "flock", lock)
     with pytest.raises(RecordError, match="is being written by another process"):
         AppendFile(path)
+
+
+def test_appending_does_not_read_the_lines_that_have_ended(tmp_path: Path, monkeypatch) -> None:
+    path, read = tmp_path / "rows.jsonl", []
+    path.write_bytes(b'{"number": 1}\n' * 1000)
+    usual = jsonl.LineReader.__iter__
+    monkeypatch.setattr(jsonl.LineReader, "__iter__", lambda self: (read.append(x) or x for x in usual(self)))
+    append_line(path, b'{"number": 2}\n')
+    assert not read
+    assert path.read_bytes() == b'{"number": 1}\n' * 1000 + b'{"number": 2}\n'
+
+
+@pytest.mark.parametrize("size", [10, 3 * 2**20])
+def test_appending_moves_a_partial_line_of_any_length(tmp_path: Path, size: int) -> None:
+    path, partial = tmp_path / "rows.jsonl", b'{"number": "' + size * b"x"
+    path.write_bytes(b'{"number": 1}\n' + partial)
+    append_line(path, b'{"number": 2}\n')
+    assert path.read_bytes() == b'{"number": 1}\n{"number": 2}\n'
+    (side,) = (each for each in tmp_path.iterdir() if each != path)
+    assert side.read_bytes() == partial

@@ -54,11 +54,13 @@ class Lines:
     complete: tuple[Line, ...]
     partial_line: bytes
     """Bytes after the last complete line."""
+    start: int = 0
+    """Offset (bytes) in the file at which `complete` begins; lines before it were not read."""
 
     @property
     def end(self) -> int:
         """Offset (bytes) of the end of the last complete line in the file; 0 if there is no complete line."""
-        return self.complete[-1].end if self.complete else 0
+        return self.complete[-1].end if self.complete else self.start
 
     @property
     def lacks_newline(self) -> bool:
@@ -107,9 +109,23 @@ class LineReader:
                 )
 
 
-def _read_all(file: BinaryIO, place: str) -> Lines:
-    reader = LineReader(file, place)
-    return Lines(tuple(reader), reader.partial_line)
+def _read(file: BinaryIO, place: str, start: int) -> Lines:
+    """Return the lines of a file from the offset `start` (bytes), the beginning of a line."""
+    file.seek(start)
+    reader = LineReader(file, place, start=start)
+    return Lines(tuple(reader), reader.partial_line, start)
+
+
+def _start_of_unended_line(file: BinaryIO) -> int:
+    """Return the offset (bytes) after the last newline of a file."""
+    start = file.seek(0, os.SEEK_END)
+    while start:
+        before = max(0, start - MIB)
+        file.seek(before)
+        if (at := file.read(start - before).rfind(b"\n")) >= 0:
+            return before + at + 1
+        start = before
+    return 0
 
 
 def read_lines(path: Path, max_lines: int | None = None) -> tuple[Line, ...]:
@@ -141,7 +157,7 @@ def dump_line(row: BaseModel, **options: Any) -> bytes:
 
 def append_line(path: Path, line: bytes) -> None:
     """Append a line to a file with several writers. On return, the line is on disk. Raises RecordError."""
-    with AppendFile(path, waits=True) as file:
+    with AppendFile(path, waits=True, reads_all=False) as file:
         file.append(line)
 
 
@@ -166,13 +182,17 @@ class AppendFile:
     Only its methods `repair_tail`, `append` and `truncate` change the file.
     """
 
-    def __init__(self, path: Path, *, waits: bool = False, makes_folder: bool = False) -> None:
-        """Open or create the file. If another process writes to it, wait if `waits`, otherwise raise RecordError."""
+    def __init__(self, path: Path, *, waits: bool = False, makes_folder: bool = False, reads_all: bool = True) -> None:
+        """Open or create the file. If another process writes to it, wait if `waits`, otherwise raise RecordError.
+
+        Without `reads_all`, `lines` has at most the last line, so that appending takes the same time however long the
+        file is.
+        """
         self.path = path
         self._file, self.made_folder = _open_locked(path, waits, makes_folder)
         try:
             with open(self._file.fileno(), "rb", closefd=False) as file:
-                self.lines = _read_all(file, repr(str(path)))
+                self.lines = _read(file, repr(str(path)), 0 if reads_all else _start_of_unended_line(file))
         except RecordError:
             self._file.close()
             raise
