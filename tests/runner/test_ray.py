@@ -7,7 +7,7 @@ import re
 import shutil
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -83,7 +83,7 @@ def actors() -> list[psutil.Process]:
     ]
 
 
-def alike(records: tuple[EpisodeRecord, ...]) -> list[dict[str, Any]]:
+def alike(records: Sequence[EpisodeRecord]) -> list[dict[str, Any]]:
     """Returns records without times and attempts."""
     return [without_times(record) | {"attempt": 1} for record in records]
 

@@ -220,8 +220,11 @@ class AppendFile:
             ) from None
         self._is_repaired, self.lines = True, Lines((), b"")
 
-    def append(self, *lines: bytes) -> None:
-        """Append lines, each with its newline. On return all lines are on disk; if RecordError is raised, none is."""
+    def append(self, *lines: bytes) -> int:
+        """Append lines, each with its newline, and return the offset (bytes) at which they begin.
+
+        On return all lines are on disk; if RecordError is raised, none is.
+        """
         self.repair_tail()
         before = os.fstat(self._file.fileno()).st_size
         try:
@@ -230,6 +233,7 @@ class AppendFile:
             with suppress(OSError):
                 self._file.truncate(before)
             raise write_error(self.path, error) from error
+        return before
 
     def truncate(self, end: int) -> None:
         """Remove everything after the first `end` bytes of the file; `end` must be the end of a line."""

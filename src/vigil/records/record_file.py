@@ -1,9 +1,9 @@
 """Record files: reads the rows of an `episodes.jsonl`. This module also has the only code that writes such a file."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 from pydantic import ValidationError
 
@@ -81,12 +81,49 @@ def missing_file_error(path: Path) -> RecordError:
     return RecordError(f"Record file {str(path)!r} does not exist. Give the folder of a run.")
 
 
+@dataclass(frozen=True, slots=True)
+class StoredRow:
+    """Where the row of a play is in its file."""
+
+    start: int
+    """Offset (bytes)."""
+    size: int
+    """Length (bytes)."""
+    is_error: bool
+
+
+class StoredRecords(Sequence[EpisodeRecord]):
+    """The row that counts for each play of a file, sorted by episode and epoch. A record is read when it is needed."""
+
+    def __init__(self, path: Path, rows: Mapping[Key, StoredRow]) -> None:
+        self._path, self._rows = path, [rows[key] for key in sorted(rows)]
+        self.errors = sum(row.is_error for row in self._rows)
+        """Number of plays that ended as `error`."""
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    @overload
+    def __getitem__(self, index: int) -> EpisodeRecord: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[EpisodeRecord]: ...
+
+    def __getitem__(self, index: int | slice) -> EpisodeRecord | list[EpisodeRecord]:
+        if isinstance(index, slice):
+            return [self[each] for each in range(*index.indices(len(self)))]
+        row = self._rows[index]
+        with open_file(self._path, repr(str(self._path)), RecordError) as file:
+            file.seek(row.start)
+            return EpisodeRecord.model_validate_json(file.read(row.size))
+
+
 class RecordLog:
     """Writer of an `episodes.jsonl`. Nothing else writes to the file.
 
-    `rows` has the row that counts for each key. `tokens` has the tokens of all rows, including superseded ones. `count`
-    is the number of lines in the file. `left_out` has the rows that are not scored; it is known after `check`.
-    `made_folder` says whether the folder did not exist before.
+    `rows` says where the row is that counts for each key. `tokens` has the tokens of all rows, including superseded
+    ones. `count` is the number of lines in the file. `left_out` has the rows that are not scored; it is known after
+    `check`. `made_folder` says whether the folder did not exist before.
     """
 
     def __init__(self, path: Path) -> None:
@@ -116,15 +153,19 @@ class RecordLog:
         """Append one row. Raises RecordError if its key already has a row without an error."""
         if self.is_done(record.key):
             raise RecordError(f"Episode {record.episode_id!r} (epoch {record.epoch}) already has a row that counts.")
-        self._file.append(dump_line(record))
-        self.rows[record.key] = record
+        line = dump_line(record)
+        self.rows[record.key] = StoredRow(self._file.append(line), len(line), record.end == "error")
         self.tokens.add(record.key, record.tokens)
         self.count += 1
 
     def is_done(self, key: Key) -> bool:
         """Return whether `key` has a row without an error."""
         row = self.rows.get(key)
-        return row is not None and row.end != "error"
+        return row is not None and not row.is_error
+
+    def records(self) -> StoredRecords:
+        """Return the rows that count so far."""
+        return StoredRecords(self._file.path, self.rows)
 
     def close(self) -> None:
         """Close the file and release its lock."""
@@ -132,8 +173,11 @@ class RecordLog:
 
     def _read_rows(self, check: RowCheck | None) -> None:
         rows = RowFilter(check)
-        accepted = map(rows.accept, self._read)
-        self.rows = {record.key: record for record in accepted if record is not None}
+        self.rows = {
+            record.key: StoredRow(row.line.start, len(row.line.data), record.end == "error")
+            for row in self._read
+            if (record := rows.accept(row)) is not None
+        }
         self.tokens = rows.tokens
         self.left_out = tuple(rows.left_out)
 

@@ -23,6 +23,7 @@ from vigil.protocol.episode import Episode
 from vigil.records.costs import RunTokens
 from vigil.records.probe_file import ProbeLog, ProbeTable
 from vigil.records.record import EpisodeRecord, RunHeader
+from vigil.records.record_file import StoredRecords
 from vigil.records.shards import play_order
 from vigil.runner.models.access import Endpoint, hiding_other_keys
 from vigil.runner.models.ask import Ask
@@ -54,8 +55,8 @@ class RunResult:
     header: RunHeader
     episodes: tuple[Episode, ...]
     """Episodes that the run plans to play; for a shard, only the shard's part of them."""
-    records: tuple[EpisodeRecord, ...]
-    """The row that counts for each play, including errors."""
+    records: StoredRecords
+    """The row that counts for each play, including errors; each is read from the run's folder when it is needed."""
     resumed: int
     """Number of rows from earlier sessions."""
     tokens: RunTokens
@@ -70,7 +71,7 @@ class RunResult:
     @property
     def errors(self) -> int:
         """Number of plays that ended as `error`; the same command plays them again."""
-        return sum(record.end == "error" for record in self.records)
+        return self.records.errors
 
     @property
     def is_complete(self) -> bool:
@@ -188,8 +189,8 @@ def play_run(plan: RunPlan, *, on_progress: OnProgress = lambda _: None) -> RunR
         stack.callback(folder.close)
         if execution.prices is not None:
             folder.note_prices(execution.prices)
-        progress = ProgressCounter(plan, folder.records(), on_progress, folder.cost)
-        resumed = sum(record.end != "error" for record in folder.records())
+        earlier = folder.records()
+        progress = ProgressCounter(plan, earlier, on_progress, folder.cost)
         probes = None
         if execution.probes is not None:
             probes = stack.enter_context(ProbeLog(folder.path, folder.header.sha256))
@@ -199,8 +200,8 @@ def play_run(plan: RunPlan, *, on_progress: OnProgress = lambda _: None) -> RunR
             folder.path,
             folder.header,
             plan.episodes,
-            tuple(folder.records()),
-            resumed,
+            folder.records(),
+            len(earlier) - earlier.errors,
             tokens=folder.tokens,
             partial_line_file=folder.partial_line_file,
             notes=folder.notes,

@@ -35,7 +35,7 @@ from vigil.records.record import (
     RunSpec,
     read_header,
 )
-from vigil.records.record_file import RecordLog
+from vigil.records.record_file import RecordLog, StoredRecords
 from vigil.records.row_check import RowCheck, summarize_left_out
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.workers.messages import SimulatorFacts
@@ -129,9 +129,13 @@ class RunFolder:
         """Folder of Inspect's log of a model's run."""
         return self.path / INSPECT_FOLDER
 
-    def records(self) -> list[EpisodeRecord]:
+    def records(self) -> StoredRecords:
         """Return the row that counts for each play, sorted by episode and epoch."""
-        return [self._log.rows[key] for key in sorted(self._log.rows)]
+        return self._log.records()
+
+    def played(self) -> list[str]:
+        """Return the id of the episode of each row that counts, once for each epoch."""
+        return [episode_id for episode_id, _ in self._log.rows]
 
     def is_done(self, episode_id: str, epoch: int) -> bool:
         """Return whether a row of this play counts and is not an error."""

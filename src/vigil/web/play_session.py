@@ -172,7 +172,7 @@ class PlaySession:
         self._episode = self._episodes[episode_id]
         self._told = []
         self._moment = 0
-        attempt = 1 + sum(r.episode_id == episode_id for r in self._folder.records())
+        attempt = 1 + self._folder.played().count(episode_id)
         self._live = live = self._pool.live(Assignment(self._episode, attempt=attempt))
         try:
             answer = await live.begin()
@@ -209,7 +209,7 @@ class PlaySession:
         return bool(begun) and not self._has_row(begun)
 
     def _has_row(self, episode_id: str) -> bool:
-        return any(record.episode_id == episode_id for record in self._folder.records())
+        return episode_id in self._folder.played()
 
     def _remaining(self) -> list[str]:
         """Return the ids of the episodes that are still to be played; episodes that ended as an error come last."""
