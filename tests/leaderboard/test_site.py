@@ -24,10 +24,14 @@ from vigil.leaderboard.measures import Figures
 from vigil.leaderboard.metadata import check_value, read_metadata
 from vigil.leaderboard.pages import SiteContent, write_site
 from vigil.leaderboard.settings import BuildSettings
-from vigil.leaderboard.signs import own_signs
+from vigil.leaderboard.signs import PlayReader, own_signs
 from vigil.leaderboard.submit import submit_run
 from vigil.packs.pack import Pack
-from vigil.records.record import ProviderFacts, read_header
+from vigil.records.record import EPISODES_FILE, ProviderFacts, read_header
+from vigil.records.record_file import read_records
+from vigil.scoring.saved_run import read_run
+
+PLAYS = Path(__file__).parents[2] / "docs" / "packs" / "plays"
 
 
 def as_yaml(path: Path, **facts: Any) -> Path:
@@ -213,6 +217,37 @@ def test_the_actions_of_another_with_other_thoughts_are_a_sign(make: Make) -> No
     assert signs_between([one, other])[one.id] == [
         f"5 of 5 plays of 4 or more replies with a click have, action by action, the actions of entry {other.id} (b)."
     ]
+
+
+def timing_faults(run: Path, pack: Pack, seconds: float, moved: timedelta = timedelta()) -> set[str]:
+    """Return the timing faults of a run's first play if its replies took `seconds` together, the play began `moved`
+    later, and it ended 60 s after the run began."""
+    header = read_header(run).model_copy(update={"ended": None})
+    first = read_records(run / EPISODES_FILE)[0]
+    steps = [
+        step.model_copy(update={"reply": step.reply.model_copy(update={"seconds": seconds / len(first.steps)})})
+        for step in first.steps
+    ]
+    reader = PlayReader(header, pack)
+    times = {"started": first.started + moved, "ended": header.started + timedelta(seconds=60)}
+    reader.facts(first.model_copy(update={"steps": tuple(steps), **times}))
+    return set(reader.timing_faults)
+
+
+def test_replies_may_take_longer_than_the_play_but_not_than_the_run(runs: Path, pack: Pack) -> None:
+    """The start of a play that was continued in another process may be the start of that process."""
+    fault = "their replies took longer than from the beginning of the run to the end of the play"
+    assert timing_faults(runs / "random", pack, 59, timedelta(seconds=50)) == set()
+    assert timing_faults(runs / "random", pack, 62) == {fault}
+
+
+@pytest.mark.parametrize("folder", sorted(PLAYS.iterdir()), ids=lambda folder: folder.name)
+def test_published_plays_of_readers_have_no_impossible_timing(folder: Path) -> None:
+    saved = read_run(folder)
+    reader = PlayReader(saved.header, Pack.load(saved.pack_folder))
+    for key in saved.table.rows:
+        reader.facts(saved.table.record(key))
+    assert not reader.timing_faults
 
 
 def test_names_solutions_and_timings_are_signs(make: Make) -> None:
