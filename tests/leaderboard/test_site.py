@@ -10,7 +10,6 @@ from typing import Any
 import pandas as pd
 import pytest
 import yaml
-from axe_playwright_python.base import AXE_SCRIPT
 
 from tests.leaderboard.conftest import ONE_WORKER, metadata
 from tests.support.browser_page import DESKTOP, PHONE, Visitor
@@ -363,13 +362,6 @@ OVERLAPS = """() => {
 """Script that counts the titles and ticks of a plot that are cut off, or that overlap another one by over 2 px."""
 
 
-def check_with_axe(visitor: Visitor, where: str) -> None:
-    """Assert that axe-core, which checks accessibility, finds no violation on the page."""
-    visitor.page.evaluate(AXE_SCRIPT)
-    found = visitor.page.evaluate("axe.run()")["violations"]
-    assert [(each["id"], each["nodes"][0]["html"]) for each in found] == [], where
-
-
 @pytest.mark.parametrize(("size", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop-light", "phone-dark"])
 def test_a_hundred_entries_are_filtered_by_keyboard(
     make: Make, tmp_path: Path, chromium: Any, size: dict[str, int], scheme: str
@@ -393,7 +385,7 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
     visitor = Visitor(context.new_page())
     visitor.page.goto((tmp_path / "site" / "index.html").as_uri())
     visitor.check("index")
-    check_with_axe(visitor, "index")
+    visitor.check_with_axe("index")
     assert visitor.page.evaluate(OVERLAPS) == 0
     assert visitor.text("#shown") == "100 of 100 entries"
     visitor.tab_to("select[data-filter=weights]")
@@ -404,9 +396,9 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
     visitor.press("Enter")
     visitor.page.wait_for_url("**/entries/*.html")
     visitor.check("entry")
-    check_with_axe(visitor, "entry")
+    visitor.check_with_axe("entry")
     visitor.page.goto((tmp_path / "site" / "glossary.html").as_uri())
-    check_with_axe(visitor, "glossary")
+    visitor.check_with_axe("glossary")
     context.close()
 
 
