@@ -10,7 +10,7 @@ FROM debian:12-slim
 # hadolint ignore=DL3008
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends \
-        ca-certificates chromium git libegl1 libgl1 make python3 python3-pip python3-venv \
+        ca-certificates chromium git libatomic1 libegl1 libgl1 make python3 python3-pip python3-venv \
     && rm -rf /var/lib/apt/lists/*
 
 WORKDIR /vigil

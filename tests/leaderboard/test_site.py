@@ -10,7 +10,6 @@ from typing import Any
 import pandas as pd
 import pytest
 import yaml
-from axe_playwright_python.base import AXE_SCRIPT
 
 from tests.leaderboard.conftest import ONE_WORKER, metadata
 from tests.support.browser_page import DESKTOP, PHONE, Visitor
@@ -24,10 +23,14 @@ from vigil.leaderboard.measures import Figures
 from vigil.leaderboard.metadata import check_value, read_metadata
 from vigil.leaderboard.pages import SiteContent, write_site
 from vigil.leaderboard.settings import BuildSettings
-from vigil.leaderboard.signs import own_signs
+from vigil.leaderboard.signs import PlayReader, own_signs
 from vigil.leaderboard.submit import submit_run
 from vigil.packs.pack import Pack
-from vigil.records.record import ProviderFacts, read_header
+from vigil.records.record import EPISODES_FILE, ProviderFacts, read_header
+from vigil.records.record_file import read_records
+from vigil.scoring.saved_run import read_run
+
+PLAYS = Path(__file__).parents[2] / "docs" / "packs" / "plays"
 
 
 def as_yaml(path: Path, **facts: Any) -> Path:
@@ -215,6 +218,37 @@ def test_the_actions_of_another_with_other_thoughts_are_a_sign(make: Make) -> No
     ]
 
 
+def timing_faults(run: Path, pack: Pack, seconds: float, moved: timedelta = timedelta()) -> set[str]:
+    """Return the timing faults of a run's first play if its replies took `seconds` together, the play began `moved`
+    later, and it ended 60 s after the run began."""
+    header = read_header(run).model_copy(update={"ended": None})
+    first = read_records(run / EPISODES_FILE)[0]
+    steps = [
+        step.model_copy(update={"reply": step.reply.model_copy(update={"seconds": seconds / len(first.steps)})})
+        for step in first.steps
+    ]
+    reader = PlayReader(header, pack)
+    times = {"started": first.started + moved, "ended": header.started + timedelta(seconds=60)}
+    reader.facts(first.model_copy(update={"steps": tuple(steps), **times}))
+    return set(reader.timing_faults)
+
+
+def test_replies_may_take_longer_than_the_play_but_not_than_the_run(runs: Path, pack: Pack) -> None:
+    """The start of a play that was continued in another process may be the start of that process."""
+    fault = "their replies took longer than from the beginning of the run to the end of the play"
+    assert timing_faults(runs / "random", pack, 59, timedelta(seconds=50)) == set()
+    assert timing_faults(runs / "random", pack, 62) == {fault}
+
+
+@pytest.mark.parametrize("folder", sorted(PLAYS.iterdir()), ids=lambda folder: folder.name)
+def test_published_plays_of_readers_have_no_impossible_timing(folder: Path) -> None:
+    saved = read_run(folder)
+    reader = PlayReader(saved.header, Pack.load(saved.pack_folder))
+    for key in saved.table.rows:
+        reader.facts(saved.table.record(key))
+    assert not reader.timing_faults
+
+
 def test_names_solutions_and_timings_are_signs(make: Make) -> None:
     answered = ProviderFacts(replies=2, models={"m-1": 1, "m-2": 1})
     entry = make("a", [True, True], header={"answered": answered}, plays={"is_solution": [True, False]})
@@ -328,13 +362,6 @@ OVERLAPS = """() => {
 """Script that counts the titles and ticks of a plot that are cut off, or that overlap another one by over 2 px."""
 
 
-def check_with_axe(visitor: Visitor, where: str) -> None:
-    """Assert that axe-core, which checks accessibility, finds no violation on the page."""
-    visitor.page.evaluate(AXE_SCRIPT)
-    found = visitor.page.evaluate("axe.run()")["violations"]
-    assert [(each["id"], each["nodes"][0]["html"]) for each in found] == [], where
-
-
 @pytest.mark.parametrize(("size", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop-light", "phone-dark"])
 def test_a_hundred_entries_are_filtered_by_keyboard(
     make: Make, tmp_path: Path, chromium: Any, size: dict[str, int], scheme: str
@@ -358,7 +385,7 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
     visitor = Visitor(context.new_page())
     visitor.page.goto((tmp_path / "site" / "index.html").as_uri())
     visitor.check("index")
-    check_with_axe(visitor, "index")
+    visitor.check_with_axe("index")
     assert visitor.page.evaluate(OVERLAPS) == 0
     assert visitor.text("#shown") == "100 of 100 entries"
     visitor.tab_to("select[data-filter=weights]")
@@ -369,9 +396,9 @@ def test_a_hundred_entries_are_filtered_by_keyboard(
     visitor.press("Enter")
     visitor.page.wait_for_url("**/entries/*.html")
     visitor.check("entry")
-    check_with_axe(visitor, "entry")
+    visitor.check_with_axe("entry")
     visitor.page.goto((tmp_path / "site" / "glossary.html").as_uri())
-    check_with_axe(visitor, "glossary")
+    visitor.check_with_axe("glossary")
     context.close()
 
 

@@ -111,6 +111,7 @@ def packages_in(text: str) -> list[str]:
 def test_both_images_install_the_same() -> None:
     docker, apptainer = ((ROOT / name).read_text(encoding="utf-8") for name in ("Dockerfile", "vigil.def"))
     assert packages_in(docker) == packages_in(apptainer)
+    assert {"chromium", "libatomic1"} <= set(packages_in(docker))  # Playwright's driver of Chromium needs libatomic
     for text in (docker, apptainer):
         assert re.search(r"(?i)^from:? debian:12-slim$", text, re.MULTILINE)
         assert "make setup-dev" in text

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -349,6 +350,7 @@ def test_a_rejection_before_the_agent_said_anything_is_an_error_and_played_again
 
 def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, tmp_path: Path) -> None:
     killed: list[int] = []
+    killed_at: list[datetime] = []
     one_at_a_time = threading.Lock()
 
     def killing(asked: ChatRequest) -> ChatAnswer:
@@ -356,6 +358,7 @@ def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, 
             if asked.turn == 3 and not killed:
                 children = psutil.Process().children()
                 workers = [child for child in children if "-m vigil.base.processes" in " ".join(child.cmdline())]
+                killed_at.append(datetime.now(UTC))
                 killed.extend(child.pid for child in workers)
                 for child in workers:
                     os.kill(child.pid, signal.SIGKILL)
@@ -367,6 +370,7 @@ def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, 
     assert rough.is_complete
     assert len(server.asked) == 8 * 4
     assert [without_times(row) for row in rough.records] == [without_times(row) for row in calm.records]
+    assert min(row.started for row in rough.records) < killed_at[0]
 
 
 def test_a_run_that_is_killed_goes_on_where_it_was(pack: Path, tmp_path: Path) -> None:

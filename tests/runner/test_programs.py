@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +87,8 @@ def test_a_program_that_ends_its_worker_gets_no_second_look(pack: Path, tmp_path
     assert (record.end, record.attempt) == ("report", 1)
     turned = [step.world.agent.rotation for step in record.steps]
     assert turned == [90.0, 180.0, 270.0, 0.0, 0.0]
-    assert len((tmp_path / "run" / ATTEMPTS_FILE).read_text().splitlines()) == 1
+    (attempt,) = (tmp_path / "run" / ATTEMPTS_FILE).read_text().splitlines()
+    assert record.started <= datetime.fromisoformat(json.loads(attempt)["started"])
     assert verify_run(tmp_path / "run", VerifySettings(workers=1)).is_verified
 
 

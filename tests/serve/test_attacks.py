@@ -8,6 +8,7 @@ import sys
 import threading
 import urllib.request
 from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -291,9 +292,10 @@ def test_a_killed_server_loses_nothing(pack: Pack, tmp_path: Path) -> None:
         sessions.append(ask("/reset", {})["observation"]["session"])
         ask("/step", {"action": {"text": TURN}}, sessions[0])
         server.kill()
+    killed = datetime.now(UTC)
     with serving(pack, run) as client:
         assert client.step(sessions[0], REPORT)["done"]
-    assert [len(row.steps) for row in rows(run)] == [2]
+    assert [(len(row.steps), row.started < killed) for row in rows(run)] == [(2, True)]
 
 
 def test_sessions_do_not_see_each_other(pack: Pack, tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from axe_playwright_python.base import AXE_SCRIPT
+
 DESKTOP, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
 CONTRAST = """() => {
   const parse = (text) => {
@@ -77,3 +79,9 @@ class Visitor:
         assert self.page.evaluate(CONTRAST) == [], where
         assert self.page.evaluate("typeof window.evil") == "undefined", where
         assert self.page.evaluate(NAMELESS) == 0, where
+
+    def check_with_axe(self, where: str) -> None:
+        """Assert that axe-core, which checks accessibility, finds no violation on the page."""
+        self.page.evaluate(AXE_SCRIPT)
+        found = self.page.evaluate("axe.run()")["violations"]
+        assert [(each["id"], each["nodes"][0]["html"]) for each in found] == [], where

@@ -79,6 +79,7 @@ def test_an_episode_is_stepped_by_keys(visitor: Visitor, view: Site, pack: Pack)
     assert page.is_visible("#hidden .plan")
     assert "false" in visitor.text("#verdict") or "report" in visitor.text("#verdict")
     visitor.check("hidden state")
+    visitor.check_with_axe("hidden state")
     visitor.press("Home", " ")
     visitor.has("html[data-step='2']")
     visitor.press(" ", "h")
@@ -264,6 +265,7 @@ def test_an_exported_run_works_from_files(
     visitor.press("ArrowRight", "h")
     visitor.has("html[data-step='2']")
     visitor.check("exported episode")
+    visitor.check_with_axe("exported episode")
 
 
 def test_an_exported_run_is_hosted_under_a_path(

@@ -17,7 +17,7 @@ from vigil.leaderboard.checking import CheckedEntry
 from vigil.runner.run_folder import host_facts
 from vigil.runner.verify_run import SAME_HOST
 
-CACHE_VERSION = 2
+CACHE_VERSION = 3
 """Version of the check and its result. Results of another version are not used."""
 _ENTRY, _PLAYS, _REFUSAL = "entry.json", "plays.parquet", "refusal.txt"
 PAGES = "pages"

@@ -51,13 +51,12 @@ class PlayReader:
 
     def _timing(self, record: EpisodeRecord) -> Iterator[str]:
         replies = [step.reply for step in record.steps]
-        started, ended = _utc(record.started), _utc(record.ended)
-        lasted = (ended - started).total_seconds()
-        if lasted < 0 or any(reply.seconds < 0 for reply in replies):
+        began, started, ended = _utc(self._header.started), _utc(record.started), _utc(record.ended)
+        if ended < started or any(reply.seconds < 0 for reply in replies):
             yield "they end before they begin"
-        elif sum(reply.seconds for reply in replies) > lasted + _SLACK_S:
-            yield "their replies took longer than the play"
-        if started < _utc(self._header.started) or (self._header.ended and ended > _utc(self._header.ended)):
+        elif sum(reply.seconds for reply in replies) > (ended - began).total_seconds() + _SLACK_S:
+            yield "their replies took longer than from the beginning of the run to the end of the play"
+        if started < began or (self._header.ended and ended > _utc(self._header.ended)):
             yield "they were played before the run began or after it ended"
         if self._header.spec.agent_kind != "model":
             return

@@ -96,7 +96,8 @@ class Host:
     async def restore(self) -> None:
         """Continue the sessions of a server that was killed. Clients get the usual time to reconnect."""
         for one in self._broken:
-            assignment = Assignment(self._episodes[one.key[0]], epoch=one.key[1], attempt=one.attempt)
+            episode, epoch = self._episodes[one.key[0]], one.key[1]
+            assignment = Assignment(episode, epoch=epoch, attempt=one.attempt, started=one.started)
             session = self._add(one.session, assignment, one.replies)
             async with session.lock:
                 await self._start(session)

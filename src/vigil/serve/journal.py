@@ -5,6 +5,7 @@ A killed server continues its sessions from this file. The file stores hashes of
 
 import hashlib
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
@@ -28,6 +29,8 @@ class _Line(BaseModel):
     """Hash of the session's token."""
     begins: tuple[str, int, int] | None = None
     """Episode, epoch and attempt of a session that begins; None if the line is a reply."""
+    started: datetime | None = None
+    """When the session began; None if the line is a reply."""
     reply: Reply | None = None
 
 
@@ -38,6 +41,7 @@ class Begun:
     session: str
     key: Key
     attempt: int
+    started: datetime | None
     replies: list[Reply] = field(default_factory=list)
 
 
@@ -60,13 +64,14 @@ class Journal:
     def _read(self, line: _Line) -> None:
         if line.begins is not None:
             episode_id, epoch, attempt = line.begins
-            self.begun[line.session] = Begun(line.session, (episode_id, epoch), attempt)
+            self.begun[line.session] = Begun(line.session, (episode_id, epoch), attempt, line.started)
         elif line.reply is not None and line.session in self.begun:
             self.begun[line.session].replies.append(line.reply)
 
     def begin(self, session: str, key: Key, attempt: int) -> None:
         """Write the beginning of a session. Raises RecordError."""
-        self._file.append(dump_line(_Line(session=session, begins=(*key, attempt)), exclude_none=True))
+        line = _Line(session=session, begins=(*key, attempt), started=datetime.now(UTC))
+        self._file.append(dump_line(line, exclude_none=True))
 
     def add(self, session: str, reply: Reply) -> None:
         """Write a reply. Raises RecordError."""

@@ -7,6 +7,7 @@ passing the agent.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS, Agent
@@ -86,6 +87,8 @@ class Assignment:
     """Play that the episode continues; None to begin at its start."""
     house: House | None = None
     """House of an episode that does not belong to a pack."""
+    started: datetime | None = None
+    """When the agent saw the first frame in a process that was lost; None if the episode has not begun before."""
 
 
 @dataclass(frozen=True, slots=True)

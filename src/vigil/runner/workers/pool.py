@@ -10,6 +10,7 @@ import itertools
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -129,22 +130,21 @@ class SimulatorPool:
         `may_resume` is false, WorkerLost is raised at once.
         """
         replies: list[Reply] = []
-        has_begun = False
 
         def on_event(event: Any) -> None:
-            nonlocal has_begun
-            has_begun = True
+            nonlocal assignment
+            assignment = replace(assignment, started=assignment.started or datetime.now(UTC))
             if event == FIRST_FRAME:
                 on_first_frame()
             else:
                 replies.append(event)
 
         for left in range(MAX_RESTORES, -1, -1):
-            earlier = tuple(replies) if has_begun else None
+            earlier = None if assignment.started is None else tuple(replies)
             try:
                 return await self._request(EpisodeWorker.play, assignment, earlier, on_event=on_event, wanted=worker)
             except WorkerLost:
-                if not (may_resume and left and has_begun):
+                if not (may_resume and left and assignment.started):
                     raise
         raise AssertionError("the last round returns or raises")
 
@@ -220,6 +220,7 @@ class LiveEpisode:
         while True:
             try:
                 answer: EncodedObservation | EpisodeRecord = await AsyncRetrying(**_RETRY_ON_ANOTHER)(self._begin)
+                self.assignment = replace(self.assignment, started=self.assignment.started or datetime.now(UTC))
                 for reply in self._replies if isinstance(answer, EncodedObservation) else ():
                     answer = await self._ask(EpisodeWorker.advance, reply)
                 return answer

@@ -218,7 +218,8 @@ class EpisodeWorker:
         assignment = slot.assignment
         assert assignment is not None
         record = slot.env.record(run_id=self._plan.run_id, epoch=assignment.epoch, attempt=assignment.attempt)
-        return record if assignment.fork is None else record.model_copy(update={"fork": assignment.fork.point})
+        fork = assignment.fork and assignment.fork.point
+        return record.model_copy(update={"fork": fork, "started": assignment.started or record.started})
 
     def _release(self, slot: EnvSlot) -> None:
         """Keep a simulator for the next episode, or close it if it failed or if another simulator is kept already."""
