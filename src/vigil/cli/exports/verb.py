@@ -10,8 +10,8 @@ import typer
 from vigil.cli.arguments import Epoch
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
-from vigil.exports.disclosure import Disclosure
-from vigil.exports.every_eval_ever.publisher import Publisher
+from vigil.integrations.exports.disclosure import Disclosure
+from vigil.integrations.exports.every_eval_ever.publisher import Publisher
 from vigil.runner.shared_settings import AssetFile
 
 if TYPE_CHECKING:
@@ -72,8 +72,8 @@ def export(
     """
     from vigil.analysis.measures.rows import read_runs
     from vigil.cli.exports.site import write_site
-    from vigil.exports.dataset import write_dataset
-    from vigil.exports.every_eval_ever.folder import write_results
+    from vigil.integrations.exports.dataset import write_dataset
+    from vigil.integrations.exports.every_eval_ever.folder import write_results
 
     _check_format(format_)
     _check_place(format_, out)
@@ -112,7 +112,7 @@ def export(
 
 def _write_rows(runs: list[Run], out: Path, disclosure: Disclosure) -> Path:
     from vigil.analysis.measures.rows import combined_rows
-    from vigil.exports.dataset import check_rows
+    from vigil.integrations.exports.dataset import check_rows
 
     check_rows(runs, disclosure)
     combined_rows(runs).to_parquet(out, index=False)
