@@ -75,18 +75,8 @@ def export(
     from vigil.integrations.exports.dataset import write_dataset
     from vigil.integrations.exports.every_eval_ever.folder import write_results
 
-    _check_format(format_)
     _check_place(format_, out)
-    if format_ != EVERY_EVAL_EVER and publisher != Publisher():
-        raise SettingError(
-            f"{publisher.given} is for --format {EVERY_EVAL_EVER} only. Leave it out, or change --format."
-        )
-    if reasoning and format_ != HF:
-        raise SettingError(f"--reasoning is for --format {HF} only. Leave it out, or change --format.")
-    if disclosure.answer_key and format_ not in (HF, EVERY_EVAL_EVER):
-        raise SettingError(
-            f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the other formats always include the answer key."
-        )
+    _check_options(format_, publisher, disclosure, reasoning=reasoning)
     if format_ == SITE:
         if len(runs) > 1:
             raise SettingError(f"A site shows one run, but {len(runs)} were given. Give one run, or another --format.")
@@ -119,12 +109,25 @@ def _write_rows(runs: list[Run], out: Path, disclosure: Disclosure) -> Path:
     return out
 
 
-def _check_format(name: str) -> None:
-    if name not in FORMATS:
-        raise SettingError(f"Format {name!r} does not exist.{did_you_mean(name, FORMATS)} Known: {', '.join(FORMATS)}.")
+def _check_options(format_: str, publisher: Publisher, disclosure: Disclosure, *, reasoning: bool) -> None:
+    """Raise SettingError if an option that was given is for other formats."""
+    if format_ != EVERY_EVAL_EVER and publisher != Publisher():
+        raise SettingError(
+            f"{publisher.given} is for --format {EVERY_EVAL_EVER} only. Leave it out, or change --format."
+        )
+    if reasoning and format_ != HF:
+        raise SettingError(f"--reasoning is for --format {HF} only. Leave it out, or change --format.")
+    if disclosure.answer_key and format_ not in (HF, EVERY_EVAL_EVER):
+        raise SettingError(
+            f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the other formats always include the answer key."
+        )
 
 
 def _check_place(format_: str, out: Path) -> None:
+    """Raise SettingError if the format does not exist or cannot be written to `out`."""
+    if format_ not in FORMATS:
+        hint = did_you_mean(format_, FORMATS)
+        raise SettingError(f"Format {format_!r} does not exist.{hint} Known: {', '.join(FORMATS)}.")
     if not out.absolute().parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     if format_ == PARQUET and out.suffix != ".parquet":
