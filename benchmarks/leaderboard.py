@@ -22,10 +22,6 @@ from tools.first_entries import metadata_of
 from vigil.assets.database import AssetDatabase
 from vigil.base.json_lines import dump_line
 from vigil.env import Env
-from vigil.leaderboard.build import build_site
-from vigil.leaderboard.bundle import Entry, sha256_of, write_bundle
-from vigil.leaderboard.measures import measures_of
-from vigil.leaderboard.settings import BuildSettings
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import AnyAction, Navigate, Reply
 from vigil.protocol.profile import Profile
@@ -34,6 +30,10 @@ from vigil.runner.plan import run_spec
 from vigil.runner.run_folder import host_facts
 from vigil.scoring.saved_run import read_run
 from vigil.sim import make_simulator
+from vigil.web.leaderboard.build import build_site
+from vigil.web.leaderboard.bundle import Entry, sha256_of, write_bundle
+from vigil.web.leaderboard.measures import measures_of
+from vigil.web.leaderboard.settings import BuildSettings
 
 TURNS = (4, 6, 8)
 """Number of turns before the solution, for each kind of run: to the left and back again."""

@@ -23,13 +23,13 @@ import numpy as np
 import uvicorn
 
 from vigil.errors import VigilError
+from vigil.integrations.serve.app import make_app
+from vigil.integrations.serve.client import RemoteEnvironment, SessionEnded
+from vigil.integrations.serve.host import open_host
+from vigil.integrations.serve.patience import server_config
+from vigil.integrations.serve.planning import plan_serving
+from vigil.integrations.serve.settings import ServeSettings
 from vigil.runner.workers.pool import LiveEpisode
-from vigil.serve.app import make_app
-from vigil.serve.client import RemoteEnvironment, SessionEnded
-from vigil.serve.host import open_host
-from vigil.serve.patience import server_config
-from vigil.serve.planning import plan_serving
-from vigil.serve.settings import ServeSettings
 from vigil.web.site import Address
 
 TURN = {"text": '{"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": 30}}'}

@@ -12,7 +12,7 @@ from vigil.analysis.tables.paper_index import PARTS
 from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
 from vigil.base.glossary import SECTIONS
 from vigil.cli.models import LISTED, keys_of, switch_of
-from vigil.exports.steps import STEP_COLUMNS
+from vigil.integrations.exports.steps import STEP_COLUMNS
 from vigil.integrations.gymnasium import GymnasiumOptions
 from vigil.protocol.actions import INTENT_ALIASES, INTENTS
 from vigil.protocol.families import FAMILIES

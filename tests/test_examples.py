@@ -21,7 +21,7 @@ EXAMPLES = ROOT / "examples"
 TRAINING = {"learn_to_point.py": "--demos", "train_tiny_vlm.py": "--supervised"}
 """Examples that train, on pages of their own -> one of their options."""
 OF_A_SERVER = "remote_client.py"
-"""Example that `tests/serve` plays."""
+"""Example that `tests/integrations/serve` plays."""
 EXTENDING = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 
 

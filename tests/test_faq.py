@@ -17,7 +17,7 @@ MESSAGES = re.findall(r"^```text\n(.*?)\n```", FAQ.read_text(encoding="utf-8"), 
 
 
 def texts(tree: ast.AST) -> Iterator[tuple[str, int]]:
-    """Yields the texts of a module as patterns in which any value may stand, with their number of fixed letters."""
+    """Yield the texts of a module as patterns in which a value may be any text, with their number of fixed letters."""
     for node in ast.walk(tree):
         if isinstance(node, ast.JoinedStr):
             fixed = [part.value if isinstance(part, ast.Constant) else None for part in node.values]

@@ -83,7 +83,7 @@ MODULES = {module_name(path): path for path in sorted(ROOT.rglob("*.py"))}
 
 
 def part_of(module: str) -> str:
-    """Returns the module or package directly under `vigil`; an empty string for `vigil` itself."""
+    """Return the module or package directly under `vigil`; an empty string for `vigil` itself."""
     return module.split(".")[1] if "." in module else ""
 
 
@@ -93,7 +93,7 @@ def tree_of(module: str) -> ast.Module:
 
 
 def imported(node: ast.AST) -> Iterator[str]:
-    """Yields the full names in an import statement; of a `from` import also the module, unless all are modules."""
+    """Yield the full names in an import statement; a `from` import also gives the module, unless all are modules."""
     if isinstance(node, ast.Import):
         yield from (alias.name for alias in node.names)
     if isinstance(node, ast.ImportFrom):
@@ -106,13 +106,13 @@ def imported(node: ast.AST) -> Iterator[str]:
 
 @cache
 def imports_of(module: str) -> tuple[str, ...]:
-    """Returns all names that a module imports, wherever in it."""
+    """Return all names that a module imports, at the top or inside functions."""
     return tuple(name for node in ast.walk(tree_of(module)) for name in imported(node))
 
 
 @cache
 def own_imports_of(module: str) -> frozenset[str]:
-    """Returns the modules of the package that a module imports by name."""
+    """Return the modules of the package that a module imports by name."""
     return frozenset(name for name in imports_of(module) if name in MODULES and name != module and name != "vigil")
 
 
@@ -139,7 +139,7 @@ def test_a_broken_contract_is_noticed(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def concrete_classes() -> set[str]:
-    """Returns the full names of all classes in `vigil.sim` that are a simulator or an engine, but for protocols."""
+    """Return the full names of all classes in `vigil.sim` that are simulators or engines, except protocols."""
     return {
         f"{module}.{node.name}"
         for module in MODULES

@@ -17,17 +17,17 @@ from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
 from vigil.base.versions import Versions
 from vigil.cli.runs import with_agent
 from vigil.errors import RecordError
-from vigil.leaderboard.build import build_site
-from vigil.leaderboard.measures import RANKED_BY, figure_text, measures_of
-from vigil.leaderboard.metadata import EntryMetadata, Methodology, StatedFacts, read_metadata
-from vigil.leaderboard.settings import BuildSettings, CheckSettings
-from vigil.leaderboard.submit import submit_run
 from vigil.packs.pack import Pack
 from vigil.records.record import read_header
 from vigil.runner.plan import plan_run
 from vigil.runner.run import play_run
 from vigil.runner.settings import RunSettings
 from vigil.scoring.saved_run import SavedRun, read_run
+from vigil.web.leaderboard.build import build_site
+from vigil.web.leaderboard.measures import RANKED_BY, figure_text, measures_of
+from vigil.web.leaderboard.metadata import EntryMetadata, Methodology, StatedFacts, read_metadata
+from vigil.web.leaderboard.settings import BuildSettings, CheckSettings
+from vigil.web.leaderboard.submit import submit_run
 
 PACKS = Path(__file__).parents[1] / "docs" / "packs"
 PLAYS, READERS = PACKS / "plays", PACKS / "readers.yaml"

@@ -18,13 +18,13 @@ from typing import Any
 import yaml
 
 from vigil.errors import InputError, SettingError
-from vigil.exports.every_eval_ever.folder import write_results
-from vigil.exports.every_eval_ever.publisher import Publisher
-from vigil.leaderboard.bundle import unpack_bundle
-from vigil.leaderboard.checking import ID_DIGITS, known_packs
+from vigil.integrations.exports.every_eval_ever.folder import write_results
+from vigil.integrations.exports.every_eval_ever.publisher import Publisher
 from vigil.packs.pack import Pack, packaged_names
 from vigil.packs.private import check_revealed, is_private
 from vigil.records.record import read_header
+from vigil.web.leaderboard.bundle import unpack_bundle
+from vigil.web.leaderboard.checking import ID_DIGITS, known_packs
 
 ROOT = Path(__file__).parents[1]
 OPENENV = ROOT / "examples" / "openenv" / "openenv.yaml"

@@ -23,7 +23,7 @@ ROOMS = (1, 1, 2, 2, 3, 4)
 TRIES = 200
 
 EpisodeSampler = Callable[[random.Random, PrivilegedSimulator], Episode]
-"""Returns an episode in a house that the simulator has loaded."""
+"""Return an episode in a house that the simulator has loaded."""
 
 
 def draw_house(rng: random.Random) -> tuple[House, EpisodeSampler]:

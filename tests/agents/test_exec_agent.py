@@ -65,7 +65,7 @@ def look(feedback: Feedback | None = None) -> Observation:
 
 
 def plain(**changes: Any) -> ProgramSettings:
-    """Returns how a program is run that need not wait for a beat."""
+    """Return the settings of a program that does not have to wait between frames."""
     return ProgramSettings(**{"frame_interval_seconds": 0.0, **changes})
 
 

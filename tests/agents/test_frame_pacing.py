@@ -69,7 +69,7 @@ def test_a_sleep_that_ends_early_is_gone_on_with() -> None:
 def released(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, frame_interval_seconds: float, took: list[float]
 ) -> list[float]:
-    """Returns after how long a program was handed each frame; its acts take `took` to be carried out."""
+    """Return the time at which a program got each frame; each of its actions takes `took`."""
     clock, times = Clock(), []
     simulator = make_simulator("fake", assets=AssetDatabase.from_file(None))
     step, left = simulator.step, iter(took)

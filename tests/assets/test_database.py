@@ -195,7 +195,7 @@ def test_missing_database_file(tmp_path: Path) -> None:
 
 
 def names(house: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yields the asset id and the name of all that stands in a house; openings have no names but their assets'."""
+    """Yield the asset id and the name of everything in a house; an opening has only the name of its asset."""
     yield from ((node["assetId"], node["assetId"]) for node in [*house["doors"], *house["windows"]])
     stack = [*house["objects"]]
     while stack:

@@ -42,7 +42,7 @@ class Some:
 
 
 def typed(*words: str, env: dict[str, str] | None = None) -> tuple[Result, list[Any]]:
-    """Returns how a verb ended, and what it was called with."""
+    """Return the result of a verb, and the arguments with which it was called."""
     called: list[Any] = []
 
     def verb(

@@ -17,7 +17,7 @@ GOLDEN = Path(__file__).parents[1] / "golden"
 
 
 def printed(*words: str) -> tuple[dict[str, str], str]:
-    """Returns the messages by role, and the notes."""
+    """Return the messages by role, and the notes."""
     done = CliRunner().invoke(app, ["prompt", *words])
     assert done.exit_code == 0, done.output
     parts = done.stdout.split("--- ")[1:]

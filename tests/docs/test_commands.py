@@ -75,7 +75,7 @@ def test_a_block_says_its_language_and_is_written_in_it(place: str) -> None:
 
 
 def _documents(text: str) -> list[str]:
-    """Returns the JSON documents of a block: one, or one a line."""
+    """Return the JSON documents of a block: one, or one for each line."""
     lines = text.strip().splitlines()
     return lines if all(line.startswith("{") and line.endswith("}") for line in lines) else [text]
 

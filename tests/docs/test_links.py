@@ -11,7 +11,7 @@ PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "sr
 
 
 def wrong_links(page: Path) -> list[str]:
-    """Returns the links of a page that lead nowhere, with what is wrong."""
+    """Return the broken links of a page, and what is wrong with each."""
     found = []
     for link in links(read(page)):
         target = (page.parent / link.path).resolve() if link.path else page

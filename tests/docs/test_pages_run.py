@@ -116,7 +116,7 @@ def _run(command: Command, vigil: Vigil, model_address: str) -> None:
 
 
 def _made_quick(words: list[str], model_address: str) -> list[str]:
-    """Returns the words of a command, those of a run with options that make it short, and with the model's address."""
+    """Return the words of a command; a run gets options that make it short, and the model's address."""
     if words[0] != "run" or "--dry-run" in words:
         return words
     if "--model" in words:

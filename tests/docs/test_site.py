@@ -20,7 +20,7 @@ MENU = tomllib.loads(read(ROOT / "zensical.toml"))["project"]["nav"]
 
 
 def listed(menu: object) -> Iterator[str]:
-    """Yields the pages of a menu."""
+    """Yield the pages of a menu."""
     if isinstance(menu, str):
         yield menu
     else:

@@ -21,7 +21,7 @@ print(generate(1, spec_for("2")).sha256)
 
 
 def categories(house: House) -> list[str]:
-    """Returns the category of every object but drawers, of which furniture has as many as it has."""
+    """Return the category of every object except drawers."""
     return [node.id.split("|")[0] for node, _ in house.objects() if split_drawer_id(node.asset_id) is None]
 
 

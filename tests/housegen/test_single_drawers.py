@@ -27,7 +27,7 @@ def house(request: pytest.FixtureRequest) -> House:
 
 
 def held_by(house: House) -> dict[str, str | None]:
-    """Returns in or on what each object of a house is."""
+    """Return {object: receptacle that it is in or on} of a house."""
     return {node.id: parent for node, parent in house.objects()}
 
 

@@ -66,7 +66,7 @@ def make(pack: str, **options: Any) -> gymnasium.Env:
 
 
 def inner(env: gymnasium.Env) -> integration.VigilEnv:
-    """Returns the environment without wrappers."""
+    """Return the environment without wrappers."""
     assert isinstance(env.unwrapped, integration.VigilEnv)
     return env.unwrapped
 

@@ -46,7 +46,7 @@ def vector(pack: str) -> Iterator[SharedProcessVectorEnv]:
 
 
 def processes() -> list[Any]:
-    """Returns the processes of vectors that run."""
+    """Return the processes of the vector environments that are running."""
     return [each for each in multiprocessing.active_children() if each.name.startswith("environments-")]
 
 

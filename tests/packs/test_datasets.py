@@ -19,7 +19,7 @@ TABLES = ("episodes", "solutions", "facts", "levels", "closure", "chores")
 
 
 def _configs(pack: Pack) -> dict[str, str]:
-    """Returns config name -> data file, as the card's front matter says it."""
+    """Return {config name: data file}, as the card's front matter says."""
     card = (pack.folder / "README.md").read_text(encoding="utf-8")
     return dict(re.findall(r"^- config_name: (\S+)\n  data_files: (\S+)$", card, re.MULTILINE))
 

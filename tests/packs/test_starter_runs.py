@@ -98,7 +98,7 @@ def scored() -> dict[str, list[Outcome]]:
 
 
 def rates(outcomes: list[Outcome]) -> dict[str, dict[str, Fraction]]:
-    """Returns the exact share of W, B and each label by family."""
+    """Return the exact share of W, of B and of each label by family."""
     found = {}
     for family in PUBLISHED:
         own = [outcome for outcome in outcomes if outcome.family == family]

@@ -14,7 +14,7 @@ SOURCES = sorted(
 
 
 def citations() -> list[tuple[str, str]]:
-    """Returns (file, numbers) of every citation in the sources, line breaks and comment marks aside."""
+    """Return (file, numbers) for every citation in the sources, without line breaks and comment marks."""
     found: list[tuple[str, str]] = []
     for path in SOURCES:
         text = re.sub(r"\s*\n\s*#?\s*", " ", path.read_text(encoding="utf-8"))

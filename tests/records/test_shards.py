@@ -20,7 +20,7 @@ DRAWN: list[Family] = ["DA", "PG", "SV", "AI", "VS"]
 
 
 def episodes(count: int, skipped: int = 1) -> list[Episode]:
-    """Returns episodes of unequally many families and houses; `skipped` mixes the two."""
+    """Return episodes; the numbers per family and per house differ, and `skipped` mixes the two."""
     return [one(number, DRAWN[number * skipped % 7 % len(DRAWN)]) for number in range(count)]
 
 

@@ -24,7 +24,7 @@ FILES = ("CHANGELOG.md", "LICENSE", "Makefile", "README.md", "constraints.txt", 
 
 
 def files_of(folder: Path) -> set[str]:
-    """Returns the files below a folder of the tree, without what tools leave there."""
+    """Return the files below a folder of the tree, without files that tools write there."""
     files = {path for path in folder.rglob("*") if path.is_file() and not CACHES & set(path.parts)}
     return {path.relative_to(ROOT).as_posix() for path in files if path.suffix not in {".pyc", ".pyo"}}
 
@@ -88,7 +88,7 @@ def installed(distributions, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def say(installed: Path, folder: Path, *words: str) -> str:
-    """Returns what a command of that environment says, called in a folder that is not the checkout."""
+    """Return the output of a command of that environment, run in a folder that is not the checkout."""
     clean = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     done = subprocess.run(
         [str(installed / words[0]), *words[1:]], cwd=folder, env=clean, capture_output=True, text=True, check=False

@@ -42,7 +42,7 @@ REWORDED = {"vigil_balanced_1000_v2_2": [("vigil_drawer_seed9201_cr_51b504", 6, 
 
 
 def counts_of(run: SavedRun) -> tuple[int, int, int]:
-    """Returns the number of plays, of W and of B; for lists of chores, of whole lists."""
+    """Return the numbers of plays, of W and of B; a list of chores counts as one play."""
     is_of_lists = run.folder.name in {*LISTS, *OLD_LISTS}
     outcomes = list(score_lists(run, list_answers(run.pack_folder))) if is_of_lists else run.table.scores().outcomes
     return len(outcomes), sum(one.W for one in outcomes), sum(one.B for one in outcomes)

@@ -56,7 +56,7 @@ def replies(asked: ChatRequest) -> ChatAnswer:
 
 
 def numbers_of(value: object) -> Iterator[float]:
-    """Yields every number in a record's hidden parts."""
+    """Yield every number in a record's hidden parts."""
     if isinstance(value, dict):
         for item in value.values():
             yield from numbers_of(item)
@@ -68,7 +68,7 @@ def numbers_of(value: object) -> Iterator[float]:
 
 
 def hidden_numbers(record: EpisodeRecord) -> set[str]:
-    """Returns the telling numbers of all worlds and effects, as anybody would write them."""
+    """Return the numbers of all worlds and effects as texts, except those with few digits, which are common."""
     facts = record.model_dump(mode="json")
     hidden = [
         facts["initial"],
@@ -80,14 +80,14 @@ def hidden_numbers(record: EpisodeRecord) -> set[str]:
 
 
 def text_in(raw: bytes) -> str:
-    """Returns a request without the pictures' own bytes, but with any text chunks in their files."""
+    """Return a request without the bytes of its pictures, but with all text chunks of their files."""
     pictures = re.findall(rb"base64,([A-Za-z0-9+/=]+)", raw)
     plain = re.sub(rb"base64,[A-Za-z0-9+/=]+", b"base64,", raw).decode()
     return plain + "".join(text_of_png(base64.b64decode(picture)) for picture in pictures)
 
 
 def text_of_png(data: bytes) -> str:
-    """Returns all that a PNG file holds besides its pixels."""
+    """Return everything that a PNG file holds except its pixels."""
     assert data.startswith(b"\x89PNG")
     found, place = "", 8
     while place < len(data):
@@ -141,7 +141,7 @@ def test_nothing_hidden_goes_out(tmp_path: Path, profile: str) -> None:
 
 
 def without_ports(sent: str) -> str:
-    """Returns a request without its headers' own numbers (port, length, request id)."""
+    """Return a request without the numbers in its headers (port, length, request id)."""
     head, _, body = sent.partition("\n\n")
     kept = [
         line

@@ -15,7 +15,7 @@ from tests.support.tiny_pack import tiny_pack
 from vigil.analysis.measures.rows import read_runs
 from vigil.cli import app
 from vigil.errors import RecordError
-from vigil.exports.dataset import write_dataset
+from vigil.integrations.exports.dataset import write_dataset
 from vigil.records.reasoning_file import MAX_CHARS, REASONING_FILE, read_reasoning, reasoning_by_step
 from vigil.runner.run import RunResult, run_pack
 from vigil.web.frames import episode_of, episode_timeline

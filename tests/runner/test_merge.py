@@ -86,7 +86,7 @@ def drop_last_row(shard: Path) -> None:
 
 
 def refused(out: Path, shards: list[Path], **options: Any) -> str:
-    """Returns why shards are not joined; nothing is left behind, and the shards are as they were."""
+    """Return why shards are not joined; assert that no file is left over and that the shards are unchanged."""
     before = {file: file.read_bytes() for folder in shards for file in folder.rglob("*") if file.is_file()}
     beside = set(out.parent.iterdir())
     with pytest.raises(RecordError) as error:

@@ -424,7 +424,7 @@ def test_an_interrupted_run_says_so_at_once_and_keeps_what_was_played(pack: Path
 
 
 def inspect_eval(server: ChatServer, pack: Path, **arguments: Any) -> EvalLog:
-    """Returns the log of Inspect's own run of the task."""
+    """Return the log of Inspect's own run of the task."""
     given = {"pack": str(pack), "family": "DA", "backend": "fake", "workers": 1, **arguments}
     model, address = "openai-api/local/m", server.url
     (log,) = evaluate("vigil/vigil", task_args=given, display="none", model=model, model_base_url=address)

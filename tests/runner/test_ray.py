@@ -75,7 +75,7 @@ def on_ray(pack: Path, folder: Path, cluster: Any, **changes: Any) -> RunSetting
 
 
 def actors() -> list[psutil.Process]:
-    """Returns the processes of the simulators on all nodes, which this process has started."""
+    """Return the processes of the simulators that this process started, on all nodes."""
     return [
         process
         for process in psutil.Process().children(recursive=True)
@@ -84,7 +84,7 @@ def actors() -> list[psutil.Process]:
 
 
 def alike(records: Sequence[EpisodeRecord]) -> list[dict[str, Any]]:
-    """Returns records without times and attempts."""
+    """Return records without times and attempts."""
     return [without_times(record) | {"attempt": 1} for record in records]
 
 
@@ -118,7 +118,7 @@ def test_killed_actors_and_a_lost_node_cost_attempts_and_no_episode(
 
 
 def at_rows(harm: dict[int, Any]) -> OnProgress:
-    """Returns what does harm at its call of that number, in a thread of its own, while the run goes on."""
+    """Return a function whose call with that number does harm in a separate thread while the run goes on."""
     calls = itertools.count(1)
 
     def on_progress(_: Any) -> None:

@@ -49,7 +49,7 @@ def settings(pack: Path, folder: Path, **changes: Any) -> RunSettings:
 
 
 def files_with(canary: str, folder: Path) -> list[str]:
-    """Returns the files that hold the canary, packed ones unpacked."""
+    """Return the files that hold the canary, packed ones unpacked."""
     found = []
     for path in sorted(folder.rglob("*")):
         if path.is_file() and canary.encode() in unpacked(path.read_bytes()):

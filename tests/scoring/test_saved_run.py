@@ -52,7 +52,7 @@ def test_a_run_has_its_header_pack_rows_and_verdicts(played: tuple[Pack, Path], 
 
 
 def counts(pack: Pack, run: Path) -> dict[str, int]:
-    """Returns how many episodes each reader scores."""
+    """Return the number of episodes that each reader scores."""
     done = CliRunner().invoke(app, ["score", str(run), "--json"])
     (shown,) = Library([run], [pack.folder]).runs()
     assert shown.table is not None

@@ -16,17 +16,17 @@ import uvicorn
 
 from tests.support.waiting import HANGS_AFTER_S, wait_until
 from tests.support.web_server import Site, WebAnswer
+from vigil.integrations.serve import host as host_module
+from vigil.integrations.serve.app import make_app
+from vigil.integrations.serve.host import Host, open_host
+from vigil.integrations.serve.messages import SESSION_HEADER
+from vigil.integrations.serve.patience import server_config
+from vigil.integrations.serve.planning import plan_serving
+from vigil.integrations.serve.settings import ServeSettings
 from vigil.packs.pack import Pack
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool
 from vigil.runner.workers.worker import EpisodeWorker
-from vigil.serve import host as host_module
-from vigil.serve.app import make_app
-from vigil.serve.host import Host, open_host
-from vigil.serve.messages import SESSION_HEADER
-from vigil.serve.patience import server_config
-from vigil.serve.planning import plan_serving
-from vigil.serve.settings import ServeSettings
 from vigil.web.site import Address
 
 TURN = '{"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": 90}}'

@@ -27,7 +27,7 @@ class Client:
         self.sequence = 0
 
     def send(self, action: str, **arguments: Any) -> dict[str, Any]:
-        """Returns the acting agent's metadata after an action."""
+        """Return the acting agent's metadata after an action."""
         self.sequence += 1
         if isinstance(arguments.get("rotation"), float | int):  # so does the client
             arguments["rotation"] = {"y": arguments["rotation"]}
@@ -36,13 +36,13 @@ class Client:
         return found if self.last.is_patch else found["agents"][found["activeAgentId"]]
 
     def do(self, action: str, **arguments: Any) -> dict[str, Any]:
-        """Returns the agent's metadata after an action that must succeed."""
+        """Return the agent's metadata after an action that must succeed."""
         found = self.send(action, **arguments)
         assert found["lastActionSuccess"], found["errorMessage"]
         return found
 
     def fail(self, action: str, **arguments: Any) -> str:
-        """Returns the message of an action that must fail."""
+        """Return the message of an action that must fail."""
         found = self.send(action, **arguments)
         assert not found["lastActionSuccess"]
         return found["errorMessage"]
@@ -59,7 +59,7 @@ class Client:
         return self.do("TeleportFull", position=place, rotation={"y": yaw}, horizon=horizon, standing=True)
 
     def get(self, object_id: str) -> dict[str, Any]:
-        """Returns the metadata of an object."""
+        """Return the metadata of an object."""
         objects = self.do("Pass")["objects"]
         return next(each for each in objects if each["objectId"] == object_id)
 

@@ -136,7 +136,7 @@ def _answers(url: str) -> bool:
 
 
 def _children(pid: int) -> list[int]:
-    """Returns the ids of a process's children."""
+    """Return the ids of a process's children."""
     found = []
     for entry in os.listdir("/proc"):
         try:

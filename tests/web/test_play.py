@@ -215,7 +215,7 @@ def test_the_names_of_targets_never_cross(tmp_path: Path) -> None:
 
 
 def chunks_of(png: bytes) -> set[bytes]:
-    """Returns the kinds of a PNG's chunks; text would be one of its own."""
+    """Return the kinds of a PNG's chunks; text would be a chunk of another kind."""
     kinds, at = set(), 8
     while at < len(png):
         kinds.add(png[at + 4 : at + 8])

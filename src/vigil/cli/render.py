@@ -82,17 +82,13 @@ def render(
     """
     from vigil.assets.database import AssetDatabase
     from vigil.authoring.drafting.sources import house_at
-    from vigil.packs.pack import Pack
     from vigil.protocol.world import Setup
     from vigil.sim.pictures.object_renders import write_catalog
 
     if [house, episode, asset, catalog or None].count(None) != 3:
         raise SettingError("Say what to draw: exactly one of --house (with --pose), --episode, --asset and --catalog.")
-    if not out.parent.is_dir():
-        raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
+    _check_place(out, is_folder=catalog)
     if catalog:
-        if out.exists() and (not out.is_dir() or any(out.iterdir())):
-            raise SettingError(f"--out {str(out)!r} exists and is not an empty folder. Give a new one.")
         print(*write_catalog(out, variants, seed, distance), sep="\n")
         return
     database = AssetDatabase.from_file(assets)
@@ -102,12 +98,25 @@ def render(
         loaded = house_at(house, print_note)
         frame = _view(loaded, _pose(pose, loaded), Setup(), database, render_quality)
     else:
-        frozen = Pack.load(pack)
-        frozen.check_assets(database)
-        found = frozen.episode(episode or "")
-        frame = _view(frozen.house_of(found), found.start, found.setup, database, render_quality)
+        frame = _first_frame(str(pack), episode or "", database, render_quality)
     Image.fromarray(frame).save(out, format="PNG")
     print(out)
+
+
+def _check_place(out: Path, *, is_folder: bool) -> None:
+    if not out.parent.is_dir():
+        raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
+    if is_folder and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise SettingError(f"--out {str(out)!r} exists and is not an empty folder. Give a new one.")
+
+
+def _first_frame(pack: str, episode_id: str, assets: AssetDatabase, quality: Quality) -> np.ndarray:
+    from vigil.packs.pack import Pack
+
+    frozen = Pack.load(pack)
+    frozen.check_assets(assets)
+    episode = frozen.episode(episode_id)
+    return _view(frozen.house_of(episode), episode.start, episode.setup, assets, quality)
 
 
 def _view(house: House, start: Pose, setup: Setup, assets: AssetDatabase, quality: Quality) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -14,8 +15,9 @@ from vigil.packs.private import REVEAL
 from vigil.runner.shared_settings import AssetFile, PackLocation
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from vigil.analysis.measures.rows import Run
-    from vigil.analysis.measures.study import Study
     from vigil.analysis.report import Format
     from vigil.cli.report_figures import FrameSource
 
@@ -82,23 +84,29 @@ def report(
         _check(runs, pack)
         return
     formats = _formats(format_ or [])
+    if out is None and format_:
+        raise SettingError(f"--format {' '.join(format_)} writes files: give their folder with --out.")
     others, suites = read_suites(runs, pack)
     scored_runs = read_runs(others, pack, levels=None if levels is None else read_levels(levels))
     found = study(scored_runs, with_paper=with_paper)
-    if out is None and format_:
-        raise SettingError(f"--format {' '.join(format_)} writes files: give their folder with --out.")
     if out is None:
         print(markdown_report(make_report(found, (), suites=suites), figures=False))
         return
     further = framed_figures(found, pack, episode or [], diagram, (assets, reveal))
     written = write_report(found, out, formats, further, suites=suites, reveals=reveal, style=style)
-    _warn(found)
+    for warning in found.warnings:
+        print(f"! {warning}")
     if "csv" in formats and not reveal:
         print_notes(
             f"{run.name}: its pack is private, so rows.csv and rows.parquet do not have its episodes ({REVEAL})."
             for run in scored_runs
             if run.is_private
         )
+    _print_files(written, out)
+
+
+def _print_files(written: Sequence[Path], out: Path) -> None:
+    """Print the paths of all files if there are few, else those of the pages and the number of other files."""
     pages = [path for path in written if path.stem == "report"]
     for path in written if len(written) <= 3 else pages:
         print(path)
@@ -132,11 +140,6 @@ def _formats(names: list[str]) -> tuple[Format, ...]:
     if "all" in wanted:
         return FORMATS
     return tuple(name for name in FORMATS if name in wanted) or ("md", "html")
-
-
-def _warn(found: Study) -> None:
-    for warning in found.warnings:
-        print(f"! {warning}")
 
 
 def figure(
@@ -183,14 +186,11 @@ def figure(
     vigil figure trajectory --episode ID --runs runs/a runs/b runs/c --out trajectory.png
     vigil figure protocol --pack starter --out protocol.png
     """
-    from vigil.analysis.measures.study import study
-    from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
-    from vigil.analysis.plots.figures import FIGURES
     from vigil.analysis.plots.style import figure_bytes, on_paper
     from vigil.cli.report_figures import protocol_of
 
     del are_runs
-    kind = _kind_of(out, name)
+    kind, frames = _kind_of(out, name), (assets, reveal)
     if width is not None and f".{kind}" in MOVING:
         raise SettingError(
             f"--width is for still figures, but {str(out)!r} is an animation. Leave out --width, or give another --out."
@@ -199,20 +199,29 @@ def figure(
         raise SettingError(f"The figure {name!r} is too wide for one column of a paper: give --width page.")
     with on_paper(width):
         if name == "protocol":
-            content = figure_bytes(protocol_of(pack or "starter", (assets, reveal)), kind)
+            content = figure_bytes(protocol_of(pack or "starter", frames), kind)
         elif name in WITH_FRAMES:
-            shown, what = _scored_runs(runs, name), (episode, epoch, columns)
-            content = _trajectory(name, shown, pack, what, (assets, reveal), kind)
-        elif name in FIGURES | BELIEF_FIGURES:
-            drawn = (FIGURES | BELIEF_FIGURES)[name](study(_scored_runs(runs, name, pack), with_paper=with_paper))
-            if drawn is None:
-                raise SettingError(f"These runs have nothing to show in the figure {name!r}.")
-            content = figure_bytes(drawn, kind)
+            content = _trajectory(name, _scored_runs(runs, name), pack, (episode, epoch, columns), frames, kind)
         else:
-            known = (*FIGURES, *BELIEF_FIGURES, *WITH_FRAMES)
-            raise SettingError(f"Figure {name!r} does not exist.{did_you_mean(name, known)} Known: {', '.join(known)}.")
+            content = figure_bytes(_figure_of_runs(name, runs, pack, with_paper=with_paper), kind)
     out.write_bytes(content)
     print(out)
+
+
+def _figure_of_runs(name: str, runs: list[Path] | None, pack: str | Path | None, *, with_paper: bool) -> Figure:
+    """Return a figure that is computed from the records of runs. Raises SettingError if it does not exist or is empty."""
+    from vigil.analysis.measures.study import study
+    from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
+    from vigil.analysis.plots.figures import FIGURES
+
+    figures = FIGURES | BELIEF_FIGURES
+    if name not in figures:
+        known = (*figures, *WITH_FRAMES)
+        raise SettingError(f"Figure {name!r} does not exist.{did_you_mean(name, known)} Known: {', '.join(known)}.")
+    drawn = figures[name](study(_scored_runs(runs, name, pack), with_paper=with_paper))
+    if drawn is None:
+        raise SettingError(f"These runs have nothing to show in the figure {name!r}.")
+    return drawn
 
 
 def _kind_of(out: Path, name: str) -> str:

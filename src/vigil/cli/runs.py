@@ -69,7 +69,7 @@ def run(
 
 
 def _play_remotely(settings: RunSettings, dry_run: bool) -> None:
-    from vigil.serve.playing import play_remotely
+    from vigil.integrations.serve.playing import play_remotely
 
     if dry_run:
         raise SettingError(

@@ -18,7 +18,7 @@ DOOR, DOUBLE_DOOR = Vec3(0.95, 2.1, 0.14), Vec3(1.8, 2.1, 0.14)
 
 
 def seen_from_before(asset: Asset, near: float) -> shapely.Geometry:
-    """Returns what of x and y is covered by parts in front of z = `near`, seen straight from the front."""
+    """Return the area in x and y covered by parts in front of z = `near`, seen from the front."""
     triangles = np.concatenate([part.mesh.vertices[part.mesh.faces] for part in asset.parts]).astype(float)
     triangles = triangles[triangles[..., 2].max(axis=1) > near][..., :2]
     shapes = np.array([shape for shape in map(shapely.Polygon, triangles) if shape.area > 1e-9])

@@ -15,7 +15,7 @@ WIDE_FRIDGE, NARROW_CABINET = Vec3(0.95, 1.8, 0.75), Vec3(0.4, 0.7, 0.4)
 
 
 def reach(asset: Asset, axis: int) -> float:
-    """Returns how far (m) moving parts get out of the asset's box along an axis, both ways."""
+    """Return how far (m) moving parts leave the asset's box along an axis, in both directions."""
     joints = {joint.name: joint for joint in asset.joints}
     moved = [
         joint_motion(joints[part.joint], float(openness))(part.mesh.vertices.astype(float))[:, axis]

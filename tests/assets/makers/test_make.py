@@ -35,7 +35,7 @@ def _assets(category: str) -> Iterator[Asset]:
 
 
 def _extent(asset: Asset) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the lowest and highest corner of the asset closed and off."""
+    """Return the lowest and highest corner of the asset closed and off."""
     meshes = [part.mesh for part in asset.parts if part.shown != "on"]
     return (
         np.min([mesh.vertices.min(0) for mesh in meshes], axis=0),

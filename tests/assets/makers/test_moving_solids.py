@@ -15,7 +15,7 @@ OPENABLE = sorted(name for name, kind in CATALOG.items() if make(name, kind.typi
 
 
 def uncovered_m(asset: Asset, joint: str) -> float:
-    """Returns how far the farthest vertex that a joint carries is from the joint's solids."""
+    """Return how far the farthest vertex that a joint carries is from the joint's solids."""
     meshes = [part.mesh.vertices for part in asset.parts if part.joint == joint]
     vertices = np.concatenate(meshes).astype(float) if meshes else np.empty((0, 3))
     away = np.full(len(vertices), np.inf)

@@ -18,7 +18,7 @@ HOLLOW_BELOW = {"ClothesDryer", "WashingMachine", "Stove", "Sink", "Sofa"}
 
 
 def _heights(asset: Asset, x: float, z: float) -> np.ndarray:
-    """Returns the heights at which a vertical line meets what does not move of an asset that is off."""
+    """Return the heights at which a vertical line meets the fixed parts of an asset that is off."""
     found = []
     for part in asset.parts:
         if part.joint is not None or part.shown == "on":

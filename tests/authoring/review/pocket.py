@@ -16,7 +16,7 @@ BED_M, DESK_M, DRESSER_M = 2.0162, 1.3444, 1.0009
 
 
 def house_with_gap(gap_m: float) -> House:
-    """Returns the house: who starts west of the bed gets to the lamp through the gap alone."""
+    """Return the house, in which the only way from the west of the bed to the lamp is the gap."""
     data = copy.deepcopy(reference_house().data)
     bed_end = BED_M
     desk_end = bed_end + gap_m + DESK_M
@@ -28,7 +28,7 @@ def house_with_gap(gap_m: float) -> House:
 
 
 def to_the_lamp(like: Episode, house: House) -> Episode:
-    """Returns the episode: turn on the lamp, from the other side of the gap."""
+    """Return the episode in which the lamp must be turned on from the other side of the gap."""
     ref = like.house.model_copy(update={"name": house.name, "sha256": house.sha256})
     start = Pose(position=Vec3(2.9, 0.0, 2.9), rotation=90.0, horizon=30.0)
     goal = ObjectInState(object_id=LAMP, state="is_toggled")

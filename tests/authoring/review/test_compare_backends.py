@@ -52,7 +52,7 @@ def played(pack: Pack) -> tuple[Episode, EpisodeRecord]:
 
 
 def changed(record: EpisodeRecord, step: int, *, effect: Any = None, agent: Any = None, **state: Any) -> EpisodeRecord:
-    """Returns a record in which one step is otherwise."""
+    """Return a record in which one step differs."""
     old = record.steps[step - 1]
     world = old.world
     name, seen = next(iter(world.objects.items()))

@@ -17,7 +17,7 @@ PLACES = [Vec3(float(number), 0.0, 0.0) for number in range(40)]
 
 
 def count_of(is_seen: np.ndarray, asked: list[int] | None = None) -> PointCount:
-    """Returns the count of numbered points, which notes how many are asked about."""
+    """Return a counter of points, which notes how many points are asked about."""
 
     def sees(points: np.ndarray) -> np.ndarray:
         if asked is not None:
@@ -79,7 +79,7 @@ def test_what_walls_hide_no_ray_meets(simulator: PrivilegedSimulator, starter: P
     things = list(context.view.scene.things.values())[::3]
 
     def counts() -> tuple[list[int], int]:
-        """Returns how many points of things are seen from places, and how often rays were cast for it."""
+        """Return the number of points of things that are seen from places, and how often rays were cast."""
         cast, found = [], []
         original = MujocoEngine.cast
         with monkeypatch.context() as patch:

@@ -35,7 +35,7 @@ def add_drafts(family: str) -> None:
 
 
 def drafts(context: HouseContext) -> Drafts:
-    """Yields pointing under another name."""
+    """Yield the episodes of PG under the name of another family."""
     for episode in pointing(context, "large"):
         yield episode.model_copy(update={"family": "ZZ", "target_size": None})
 

@@ -73,7 +73,7 @@ def test_other_trouble_does_not_use_up_rejections() -> None:
 
 
 def waits(monkeypatch: pytest.MonkeyPatch, *answers: Reply | AttemptFailed) -> list[float]:
-    """Returns how long was waited before each further attempt, of which the last succeeds."""
+    """Return the wait before each further attempt; the last attempt succeeds."""
     waited: list[float] = []
     really_sleep, thread = asyncio.sleep, threading.get_ident()
 

@@ -45,7 +45,7 @@ def ask_each(
     is_streamed: bool = False,
     retries: int = 3,
 ) -> dict[str, tuple[Reply, int]]:
-    """Returns by name the reply, and how often the server was asked, when it gives the answers and then says a look."""
+    """Return {name: (reply, number of requests)} for a server that gives the answers and then replies with a look."""
     waiting: list[ModelMessage | RawAnswer] = []
     name, path, arguments = ENDPOINTS[wire]
     with WireServer(lambda wire, data: waiting.pop(0) if waiting else GOOD) as server:
@@ -72,7 +72,7 @@ def seen(found: dict[str, tuple[Reply, int]]) -> dict[str, tuple[str, str, int]]
 
 
 def whole(wire: str, change: Callable[[dict[str, Any]], None] = lambda _: None) -> RawAnswer:
-    """Returns the answer that says a look, with its document changed."""
+    """Return the answer whose reply is a look, with its document changed."""
     document = json.loads(body_of(wire, GOOD, is_streamed=False).data)
     change(document)
     return RawAnswer(json.dumps(document).encode())

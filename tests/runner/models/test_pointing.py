@@ -23,7 +23,7 @@ from vigil.runner.models.pointing import (
 
 
 def seen(messages: Sequence[Message]) -> FramePoint:
-    """Returns where the magenta disc is in the picture that was sent."""
+    """Return the position of the magenta disc in the picture that was sent."""
     rgb = np.asarray(Image.open(io.BytesIO(present(messages[-1].picture).data)), dtype=int)
     rows, columns = np.nonzero((rgb[..., 0] > 200) & (rgb[..., 1] < 60))
     return FramePoint(float(columns.mean()), float(rows.mean()))

@@ -93,7 +93,7 @@ REPORT = '{"skill_name": "report", "arguments": {"status": "success", "summary":
 
 
 def example(*replies: Reply, force: bool = False, profile: Profile | None = None) -> tuple[str, list[list[Message]]]:
-    """Returns what came of the example, and what was asked."""
+    """Return the result of the example, and what was asked."""
     asked: list[list[Message]] = []
 
     async def ask(messages: Sequence[Message]) -> Reply:

@@ -41,7 +41,7 @@ def _key(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def in_table(model: str) -> str:
-    """Returns the name in the table of providers that a model's name begins with."""
+    """Return the name in the table of providers that a model's name begins with."""
     return max((name for name in PROVIDERS if model.startswith(f"{name}/")), key=len)
 
 
@@ -63,7 +63,7 @@ def ask(one: Endpoint, times: int = 1) -> list[Reply]:
 
 
 def asked(model: str, path: str, **sampling: Any) -> Request:
-    """Returns the one request that a model's name leads to."""
+    """Return the last request that is sent for a model's name."""
     with WireServer(lambda wire, data: ModelMessage((REPORT,))) as server:
         (reply,) = ask(endpoint(model, server.url + path, **sampling))
     assert (reply.text, reply.reply_source) == (REPORT, "server")

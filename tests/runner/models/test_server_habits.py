@@ -43,7 +43,7 @@ def asked(
     question: Callable[[Ask], Any] = see,
     **sampling: Any,
 ) -> tuple[Reply, int]:
-    """Returns the reply, and how often the server was asked. Raises ModelAPIError."""
+    """Return the reply and the number of requests. Raises ModelAPIError."""
     name, path, arguments = ENDPOINTS[wire]
     with WireServer(brain) as server:
         endpoint = Endpoint(ModelAccess(name, server.url + path, "key", tuple(arguments.items())), sampling)

@@ -34,7 +34,7 @@ def simulator():
 
 
 def stand(simulator, x: float = 3.5, z: float = 2.5, setup: Setup | None = None, yaw: float = 0.0):
-    """Returns the simulator's state after a reset."""
+    """Return the simulator's state after a reset."""
     simulator.reset(Pose(position=Vec3(x, 0, z), rotation=yaw), setup or Setup())
     return simulator._require_loaded().state
 
@@ -141,7 +141,7 @@ def test_neighbours_that_touch_keep_nothing_shut(simulator):
 
 
 def in_the_open_dresser(yaw: float, openness: float) -> Setup:
-    """Returns the setup of a book in an open drawer, and nothing on its cover."""
+    """Return the setup of a book in an open drawer, with nothing on the drawer's cover."""
     place = Placement(position=Vec3(8.24, 0.5, 0.25), rotation=Vec3(0.0, yaw, 0.0), parent=SIBLING)
     changes = {
         "Book|1": ObjectSetup(placement=place, openness=openness),

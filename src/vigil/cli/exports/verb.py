@@ -10,8 +10,8 @@ import typer
 from vigil.cli.arguments import Epoch
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
-from vigil.exports.disclosure import Disclosure
-from vigil.exports.every_eval_ever.publisher import Publisher
+from vigil.integrations.exports.disclosure import Disclosure
+from vigil.integrations.exports.every_eval_ever.publisher import Publisher
 from vigil.runner.shared_settings import AssetFile
 
 if TYPE_CHECKING:
@@ -72,21 +72,11 @@ def export(
     """
     from vigil.analysis.measures.rows import read_runs
     from vigil.cli.exports.site import write_site
-    from vigil.exports.dataset import write_dataset
-    from vigil.exports.every_eval_ever.folder import write_results
+    from vigil.integrations.exports.dataset import write_dataset
+    from vigil.integrations.exports.every_eval_ever.folder import write_results
 
-    _check_format(format_)
     _check_place(format_, out)
-    if format_ != EVERY_EVAL_EVER and publisher != Publisher():
-        raise SettingError(
-            f"{publisher.given} is for --format {EVERY_EVAL_EVER} only. Leave it out, or change --format."
-        )
-    if reasoning and format_ != HF:
-        raise SettingError(f"--reasoning is for --format {HF} only. Leave it out, or change --format.")
-    if disclosure.answer_key and format_ not in (HF, EVERY_EVAL_EVER):
-        raise SettingError(
-            f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the other formats always include the answer key."
-        )
+    _check_options(format_, publisher, disclosure, reasoning=reasoning)
     if format_ == SITE:
         if len(runs) > 1:
             raise SettingError(f"A site shows one run, but {len(runs)} were given. Give one run, or another --format.")
@@ -112,19 +102,32 @@ def export(
 
 def _write_rows(runs: list[Run], out: Path, disclosure: Disclosure) -> Path:
     from vigil.analysis.measures.rows import combined_rows
-    from vigil.exports.dataset import check_rows
+    from vigil.integrations.exports.dataset import check_rows
 
     check_rows(runs, disclosure)
     combined_rows(runs).to_parquet(out, index=False)
     return out
 
 
-def _check_format(name: str) -> None:
-    if name not in FORMATS:
-        raise SettingError(f"Format {name!r} does not exist.{did_you_mean(name, FORMATS)} Known: {', '.join(FORMATS)}.")
+def _check_options(format_: str, publisher: Publisher, disclosure: Disclosure, *, reasoning: bool) -> None:
+    """Raise SettingError if an option that was given is for other formats."""
+    if format_ != EVERY_EVAL_EVER and publisher != Publisher():
+        raise SettingError(
+            f"{publisher.given} is for --format {EVERY_EVAL_EVER} only. Leave it out, or change --format."
+        )
+    if reasoning and format_ != HF:
+        raise SettingError(f"--reasoning is for --format {HF} only. Leave it out, or change --format.")
+    if disclosure.answer_key and format_ not in (HF, EVERY_EVAL_EVER):
+        raise SettingError(
+            f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the other formats always include the answer key."
+        )
 
 
 def _check_place(format_: str, out: Path) -> None:
+    """Raise SettingError if the format does not exist or cannot be written to `out`."""
+    if format_ not in FORMATS:
+        hint = did_you_mean(format_, FORMATS)
+        raise SettingError(f"Format {format_!r} does not exist.{hint} Known: {', '.join(FORMATS)}.")
     if not out.absolute().parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     if format_ == PARQUET and out.suffix != ".parquet":

@@ -12,11 +12,11 @@ from vigil.cli.arguments import Reveal, RunArgument
 from vigil.cli.progress import progress
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError
-from vigil.leaderboard.settings import BuildSettings, CheckSettings
 from vigil.runner.shared_settings import PackLocation
+from vigil.web.leaderboard.settings import BuildSettings, CheckSettings
 
 if TYPE_CHECKING:
-    from vigil.leaderboard.metadata import EntryMetadata
+    from vigil.web.leaderboard.metadata import EntryMetadata
 
 
 def submit(
@@ -32,9 +32,9 @@ def submit(
     settings: CheckSettings,
 ) -> None:
     """Example: vigil submit runs/gpt-4o --metadata entry.yaml --out gpt-4o.zip"""
-    from vigil.leaderboard.measures import figure_text
-    from vigil.leaderboard.metadata import read_metadata
-    from vigil.leaderboard.submit import check_places, submit_run
+    from vigil.web.leaderboard.measures import figure_text
+    from vigil.web.leaderboard.metadata import read_metadata
+    from vigil.web.leaderboard.submit import check_places, submit_run
 
     check_places(run, out)  # before the questions
     said = _ask() if metadata is None else read_metadata(metadata)
@@ -49,7 +49,7 @@ def submit(
 
 def _ask() -> "EntryMetadata":
     """Ask for an entry's metadata in the terminal. Raises SettingError."""
-    from vigil.leaderboard.metadata import EntryMetadata, fields_of, needed_values
+    from vigil.web.leaderboard.metadata import EntryMetadata, fields_of, needed_values
 
     if not sys.stdin.isatty():
         raise SettingError(
@@ -70,7 +70,7 @@ def _ask() -> "EntryMetadata":
 
 def _value(place: str, answer: str) -> list[str] | str | None:
     """Return the value that an answer gives. Raises BadParameter, after which the question is asked again."""
-    from vigil.leaderboard.metadata import check_value, reason
+    from vigil.web.leaderboard.metadata import check_value, reason
 
     value = answer.split() if place == "references" else answer.strip() or None
     try:
@@ -92,7 +92,7 @@ def build(
     settings: BuildSettings,
 ) -> None:
     """Example: vigil leaderboard build bundles/*.zip --decisions decisions.yaml --out site"""
-    from vigil.leaderboard.build import build_site
+    from vigil.web.leaderboard.build import build_site
 
     with progress("play again") as show:
         built = build_site(bundles, out, settings, show)

@@ -11,7 +11,7 @@ import typer
 from vigil.cli.text import print_notes
 from vigil.cli.web import TERMINATED, Host, Port, listen
 from vigil.errors import SettingError
-from vigil.serve.settings import ServeSettings
+from vigil.integrations.serve.settings import ServeSettings
 
 
 def serve(
@@ -37,10 +37,10 @@ def serve(
     """
     import uvicorn
 
-    from vigil.serve.app import make_app
-    from vigil.serve.host import open_host
-    from vigil.serve.patience import server_config
-    from vigil.serve.planning import plan_serving
+    from vigil.integrations.serve.app import make_app
+    from vigil.integrations.serve.host import open_host
+    from vigil.integrations.serve.patience import server_config
+    from vigil.integrations.serve.planning import plan_serving
     from vigil.web.site import Address
 
     address = Address(host, port, token)
