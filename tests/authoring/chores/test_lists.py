@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from vigil.authoring.chores.budgets import FACTORS, is_within_budget
+from vigil.authoring.chores.budgets import FACTORS, STEPS_PER_ROOM, is_within_budget
 from vigil.authoring.chores.certify import ListCertifier
 from vigil.authoring.chores.claim_controls import verdict_with_claims, wrong_claims
 from vigil.authoring.review.validate import Validator
@@ -19,7 +19,7 @@ from vigil.scoring.chore_answers import CHORE_KINDS, ListAnswer, check_answer, l
 from vigil.scoring.chores import score_list
 from vigil.sim.privileged import PrivilegedSimulator
 
-PACK = "vigil_chores_200_v3"
+PACK = "vigil_chores_200_v4"
 OPPOSITE: dict[ChoreClaim, ChoreClaim] = {"on": "off", "off": "on", "open": "closed", "closed": "open"}
 
 
@@ -65,10 +65,11 @@ def test_budgets_are_a_multiple_of_the_solvers_steps(pack: Pack, answers: dict[s
     for episode in pack.episodes:
         steps = len(pack.solutions[episode.id].actions)
         assert answers[episode.id].solver_steps == steps
-        assert is_within_budget(steps, episode.max_steps)
+        rooms = answers[episode.id].rooms
+        assert is_within_budget(steps, rooms, episode.max_steps)
         assert least <= episode.max_steps <= most
         if least < episode.max_steps < most:
-            assert FACTORS[0] <= episode.max_steps / steps <= FACTORS[1] + 5 / steps
+            assert FACTORS[0] <= (episode.max_steps - STEPS_PER_ROOM * rooms) / steps <= FACTORS[1] + 5 / steps
 
 
 def test_the_recorded_claims_are_those_that_the_answers_accept(pack: Pack, answers: dict[str, ListAnswer]) -> None:
