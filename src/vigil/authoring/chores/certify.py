@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Protocol
 
-from vigil.authoring.chores.budgets import MAX_SOLVER_STEPS, budget_for, is_within_budget
+from vigil.authoring.chores.budgets import budget_for, is_within_budget, max_solver_steps
 from vigil.authoring.chores.claim_controls import false_claims
 from vigil.authoring.chores.compose import ListTask
 from vigil.authoring.chores.rules import (
@@ -106,18 +106,19 @@ class ListCertifier:
                 place: each.accepted[0] for place, each in enumerate(answer.chores) if not each.is_possible
             }
             steps = solve_chores(episode, MacroActions(self._view, may_tilt=True), conceded)
-            actions = carry_out(islice(steps, MAX_SOLVER_STEPS + 1), self._view)
+            most = max_solver_steps(answer.rooms)
+            actions = carry_out(islice(steps, most + 1), self._view)
         except Unsolvable as error:
             if isinstance(error, UnsolvableChore):
                 task.faulty.update(task.chores[error.place].chore.parts)
             return [], [Finding(episode.id, "solvable", str(error))]
-        if len(actions) > MAX_SOLVER_STEPS:
-            return [], [Finding(episode.id, "within_budget", f"the solver needs more than {MAX_SOLVER_STEPS} steps")]
+        if len(actions) > most:
+            return [], [Finding(episode.id, "within_budget", f"the solver needs more than {most} steps")]
         found = [Finding(episode.id, "closes_correctly", fault) for fault in faults_of_claims(answer, actions)]
         if found:
             _blame(task, found)
             return [], found
-        budget = budget_for(len(actions), episode.instruction)
+        budget = budget_for(len(actions), answer.rooms, episode.instruction)
         final = episode.model_copy(update={"max_steps": budget, "max_invalid": invalid_limit(budget)})
         answer = answer.model_copy(update={"solver_steps": len(actions)})
         found = [Finding(episode.id, *broken) for broken in self._faults_of_solution(final, answer, house, actions)]
@@ -222,7 +223,7 @@ class ListCertifier:
         self, episode: Episode, answer: ListAnswer, house: House, actions: tuple[Action, ...]
     ) -> BrokenRules:
         """Yield (rule, message) for each fault of a solution, i.e. of the actions that should close a list."""
-        if not is_within_budget(len(actions), episode.max_steps):
+        if not is_within_budget(len(actions), answer.rooms, episode.max_steps):
             yield "within_budget", f"{len(actions)} steps are too many for a budget of {episode.max_steps}"
             return
         record = self._validator.play(episode, house, actions)

@@ -9,13 +9,24 @@ from math import hypot
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from vigil.authoring.chores.budgets import MAX_LIKELY_STEPS, likely_steps, puts_of
+from vigil.authoring.chores.budgets import MARGIN_OF_ESTIMATES, likely_steps, max_solver_steps, puts_of
 from vigil.authoring.chores.pairs import by_the_way_pairs, order_pairs
 from vigil.authoring.chores.placements import absent, no_room, put, put_away
-from vigil.authoring.chores.proposed import Proposals, ProposedChore
+from vigil.authoring.chores.proposed import Proposals, ProposedChore, names_other_drawers
+from vigil.authoring.chores.remembered import remembered
 from vigil.authoring.chores.rules import LONGER
 from vigil.authoring.chores.sentences import OPENINGS
-from vigil.authoring.chores.states import acts, blocked, broken, conditional, locked, make_sure, questions, refused
+from vigil.authoring.chores.states import (
+    acts,
+    blocked,
+    broken,
+    conditional,
+    every_drawer,
+    locked,
+    make_sure,
+    questions,
+    refused,
+)
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.solving.chore_order import Entanglement, length_of
@@ -32,6 +43,7 @@ from vigil.scoring.closure import Reason
 
 SOURCES: tuple[tuple[Callable[[HouseContext], Proposals], int], ...] = (
     (put, 16),
+    (every_drawer, 2),
     (acts, 10),
     (make_sure, 12),
     (put_away, 2),
@@ -46,17 +58,24 @@ SOURCES: tuple[tuple[Callable[[HouseContext], Proposals], int], ...] = (
 )
 """Functions that propose single chores, each with the maximum number of its chores in one home."""
 MAX_PAIRS_OF_HOME = 6
-"""Maximum number of pairs of kind `order` in one home, and also of pairs of kind `by_the_way`."""
-PAIRS = {6: 1, 7: 1, 8: 2, 9: 2, 10: 2}
-"""Number of chores of a list -> number of pairs that are chosen for it before any single chores. The first pair may be
-of either kind, the second must be of kind `by_the_way`."""
+"""Maximum number of pairs of kind `order` in one home, and also of each of the other kinds of pairs."""
+_FIRST: tuple[tuple[ChoreKind, ...], ...] = (("order", "by_the_way"),)
+_REMEMBERED: tuple[tuple[ChoreKind, ...], ...] = (("conditional",),)
+_MOST: tuple[tuple[ChoreKind, ...], ...] = (*_REMEMBERED, ("by_the_way",), *_REMEMBERED)
+BEGUN = {6: _FIRST, 7: _REMEMBERED + _FIRST, 8: _REMEMBERED + _FIRST, 9: _MOST, 10: _MOST}
+"""Number of chores of a list -> kinds of the groups that are chosen for it before any single chores; each is of the
+rarest of its kinds."""
+LONG_FROM, LONGEST_FROM = 7, 9
+"""Minimum numbers of chores of a list whose conditional chores come in pairs, and of one that begins with a group of
+three. Chores of such lists are spread over more rooms."""
 MAX_IMPOSSIBLE_SHARE, MAX_KIND_SHARE = 0.34, 0.4
 """Maximum share of a list's chores that cannot be met, and maximum share of each other kind of chore."""
 HANDICAPS: dict[Reason, int] = {"broken": 3}
 """Reason why a chore cannot be met -> number of chores that each other reason gets in a home before this one gets any.
 Almost every home has things that can be broken, but few have any of the other reasons."""
-MAX_PUTS = 2
-"""Maximum number of objects that a list asks to put somewhere. With more of them, many lists would take too long."""
+MAX_PUTS = {9: 3, 10: 3}
+"""Number of chores of a list -> maximum number of objects that it asks to put somewhere; 2 for shorter lists. With more
+of them, many lists would take too long."""
 NEAR_M = 4.0
 """Chores at most this far (m) from those chosen count as equally near. The start is at most this far from a chore."""
 MAX_USES = 3
@@ -66,8 +85,6 @@ TRIED_CHORES = 60
 TRIED_TEXT_ORDERS = 40
 NO_START = "there is no start with room to move"
 START_HORIZON_DEG = 15.0
-PAIR_KINDS: tuple[ChoreKind, ...] = ("order", "by_the_way")
-"""Kinds of chores that are proposed in pairs; the others are proposed singly."""
 ROLES = {"place": PLACE, "blocker": BLOCKER, "obstacle": OBSTACLE}
 """Role in a proposed chore -> pattern of the role's name in an episode, into which the chore's number is put."""
 ENTANGLED: frozenset[ChoreKind] = frozenset({"plain", "already"})
@@ -120,7 +137,13 @@ def pool_of(context: HouseContext) -> HomePool:
             found[chore.kind].append((chore,))
     found["order"] += islice(order_pairs(context), MAX_PAIRS_OF_HOME)
     found["by_the_way"] += islice(by_the_way_pairs(context), MAX_PAIRS_OF_HOME)
-    return HomePool(found)
+    found["conditional"] += islice(remembered(context), MAX_PAIRS_OF_HOME)
+    return HomePool(
+        {
+            kind: [each for each in offers if not any(names_other_drawers(context, chore) for chore in each)]
+            for kind, offers in found.items()
+        }
+    )
 
 
 def compositions(context: HouseContext, pool: HomePool, count: int) -> Iterator[ListTask | Rejection]:
@@ -150,8 +173,9 @@ def _chosen(context: HouseContext, pool: HomePool, count: int) -> tuple[list[Pro
     for number in range(TRIED_CHORES):
         if len(chosen) == count:
             return chosen, used
-        is_pair = number < PAIRS.get(count, 0)
-        wanted = PAIR_KINDS[number % 2 :] if is_pair else CHORE_KINDS
+        begun = BEGUN.get(count, ())
+        is_pair = number < len(begun)
+        wanted = begun[number] if is_pair else CHORE_KINDS
         found = _next(context, pool, (chosen, kinds, count), wanted)
         if found is None and not is_pair:
             return None
@@ -165,7 +189,7 @@ def _chosen(context: HouseContext, pool: HomePool, count: int) -> tuple[list[Pro
 
 def _planned(kind: ChoreKind, chores: Sequence[ProposedChore]) -> list[ChoreKind]:
     """Return the kinds that a single chore, or both chores of a pair, will have in a list."""
-    return [kind] * len(chores) if kind != "by_the_way" else [chores[0].kind, kind]
+    return [kind] * len(chores) if kind == "order" else [*(each.kind for each in chores[:-1]), kind]
 
 
 def _next(
@@ -185,21 +209,42 @@ def _next(
         share = MAX_IMPOSSIBLE_SHARE if kind == "impossible" else MAX_KIND_SHARE
         offers = pool.offers[kind]
         offered = [offers[index] for index in context.rng.permutation(len(offers))]
-        away = {id(each): _away_m(context, each, chosen) for each in offered}
-
-        def place_of(each: tuple[ProposedChore, ...], away: Mapping[int, float] = away) -> tuple[float, ...]:
-            is_far = away[id(each)] > NEAR_M
-            return pool.rank_of(each[0].reason), is_far, pool.uses[id(each)], away[id(each)] if is_far else 0.0
-
-        for chores in sorted(offered, key=place_of):
+        places = {id(each): _place(context, pool, each, (chosen, count)) for each in offered}
+        for chores in sorted(offered, key=lambda each, places=places: places[id(each)]):
             number = _planned(kind, chores).count(kind)
             is_fit = len(chosen) + len(chores) <= count and kinds.get(kind, 0) + number <= max(number, share * count)
             parts, strictly = [part for each in chores for part in each.chore.parts], kind not in ENTANGLED
             can_be_done = pool.uses[id(chores)] < MAX_USES and pool.faulty.isdisjoint(parts)
-            can_be_done &= _puts([*chosen, *chores]) <= MAX_PUTS
+            can_be_done &= _puts([*chosen, *chores]) <= MAX_PUTS.get(count, 2)
             if is_fit and can_be_done and all(_goes_with(each, chosen, strictly=strictly) for each in chores):
                 return kind, chores
     return None
+
+
+def _place(
+    context: HouseContext,
+    pool: HomePool,
+    chores: tuple[ProposedChore, ...],
+    begun: tuple[Sequence[ProposedChore], int],
+) -> tuple[float, ...]:
+    """Return the sort key of an offered chore or pair: which of those of its kind are tried first.
+
+    `begun` has the list's chores so far, and the final number of chores. A long list prefers groups, in which a state
+    has to be remembered, and chores in rooms that it does not have yet.
+    """
+    chosen, count = begun
+    away = _away_m(context, chores, chosen)
+    is_far, is_long = away > NEAR_M, count >= LONG_FROM
+    size = 1 if not is_long else 2 if chosen or count < LONGEST_FROM else 3
+    here = _rooms(context, chosen) if is_long else set[str | None]()
+    is_here = not is_far and is_long and _rooms(context, chores) <= here
+    uses = pool.uses[id(chores)]
+    return pool.rank_of(chores[0].reason), abs(len(chores) - size), is_far, is_here, uses, away if is_far else 0.0
+
+
+def _rooms(context: HouseContext, chores: Sequence[ProposedChore]) -> set[str | None]:
+    """Return the ids of the rooms of the things that chores are about."""
+    return {context.items[name].room_id for each in chores for name in each.chore.ids() if name in context.items}
 
 
 def _away_m(context: HouseContext, chores: Sequence[ProposedChore], chosen: Sequence[ProposedChore]) -> float:
@@ -286,7 +331,8 @@ def _in_text_order(context: HouseContext, chosen: Sequence[ProposedChore], start
         plan = plan_chores(draft, context.view, {place for place, each in enumerate(chosen) if each.reason})
     except Unsolvable as error:
         return str(error)
-    if likely_steps(plan.walk_m, _puts(chosen)) > MAX_LIKELY_STEPS:
+    most = max_solver_steps(len(context.view.scene.rooms)) - MARGIN_OF_ESTIMATES
+    if likely_steps(plan.walk_m, _puts(chosen)) > most:
         return "the walk is too long"
     found = plan.entanglement
     entangled = {place for pair in found.before for place in pair} | {place for place, _ in found.by_the_way}

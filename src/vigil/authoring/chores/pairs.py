@@ -9,7 +9,7 @@ from dataclasses import replace
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.chores.placements import putting
 from vigil.authoring.chores.proposed import ProposedChore, in_turn
-from vigil.authoring.chores.states import act_on, sure_of
+from vigil.authoring.chores.states import act_on, close_drawers, sure_of
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.families.sm.plans import emptying, putting_in, receptacles_for
 from vigil.protocol.goals import ObjectAtReceptacle
@@ -53,6 +53,10 @@ def _put_and_close(context: HouseContext) -> Pairs:
         if runs and context.rng.integers(2):
             state = {container.id: ObjectSetup(openness=0.0, is_toggled=False)}
             yield _with(chore, state), _with(act_on(context, container, "turn_on"), state)
+            continue
+        every = close_drawers(context, context.thing(container.parent or "")) if container.is_drawer else None
+        if every is not None:
+            yield _with(chore, every.changes), every
             continue
         off = False if container.is_toggleable else None
         state = {container.id: ObjectSetup(openness=float(context.rng.integers(2)), is_toggled=off)}

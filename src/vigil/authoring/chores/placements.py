@@ -20,10 +20,13 @@ from vigil.authoring.solving.evidence import surface_evidence
 from vigil.authoring.solving.goal_actions import closed_containers_around
 from vigil.protocol.goals import Chore, ObjectAtReceptacle, ObjectInState
 from vigil.protocol.world import ObjectSetup, Setup
+from vigil.scene.geometry import body_box
 from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
 
 TRIED_STANDS, TRIED_OCCUPANTS, TRIED_TARGETS = 4, 2, 4
+CLEARLY_LARGER = 1.3
+"""Minimum length of the shorter side of an object, as a multiple of the width of a strip that is visibly too narrow."""
 EASY_M = 0.02
 """Minimum length (m) by which the inside of a container must exceed each side of an object that is put into it."""
 _STACKED = ("{target} on", "{target} into", "{target} inside")
@@ -56,10 +59,11 @@ def _of_plan(context: HouseContext, plan: SequencePlan) -> ProposedChore | None:
 def putting(context: HouseContext, goal: ObjectAtReceptacle, setup: Setup) -> ProposedChore | None:
     """Return the chore of putting an object somewhere, worded for the world after `setup`.
 
-    Return None if no wording is unambiguous, or if the object would almost fill the container, because few clicks would
-    then put it there.
+    Return None if no wording is unambiguous, if the object would almost fill the container, because few clicks would
+    then put it there, or if the top of the receptacle cannot be seen from above, because a click must hit it.
     """
-    if (goal.inside and not _fits_easily(context, goal)) or not context.can_begin(setup):
+    is_easy = _fits_easily(context, goal) if goal.inside else _has_visible_top(context.thing(goal.receptacle_id))
+    if not is_easy or not context.can_begin(setup):
         return None
     phrases = _phrase_of_object(context, goal.object_id), context.phrase(goal.receptacle_id)
     context.begin(Setup())
@@ -83,6 +87,12 @@ def _fits_easily(context: HouseContext, goal: ObjectAtReceptacle) -> bool:
     inner = [each for each, _ in level_surfaces(context.thing(goal.receptacle_id)) if each.is_inside]
     pairs = [(each, zip(sorted((x, z)), sorted((each.size_x, each.size_z)), strict=True)) for each in inner]
     return any(height <= each.clearance and all(a + EASY_M <= b for a, b in sides) for each, sides in pairs)
+
+
+def _has_visible_top(receptacle: Thing) -> bool:
+    """Return whether an upper surface of a receptacle can be seen from above."""
+    tops = [surface for surface, _ in level_surfaces(receptacle) if not surface.is_inside]
+    return any(surface_evidence(receptacle, each.name) for each in tops)
 
 
 def _phrase_of_object(context: HouseContext, thing_id: str) -> Phrase | None:
@@ -161,8 +171,10 @@ def absent(context: HouseContext) -> Proposals:
 
 
 def no_room(context: HouseContext) -> Proposals:
-    """Yield chores that put an object on a stand on which a machine leaves no free space."""
-    stands = context.things(lambda thing: thing.category in STANDS and thing.is_receptacle and thing.parent is None)
+    """Yield chores that put an object on a stand that has only one surface, most of which a machine visibly takes."""
+    stands = context.things(
+        lambda thing: thing.category in STANDS and len(list(level_surfaces(thing))) == 1 and thing.parent is None
+    )
     for stand in stands[:TRIED_STANDS]:
         for occupant in context.things(lambda thing, stand=stand: may_occupy(context, thing, stand))[:TRIED_OCCUPANTS]:
             at = next(placements_on(stand, occupant, inside=False), None)
@@ -174,13 +186,36 @@ def no_room(context: HouseContext) -> Proposals:
                 break
 
 
+def _looks_too_large(context: HouseContext, target: Thing, stand: Thing) -> bool:
+    """Return whether a target is clearly larger than each strip that the things on a stand leave free."""
+    whole = _outline(stand)
+    for child in children(context.view.scene, stand.id):
+        strips = [float(abs(a - b)) for a, b in zip(whole, _outline(child), strict=True)]
+        if not child.is_pickupable and CLEARLY_LARGER * max(strips) <= min(target.asset.size.x, target.asset.size.z):
+            return True
+    return False
+
+
+def _outline(thing: Thing) -> list[float]:
+    """Return the least and greatest x, and the least and greatest z, of a thing (m)."""
+    corners = body_box(thing).corners()
+    return [end(values) for values in ([p.x for p in corners], [p.z for p in corners]) for end in (min, max)]
+
+
 def _without_room(context: HouseContext, stand: Thing, occupant: Thing, full: Setup) -> ProposedChore | None:
     """Return the chore of putting something on a stand that the setup `full` fills; None if every tried object fits."""
-    targets = context.things(lambda thing: can_be_put(thing, stand) and not children(context.view.scene, thing.id))
+    room_at = context.view.room_at
+    targets = context.things(
+        lambda thing: (
+            can_be_put(thing, stand)
+            and not children(context.view.scene, thing.id)
+            and room_at(thing.position) == room_at(stand.position)
+        )
+    )
     for target in targets[:TRIED_TARGETS]:
         if not context.can_begin(full):
             return None
-        has_room = fits_on(context.view.scene, target.id, stand.id)
+        has_room = fits_on(context.view.scene, target.id, stand.id) or not _looks_too_large(context, target, stand)
         context.begin(Setup())
         if has_room or not fits_on(context.view.scene, target.id, stand.id, may_clear=False):
             continue

@@ -1,14 +1,17 @@
 """A proposed chore: its sentence and goal, and what a list must change, name and protect for it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.language.disambiguation import confusable
-from vigil.authoring.language.referring import Phrase
+from vigil.authoring.language.drawer_names import OF, true_positions
+from vigil.authoring.language.referring import DescribedThing, Phrase, mentions, referents
 from vigil.protocol.goals import Chore, ObjectAtReceptacle
 from vigil.protocol.world import ObjectSetup
+from vigil.scene.supports import drawers_of
+from vigil.scene.things import Scene
 from vigil.scoring.chore_answers import ChoreKind
 from vigil.scoring.closure import Reason
 
@@ -62,6 +65,32 @@ def in_turn(*sources: Iterator[_Item]) -> Iterator[_Item]:
                 break
             else:
                 left.remove(source)
+
+
+def other_drawers(scene: Scene, items: Mapping[str, DescribedThing], phrases: Iterable[Phrase]) -> Iterator[str]:
+    """Yield ids of furniture in which a listener may look for a drawer of `phrases`, though it is not the drawer's.
+
+    This is furniture with exactly the same name, and furniture with a similar name that has a drawer at the same
+    position: "the third drawer from above" may be the last of three drawers, whose name is "bottom drawer".
+    """
+    for phrase in phrases:
+        for name in (phrase.name, phrase.support or ""):
+            which, _, whole = name.partition(OF)
+            if not whole:
+                continue
+            called = referents(Phrase(whole, room=phrase.room), items.values())
+            fitting = [each for each in called if each.name == whole or _has_drawer_at(scene, each.id, which)]
+            yield from (each.id for each in fitting[1:])
+
+
+def _has_drawer_at(scene: Scene, furniture_id: str, which: str) -> bool:
+    return any(which in true_positions(scene, each) for each in drawers_of(scene, scene.things[furniture_id]))
+
+
+def names_other_drawers(context: HouseContext, chore: ProposedChore) -> bool:
+    """Return whether a chore's sentence names a drawer that a listener may look for in other furniture."""
+    phrases = mentions(chore.sentence, [item.name for item in context.items.values()])
+    return any(other_drawers(context.view.scene, context.items, phrases))
 
 
 def distractor_of(context: HouseContext, thing_id: str) -> str | None:

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 from vigil.assets.catalog import CATALOG
+from vigil.authoring.chores.proposed import other_drawers
+from vigil.authoring.chores.sentences import EVERY_DRAWER
 from vigil.authoring.closure.certify import faults_of_gaps
 from vigil.authoring.language.disambiguation import confusable
 from vigil.authoring.language.referring import DescribedThing, Phrase, mentions, resolve_mentions
@@ -19,6 +21,7 @@ from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.base.numbered_list import read_list
 from vigil.packs.pack import CHORES_SUITE, protocol_faults
 from vigil.protocol.goals import Chore, Chores, ObjectAtReceptacle, ObjectInState, ReportStatus
+from vigil.scene.supports import drawers_of
 from vigil.scene.things import Thing
 from vigil.scoring.chore_answers import ChoreAnswer
 
@@ -68,8 +71,12 @@ def _faults_of_line(case: EpisodeStart, chore: Chore) -> BrokenRules:
         if len(items) > 1 or (not items and len(meant) == len(chore.ids())):
             yield "distinguished", f"{str(phrase)!r} fits {len(items)} things"
         read |= {item.id for item in items}
+    if EVERY_DRAWER in case.episode.instruction.lower():
+        read = {drawer.id for each in read for drawer in drawers_of(case.view.scene, things[each])}
     if read != meant:
         yield "distinguished", f"the sentence means {', '.join(sorted(read)) or 'nothing'}"
+    for other in other_drawers(case.view.scene, case.items, [phrase for phrase, _ in case.mentioned]):
+        yield "distinguished", f"the sentence may also mean a drawer of {other!r}"
     for part in chore.parts:
         if isinstance(part, ObjectAtReceptacle):
             if part.inside != asks_inside(case.episode.instruction):

@@ -58,6 +58,17 @@ MAKE_SURE = Sentences(
     public=SURE,
     held_out=("{Whole} should be {label}.", "I want {whole} to be {label}.", "At the end, {whole} has to be {label}."),
 )
+EVERY_DRAWER = "every drawer of"
+"""Words in a sentence that mean all drawers of the furniture that is named next."""
+CLOSE_EVERY_DRAWER = Sentences(
+    public=(
+        "Close every drawer of {whole}.",
+        "Please shut every drawer of {whole}.",
+        "Make sure that every drawer of {whole} is fully closed.",
+        "Every drawer of {whole} has to be closed.",
+    ),
+    held_out=("I want every drawer of {whole} to be closed.", "At the end, every drawer of {whole} should be closed."),
+)
 QUESTIONS = Sentences(
     public=(
         "Find out whether {whole} is {one} or {other}.",
@@ -73,6 +84,14 @@ QUESTIONS = Sentences(
 IF_SO = Sentences(
     public=CONDITIONS,
     held_out=("If {whole} is {label}, {order_it}; if it is not, {other}.",),
+)
+IF_AT_FIRST = Sentences(
+    public=(
+        "If {whole} was {label} when you began, {order}; otherwise {other}.",
+        "Check how {whole} is before anything changes it: if it is {label}, {order}; if not, {other}.",
+        "Was {whole} {label} at the very beginning? If so, {order}. If not, {other}.",
+    ),
+    held_out=("Should {whole} have been {label} at the start, {order}. Otherwise, {other}.",),
 )
 PUT_AWAY = Sentences(
     public=AWAY,

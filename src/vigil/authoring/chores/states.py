@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.chores.proposed import Proposals, ProposedChore, distractor_of, in_turn
-from vigil.authoring.chores.sentences import ACT_ORDERS, IF_SO, MAKE_SURE, QUESTIONS
+from vigil.authoring.chores.sentences import ACT_ORDERS, CLOSE_EVERY_DRAWER, IF_SO, MAKE_SURE, QUESTIONS
 from vigil.authoring.closure.everything import ALL_ACTS
 from vigil.authoring.closure.kinds.already.tasks import LABELS
 from vigil.authoring.closure.kinds.if_so.tasks import may_be_alternative, order_it_again
@@ -25,8 +25,9 @@ from vigil.authoring.families.cr.drafts import is_furniture, is_low, obstacles, 
 from vigil.authoring.families.sv.drafts import LABELS as STATE_CHANGES
 from vigil.authoring.language.wording import Act, order_slots
 from vigil.authoring.solving.evidence import notice_evidence
-from vigil.protocol.goals import STATE_LABELS, Chore, ObjectInState, ReportStatus
+from vigil.protocol.goals import MAX_CHORE_PARTS, STATE_LABELS, Chore, ObjectInState, ReportStatus
 from vigil.protocol.world import ObjectSetup, Setup, StateQuery
+from vigil.scene.supports import drawers_of
 from vigil.scene.things import Thing
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.opening import opening_blocker
@@ -39,18 +40,19 @@ CONDITION_LABELS: dict[Act, str] = {"close": "open", "turn_off": "on"}
 _IMPOSSIBLE = {"kind": "impossible", "distractor": None}
 
 
-def _targets(context: HouseContext, act: Act) -> list[Thing]:
+def targets_of(context: HouseContext, act: Act) -> list[Thing]:
     """Return the things for which an act may be asked, in random order."""
     return context.things(lambda thing: allows(thing, act) and can_be_searched_for(context, thing))
 
 
-def _goal(thing: Thing, act: Act) -> ObjectInState:
+def goal_of(thing: Thing, act: Act) -> ObjectInState:
+    """Return the goal that an act other than picking up reaches."""
     goal = goal_for(thing, act)
     assert isinstance(goal, ObjectInState)
     return goal
 
 
-def _is_plain(thing: Thing, act: Act) -> bool:
+def is_plain(thing: Thing, act: Act) -> bool:
     """Return whether an agent can clearly see on a thing whether the act is still to be done."""
     return act in ("open", "close") or thing.category in SV_TOGGLES - FLAMES
 
@@ -61,7 +63,7 @@ def acts(context: HouseContext) -> Proposals:
 
 
 def _acts(context: HouseContext, act: Act) -> Proposals:
-    for thing in _targets(context, act):
+    for thing in targets_of(context, act):
         if context.phrase(thing.id) is not None:
             yield act_on(context, thing, act)
 
@@ -76,10 +78,40 @@ def act_on(context: HouseContext, thing: Thing, act: Act) -> ProposedChore:
         kind="plain" if distractor is None else "look_alike",
         form=act,
         sentence=context.say(ACT_ORDERS, **slots),
-        chore=Chore(parts=(_goal(thing, act),)),
+        chore=Chore(parts=(goal_of(thing, act),)),
         meant=frozenset({thing.id}),
         changes=changes,
         distractor=distractor,
+    )
+
+
+def every_drawer(context: HouseContext) -> Proposals:
+    """Yield chores to close all drawers of a piece of furniture that has two to four."""
+    for chest in context.things(lambda thing: is_furniture(thing) and not thing.is_drawer):
+        found = close_drawers(context, chest)
+        if found is not None:
+            yield found
+
+
+def close_drawers(context: HouseContext, chest: Thing) -> ProposedChore | None:
+    """Return the chore to close all drawers of a piece of furniture; one is open, the others are open or closed.
+
+    None if it has fewer than two drawers or more than four, or no unambiguous phrase.
+    """
+    drawers = sorted(drawers_of(context.view.scene, chest), key=lambda each: (-each.position.y, each.id))
+    if not 2 <= len(drawers) <= MAX_CHORE_PARTS or context.phrase(chest.id) is None:
+        return None
+    first = int(context.rng.integers(len(drawers)))
+    return ProposedChore(
+        kind="plain",
+        form="close_every",
+        sentence=context.say(CLOSE_EVERY_DRAWER, whole=str(context.phrase(chest.id))),
+        chore=Chore(parts=tuple(goal_of(each, "close") for each in drawers)),
+        meant=frozenset(each.id for each in drawers),
+        changes={
+            each.id: ObjectSetup(openness=1.0 if place == first else float(context.rng.integers(2)))
+            for place, each in enumerate(drawers)
+        },
     )
 
 
@@ -89,16 +121,16 @@ def make_sure(context: HouseContext) -> Proposals:
 
 
 def _make_sure(context: HouseContext, act: Act) -> Proposals:
-    for thing in [each for each in _targets(context, act) if _is_plain(each, act)]:
+    for thing in [each for each in targets_of(context, act) if is_plain(each, act)]:
         if context.phrase(thing.id) is not None and distractor_of(context, thing.id) is None:
             yield sure_of(context, thing, act, is_met=bool(context.rng.integers(2)))
 
 
 def sure_of(context: HouseContext, thing: Thing, act: Act, *, is_met: bool) -> ProposedChore:
     """Return the chore to make sure of the state that `act` brings about; if `is_met`, the state holds at the start."""
-    goal, setup = _goal(thing, act), setup_for(thing, act)
+    goal, setup = goal_of(thing, act), setup_for(thing, act)
     if is_met:
-        changes = {thing.id: _met(setup.objects[thing.id], goal)}
+        changes = {thing.id: made_so(setup.objects[thing.id], goal)}
     else:
         changes = unfinished_setup(context, setup, thing, act)[0].objects
     slots = {"whole": phrase_for_state(context, thing, act), "label": LABELS[act]}
@@ -119,7 +151,7 @@ def questions(context: HouseContext) -> Proposals:
 
 def _questions(context: HouseContext, query: StateQuery) -> Proposals:
     act: Act = "open" if query == "is_open" else "turn_on"
-    for thing in [each for each in _targets(context, act) if _is_plain(each, act) and not each.is_drawer]:
+    for thing in [each for each in targets_of(context, act) if is_plain(each, act) and not each.is_drawer]:
         if context.phrase(thing.id) is None or distractor_of(context, thing.id) is not None:
             continue
         labels = STATE_LABELS[query]
@@ -143,7 +175,7 @@ def conditional(context: HouseContext) -> Proposals:
 
 
 def _conditional(context: HouseContext, act: Act) -> Proposals:
-    for thing in [each for each in _targets(context, act) if _is_plain(each, act)]:
+    for thing in [each for each in targets_of(context, act) if is_plain(each, act)]:
         others = context.things(lambda other, thing=thing: may_be_alternative(context, other, thing))
         named = [each for each in (thing, *others[:1]) if distractor_of(context, each.id) is None]
         if len(named) == 2 and all(context.phrase(each.id) is not None for each in named):
@@ -153,11 +185,11 @@ def _conditional(context: HouseContext, act: Act) -> Proposals:
 def _branching(context: HouseContext, thing: Thing, other: Thing, act: Act, *, is_met: bool) -> ProposedChore:
     """Return the conditional chore about `thing`, with an act on `other` if its condition fails (not `is_met`)."""
     instead: Act = "turn_on" if allows(other, "turn_on") else "open"
-    goal, asked = _goal(thing, act), _goal(other, instead)
+    goal, asked = goal_of(thing, act), goal_of(other, instead)
     left = asked.model_copy(update={"value": not asked.value})
     changes = {**setup_for(other, instead).objects, **setup_for(thing, act).objects}
     if not is_met:
-        changes[thing.id] = _met(changes.get(thing.id, ObjectSetup()), goal)
+        changes[thing.id] = made_so(changes.get(thing.id, ObjectSetup()), goal)
     slots = {
         "whole": phrase_for_state(context, thing, act),
         "label": CONDITION_LABELS[act],
@@ -178,7 +210,7 @@ def _branching(context: HouseContext, thing: Thing, other: Thing, act: Act, *, i
     )
 
 
-def _met(change: ObjectSetup, goal: ObjectInState) -> ObjectSetup:
+def made_so(change: ObjectSetup, goal: ObjectInState) -> ObjectSetup:
     """Return an object's change, extended so that the goal holds at the start."""
     fact = {"openness": float(goal.value)} if goal.state == "is_open" else {"is_toggled": goal.value}
     return change.model_copy(update=fact)
@@ -200,7 +232,7 @@ def refused(context: HouseContext) -> Proposals:
 
 def broken(context: HouseContext) -> Proposals:
     """Yield chores to start a machine that is out of order; a notice on the machine says so."""
-    for thing in _targets(context, "turn_on"):
+    for thing in targets_of(context, "turn_on"):
         if distractor_of(context, thing.id) is None and notice_evidence(thing) is not None:
             plain = act_on(context, thing, "turn_on")
             change = plain.changes[thing.id].model_copy(update={"is_broken": True})
@@ -247,7 +279,7 @@ def _is_refused(context: HouseContext, chore: ProposedChore, setup: Setup) -> bo
 
 def _bulky(context: HouseContext) -> Iterator[Thing]:
     """Yield furniture that can be opened and does not have look-alikes."""
-    for thing in _targets(context, "open"):
+    for thing in targets_of(context, "open"):
         is_bulky = is_furniture(thing) and not thing.is_structure and not thing.is_pickupable
         if is_bulky and distractor_of(context, thing.id) is None:
             yield thing

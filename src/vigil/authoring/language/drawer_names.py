@@ -20,6 +20,8 @@ SAME_ROW_M = 0.05
 """Maximum distance (m) between the middles of drawers in the same row or in the same column."""
 MAX_COLUMNS = 3
 """Maximum number of columns that words can distinguish: left, middle and right."""
+SIDES = {1: ("",), 2: ("left ", "right "), 3: ("left ", "middle ", "right ")}
+"""Number of columns -> the word for each column, from the left."""
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 
@@ -28,17 +30,42 @@ def drawer_name(scene: Scene, drawer: Thing) -> str:
 
     If the drawers do not form a full grid, or words cannot describe the grid, the name does not say which drawer it is.
     """
+    display_name = CATALOG[scene.things[drawer.parent or ""].category].display_name
+    place = _place_in_grid(scene, drawer)
+    return f"{DRAWER if place is None else _drawer_in_grid(*place)}{OF}{display_name}"
+
+
+def true_positions(scene: Scene, drawer: Thing) -> set[str]:
+    """Return all words, such as "bottom drawer" or "second drawer from above", that are true of a drawer's position.
+
+    "The bottom drawer" of a dresser with three rows is its third drawer from above, too.
+    """
+    place = _place_in_grid(scene, drawer)
+    if place is None:
+        return {DRAWER}
+    row, rows, column, columns = place
+    found = {DRAWER}
+    for side in {"", SIDES[columns][column]}:
+        found |= {f"{side}{DRAWER}", f"{ORDINALS[row]} {side}{DRAWER} from above"}
+        found.add(f"{side}{DRAWER} in the {ORDINALS[row]} row from above")
+        ends = (("top", "upper"), row == 0), (("bottom", "lower"), row == rows - 1)
+        found |= {f"{word} {side}{DRAWER}" for words, is_end in ends if is_end for word in words}
+    return found
+
+
+def _place_in_grid(scene: Scene, drawer: Thing) -> tuple[int, int, int, int] | None:
+    """Return a drawer's row, the number of rows, its column, and the number of columns.
+
+    None if the drawers do not form a full grid, or if words cannot describe the grid.
+    """
     chest = scene.things[drawer.parent or ""]
-    display_name = CATALOG[chest.category].display_name
     places = {part.id: _place(chest, part) for part in drawers_of(scene, chest)}
     rows = _steps([-height for _, height in places.values()])
     columns = _steps([along for along, _ in places.values()])
     along, height = places[drawer.id]
     if len(rows) * len(columns) != len(places) or len(rows) > len(ORDINALS) or len(columns) > MAX_COLUMNS:
-        return f"{DRAWER}{OF}{display_name}"
-    return (
-        f"{_drawer_in_grid(_index(rows, -height), len(rows), _index(columns, along), len(columns))}{OF}{display_name}"
-    )
+        return None
+    return _index(rows, -height), len(rows), _index(columns, along), len(columns)
 
 
 def is_drawer(name: str) -> bool:
@@ -90,7 +117,7 @@ def _index(steps: list[float], value: float) -> int:
 
 def _drawer_in_grid(row: int, rows: int, column: int, columns: int) -> str:
     """Return the words for a drawer's position in a grid. Row 0 is the top row, column 0 the left column."""
-    side = {1: ("",), 2: ("left ", "right "), 3: ("left ", "middle ", "right ")}[columns][column]
+    side = SIDES[columns][column]
     if rows == 1:
         return f"{side}{DRAWER}"
     if columns == 1:

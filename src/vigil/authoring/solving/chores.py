@@ -71,12 +71,18 @@ def solve_chores(
     plan = plan_chores(episode, view, conceded)
     claims: dict[int, ChoreClaim] = {}
     held = [is_done(chore, view) for chore in goal.chores]
+    looked: set[int] = set()
     for place in plan.order:
         try:
+            for other in {*_conditions_on(goal, place)} - looked - {place}:
+                yield from _look(episode, other, macro_actions)
+                looked.add(other)
             if place in conceded:
                 yield from _look(episode, place, macro_actions)
             else:
-                yield from _do(episode, place, macro_actions, was_held=held[place])
+                must_look = held[place] if goal.chores[place].condition is None else place not in looked
+                yield from _do(episode, place, macro_actions, must_look=must_look)
+            looked.add(place)
         except Unsolvable as error:
             raise UnsolvableChore(place, str(error)) from None
     for place, chore in enumerate(goal.chores):
@@ -90,6 +96,14 @@ def solve_chores(
         summary="I did the chores." if is_all_done else "I did what could be done.",
         claims=claims,
     )
+
+
+def _conditions_on(goal: Chores, place: int) -> Iterator[int]:
+    """Yield the indices of the chores whose condition is about a thing of the chore at index `place`."""
+    ids = goal.chores[place].ids()
+    for other, chore in enumerate(goal.chores):
+        if chore.condition is not None and chore.condition.object_id in ids:
+            yield other
 
 
 def _concessions(episode: Episode, macro_actions: MacroActions) -> dict[int, Status]:
@@ -176,14 +190,15 @@ def _stood_at(part: ChorePart) -> str:
     return part.receptacle_id if isinstance(part, ObjectAtReceptacle) else part.object_id
 
 
-def _do(episode: Episode, place: int, macro_actions: MacroActions, *, was_held: bool) -> Iterator[Action]:
-    """Yield the actions of a chore that can be met; `was_held` says whether it held at the start."""
+def _do(episode: Episode, place: int, macro_actions: MacroActions, *, must_look: bool) -> Iterator[Action]:
+    """Yield the actions of a chore that can be met; `must_look` says whether it held at the start, or depends on a
+    condition that was not looked at."""
     goal, view = episode.goal, macro_actions.view
     assert isinstance(goal, Chores)
     chore = goal.chores[place]
     if chore.question is not None:
         yield from macro_actions.go(viewpoint_showing_state(view, chore.question.object_id, chore.question.state))
-    elif (was_held and is_done(chore, view)) or chore.condition is not None:
+    elif must_look and (chore.condition is not None or is_done(chore, view)):
         yield from _look(episode, place, macro_actions)
     for part in sorted(chore.parts, key=lambda part: isinstance(part, ObjectInState)):  # places come first
         if isinstance(part, ObjectInState | ObjectAtReceptacle) and not holds(part, view):
