@@ -155,7 +155,7 @@ def truths(agent: KnownAgent) -> dict[str, float]:
         "overconfidence": float(scores.overconfidence(counts)),
         "brier": float(scores.brier(counts)),
         "skill": float(scores.skill(counts)),
-        "debiased_error": float(scores.reliability(counts)),
+        "debiased_error": float(scores.reliability_term(counts)),
         "risk_coverage": float(scores.risk_coverage(counts)),
         "false_before": imagining,
         "missed_after": 1 - seen,

@@ -21,7 +21,7 @@ from vigil.scoring.rates import (
     effective_sample_size,
     outcome_columns,
     rate_of,
-    select_rows,
+    rows_where,
     wilson,
 )
 
@@ -80,7 +80,7 @@ def test_a_part_has_the_counts_of_its_episodes():
         [EpisodeScript("PG", True, "success"), EpisodeScript("AI", False, "success"), EpisodeScript("AI", True, "NR")]
     )
     whole = outcome_columns(outcomes)
-    part = count(select_rows(whole, whole["family"] == "AI"))
+    part = count(rows_where(whole, whole["family"] == "AI"))
     assert (part.n, part.counts["W"], part.counts["FR"], part.counts["NR"]) == (2, 1, 1, 1)
 
 

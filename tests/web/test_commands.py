@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.cli import app, web
-from vigil.cli.exports.site import write_site
+from vigil.cli.exports.site import write_run_site
 from vigil.errors import InputError, RecordError, SettingError
 from vigil.packs.pack import Pack
 from vigil.web.site import Address
@@ -89,12 +89,12 @@ def test_a_folder_of_several_runs_is_no_site(runs: Path, pack: Pack, tmp_path: P
     with pytest.raises(
         RecordError, match=r"contains 2 runs, but only one can be exported. Give one of: .*random, .*sweep"
     ):
-        write_site(runs, tmp_path / "site", None, [str(pack.folder)], None, reveals=False)
+        write_run_site(runs, tmp_path / "site", None, [str(pack.folder)], None, reveals=False)
 
 
 def test_one_episode_is_exported_to_a_file(runs: Path, pack: Pack, tmp_path: Path) -> None:
     def write(name: str, episode: str) -> bytes:
-        return write_site(
+        return write_run_site(
             runs / "sweep", tmp_path / name, (episode, 1), [str(pack.folder)], None, reveals=False
         ).read_bytes()
 

@@ -187,12 +187,12 @@ def difficulty(
     Give runs of one pack, by as many models or agents as you have. Repeats of a model count as more plays of the same
     agent.
     """
-    from vigil.analysis.measures.calibration import calibrate
+    from vigil.analysis.measures.calibration import calibrate_difficulty
     from vigil.analysis.measures.rows import read_runs
     from vigil.scoring.levels import read_levels
 
     given = None if levels is None else read_levels(levels)
-    found = calibrate(read_runs(runs, pack, levels=given), of)
+    found = calibrate_difficulty(read_runs(runs, pack, levels=given), of)
     if as_json:
         print(json.dumps(_calibration_json(found)))
     else:

@@ -209,7 +209,7 @@ def figure(
 
 
 def _figure_of_runs(name: str, runs: list[Path] | None, pack: str | Path | None, *, with_paper: bool) -> Figure:
-    """Return a figure that is computed from the records of runs. Raises SettingError if it does not exist or is empty."""
+    """Return a figure of the measures of runs. Raises SettingError if it does not exist or has nothing to show."""
     from vigil.analysis.measures.study import study
     from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
     from vigil.analysis.plots.figures import FIGURES

@@ -70,12 +70,13 @@ def run(
 
 def _play_remotely(settings: RunSettings, dry_run: bool) -> None:
     from vigil.integrations.serve.playing import play_remotely
+    from vigil.runner.plan import plan_remote_run
 
     if dry_run:
         raise SettingError(
             "--dry-run cannot be used with --env: the episodes are on the server. Leave out one of the two options."
         )
-    count = play_remotely(settings, lambda done: print(f"played: {done}", file=sys.stderr, flush=True))
+    count = play_remotely(plan_remote_run(settings), lambda done: print(f"played: {done}", file=sys.stderr, flush=True))
     print(f"{count} episodes were played at {settings.env}; the server keeps their records and scores.")
 
 

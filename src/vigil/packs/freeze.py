@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from vigil.base.versions import PackVersions
 from vigil.errors import EpisodeError, SettingError
 from vigil.packs.files import EPISODES, HOUSES, MANIFEST, NAME_PATTERN, SOLUTIONS, Manifest
-from vigil.packs.pack import Pack, check_house, check_ids, count_families, protocol_faults
+from vigil.packs.pack import Pack, check_episode_house, check_ids, count_families, protocol_faults
 from vigil.protocol.episode import Episode, Solution
 from vigil.protocol.house import House, canonical_json
 
@@ -79,7 +79,7 @@ def _check_input(episodes: list[Episode], houses: Mapping[str, House], suite: st
             raise EpisodeError(f"Episode {episode.id!r}: {'; '.join(faults)}.")
         if name not in houses:
             raise EpisodeError(f"Episode {episode.id!r}: its house {name!r} is not among the houses that were given.")
-        check_house(episode, houses[name])
+        check_episode_house(episode, houses[name])
 
 
 def _line(model: BaseModel) -> bytes:

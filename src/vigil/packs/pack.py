@@ -208,7 +208,7 @@ class Pack:
                     f"Episode {episode.id!r}: house {episode.house.name!r} is not in pack {self.name!r}."
                     f"{did_you_mean(episode.house.name, known)}"
                 )
-            check_house(episode, self.house_of(episode))
+            check_episode_house(episode, self.house_of(episode))
         sources = self.manifest.meta.get("house_sources")
         for name, source in sources.items() if is_object(sources) else ():
             if is_object(source) and source.get("sha256") not in (None, hashes.get(name)):
@@ -321,7 +321,7 @@ def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:
     return {family: count for family, count in counts.items() if count}
 
 
-def check_house(episode: Episode, house: House) -> None:
+def check_episode_house(episode: Episode, house: House) -> None:
     """Raise PackMismatch or EpisodeError if an episode and its house do not match."""
     if house.sha256 != episode.house.sha256:
         raise PackMismatch(

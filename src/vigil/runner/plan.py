@@ -9,11 +9,11 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
-from vigil.agents.exec_agent import file_hashes
+from vigil.agents.exec_agent import ProgramSettings, file_hashes
 from vigil.agents.registry import is_exec, make_agent
 from vigil.agents.sandbox import check_sandbox
 from vigil.assets.database import AssetDatabase
-from vigil.base.settings import DefaultName
+from vigil.base.settings import DefaultName, declared_settings
 from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import CHORES_SUITE, Pack, Selection
@@ -81,6 +81,59 @@ class RunPlan:
     """Plays that the episodes continue; None if they begin at their start."""
     secrets: Secrets = field(repr=False)
     """Values that must not appear in a file, message or table of the run."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RemotePlan:
+    """The player of a run on a server (`vigil run --env`), and how it plays; the server decides everything else."""
+
+    url: str
+    token: str = field(repr=False)
+    agent: str
+    """Name of the agent; empty if a model plays."""
+    endpoint: Endpoint | None
+    """The model that plays; None if an agent plays."""
+    name: str
+    """Name of the model, as the user gave it; empty if an agent plays."""
+    program: ProgramSettings
+    keep_program: bool
+    seed: int
+    workers: int | None
+    preflight: bool
+    force: bool
+
+
+_OF_THE_PLAYER = {
+    *("env", "env_token", "agent", "model", "base_url", "api_key_env", "workers", "max_connections", "temperature"),
+    *("top_p", "max_tokens", "reasoning_effort", "thinking", "model_args", "extra_body", "reply_seconds"),
+    *("keep_program", "sandbox", "preflight", "force", "seed"),
+}
+"""Settings that may be set together with `--env`; the server decides all others."""
+
+
+def plan_remote_run(settings: RunSettings) -> RemotePlan:
+    """Return the plan of a run on the server of the settings. Raises SettingError if a setting is the server's."""
+    _check_one_player(settings)
+    if settings.sandbox:
+        check_sandbox()
+    given = [
+        one.display_name
+        for one in declared_settings(RunSettings)
+        if one.name not in _OF_THE_PLAYER and getattr(settings, one.name) != one.default
+    ]
+    if given:
+        raise SettingError(f"{', '.join(given)}: with --env, the server decides this. Leave it out.")
+    agent = settings.agent or ""
+    hidden = (RUNS_FOLDER,) if settings.sandbox else None
+    return RemotePlan(
+        url=settings.env or "",
+        token=settings.env_token,
+        agent=agent,
+        endpoint=None if settings.model is None else endpoint_of(settings),
+        name=settings.model or "",
+        program=ProgramSettings(settings.reply_seconds, 0.0, hidden, Secrets.of_command(agent).redact),
+        **{name: getattr(settings, name) for name in ("keep_program", "seed", "workers", "preflight", "force")},
+    )
 
 
 def plan_run(settings: RunSettings, loaded: Pack | None = None) -> RunPlan:
@@ -302,8 +355,7 @@ def _check_player(settings: RunSettings) -> AgentKind:
     """Return the kind of the run's player. Raises SettingError when the player or its simulator does not exist."""
     if settings.env is not None:
         raise SettingError("With --env the server plans and records the run: use `vigil run`, or leave out --env.")
-    if (settings.agent is None) == (settings.model is None):
-        raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
+    _check_one_player(settings)
     if settings.backend not in BACKENDS and settings.simulator_factory is None:
         raise SettingError(f"Simulator {settings.backend!r} does not exist. Choose one of: {', '.join(BACKENDS)}.")
     if settings.sandbox and not is_exec(settings.agent or ""):
@@ -316,6 +368,11 @@ def _check_player(settings: RunSettings) -> AgentKind:
         return "privileged"
     make_agent(settings.agent, Profile())
     return "exec" if is_exec(settings.agent) else "scripted"
+
+
+def _check_one_player(settings: RunSettings) -> None:
+    if (settings.agent is None) == (settings.model is None):
+        raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
 
 
 def _folder_name(spec: RunSpec) -> str:

@@ -140,7 +140,7 @@ class Outcome:
         return self.progress_at_report is not None and self.progress_at_report <= TOLERANCE
 
 
-def expected_status(episode: Episode, record: EpisodeRecord) -> Status | None:
+def expected_report(episode: Episode, record: EpisodeRecord) -> Status | None:
     """Return the label that a report must have; None if the task is to reach a goal, not to report a state."""
     return label_at_reset(episode.goal, record) if isinstance(episode.goal, ReportStatus) else None
 
@@ -170,7 +170,7 @@ def score(episode: Episode, record: EpisodeRecord) -> Outcome:
         )
     goal = check(episode.goal, record)
     report = next((step.action for step in record.steps[-1:] if isinstance(step.action, Report)), None)
-    expected = expected_status(episode, record)
+    expected = expected_report(episode, record)
     matches = report is not None and report_matches(report.status, expected, goal.semantic)
     label = _label(record.end, matches, goal.semantic) if record.has_report else None
     is_closed = label == "B" and report is not None

@@ -117,7 +117,7 @@ def outcome_columns(outcomes: Sequence[Outcome]) -> dict[str, np.ndarray]:
     return {name: np.array(found[name], dtype=kind) for name, kind in COLUMNS.items()}
 
 
-def select_rows(columns: Columns, mask: np.ndarray) -> dict[str, np.ndarray]:
+def rows_where(columns: Columns, mask: np.ndarray) -> dict[str, np.ndarray]:
     """Return the columns with only the episodes for which `mask` is true."""
     return {name: column[mask] for name, column in columns.items()}
 
@@ -189,7 +189,7 @@ def broken_identities(columns: Columns) -> list[str]:
     Identities about reports are checked only for episodes whose profile has reports.
     """
     is_strict_right = bool((~columns["W_strict"] | columns["W"]).all())
-    columns = select_rows(columns, columns["label"] != None)  # noqa: E711 - element by element
+    columns = rows_where(columns, columns["label"] != None)  # noqa: E711 - element by element
     counts, n = count(columns).counts, len(columns["W"])
     w, b, lag = columns["W"], columns["B"], columns["lag"]
     credits = {policy: columns[column].sum() for policy, column in CREDITS.items()}

@@ -15,7 +15,7 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES, Family
 from vigil.records.record import Boundary, EpisodeRecord, Key, effective_records
 from vigil.scoring.outcomes import Outcome, Subtype, score
-from vigil.scoring.rates import CREDITS, RATES, Columns, broken_identities, count, mean, outcome_columns, select_rows
+from vigil.scoring.rates import CREDITS, RATES, Columns, broken_identities, count, mean, outcome_columns, rows_where
 
 MAX_ERROR_SHARE = 0.01
 """Limit on the share of episodes that ended as an error. Above this limit, a report begins with a note."""
@@ -188,7 +188,7 @@ def summarise(scores: RunScores) -> dict[str, Any]:
         mine = [outcome for outcome in outcomes if outcome.family == family]
         if mine or family in scores.planned:
             errors = [error for error in scores.errors if error.family == family]
-            part = select_rows(columns, columns["family"] == family)
+            part = rows_where(columns, columns["family"] == family)
             families[family] = _rates(part, mine, errors, scores.planned.get(family, 0))
     overall = _rates(columns, outcomes, scores.errors, sum(scores.planned.values()))
     overall["report_policies"] = {

@@ -17,7 +17,7 @@ def counts(sure: np.ndarray = SURE, true: np.ndarray = TRUE) -> np.ndarray:
 
 def test_the_brier_score_is_the_mean_squared_error_and_the_sum_of_its_parts() -> None:
     assert scores.brier(counts()) == pytest.approx(np.mean((Q - TRUE) ** 2))
-    parts = scores.reliability(counts()) - scores.resolution(counts()) + scores.uncertainty(counts())
+    parts = scores.reliability_term(counts()) - scores.resolution(counts()) + scores.uncertainty(counts())
     assert scores.brier(counts()) == pytest.approx(parts)
     assert scores.skill(counts()) == pytest.approx(1 - np.mean((Q - TRUE) ** 2) / (TRUE.mean() * (1 - TRUE.mean())))
     assert scores.overconfidence(counts()) == pytest.approx(Q.mean() - TRUE.mean())
@@ -77,7 +77,7 @@ def test_risk_and_coverage_agree_with_beliefs_taken_one_by_one() -> None:
 
 def test_many_resamples_are_measured_at_once() -> None:
     both = np.stack([counts(), counts(SURE[:50], TRUE[:50])])
-    names = ("brier", "reliability", "resolution", "auroc", "risk_coverage", "overconfidence", "skill")
+    names = ("brier", "reliability_term", "resolution", "auroc", "risk_coverage", "overconfidence", "skill")
     for name in names:
         measure = getattr(scores, name)
         assert measure(both).tolist() == pytest.approx([float(measure(one)) for one in both])

@@ -16,7 +16,7 @@ from tests.support.published_runs import (
     write_pack,
     write_run,
 )
-from vigil.analysis.measures.calibration import calibrate, success_table
+from vigil.analysis.measures.calibration import calibrate_difficulty, success_table
 from vigil.analysis.measures.rows import read_runs
 from vigil.errors import RecordError
 from vigil.protocol.episode import Episode
@@ -62,7 +62,7 @@ def runs(tmp_path: Path) -> list[Path]:
 
 
 def test_abilities_and_difficulties_stand_in_their_order(runs: list[Path]) -> None:
-    found = calibrate(read_runs(runs))
+    found = calibrate_difficulty(read_runs(runs))
     assert found.fit.plays.agents == tuple(f"model{skill}" for skill in range(1, 7))
     assert list(found.fit.ability) == sorted(found.fit.ability)
     numbers = np.array([int(name[-3:]) for name in found.fit.plays.episodes])
@@ -70,7 +70,7 @@ def test_abilities_and_difficulties_stand_in_their_order(runs: list[Path]) -> No
 
 
 def test_the_index_is_held_against_the_fit(runs: list[Path]) -> None:
-    found = calibrate(read_runs(runs))
+    found = calibrate_difficulty(read_runs(runs))
     assert found.overall.n == PER_FAMILY * len(PUBLISHED)
     assert found.overall.value > 0.95
     assert found.within_families.value > 0.95
@@ -83,8 +83,8 @@ def test_levels_from_elsewhere_stand_in_for_the_packs_own(runs: list[Path]) -> N
         name: one.model_copy(update={"index": -one.index})
         for name, one in levels_by_number(make_episodes(PER_FAMILY)).items()
     }
-    assert calibrate(read_runs(runs, levels=backwards)).overall.value < -0.95
-    none = calibrate(read_runs(runs, levels={}))
+    assert calibrate_difficulty(read_runs(runs, levels=backwards)).overall.value < -0.95
+    none = calibrate_difficulty(read_runs(runs, levels={}))
     assert np.isnan(none.overall.value)
     assert none.overall.n == 0
 
@@ -106,4 +106,4 @@ def test_repeats_of_a_model_are_one_agent(runs: list[Path], tmp_path: Path) -> N
 def test_runs_of_two_packs_are_refused(runs: list[Path], write: Write) -> None:
     other = write("other", small_records())
     with pytest.raises(RecordError, match=r"on 2 packs .*Give runs of one pack"):
-        calibrate(read_runs([runs[0], other]))
+        calibrate_difficulty(read_runs([runs[0], other]))

@@ -10,7 +10,7 @@ from vigil.authoring.families.cr.sentences import CONSTRAINTS
 from vigil.authoring.families.da.drafts import APPROACH
 from vigil.authoring.families.pg.drafts import POINT
 from vigil.authoring.families.sm.sentences import CHAINS, SEQUENCES
-from vigil.authoring.families.sv.drafts import BURNING_OR_NOT, QUESTIONS, QueriedState, question
+from vigil.authoring.families.sv.drafts import BURNING_OR_NOT, QUESTIONS, QueriedState, state_question
 from vigil.authoring.families.vs.drafts import SEARCH
 from vigil.authoring.language import sentences as tables
 from vigil.authoring.language.referring import mentions
@@ -211,14 +211,14 @@ def test_questions_name_both_answers_or_none(asked: QueriedState, category: str)
     if (asked, category) == ("is_open", "Candle"):
         return
     for _ in range(120):
-        words = question(asked, category, "the thing", "all", RNG).lower()
+        words = state_question(asked, category, "the thing", "all", RNG).lower()
         said = {label for label in STATE_LABELS[asked] if label in words.translate(str.maketrans(".?,", "   ")).split()}
         assert len(said) == 2, words
 
 
 @pytest.mark.parametrize("forms", ["public", "held_out"])
 def test_a_question_is_of_the_half_that_is_asked_for(forms: tables.Forms) -> None:
-    said = {question("is_toggled", "Television", "the television", forms, RNG) for _ in range(200)}
+    said = {state_question("is_toggled", "Television", "the television", forms, RNG) for _ in range(200)}
     wanted = {
         form.format(whole="the television", Whole="The television", it="it")
         for form in QUESTIONS["is_toggled"].of(forms)

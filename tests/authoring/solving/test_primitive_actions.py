@@ -10,9 +10,9 @@ from vigil.protocol.actions import MAX_STEPS_PER_ACTION, STEP_M
 
 
 def test_turn_takes_the_shorter_way() -> None:
-    assert [(m.mode, m.magnitude) for m in primitive_actions.turn(350.0, 20.0)] == [("turn_right", 30.0)]
-    assert [(m.mode, m.magnitude) for m in primitive_actions.turn(20.0, 350.0)] == [("turn_left", 30.0)]
-    assert list(primitive_actions.turn(20.0, 380.0)) == []
+    assert [(m.mode, m.magnitude) for m in primitive_actions.turn_by_steps(350.0, 20.0)] == [("turn_right", 30.0)]
+    assert [(m.mode, m.magnitude) for m in primitive_actions.turn_by_steps(20.0, 350.0)] == [("turn_left", 30.0)]
+    assert list(primitive_actions.turn_by_steps(20.0, 380.0)) == []
 
 
 def test_advance_splits_at_the_cap() -> None:

@@ -17,7 +17,7 @@ from vigil.integrations.serve.playing import play_remotely
 from vigil.packs.pack import Pack
 from vigil.records.record import EpisodeRecord
 from vigil.records.record_file import read_records
-from vigil.runner.plan import plan_run
+from vigil.runner.plan import RemotePlan, plan_remote_run, plan_run
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 
@@ -33,8 +33,10 @@ for line in sys.stdin:
 """
 
 
-def through(client: Client, **settings: Any) -> RunSettings:
-    return RunSettings(env=client.site.url, env_token=client.token, workers=2, max_connections=4, **settings)
+def through(client: Client, **settings: Any) -> RemotePlan:
+    """Return the plan of a run on the server of `client`."""
+    chosen = {"env": client.site.url, "env_token": client.token, "workers": 2, "max_connections": 4, **settings}
+    return plan_remote_run(RunSettings(**chosen))
 
 
 def steps_of(run: Path) -> dict[str, list[dict[str, Any]]]:
@@ -107,11 +109,11 @@ def test_what_the_server_decides_cannot_be_set(pack: Pack, tmp_path: Path) -> No
         with pytest.raises(SettingError, match=r"--limit, --profile: with --env, the server decides this"):
             play_remotely(through(client, agent="noop", limit=3, profile="action_feedback"))
         with pytest.raises(SettingError, match=r"give --env-token, or set VIGIL_ENV_TOKEN"):
-            play_remotely(RunSettings(env=client.site.url, agent="noop"))
+            play_remotely(through(client, agent="noop", env_token=""))
         with pytest.raises(SettingError, match="'solver' does not exist"):
             play_remotely(through(client, agent="solver"))
     with pytest.raises(SettingError, match=r"is not the address of a server"):
-        play_remotely(RunSettings(env="127.0.0.1:8380", agent="noop"))
+        play_remotely(through(client, agent="noop", env="127.0.0.1:8380"))
     with pytest.raises(InfrastructureError, match=r"cannot be reached"):
         RemoteEnvironment(client.site.url).contract()
     with pytest.raises(SettingError, match="the server plans and records"):

@@ -16,7 +16,7 @@ from vigil.runner.models.pointing import (
     SPOTS,
     FramePoint,
     PointingCalibration,
-    calibrate,
+    calibrate_pointing,
     draw_spot,
     point_in,
 )
@@ -37,7 +37,7 @@ def pointing(convention: str, off_px: float = 0.0) -> PointingCalibration:
         x, y = round((spot.x + off_px) / scale.x, 3), round(spot.y / scale.y, 3)
         return Reply(text=f'x: 1, y: 1 ...</think>{{"arguments": {{"intent": "ground", "x": {x}, "y": {y}}}}}')
 
-    return asyncio.run(calibrate(ask))
+    return asyncio.run(calibrate_pointing(ask))
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
@@ -62,7 +62,7 @@ def test_answers_without_a_point_are_counted_apart() -> None:
     async def ask(messages: Sequence[Message]) -> Reply:
         return Reply(text=next(answers))
 
-    assert asyncio.run(calibrate(ask)).answered == 7
+    assert asyncio.run(calibrate_pointing(ask)).answered == 7
     silent = PointingCalibration((None,) * 8)
     assert (silent.medians, silent.best) == ({}, None)
 

@@ -9,7 +9,7 @@ from vigil.errors import EpisodeError
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
-from vigil.sim.core.views import project, rays_of
+from vigil.sim.core.views import project_to_view, rays_of
 from vigil.sim.scene_editor import CameraView, Layer, SceneEditor
 
 START = Pose(position=Vec3(3.5, 0.0, 2.5), rotation=30.0, horizon=20.0)
@@ -59,7 +59,7 @@ def test_only_the_layers_that_were_asked_for(editor: SceneEditor):
 def test_the_middle_of_a_view_projects_to_its_middle():
     camera = view(300, 200, 60.0)
     rays, _ = rays_of(CameraView(camera.eye, camera.yaw, camera.pitch, camera.fovy_deg, 1, 1))
-    assert np.allclose(project(camera, np.array(camera.eye) + 2.0 * rays), [[0.5, 0.5, 2.0]])
+    assert np.allclose(project_to_view(camera, np.array(camera.eye) + 2.0 * rays), [[0.5, 0.5, 2.0]])
 
 
 def test_the_agent_stands_where_it_is_put(editor: SceneEditor):

@@ -74,7 +74,7 @@ class DifficultyCalibration:
         return [self.fit.plays.episodes[at] for at in order if self.discriminations[at] < MIN_DISCRIMINATION]
 
 
-def calibrate(runs: Sequence[Run], success: Success = "B") -> DifficultyCalibration:
+def calibrate_difficulty(runs: Sequence[Run], success: Success = "B") -> DifficultyCalibration:
     """Return the calibration from runs of one pack. Raises RecordError if the runs have different packs."""
     packs = {run.header.spec.pack_sha256: run.header.spec.pack for run in runs}
     if len(packs) > 1:

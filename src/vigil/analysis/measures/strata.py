@@ -9,7 +9,7 @@ import pandas as pd
 from vigil.analysis.measures.metrics import rate_columns
 from vigil.analysis.measures.rows import values
 from vigil.protocol.families import FAMILIES, Family
-from vigil.scoring.rates import Counts, count, select_rows
+from vigil.scoring.rates import Counts, count, rows_where
 from vigil.scoring.target_strata import DISTANCE_BANDS_M, SIZE_OF_CATEGORY, distance_band
 
 _SIZES = ("large", "medium", "small")
@@ -36,7 +36,7 @@ def by_stratum(rows: pd.DataFrame) -> dict[str, list[Stratum]]:
     found = {way: names_of(rows) for way, names_of in STRATA.items()}
     return {
         way: [
-            Stratum(name, count(select_rows(facts, names == name))) for name in sorted(set(names) - {""}, key=_sort_key)
+            Stratum(name, count(rows_where(facts, names == name))) for name in sorted(set(names) - {""}, key=_sort_key)
         ]
         for way, names in found.items()
     }

@@ -21,7 +21,7 @@ from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import solution
 from vigil.env import Env
 from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean
-from vigil.packs.pack import check_house
+from vigil.packs.pack import check_episode_house
 from vigil.protocol.actions import REACH_M, Action, InteractPixel, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
@@ -208,7 +208,7 @@ class Validator:
     def begin_fault(self, episode: Episode, house: House) -> Finding | None:
         """Reset to an episode; return a finding if that is impossible, else None."""
         try:
-            check_house(episode, house)
+            check_episode_house(episode, house)
         except PackMismatch as error:
             return Finding(episode.id, "house_pinned", str(error))
         except EpisodeError as error:

@@ -75,7 +75,7 @@ class MacroActions:
         """
         del has_arrived
         yield from self._walk(viewpoint)
-        yield from primitive_actions.turn(self.view.agent.rotation, viewpoint.pose.rotation)
+        yield from primitive_actions.turn_by_steps(self.view.agent.rotation, viewpoint.pose.rotation)
         yield from primitive_actions.tilt(self.view.agent.horizon, viewpoint.pose.horizon)
 
     def act(self, intent: Intent, thing_id: str) -> Iterator[Action]:

@@ -60,7 +60,7 @@ class MotorNoise:
     def turn(self, from_yaw: float, to_yaw: float) -> Iterator[Navigate]:
         """Yield a turn to a heading with an error of at most `TURN_ERROR_DEG`; nothing if it rounds to 0 degrees."""
         angle = round(turn_between(from_yaw, to_yaw) + self._rng.uniform(-TURN_ERROR_DEG, TURN_ERROR_DEG))
-        yield from primitive_actions.turn(0.0, float(angle))
+        yield from primitive_actions.turn_by_steps(0.0, float(angle))
 
     def walk(self, distance_m: float) -> Navigate:
         """Return a walk of about `distance_m`, with an error, in whole steps (at least one)."""

@@ -27,7 +27,7 @@ MIN_TURN_DEG = 0.05
 MIN_WALK_M = 0.005
 
 
-def turn(from_yaw: float, to_yaw: float) -> Iterator[Navigate]:
+def turn_by_steps(from_yaw: float, to_yaw: float) -> Iterator[Navigate]:
     """Yield the shorter turn from one heading (deg) to another; nothing if they are equal."""
     angle = round(turn_between(from_yaw, to_yaw), TURN_DECIMALS)
     if abs(angle) >= MIN_TURN_DEG:
@@ -49,7 +49,7 @@ def towards(pose: Pose, corner: tuple[float, float]) -> Iterator[Navigate]:
     """Yield the turn and the walk from `pose` straight to a corner (x, z; m)."""
     target = Vec3(corner[0], pose.position.y, corner[1])
     yaw = yaw_towards(pose.position, target)
-    yield from turn(pose.rotation, yaw)
+    yield from turn_by_steps(pose.rotation, yaw)
     yield from advance(math.dist((pose.position.x, pose.position.z), corner))
 
 

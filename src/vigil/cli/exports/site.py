@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"}
 
 
-def write_site(
+def write_run_site(
     folder: Path, out: Path, key: Key | None, packs: list[str], assets: Path | None, *, reveals: bool
 ) -> Path:
     """Write the run in `folder`, or only the episode `key`, and return the file that a user should open.

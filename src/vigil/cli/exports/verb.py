@@ -71,7 +71,7 @@ def export(
     vigil export runs/a runs/b --format every-eval-ever --organization "My lab" --out datastore
     """
     from vigil.analysis.measures.rows import read_runs
-    from vigil.cli.exports.site import write_site
+    from vigil.cli.exports.site import write_run_site
     from vigil.integrations.exports.dataset import write_dataset
     from vigil.integrations.exports.every_eval_ever.folder import write_results
 
@@ -81,7 +81,7 @@ def export(
         if len(runs) > 1:
             raise SettingError(f"A site shows one run, but {len(runs)} were given. Give one run, or another --format.")
         key = None if episode is None else (episode, epoch)
-        print(write_site(runs[0], out, key, pack or [], assets, reveals=disclosure.reveal_private_pack))
+        print(write_run_site(runs[0], out, key, pack or [], assets, reveals=disclosure.reveal_private_pack))
         return
     if episode is not None:
         raise SettingError(

@@ -8,7 +8,7 @@ from vigil.agents.conversation import Message
 from vigil.protocol.profile import SystemRole
 from vigil.runner.models.access import Endpoint, hiding_other_keys
 from vigil.runner.models.ask import Ask, RequestRejected
-from vigil.runner.models.pointing import PointingCalibration, calibrate
+from vigil.runner.models.pointing import PointingCalibration, calibrate_pointing
 from vigil.runner.models.redaction import Secrets, redacted_errors
 
 
@@ -33,7 +33,7 @@ def open_completion(endpoint: Endpoint) -> Generator[Callable[[str], str], None,
 def calibrate_model(endpoint: Endpoint, system_role: SystemRole) -> PointingCalibration:
     """Return the pointing calibration of a model. Raises SettingError and ModelAPIError."""
     with _asking(endpoint) as (ask, runner):
-        return runner.run(calibrate(ask, system_role))
+        return runner.run(calibrate_pointing(ask, system_role))
 
 
 @contextmanager

@@ -109,7 +109,7 @@ def point_in(text: str) -> FramePoint | None:
     return FramePoint(float(x[1]), float(y[1])) if x and y else None
 
 
-async def calibrate(ask: Ask, system_role: SystemRole = "system") -> PointingCalibration:
+async def calibrate_pointing(ask: Ask, system_role: SystemRole = "system") -> PointingCalibration:
     """Ask a model for all spots and return its answers. Raises ModelAPIError."""
     return PointingCalibration(
         tuple([point_in((await ask(pointing_messages(spot, system_role))).text) for spot in SPOTS])

@@ -74,7 +74,7 @@ def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: Comp
     if env.end is None:
         env.fail("runner", "the record ends here")
     again = env.record(run_id=record.run_id, epoch=record.epoch, attempt=record.attempt)
-    return list(differences(record, again, settings)) or list(_changed_verdict(episode, record, again))
+    return list(replay_differences(record, again, settings)) or list(_changed_verdict(episode, record, again))
 
 
 def _changed_verdict(episode: Episode, record: EpisodeRecord, again: EpisodeRecord) -> Iterator[FactDifference]:
@@ -88,7 +88,7 @@ def _changed_verdict(episode: Episode, record: EpisodeRecord, again: EpisodeReco
             yield FactDifference(record.episode_id, record.epoch, len(record.steps), f"verdict.{fact}", old, new)
 
 
-def differences(
+def replay_differences(
     recorded: EpisodeRecord, found: EpisodeRecord, settings: ComparisonSettings
 ) -> Iterator[FactDifference]:
     """Yield the differences between two records of one episode; times are not compared."""

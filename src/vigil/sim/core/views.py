@@ -52,7 +52,7 @@ def rays_of(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
     return directions_at(view, middles)
 
 
-def project(view: CameraView, points: np.ndarray) -> np.ndarray:
+def project_to_view(view: CameraView, points: np.ndarray) -> np.ndarray:
     """Return the projections (n, 3) of points: x and y from the top left (0 to 1 in the image), and the depth in metres
     along the view direction."""
     local = (points - np.array(view.eye)) @ _axes_of(view).T

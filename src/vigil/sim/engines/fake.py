@@ -82,7 +82,7 @@ class _Boxes:
 
 
 @cached_while_alive
-def pieces_of(asset: Asset) -> tuple[BoxPiece, ...]:
+def box_pieces_of(asset: Asset) -> tuple[BoxPiece, ...]:
     """Return one box for each connected piece of the asset's meshes; a box around a pane is cut into bars."""
     return tuple(
         BoxPiece(
@@ -332,7 +332,7 @@ def _is_shown(piece: BoxPiece, thing: Thing) -> bool:
 
 def _boxes_of(thing: Thing, index: int) -> _Boxes:
     is_met = thing.is_present and not thing.is_held
-    pieces = [piece for piece in (pieces_of(thing.asset) if is_met else ()) if _is_shown(piece, thing)]
+    pieces = [piece for piece in (box_pieces_of(thing.asset) if is_met else ()) if _is_shown(piece, thing)]
     motions = {joint: part_motion(thing, joint) for joint in {piece.joint for piece in pieces}}
     is_open = not is_shut(thing) or thing.openness > OPEN_ABOVE
     hollow = [piece.holds_open or (piece.holds_shut and is_open) for piece in pieces]

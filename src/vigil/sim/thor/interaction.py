@@ -42,7 +42,7 @@ def place_of_pixel(x: int, y: int) -> dict[str, float]:
     return {"x": (x + 0.5) / WIDTH, "y": (y + 0.5) / HEIGHT}
 
 
-def interact(session: EngineSession, intent: Intent, click: ObjectClick) -> InteractionResult:
+def interact_in_thor(session: EngineSession, intent: Intent, click: ObjectClick) -> InteractionResult:
     """Carry out one intent on a clicked object, or refuse it."""
     if intent == "ground":
         return InteractionResult()
@@ -57,7 +57,7 @@ def interact(session: EngineSession, intent: Intent, click: ObjectClick) -> Inte
     return _attempt(session, lambda: _act_on_object(session, click, _ACTIONS[intent]))
 
 
-def drop(session: EngineSession) -> InteractionResult:
+def drop_in_thor(session: EngineSession) -> InteractionResult:
     """Drop the held object, or refuse."""
     if session.scene_sync.held is None:
         return InteractionResult("hand_empty")

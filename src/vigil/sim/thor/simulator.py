@@ -34,7 +34,7 @@ from vigil.sim.core.setup import blocked_start_error, thing_named
 from vigil.sim.core.sight import HEIGHT, WIDTH, ObjectVisibility
 from vigil.sim.thor.engine_client import EngineClient
 from vigil.sim.thor.engine_session import EngineSession
-from vigil.sim.thor.interaction import ObjectClick, drop, interact, place_of_pixel
+from vigil.sim.thor.interaction import ObjectClick, drop_in_thor, interact_in_thor, place_of_pixel
 from vigil.sim.thor.refusals import refusal_of
 from vigil.sim.thor.restoring import restore_snapshot, set_up, stand
 from vigil.sim.thor.scene_sync import SceneSync, ThorSnapshot
@@ -261,7 +261,7 @@ class ThorSimulator:
     def _interact(self, action: InteractPixel) -> Effect:
         session = self._require_loaded().session
         if action.x is None or action.y is None or action.intent == "drop":
-            result = drop(session)
+            result = drop_in_thor(session)
             return Effect(refusal=result.refusal, changed=result.changed)
         if not (0 <= action.x < WIDTH and 0 <= action.y < HEIGHT):
             return Effect(refusal="nothing_hit")
@@ -279,7 +279,7 @@ class ThorSimulator:
         )
         if thing is None or point is None:
             return seen.model_copy(update={"refusal": "nothing_hit"})
-        result = interact(session, action.intent, ObjectClick(thing, point, action.x, action.y))
+        result = interact_in_thor(session, action.intent, ObjectClick(thing, point, action.x, action.y))
         facts = {"refusal": result.refusal, "blocked_by": result.blocked_by, "changed": result.changed}
         return seen.model_copy(update={**facts, "too_far": result.refusal == "too_far"})
 

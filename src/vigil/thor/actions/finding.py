@@ -12,7 +12,7 @@ from vigil.sim.thor.units import BODY_HEIGHT_M, from_thor, to_thor
 from vigil.thor.actions.action import Action
 from vigil.thor.base.agents import agent_between
 from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
-from vigil.thor.base.paths import walk
+from vigil.thor.base.paths import shortest_walk
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.sight import points_of, visibility_of
 from vigil.thor.base.targets import cast, first_met, need_interactable, of_type
@@ -158,7 +158,9 @@ def _path_to_point(
     world: World, target: Vec3, position: Vec3 | None = None, allowedError: float | None = None
 ) -> dict[str, Any]:
     start = position or world.agent.position
-    corners = walk(world, start._replace(y=0.0), target, **({} if allowedError is None else {"within_m": allowedError}))
+    corners = shortest_walk(
+        world, start._replace(y=0.0), target, **({} if allowedError is None else {"within_m": allowedError})
+    )
     return {"corners": [to_thor(corner) for corner in corners]}
 
 
@@ -174,7 +176,7 @@ def _path(
     start = (position or world.agent.position)._replace(y=0.0)
     reach = max(allowedError or 0.0, world.settings.visibility_distance, _NEAR_OBJECT_M)
     half = float(np.linalg.norm([thing.asset.size.x, thing.asset.size.z])) / 2
-    return {"corners": [to_thor(corner) for corner in walk(world, start, thing.position, reach + half)]}
+    return {"corners": [to_thor(corner) for corner in shortest_walk(world, start, thing.position, reach + half)]}
 
 
 def _in_view(world: World, maxDistance: float | None = None, visibilityScheme: str | None = None) -> list[str]:

@@ -13,7 +13,7 @@ NEAR_M = 0.2
 """Default greatest distance (m) between a path's target and the nearest place that can be reached."""
 
 
-def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list[Vec3]:
+def shortest_walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list[Vec3]:
     """Return the corners of the shortest walk between two places on the floor.
 
     The walk ends at the reachable place nearest to `end`. Raises ActionFailed when the body does not fit at `start`, or

@@ -13,7 +13,7 @@ from vigil.assets.kernel.asset import Asset
 from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.scene.geometry import part_boxes, part_motion
 from vigil.scene.things import Thing
-from vigil.sim.core.views import project
+from vigil.sim.core.views import project_to_view
 from vigil.sim.scene_editor import CameraView
 from vigil.thor.base.floors import points_of_floor
 from vigil.thor.base.world import World
@@ -114,6 +114,6 @@ def _met(
 def _is_in_view(world: World, view: CameraView, points: np.ndarray) -> np.ndarray:
     """Return a mask (n,) of the points (n, 3) that are in the image and near enough, measured on the floor plane."""
     gaps = np.hypot(points[:, 0] - view.eye.x, points[:, 2] - view.eye.z)
-    flat = project(view, points)
+    flat = project_to_view(view, points)
     inside = ((flat[:, :2] >= 0.0) & (flat[:, :2] <= 1.0)).all(axis=1) & (flat[:, 2] > 0.0)
     return inside & (gaps <= world.settings.visibility_distance)

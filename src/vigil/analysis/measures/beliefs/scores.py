@@ -52,7 +52,7 @@ def skill(counts: np.ndarray) -> np.ndarray:
     return 1 - _ratio(brier(counts), uncertainty(counts))
 
 
-def reliability(counts: np.ndarray) -> np.ndarray:
+def reliability_term(counts: np.ndarray) -> np.ndarray:
     """Return Murphy's reliability: the mean squared difference between a stated likelihood and the share of beliefs
     with it that were true; 0 is best."""
     share = _ratio(counts[..., TRUE], counts[..., STATED])

@@ -185,7 +185,7 @@ class BeliefStudy:
             "overconfidence": _statistic(self._answered, scores.overconfidence),
             "brier": _statistic(self._answered, scores.brier),
             "skill": _statistic(self._answered, scores.skill),
-            "reliability": _statistic(self._answered, scores.reliability),
+            "reliability": _statistic(self._answered, scores.reliability_term),
             "resolution": _statistic(self._answered, scores.resolution),
             "uncertainty": _statistic(self._answered, scores.uncertainty),
             "debiased_error": _debiased(self._answered),

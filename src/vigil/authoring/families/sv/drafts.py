@@ -116,7 +116,7 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
                 TaskSpec(
                     start=start,
                     setup=setup,
-                    instruction=question(state, thing.category, str(phrase), context.forms, context.rng),
+                    instruction=state_question(state, thing.category, str(phrase), context.forms, context.rng),
                     goal=ReportStatus(object_id=thing.id, state=state),
                     bindings={"target": thing.id},
                     template=label,
@@ -138,7 +138,7 @@ def _has_state(thing: Thing, state: QueriedState) -> bool:
     return thing.is_openable and thing.category not in UNCLEAR_WHEN_OPEN
 
 
-def question(asked: QueriedState, category: str, phrase: str, forms: Forms, rng: np.random.Generator) -> str:
+def state_question(asked: QueriedState, category: str, phrase: str, forms: Forms, rng: np.random.Generator) -> str:
     """Return a random question about a thing's state. The question names both possible answers."""
     if category == "Candle":
         return say(BURNING_OR_NOT.of(forms), rng, target=phrase)
