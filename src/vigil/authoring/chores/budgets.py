@@ -21,12 +21,12 @@ It was fitted to the 200 lists of an earlier pack; the standard deviation of its
 
 
 def max_solver_steps(rooms: int) -> int:
-    """Return the maximum number of steps that the solver may need for a list in a home with so many rooms."""
+    """Return the maximum number of steps that the solver may need for a list in a home with this number of rooms."""
     return int((CHORES_BUDGETS[1] - STEPS_PER_ROOM * rooms) / MIN_FACTOR)
 
 
 def budget_for(steps: int, rooms: int, instruction: str) -> int:
-    """Return the step budget of a list that the solver closes in `steps` steps, in a home with so many rooms.
+    """Return the step budget of a list that the solver closes in `steps` steps, in a home with this number of rooms.
 
     It is a multiple of the steps, and more for each room; a hash of the instruction selects the factor from `FACTORS`.
     """

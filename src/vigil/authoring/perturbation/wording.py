@@ -57,7 +57,8 @@ CHORE_FORMS = (
     *_apart(chores.PUT_ON_ORDERS),
     *_apart(chores.PUT_INTO_ORDERS),
     *_apart(chores.PUT_AWAY),
-    *(chores.ACT_ORDERS, chores.MAKE_SURE, chores.QUESTIONS, chores.IF_SO),
+    *(chores.ACT_ORDERS, chores.MAKE_SURE, chores.QUESTIONS, chores.IF_SO, chores.IF_AT_FIRST),
+    chores.CLOSE_EVERY_DRAWER,
 )
 _PLAIN = (EVERY, *EVERYTHING.values(), *MAKE_SURE_ALL.values())
 CLOSURE_FORMS = (
