@@ -1,6 +1,6 @@
 """How fast two Ray workers are beside the local pool of two, and that beside one worker, on the solver's run of a pack.
 
-    python -m benchmarks.ray_workers [--rounds 3] [--pack vigil_mini_v5] [--limit 80]
+    python -m benchmarks.ray_workers [--rounds 3] [--pack vigil_mini_v6] [--limit 80]
 
 The three take turns, so that they meet the same machine; each plays the same episodes, without frames, on one local Ray
 of this machine that is started once. Only playing is counted, starting workers is not. It prints two ratios: of
@@ -116,7 +116,7 @@ def spin(turns: int) -> float:
 def read_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--pack", default="vigil_mini_v5")
+    parser.add_argument("--pack", default="vigil_mini_v6")
     parser.add_argument("--limit", type=int, default=80)
     return parser.parse_args()
 

@@ -136,7 +136,7 @@ def take_unfinished_run(browser: Browser) -> None:
 def take_packs(browser: Browser) -> None:
     """Take the strata of a pack, and its first frames."""
     with serving("view", "--pack", "starter") as base, page_of(browser) as page:
-        page.goto(f"{base}/packs/vigil_mini_v5")
+        page.goto(f"{base}/packs/vigil_mini_v6")
         save_screenshot(page, OUT / "pack.jpg")
         page.goto(f"{base}/packs/starter#samples")
         save_screenshot(page, OUT / "pack_frames.jpg")

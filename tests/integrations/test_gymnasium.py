@@ -113,7 +113,7 @@ def test_a_seed_decides_the_episodes(pack: str) -> None:
 
 def test_the_next_house_is_built_while_an_episode_is_played(monkeypatch: pytest.MonkeyPatch) -> None:
     model_cache.clear()
-    env = gymnasium.make(integration.ENV_ID, pack="vigil_smoke_v5", frames=False, evaluator=True)
+    env = gymnasium.make(integration.ENV_ID, pack="vigil_smoke_v6", frames=False, evaluator=True)
     env.reset(seed=3)
     following = present(inner(env)._ahead._next).result()
     assert following.house != present(inner(env)._drawn).house

@@ -33,5 +33,5 @@ def test_packaged_packs_are_found_without_a_version(name: str) -> None:
 
 
 def test_a_pack_that_left_the_package_is_told_of_its_successor() -> None:
-    with pytest.raises(PackMismatch, match=r"'vigil_mini_v0' does not come with this package; 'vigil_mini_v5"):
+    with pytest.raises(PackMismatch, match=r"'vigil_mini_v0' does not come with this package; 'vigil_mini_v6"):
         find_pack("vigil_mini_v0")

@@ -17,9 +17,9 @@ from vigil.packs.pack import Pack
 from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LEVELS, read_pack_levels
 
-BUILT = {"vigil_smoke_v5": 1, "vigil_mini_v5": 10, "vigil_balanced_1000_v5": 125, "vigil_paper_1000_v1": 125}
+BUILT = {"vigil_smoke_v6": 1, "vigil_mini_v6": 10, "vigil_balanced_1000_v6": 125, "vigil_paper_1000_v2": 125}
 """Name -> episodes of each family."""
-MOST_MB = 23.0
+MOST_MB = 24.0
 FOLDER = Path(vigil.__file__).parent / "data" / "packs"
 HERE = sorted(path.parent.name for path in FOLDER.glob(f"*/{MANIFEST}") if path.parent.name in BUILT)
 
@@ -30,12 +30,12 @@ def pack(request: pytest.FixtureRequest) -> Pack:
 
 
 def test_the_first_packs_are_there() -> None:
-    assert {"vigil_mini_v5", "vigil_smoke_v5"} <= set(HERE)
+    assert {"vigil_mini_v6", "vigil_smoke_v6"} <= set(HERE)
     size = sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file())
     assert size < MOST_MB * 2**20
 
 
-LEVELLED = ("vigil_mini_v5", "vigil_balanced_1000_v5")
+LEVELLED = ("vigil_mini_v6", "vigil_balanced_1000_v6")
 
 
 KINDS = {
@@ -63,7 +63,7 @@ def test_families_and_kinds_are_even(pack: Pack) -> None:
     strata = pack.manifest.meta["strata"]
     for counts in strata["families"].values():
         assert sum(counts.values()) == each
-    for family, kinds in (KINDS | (PAPER_KINDS if pack.name == "vigil_paper_1000_v1" else {})).items():
+    for family, kinds in (KINDS | (PAPER_KINDS if pack.name == "vigil_paper_1000_v2" else {})).items():
         counts = strata["families"][family]
         assert counts.keys() <= set(kinds)
         assert max(counts.values()) - min(counts.get(kind, 0) for kind in kinds) <= UNEVEN.get(family, 1)
@@ -80,7 +80,7 @@ def test_levels_are_even_within_each_family(name: str) -> None:
     assert all(abs(counts[family, level] - each) < 1 for family in PUBLISHED for level in LEVELS)
 
 
-@pytest.mark.parametrize("name", ["vigil_smoke_v5", "vigil_mini_v5", "vigil_balanced_1000_v5"])
+@pytest.mark.parametrize("name", ["vigil_smoke_v6", "vigil_mini_v6", "vigil_balanced_1000_v6"])
 def test_all_are_robust_and_say_so(name: str) -> None:
     pack = Pack.load(name)
     assert pack.manifest.meta["is_robust"]
@@ -134,4 +134,4 @@ def test_files_are_tables_for_other_tools(pack: Pack, name: str) -> None:
 
 
 def test_the_smoke_packs_solutions_hold() -> None:
-    assert verify_pack(Pack.load("vigil_smoke_v5"), VerificationSettings()) == []
+    assert verify_pack(Pack.load("vigil_smoke_v6"), VerificationSettings()) == []

@@ -21,12 +21,12 @@ OLD = {
     "vigil_closure_400_v2": (24, 21, 21),
     "vigil_closure_400_v3": (25, 19, 17),
     "vigil_mini_v4": (80, 77, 73),
+    "vigil_mini_v5": (80, 77, 73),
     "vigil_mini_v4_baseline": (4, 2, 2),
     "vigil_mini_v4_look_before_report": (4, 3, 3),
 }
 """Folder with plays of a pack that is not packaged any more -> number of plays, of W and of B."""
 PRESENT = {
-    "vigil_mini_v5": (80, 77, 73),
     "vigil_closure_400_v5": (40, 36, 36),
 }
 """The same for plays of packaged packs."""

@@ -25,7 +25,7 @@ def test_every_named_category_exists():
 
 
 def test_frozen_targets_follow_the_rule():
-    folder = Path(__file__).parents[2] / "src/vigil/data/packs/vigil_balanced_1000_v5"
+    folder = Path(__file__).parents[2] / "src/vigil/data/packs/vigil_balanced_1000_v6"
     rows = map(json.loads, (folder / "episodes.jsonl").read_text(encoding="utf-8").splitlines())
     graded = [(row["bindings"]["target"].split("|")[0], row["target_size"]) for row in rows if row["family"] == "PG"]
     assert len(graded) == 125

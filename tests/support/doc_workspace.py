@@ -39,7 +39,7 @@ def write_workspace(folder: Path) -> Path:
     (folder / "my_houses").mkdir()
     shutil.copy(folder / "house.json", folder / "my_houses" / "one.json")
     write_asset_database(folder)
-    shutil.copytree(ROOT / "src/vigil/data/packs/vigil_smoke_v5", folder / "my_pack")
+    shutil.copytree(ROOT / "src/vigil/data/packs/vigil_smoke_v6", folder / "my_pack")
     (folder / "examples").symlink_to(ROOT / "examples")
     return folder
 

@@ -60,7 +60,7 @@ def test_a_page_of_a_pack_draws_nothing_itself(pack: Pack) -> None:
 
     with served(make_view(Library([], [pack.folder]), NoDrawing(), None, RenderSettings("fake"))) as site:
         assert site.get("/packs/tiny").status == 200
-        assert site.get("/packs/vigil_balanced_1000_v5").status == 200
+        assert site.get("/packs/vigil_balanced_1000_v6").status == 200
 
 
 def test_strata_are_those_of_the_manifest_where_it_has_them() -> None:
@@ -83,7 +83,7 @@ def test_sizes_stand_in_their_order() -> None:
 
 def test_levels_stand_among_the_strata_where_a_pack_has_them() -> None:
     packs = Library([], ["vigil_mini", "starter"]).packs
-    assert level_strata(packs["vigil_mini_v5"]) == {
+    assert level_strata(packs["vigil_mini_v6"]) == {
         "level of difficulty": {"easy": 24, "medium": 24, "hard": 16, "extreme": 16}
     }
     assert level_strata(packs["starter"]) == {}
@@ -116,6 +116,6 @@ def test_packs_in_a_browser(visitor: Visitor, view: Site) -> None:
     page.locator(".samples img").first.scroll_into_view_if_needed()
     page.wait_for_function("() => document.querySelector('.samples img').naturalWidth === 640")
     visitor.check("a pack")
-    page.goto(f"{view.url}/packs/vigil_smoke_v5#card")
+    page.goto(f"{view.url}/packs/vigil_smoke_v6#card")
     page.wait_for_selector(".card-text table")
     assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]

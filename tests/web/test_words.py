@@ -141,7 +141,7 @@ def test_a_note_below_a_table_keeps_away_from_it(chromium: Any, view: Site) -> N
     page.close()
 
 
-@pytest.mark.parametrize(("name", "version"), [("vigil_mini_v5", "5"), ("vigil_smoke_v5", "5"), ("mine", "7")])
+@pytest.mark.parametrize(("name", "version"), [("vigil_mini_v6", "6"), ("vigil_smoke_v6", "6"), ("mine", "7")])
 def test_a_version_is_the_one_in_the_name(name: str, version: str) -> None:
     assert version_words(name, "7") == version
 

@@ -2,13 +2,14 @@
 
 Their scores show what an agent can reach if it never acts, acts at random, walks blindly, or claims success at once.
 Most scripts report within the smallest budget (5 steps); `explore` and `click_around` use the whole published budget of
-the family for which they are made. The authoring rule `not_blind_luck` also tries the actions of these agents.
+the family for which they are made. The authoring rule `not_blind_luck` tries these agents' actions, too.
 """
 
 import hashlib
 import json
 import re
 from collections.abc import Callable, Iterator
+from itertools import cycle, islice
 from typing import Any, get_args
 
 import numpy as np
@@ -36,12 +37,31 @@ PROSE = "I would turn to the right and have a look around first."
 
 TURN_ACTIONS = tuple(Navigate(mode="turn_right", magnitude=90) for _ in range(4))
 WALK_ACTIONS = tuple(Navigate(mode="forward", magnitude=3) for _ in range(4))
-_AHEAD, _ASIDE = Navigate(mode="forward", magnitude=40), Navigate(mode="turn_right", magnitude=135)
-EXPLORE_ACTIONS = (*TURN_ACTIONS[:3], *(8 * (_AHEAD, _ASIDE)))
-"""Actions that turn once around, then repeatedly walk to the next obstacle and turn by 135 degrees.
 
-Eight sequences of turns and walks were tried on 125 episodes of search. This sequence found the most targets: 53 % were
-in view at some time within the 20 steps.
+
+def _blind_walk(first: tuple[Navigate, ...], turn_deg: int) -> tuple[Navigate, ...]:
+    """Return 19 actions: `first`, then a walk to the next obstacle and a turn (degrees; negative is to the left), again
+    and again."""
+    turn = Navigate(mode="turn_right" if turn_deg > 0 else "turn_left", magnitude=abs(turn_deg))
+    return (*first, *islice(cycle((Navigate(mode="forward", magnitude=40), turn)), 19 - len(first)))
+
+
+_TURN_LEFT_ACTIONS = tuple(Navigate(mode="turn_left", magnitude=90) for _ in range(3))
+_TURN_TWICE_ACTIONS = tuple(Navigate(mode="turn_right", magnitude=120) for _ in range(2))
+EXPLORE_ACTIONS = _blind_walk(TURN_ACTIONS[:3], 135)
+BLIND_WALKS = (
+    EXPLORE_ACTIONS,
+    _blind_walk(_TURN_TWICE_ACTIONS, 150),
+    _blind_walk((), 165),
+    _blind_walk(_TURN_LEFT_ACTIONS, 120),
+    _blind_walk(_TURN_TWICE_ACTIONS, -120),
+    _blind_walk(TURN_ACTIONS[:3], -75),
+    _blind_walk(TURN_ACTIONS[:3], -135),
+)
+"""Walks without sight, each of 19 actions; with a report, they take the 20 steps of a search.
+
+About 80 sequences of turns and walks were tried on 93 searches that turning does not solve. After `explore`, these six
+were chosen one by one: each found the most targets that no earlier one had found. Together they found 59 of the 93.
 """
 BEST_PIXEL = (368, 272)
 """Pixel (x, y) at which the first frame most often showed the target: in 17 % of 125 pointing episodes."""

@@ -8,7 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vigil.agents.scripted import BEST_PIXEL, CENTRE_ACTIONS, TURN_ACTIONS, WALK_ACTIONS
+from vigil.agents.scripted import (
+    BEST_PIXEL,
+    BLIND_WALKS,
+    CENTRE_ACTIONS,
+    EXPLORE_ACTIONS,
+    TURN_ACTIONS,
+    WALK_ACTIONS,
+)
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import is_seen
 from vigil.authoring.review import validate as validation
@@ -216,7 +223,31 @@ def test_only_searches_by_turning_may_be_found_by_turning(starter: Pack) -> None
     searched = first_of(starter, "VS", "turn")
     assert [bool(set(TURN_ACTIONS) & set(tried)) for tried in blind_trials(searched)] == [False, False, False]
     assert blind_trials(first_of(starter, "SV")) == []
-    assert len(blind_trials(first_of(starter, "VS", "walk"))) == 5
+    tried_walks = {tried[:-1] for tried in blind_trials(first_of(starter, "VS", "walk"))}
+    assert {*BLIND_WALKS, TURN_ACTIONS, WALK_ACTIONS} < tried_walks
+
+
+def test_a_search_that_any_blind_walk_completes_is_refused(starter: Pack, simulator: PrivilegedSimulator) -> None:
+    """Starts from which one of the walks passes the target, but neither `explore` nor an agent that only turns."""
+    good = first_of(starter, "VS", "walk")
+    house, validator = starter.house_of(good), Validator(simulator)
+    found: set[str] = set()
+    for angle in range(0, 360, 20):
+        episode = turned(good, angle)
+        if validator.begin_fault(episode, house) is None and only_another_walk_sees(validator, episode, house):
+            found |= rules_broken(validator, episode, house, None)
+    assert found == {"not_blind_luck"}
+
+
+def only_another_walk_sees(validator: Validator, episode: Episode, house: House) -> bool:
+    report = Report(status="success", summary="")
+    known = {TURN_ACTIONS, WALK_ACTIONS, EXPLORE_ACTIONS}
+    seeing: set[tuple[Action, ...]] = set()
+    for walk in {*known, *BLIND_WALKS}:
+        record = validator.play(episode, house, (*walk, report))
+        if any(row.semantic for row in check(episode.goal, record).rows):
+            seeing.add(walk)
+    return bool(seeing) and not seeing & known
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "120ac32ec3fdff2e4f6def4d4dc8e9ac267c38904de641e4ead4688a8bc075f3"
+PINNED = "732bcc00dccd7735ac0b723dfd296dc1ad0c2f66652ed284fea128d745c82ca6"
 
 
 @pytest.fixture(scope="module")

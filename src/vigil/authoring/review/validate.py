@@ -13,7 +13,7 @@ from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.goal_controls import controls_of_goal
 from vigil.authoring.review.robustness import ROBUST_RULES, robust_faults
 from vigil.authoring.review.rules import MARGIN_M, MARGIN_PX, RULES, broken_by
-from vigil.authoring.review.synthetic_records import SyntheticWorlds, record_of
+from vigil.authoring.review.synthetic_records import SyntheticWorlds
 from vigil.authoring.review.wording_rules import WORDING_RULES, worded_badly
 from vigil.authoring.solving import primitive_actions
 from vigil.authoring.solving.macro_actions import Unsolvable
@@ -22,7 +22,7 @@ from vigil.authoring.solving.solvers import solution
 from vigil.env import Env
 from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean
 from vigil.packs.pack import check_episode_house
-from vigil.protocol.actions import REACH_M, Action, InteractPixel, Report
+from vigil.protocol.actions import REACH_M, Action, InteractPixel
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
 from vigil.protocol.family import FamilySpec
@@ -174,8 +174,11 @@ class Validator:
         found = [Finding(episode.id, *broken) for broken in broken_by(start) if broken[0] not in exempt]
         if not found and self._is_draft:
             found = [Finding(episode.id, *broken) for broken in worded_badly(start)]
+        if not found and self._is_blind_luck(episode):  # before the solver, which takes longer
+            found = [Finding(episode.id, "not_blind_luck", "an agent without sight completes it")]
         if found:
             return ValidationResult(tuple(found))
+        self._begin(episode, house)
         try:
             steps = tuple(actions) if actions is not None else solution(episode, self._view)
         except Unsolvable as error:
@@ -233,11 +236,9 @@ class Validator:
             self._env.fail("agent", "the actions stop before the episode ends")
         return self._env.record()
 
-    def _blind_record(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
-        """Return the record of an agent without sight. An agent that only reports needs no replay: nothing changes."""
-        if all(isinstance(action, Report) for action in actions):
-            return record_of(record, (), "success")
-        return self._replay(episode, actions)
+    def _is_blind_luck(self, episode: Episode) -> bool:
+        """Return whether an agent without sight completes an episode. Leaves the simulator in any state."""
+        return any(score(episode, self._replay(episode, actions)).W for actions in blind_trials(episode))
 
     def _judge(self, episode: Episode, actions: tuple[Action, ...], record: EpisodeRecord) -> Iterator[Finding]:
         for action in actions:
@@ -259,9 +260,6 @@ class Validator:
             yield Finding(episode.id, "solution_holds", outcome_text)
             return
         yield from (Finding(episode.id, "margins", fault) for fault in _thin_margins(episode, record))
-        trials = blind_trials(episode)
-        if any(score(episode, self._blind_record(episode, record, blind_actions)).W for blind_actions in trials):
-            yield Finding(episode.id, "not_blind_luck", "an agent without sight completes it")
 
 
 def _is_expected(action: Action, episode: Episode) -> bool:

@@ -13,7 +13,7 @@ _ADDRESS = re.compile(rf"{STREAM}(?P<seed>\d{{1,40}})(?:@(?P<version>[\d.]+))?",
 
 
 def stream_version() -> str:
-    """Return the versions of houses, shapes, rules and drafts, e.g. `7.5.3.7`. A stream's bytes depend on all four."""
+    """Return the versions of houses, shapes, rules and drafts, e.g. `7.5.3.8`. A stream's bytes depend on all four."""
     return f"{GENERATOR_VERSION}.{SHAPES_VERSION}.{RULES_VERSION}.{DRAFTS_VERSION}"
 
 

@@ -155,7 +155,7 @@ def test_processes_that_are_started_inherit_the_users_own_setting() -> None:
 def test_a_run_that_cannot_draw_stops_before_it_plays(tmp_path: Path) -> None:
     """Agents that see frames need OpenGL; the first frame is drawn before anything is recorded."""
     folder = tmp_path / "run"
-    plays = ["run", "--pack", "vigil_smoke_v5", "--limit", "2", "--workers", "1", "--log-dir", str(folder)]
+    plays = ["run", "--pack", "vigil_smoke_v6", "--limit", "2", "--workers", "1", "--log-dir", str(folder)]
     found = vigil_in({"MUJOCO_GL": "wgl"}, *plays, "--agent", f"exec:{sys.executable} -c pass")
     assert found.returncode == 1
     assert "MUJOCO_GL is set to 'wgl'" in found.stderr
