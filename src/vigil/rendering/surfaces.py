@@ -24,6 +24,8 @@ GRIPPER_COLOURS = np.array([[0.24, 0.25, 0.27, 1.0]] * 2 + [[0.93, 0.46, 0.12, 1
 _ROWS = 5
 """Number of texels for each geom in the table of geoms: three for the rows of its matrix, two for its look."""
 _NO_CLIP = 0.0, 0.0, 0.0, 1.0
+_BLENDING = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
+"""How transparent surfaces are mixed with what is behind them: two factors for colours, two for opacities."""
 textures = TextureArray()
 
 
@@ -125,7 +127,7 @@ class Surfaces:
                 continue
             if kind is None:
                 self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
-                self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+                self._context.blend_func = _BLENDING
                 self._context.fbo.depth_mask = False
             array = self._array(kind or _CLEAR, len(point_lights))
             _set(array.program, viewer, lamp, point_lights)
