@@ -52,7 +52,7 @@ def box_of(points: np.ndarray, viewer: Viewer) -> tuple[int, int, int, int]:
     A margin of one pixel is added. If a point is level with the eye or behind it, return the whole frame.
     """
     size = np.array([viewer.width, viewer.height])
-    placed = np.column_stack([points, np.ones(len(points))]) @ viewer.matrix().T
+    placed = np.column_stack([points, np.ones(len(points))]) @ viewer.matrix.T
     away = placed[:, 3:]
     if (away < NEAR_M).any():
         return 0, 0, viewer.width, viewer.height

@@ -63,10 +63,12 @@ class Painter:
             for mirror, picture in zip(mirrors, targets.pictures, strict=False):
                 self._surfaces.draw_mirrored(mirror, picture, viewer)
         for _ in self._surfaces.draw(viewer, shown, lamp, point_lights):
-            self._sky.draw(viewer)
+            if not self._has_ssao:
+                self._sky.draw(viewer)
         if not self._has_ssao:
             return _read(canvas.drawn, viewer)
         ssao = self._target(AmbientOcclusion, viewer, self._backend)
+        self._sky.show(ssao.combine, viewer)
         ssao.apply(canvas, viewer, lamp)
         return _read(ssao.shaded, viewer)
 
@@ -141,11 +143,15 @@ class _Sky:
         """Draw the sky where nothing else has been drawn."""
         self._context.enable_only(moderngl.DEPTH_TEST)
         self._context.depth_func = "<="
-        self._cube.use(3)
-        self._program["sky"].value = 3
-        rays = viewer.axes @ np.diag([*viewer.slopes, -1.0])
-        self._program["rays"].write(rays.T.astype(np.float32).tobytes())
+        self.show(self._program, viewer)
         self._screen.render(vertices=3)
+
+    def show(self, shader: Any, viewer: Viewer) -> None:
+        """Set the uniforms of a shader program that reads the sky."""
+        self._cube.use(3)
+        shader["sky"].value = 3
+        rays = viewer.axes @ np.diag([*viewer.slopes, -1.0])
+        shader["rays"].write(rays.T.astype(np.float32).tobytes())
 
     def release(self) -> None:
         """Free the OpenGL objects."""

@@ -29,33 +29,35 @@ class AmbientOcclusion:
     def __init__(self, context: Any, size: tuple[int, int], backend: str) -> None:
         self._context = context
         half = (size[0] + 1) // 2, (size[1] + 1) // 2
-        # Each pass reads what the last one wrote: openness and distance.
-        self._halves = [context.texture(half, 2, dtype="f4") for _ in range(2)]
-        for each in self._halves:
-            each.filter = moderngl.NEAREST, moderngl.NEAREST
+        # Each pass reads what the last one wrote: distance; openness and distance; openness.
+        kinds = (1, "f4", moderngl.NEAREST), (2, "f4", moderngl.NEAREST), (1, "f1", moderngl.LINEAR)
+        self._halves = [context.texture(half, components, dtype=dtype) for components, dtype, _ in kinds]
+        for each, (_, _, reading) in zip(self._halves, kinds, strict=True):
+            each.filter = reading, reading
             each.repeat_x = each.repeat_y = False
         self._targets = [context.framebuffer([each]) for each in self._halves]
         self.shaded = context.framebuffer([context.renderbuffer(size, 4)])
         names = "distance", "nearness", "smooth", "combine"
-        self._programs = [program(backend, "screen.vert", f"{name}.frag") for name in names]
-        self._screens = [context.vertex_array(each, []) for each in self._programs]
+        *self._programs, self.combine = [program(backend, "screen.vert", f"{name}.frag") for name in names]
+        self._screens = [context.vertex_array(each, []) for each in (*self._programs, self.combine)]
 
     def apply(self, canvas: Canvas, viewer: Viewer, lamp: np.ndarray) -> None:
-        """Write the darkened picture of a canvas to `shaded`; `lamp` (3,) is where the lamp of the viewed room is."""
+        """Write the darkened picture of a canvas to `shaded`; `lamp` (3,) is where the lamp of the viewed room is.
+
+        The uniforms of `combine` that show the sky must have been set.
+        """
         self._context.enable_only(moderngl.NOTHING)
-        distance, nearness, smooth, combine = self._programs
+        distance, nearness, smooth, combine = *self._programs, self.combine
         canvas.depth.use(4)
         canvas.colours.use(5)
-        for each in (distance, combine):
-            each["depth"].value, each["planes"].value = 4, (NEAR_M, FAR_M)
+        distance["depth"].value, distance["planes"].value = 4, (NEAR_M, FAR_M)
         nearness["distances"].value, nearness["slopes"].value = 6, viewer.slopes
         ahead = viewer.axes * np.array([1.0, 1.0, -1.0])
         nearness["upward"].value, nearness["lamp"].value = tuple(ahead[2]), tuple((lamp - viewer.eye) @ ahead)
         smooth["nearness"].value = combine["nearness"].value = 6
         combine["picture"].value = 5
-        first, second = self._halves
         for screen, target, read in zip(
-            self._screens, [*self._targets, self._targets[0], self.shaded], (None, first, second, first), strict=True
+            self._screens, [*self._targets, self.shaded], (None, *self._halves), strict=True
         ):
             if read is not None:
                 read.use(6)

@@ -23,7 +23,11 @@ GRIPPER_COLOURS = np.array([[0.24, 0.25, 0.27, 1.0]] * 2 + [[0.93, 0.46, 0.12, 1
 """Colours of the hand's boxes: two fingers, then the two pads at their tips."""
 _ROWS = 5
 """Number of texels for each geom in the table of geoms: three for the rows of its matrix, two for its look."""
+_UNITS = {"geoms": 0, "pictures": 1, "planes": 2}
+"""Number of the texture unit that each texture of a surface is bound to."""
 _NO_CLIP = 0.0, 0.0, 0.0, 1.0
+_BLENDING = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
+"""How transparent surfaces are mixed with what is behind them: two factors for colours, two for opacities."""
 textures = TextureArray()
 
 
@@ -125,7 +129,7 @@ class Surfaces:
                 continue
             if kind is None:
                 self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
-                self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+                self._context.blend_func = _BLENDING
                 self._context.fbo.depth_mask = False
             array = self._array(kind or _CLEAR, len(point_lights))
             _set(array.program, viewer, lamp, point_lights)
@@ -199,6 +203,9 @@ class Surfaces:
                 contents = [(self._vertices, "3f 28x", "position"), owners]
             else:
                 made = program(self._backend, "surface.vert", "surface.frag", *kind.definitions(point_lights))
+                for name, unit in _UNITS.items():
+                    if name in made:
+                        made[name].value = unit
                 names = ["position", *(["normal"] if "normal" in made else []), "uv"]
                 form = f"3f {'3f' if 'normal' in made else '12x'} 2f {'2f' if kind.is_in_atlas else '8x'}"
                 contents = [(self._vertices, form, *names, *(["place"] if kind.is_in_atlas else [])), owners]
@@ -209,21 +216,24 @@ class Surfaces:
 
 
 def _set(made: Any, viewer: Viewer, lamp: np.ndarray, point_lights: list[PointLight]) -> None:
-    values: dict[str, Any] = {
-        "eye": tuple(viewer.eye), "lamp": tuple(lamp), "geoms": 0, "pictures": 1, "planes": 2,
-        "light_places": [tuple(light.place) for light in point_lights],
-        "light_colours": [tuple(light.colour) for light in point_lights],
-    }  # fmt: skip
     made["view_projection"].write(_matrix(viewer))
-    made["clip"].value = _NO_CLIP if viewer.clip is None else tuple(viewer.clip)
+    made["clip"].write(_floats(_NO_CLIP if viewer.clip is None else viewer.clip))
+    values = {"eye": viewer.eye, "lamp": lamp}
+    if point_lights:
+        values["light_places"] = np.array([light.place for light in point_lights])
+        values["light_colours"] = np.array([light.colour for light in point_lights])
     for name, value in values.items():
         uniform = made.get(name, None)  # `in` would look through all names
         if uniform is not None:
-            uniform.value = value if len(point_lights) != 1 or not isinstance(value, list) else value[0]
+            uniform.write(_floats(value))
+
+
+def _floats(values: Any) -> bytes:
+    return np.asarray(values, np.float32).tobytes()
 
 
 def _matrix(viewer: Viewer) -> bytes:
-    return viewer.matrix().T.astype(np.float32).tobytes()
+    return viewer.matrix.T.astype(np.float32).tobytes()
 
 
 def _looks(scene: RenderScene) -> np.ndarray:

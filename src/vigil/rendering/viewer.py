@@ -1,6 +1,7 @@
 """The camera of a picture, and the geoms in the hand. Coordinates are those of `vigil.rendering.scene`."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class Mirror:
         return ((self.points - self.point) @ self.normal)[:, None]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Viewer:
     """The camera of a picture: position, axes, field of view and size."""
 
@@ -56,8 +57,9 @@ class Viewer:
         up = float(np.tan(np.radians(self.fovy_deg) / 2))
         return up * self.width / self.height, up
 
+    @cached_property
     def matrix(self) -> np.ndarray:
-        """Return the matrix (4, 4) that maps the world to OpenGL's clip space."""
+        """Matrix (4, 4) that maps the world to OpenGL's clip space."""
         across, up = self.slopes
         depth = FAR_M - NEAR_M
         lens = np.array(

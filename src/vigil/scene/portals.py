@@ -34,11 +34,13 @@ STRETCH_M = 0.5
 """An edge without a wall is divided into parts of at most this length (m). At the middle of each part, the rooms next
 to it are looked up."""
 MAX_CACHED_EYES = 256
-"""Number of places for which the visible rooms are cached."""
+"""Number of places and views for which rooms are cached."""
 
 Place = tuple[float, float, float]
 """Place as (x, z, height) in metres."""
 _End = tuple[float, float]
+_View = tuple[Place, tuple[Place, ...], Sector]
+"""Arguments of `Portals.visible_rooms`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +94,8 @@ class Portals:
         sides = [frozenset(self._spaces[list(self._rooms_beside(*each[:2]))].tolist()) for each in found]
         self._holes = [_Portal(*each, between) for each, between in zip(found, sides, strict=True) if len(between) > 1]
         self._corners = [hole.corners() for hole in self._holes]
-        self._seen: LRUCache[Place, list[tuple[int, Sector]] | None] = LRUCache(MAX_CACHED_EYES)
+        self._rooms_of: LRUCache[Place, list[int]] = LRUCache(MAX_CACHED_EYES)
+        self._seen: LRUCache[_View, list[tuple[int, Sector]] | None] = LRUCache(MAX_CACHED_EYES)
 
     def connected_rooms(self) -> list[list[int]]:
         """Return groups of room numbers. Walls separate the groups, but not the rooms of one group."""
@@ -120,17 +123,15 @@ class Portals:
         `entries` and `through` describe a view in a mirror, whose eye is behind the mirror: the lines of sight enter
         the house at the places `entries`, in the directions `through`.
         """
-        entries = list(entries)
-        if entries or through is not ALL:
-            return self._find_visible(eye, entries, through)
-        if eye not in self._seen:
-            self._seen[eye] = self._find_visible(eye, [eye], ALL)
-        return self._seen[eye]
+        key = eye, tuple(entries), through
+        if key not in self._seen:
+            self._seen[key] = self._find_visible(eye, key[1] or (eye,), through)
+        return self._seen[key]
 
-    def _find_visible(self, eye: Place, entries: list[Place], through: Sector) -> list[tuple[int, Sector]] | None:
+    def _find_visible(self, eye: Place, entries: tuple[Place, ...], through: Sector) -> list[tuple[int, Sector]] | None:
         """Return what `visible_rooms` returns, without a cache."""
         spaces: set[int] = set()
-        for place in entries or [eye]:
+        for place in entries:
             here = self._rooms_at(place)
             if not here:
                 return None
@@ -168,7 +169,10 @@ class Portals:
 
     def _rooms_at(self, place: Place) -> list[int]:
         """Return the rooms that a place is in."""
-        return np.flatnonzero(self.distances(np.array([place[:2]]))[0] <= IN_ROOM_M).tolist()
+        if place not in self._rooms_of:
+            away = self.distances(np.array([place[:2]]))[0]
+            self._rooms_of[place] = np.flatnonzero(away <= IN_ROOM_M).tolist()
+        return self._rooms_of[place]
 
     def _space_numbers(self, edges: list[tuple[_End, _End]]) -> np.ndarray:
         """Return the number of each room's space (rooms + 1,); the last entry is the number of the outside's space.

@@ -2,10 +2,10 @@
 // How open the surroundings of each point are: 1, or less where something is near and in front of it, most of all where it
 // stops light from above, and where something small is between the point and the lamp. Shadows are longer on level
 // surfaces than on walls and fronts, where only handles and frames stand out; longer ones would look like smudges.
-const int TAPS = 9;
+const int TAPS = 7;
 const float REACH = 0.2;  // metres
 const float STRENGTH = 1.7;
-const int STEPS = 10;
+const int STEPS = 8;
 const float SHADE_REACH = 0.8, SHORT_REACH = 0.22;  // metres towards the lamp, from level and from upright surfaces
 const float SHADE = 0.5;
 const float FLAT = 0.5, LEVEL = 0.9;  // cosines of upright and of level surfaces; below -FLAT are ceilings
@@ -19,7 +19,7 @@ in vec2 place;
 out vec2 seen;
 
 vec3 at(vec2 p) {
-    float z = textureLod(distances, p, 0.0).g;
+    float z = textureLod(distances, p, 0.0).r;
     return vec3((p * 2.0 - 1.0) * slopes * z, z);
 }
 
@@ -30,10 +30,12 @@ float counted(float lies, float out_m) {
 
 float nearness(vec3 here, vec3 normal, float turn, float lies) {
     vec2 radius = min(REACH / (here.z * slopes) * 0.5, vec2(0.12));
-    float hidden = 0.0;
+    float hidden = 0.0, angle = turn * 6.2831853;
+    vec2 turned = vec2(cos(angle), sin(angle));
     for (int i = 0; i < TAPS; i++) {
-        float angle = (float(i) * 0.381966 + turn) * 6.2831853;
-        vec3 way = at(place + vec2(cos(angle), sin(angle)) * pow((float(i) + 0.5) / float(TAPS), 1.6) * radius) - here;
+        float tap_angle = float(i) * 0.381966 * 6.2831853;
+        vec2 tap = vec2(cos(tap_angle), sin(tap_angle)) * pow((float(i) + 0.5) / float(TAPS), 1.6);
+        vec3 way = at(place + vec2(tap.x * turned.x - tap.y * turned.y, tap.x * turned.y + tap.y * turned.x) * radius) - here;
         float square = dot(way, way) + 1e-6;
         float inverse = inversesqrt(square);
         float rising = smoothstep(-0.6, 0.5, dot(way, upward) * inverse);
@@ -55,7 +57,7 @@ float shade(vec3 here, vec3 normal, float turn, float lies) {
     for (int i = 0; i < STEPS; i++) {
         float far = reach * (float(i) + 0.3 + turn) / float(STEPS);
         vec3 point = here + normal * least + way * far;
-        float before = point.z - textureLod(distances, point.xy / (point.z * slopes) * 0.5 + 0.5, 0.0).g;
+        float before = point.z - textureLod(distances, point.xy / (point.z * slopes) * 0.5 + 0.5, 0.0).r;
         float is_between = step(least, before) * step(before, THICKNESS);
         stopped = max(stopped, is_between * (1.0 - far / reach) * counted(lies, dot(point - here, normal)));
     }

@@ -1,7 +1,7 @@
 #version 330
 // Averages over the four by four pixels among which the taps rotate, if they are equally far away.
 uniform sampler2D nearness;
-out vec2 seen;
+out float seen;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(nearness, 0) - 1;
@@ -13,5 +13,5 @@ void main() {
             total += share * there.r;
             weight += share;
         }
-    seen = vec2(total / weight, here);
+    seen = total / weight;
 }

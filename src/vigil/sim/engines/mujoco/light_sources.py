@@ -12,13 +12,17 @@ import numpy as np
 from vigil.base.geometry import Pose, floor_distance
 from vigil.rendering.scene import MAX_POINT_LIGHTS, PointLight
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.sight import Lens, boxes_of, directions, farthest_m, window_of
+from vigil.sim.core.sight import Lens, boxes_of, camera_axes, directions, farthest_m, window_of
 from vigil.sim.engines.mujoco import rays
 from vigil.sim.engines.mujoco.compiled.lights import point_light_of
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 MOST_RAYS = 64
 """Greatest number of pixels that are tested to find whether an object is visible."""
+REACH = 1.5
+"""A thing and its opened parts are within this multiple of the diagonal of its size, measured from its middle."""
+EDGE_PX = 2.0
+"""Width (pixels) of the margin around a picture in which things still count as in view."""
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -44,7 +48,7 @@ def point_lights_of(
 
 def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> bool:
     """Return whether any tested pixel shows an object, directly or through glass; False for a held or absent object."""
-    if not thing.is_present or thing.is_held:
+    if not thing.is_present or thing.is_held or _is_out_of_view(thing, looker, lens):
         return False
     boxes = boxes_of([thing])
     window = window_of(looker, boxes, lens)
@@ -57,6 +61,20 @@ def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> boo
     ways = directions(looker, pixels, lens)
     hits = rays.cast(model, looker.eye, ways, through_glass=True, within_m=within_m)
     return bool((hits.things == model.things[thing.id].index).any())
+
+
+def _is_out_of_view(thing: Thing, looker: Pose, lens: Lens) -> bool:
+    """Return whether a sphere around a thing, which also contains its opened parts, is certainly not in the picture."""
+    away = np.array(thing.position) - np.array(looker.eye)
+    right, up, ahead = (camera_axes(looker) @ away).tolist()
+    reach_m = REACH * math.hypot(*thing.asset.size)
+    if ahead < -reach_m:
+        return True
+    slopes = ((side / 2 + EDGE_PX) / lens.focal_px for side in (lens.width, lens.height))
+    return any(
+        abs(aside) - slope * ahead > reach_m * math.hypot(1.0, slope)
+        for aside, slope in zip((right, up), slopes, strict=True)
+    )
 
 
 def _is_behind_walls(model: CompiledModel, boxes: list[np.ndarray], looker: Pose) -> bool:
