@@ -221,7 +221,7 @@ def remake(
     workers: Workers = None,
     assets: AssetFile = None,
 ) -> None:
-    """Example: vigil pack remake procthor_one_room_v6 --houses one_room_train.jsonl.gz --out packs/one_room"""
+    """Example: vigil pack remake procthor_one_room_v7 --houses one_room_train.jsonl.gz --out packs/one_room"""
     from vigil.assets.database import AssetDatabase
     from vigil.authoring.drafting.sources import draw_sample
     from vigil.authoring.packing.recipes import Recipe, check_assets, check_drafts, check_houses, sources_of
