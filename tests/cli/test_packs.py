@@ -35,7 +35,7 @@ def test_levels_and_strata_are_shown_in_their_order() -> None:
     said = vigil("info", "vigil_mini").output
     rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in said.splitlines() if line.startswith("│")]
     assert [row for row in rows if len(row) == 5] == [[family, "3", "3", "2", "2"] for family in FAMILIES]
-    assert next(row[1] for row in rows if row[0] == "rooms").startswith("1 9, 2 12, 3 13")
+    assert next(row[1] for row in rows if row[0] == "rooms").startswith("1 9, 2 14, 3 12")
     assert "10 1" in next(row[1] for row in rows if row[0] == "rooms")
     assert json.loads(vigil("info", "vigil_mini", "--json").stdout)["levels"]["hard"] == 16
 
