@@ -6,9 +6,10 @@ then those of the second, and so on. Its header lists every session of every sha
 
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import cache
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ from typing import Any
 from vigil.base.files import refuse_outward_links
 from vigil.base.json_lines import AppendFile, Line, dump_line
 from vigil.errors import RecordError
+from vigil.packs.pack import frozen_episodes
+from vigil.protocol.episode import Episode
 from vigil.records.probe_file import PROBES_FILE, read_probes
 from vigil.records.reasoning_file import REASONING_FILE, read_reasoning
 from vigil.records.record import (
@@ -72,7 +75,8 @@ def merge_runs(out: Path, shards: Sequence[Path], settings: MergeSettings | None
     headers = {folder: read_header(folder) for folder in shards}
     _check_headers(headers, len(shards), settings)
     with ExitStack() as stack:
-        parts = [_read(folder, settings, stack) for folder in shards]
+        episodes_of = cache(frozen_episodes)  # all shards have the same pack
+        parts = [_read(folder, settings, stack, episodes_of) for folder in shards]
         parts.sort(key=lambda part: part.shard.index)
         if not settings.partial:
             _check_finished(parts)
@@ -134,10 +138,12 @@ def _identity(header: RunHeader, settings: MergeSettings) -> dict[str, Any]:
     return {name: value for name, value in found.items() if not (settings.force and name.startswith(_PLAYER_FACTS))}
 
 
-def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _ShardRun:
+def _read(
+    folder: Path, settings: MergeSettings, stack: ExitStack, episodes_of: Callable[[Path, str], Iterable[Episode]]
+) -> _ShardRun:
     """Read a shard, and lock its rows until `stack` is closed. Raises RecordError when a row is invalid."""
     refuse_outward_links(folder, RecordError)
-    run = open_run(folder, settings.pack)
+    run = open_run(folder, settings.pack, episodes_of)
     path = run.table.path
     if not path.is_file():
         raise RecordError(f"{str(folder)!r} has no {EPISODES_FILE}. Play the shard first.")
