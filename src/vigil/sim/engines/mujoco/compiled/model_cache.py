@@ -44,18 +44,20 @@ def _identity(scene: Scene) -> Hashable:
     )
 
 
-def _built(scene: Scene) -> CompiledModel:
-    model = build(scene)
-    return_free_memory()  # the compiler has used three times as much as the model takes
-    return model
+def _take(scene: Scene) -> tuple[Hashable, CompiledModel]:
+    """Return the key and the model of a scene; a model that was prepared does not wait any longer."""
+    key = _identity(scene)
+    with _lock:
+        model = _prepared.pop(key, None) or _cached.get(key)
+    if model is None:
+        model = build(scene)
+        return_free_memory()  # the compiler has used three times as much as the model takes
+    return key, model
 
 
 def model_of(scene: Scene) -> CompiledModel:
     """Return a new copy of the model of a scene in its present state."""
-    key = _identity(scene)
-    with _lock:
-        model = _prepared.pop(key, None) or _cached.get(key)
-    model = model or _built(scene)
+    key, model = _take(scene)
     with _lock:
         _cached[key] = model
         return model.copy()
@@ -63,10 +65,7 @@ def model_of(scene: Scene) -> CompiledModel:
 
 def prepare(scene: Scene) -> None:
     """Compile the model of a scene, unless it is there already, and keep it until it is used."""
-    key = _identity(scene)
-    with _lock:
-        model = _prepared.pop(key, None) or _cached.get(key)
-    model = model or _built(scene)
+    key, model = _take(scene)
     with _lock:
         _prepared[key] = model
         while len(_prepared) > max(1, len(_engines)):
