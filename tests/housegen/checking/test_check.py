@@ -5,7 +5,7 @@ import json
 import pytest
 
 from vigil.assets.database import AssetDatabase
-from vigil.housegen.checking.check import Fault, check_house
+from vigil.housegen.checking.check import MAX_OVERLAPS, Fault, check_house
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.supports import surface_frame
@@ -87,6 +87,14 @@ def test_things_that_share_room(data):
     dresser["position"]["x"], dresser["position"]["z"] = bed["position"]["x"], bed["position"]["z"]
     pairs = [{fault.subject, fault.other} for fault in faults(data) if fault.rule == "overlap"]
     assert {bed["id"], dresser["id"]} in pairs
+
+
+def test_a_house_with_very_many_overlaps_is_not_checked_further(data):
+    bed = find(data, "Bed")
+    data["objects"] += [bed | {"id": f"Bed|copy|{number}", "children": []} for number in range(50)]
+    found = faults(data)
+    assert sum(fault.rule == "overlap" for fault in found) == MAX_OVERLAPS + 1
+    assert str(found[-1]).endswith("further pairs and the space of openable things are not checked")
 
 
 def test_misplaced_and_missing_furniture(data):

@@ -34,6 +34,8 @@ UNLOADABLE_RULES = frozenset({"room-shape", "extent", "wall-shape"})
 """Rules that a house must satisfy before it can be loaded and checked further."""
 FARTHEST_M = 200.0
 """Greatest coordinate (m) of anything in a house."""
+MAX_OVERLAPS = 1000
+"""Number of overlapping pairs of things at which the check of a house ends."""
 REQUIRED_FURNITURE = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
 """Kind of room -> category of furniture that every room of this kind must have."""
 
@@ -68,15 +70,16 @@ def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
     except HouseError as error:
         return [*faults, Fault("load", house.name, str(error))]
     solid_overlaps, grid = SolidOverlaps(scene), build_walkable_grid(house, scene)
-    return [
-        *(*faults, *_assets(house, assets), *_hovering(house, scene, assets)),
-        *(*_outside(house, scene), *_misplaced(house, scene)),
-        *(
-            Fault("overlap", one.id, f"and {two.id!r} overlap by {depth:.3f} m in height", two.id)
-            for one, two, depth in solid_overlaps.overlaps()
-        ),
-        *(*_walkability(house, grid), *_start(house, grid), *_access(scene, grid, solid_overlaps)),
+    faults += [*_assets(house, assets), *_hovering(house, scene, assets)]
+    faults += [*_outside(house, scene), *_misplaced(house, scene)]
+    overlaps = [
+        Fault("overlap", one.id, f"and {two.id!r} overlap by {depth:.3f} m in height", two.id)
+        for one, two, depth in itertools.islice(solid_overlaps.overlaps(), MAX_OVERLAPS)
     ]
+    if len(overlaps) == MAX_OVERLAPS:
+        message = f"{MAX_OVERLAPS} pairs of things overlap; further pairs and the space of openable things are not checked"
+        return [*faults, *overlaps, Fault("overlap", house.name, message)]
+    return [*faults, *overlaps, *_walkability(house, grid), *_start(house, grid), *_access(scene, grid, solid_overlaps)]
 
 
 def _references(house: House) -> list[Fault]:

@@ -38,16 +38,18 @@ class SolidOverlaps:
     def overlaps(self) -> Iterator[tuple[Thing, Thing, float]]:
         """Yield (thing, other thing, overlap's height in m) for each pair of things that overlap by more than 5 mm."""
         seen: set[tuple[str, str]] = set()
-        first, second = self.tree.query(self.shapes, predicate="intersects")
-        for a, b in zip(first.tolist(), second.tolist(), strict=True):
-            one, two = self.owners[a], self.owners[b]
-            key = (one.id, two.id)
-            depth = _depth(self.prisms[a], self.prisms[b])
-            is_apart = a >= b or key in seen or depth <= OVERLAP_M or _may_overlap(one, two)
-            if is_apart or one in self._carriers[two.id] or two in self._carriers[one.id]:
-                continue
-            seen.add(key)
-            yield one, two, depth
+        for a, shape in enumerate(self.shapes):  # one by one: all pairs at once may not fit into memory
+            for b in self.tree.query(shape, predicate="intersects").tolist():
+                one, two = self.owners[a], self.owners[b]
+                key = (one.id, two.id)
+                if a >= b or key in seen:
+                    continue
+                depth = _depth(self.prisms[a], self.prisms[b])
+                is_apart = depth <= OVERLAP_M or _may_overlap(one, two)
+                if is_apart or one in self._carriers[two.id] or two in self._carriers[one.id]:
+                    continue
+                seen.add(key)
+                yield one, two, depth
 
     def first_obstacle(self, thing: Thing) -> Thing | None:
         """Return the first other thing that the thing's leaves hit between shut and open; None if they hit nothing."""
