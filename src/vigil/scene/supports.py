@@ -161,9 +161,12 @@ def moved_by_joint(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
     return direct + [deeper for child in direct for deeper in contents(scene, child.id)]
 
 
-def receptacles_below(thing: Thing, others: Iterable[Thing], *, inside: bool) -> tuple[str, ...]:
-    """Return the sorted ids of the receptacles among `others` that the thing rests over (see `rests_over`)."""
-    return tuple(sorted(other.id for other in _receptacles(thing, others) if rests_over(thing, other, inside=inside)))
+def receptacles_below(thing: Thing, others: Iterable[Thing]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the sorted ids of the receptacles among `others` that the thing rests over (see `rests_over`), and of
+    those over an interior surface of which it rests."""
+    below = {other.id: _surfaces_below(thing, other) for other in _receptacles(thing, others)}
+    over = sorted(name for name, surfaces in below.items() if surfaces)
+    return tuple(over), tuple(name for name in over if any(surface.is_inside for surface in below[name]))
 
 
 def _receptacles(thing: Thing, others: Iterable[Thing]) -> Iterator[Thing]:

@@ -244,7 +244,8 @@ def _place(
 
 def _rooms(context: HouseContext, chores: Sequence[ProposedChore]) -> set[str | None]:
     """Return the ids of the rooms of the things that chores are about."""
-    return {context.items[name].room_id for each in chores for name in each.chore.ids() if name in context.items}
+    items = context.items
+    return {items[name].room_id for each in chores for name in each.chore.ids() if name in items}
 
 
 def _away_m(context: HouseContext, chores: Sequence[ProposedChore], chosen: Sequence[ProposedChore]) -> float:

@@ -60,6 +60,7 @@ def object_state(
 
     `asked` has all things whose state is requested. Only things in `asked` are reported as receptacles of the thing.
     """
+    over, over_inside = receptacles_below(thing, asked)
     return ObjectState(
         category=thing.category,
         position=thing.position,
@@ -78,6 +79,6 @@ def object_state(
         support_chain=tuple(below.id for below in ancestors(world.scene, thing)),
         inside=tuple(other.id for other in containers_of(world.scene, thing)),
         not_on=supports_not_lain_on(world.scene, thing, asked),
-        over=receptacles_below(thing, asked, inside=False),
-        over_inside=receptacles_below(thing, asked, inside=True),
+        over=over,
+        over_inside=over_inside,
     )
