@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from shapely.geometry.base import BaseGeometry
@@ -16,12 +17,15 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.privileged import PrivilegedSimulator
 
 
+_SPACES: WeakKeyDictionary[PrivilegedSimulator, FreeSpace] = WeakKeyDictionary()
+"""Simulator -> the free floor of the scene that was last asked for. All views of the simulator share it."""
+
+
 class PrivilegedView:
     """Privileged access to the house that is loaded in a simulator, and to the agent in it."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
-        self._space: FreeSpace | None = None
         self._clearance: ClearanceGrid | None = None
 
     @property
@@ -53,9 +57,10 @@ class PrivilegedView:
         return self._free_space().bare()
 
     def _free_space(self) -> FreeSpace:
-        if self._space is None or self._space.scene is not self.scene:
-            self._space = FreeSpace(self.scene)
-        return self._space
+        space = _SPACES.get(self._simulator)
+        if space is None or space.scene is not self.scene:
+            space = _SPACES[self._simulator] = FreeSpace(self.scene)
+        return space
 
     def clearance_grid(self) -> ClearanceGrid:
         """Return the clearance grid of the scene's floor. It is made once and used for all states of the scene."""
