@@ -8,6 +8,7 @@ rooms. The agent turns in each step. The table gives the medians of the rounds.
 """
 
 import argparse
+import importlib
 import multiprocessing
 import os
 import tempfile
@@ -16,6 +17,7 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import psutil
 
@@ -63,9 +65,9 @@ def miniworld_times(name: str, steps: int) -> Times:
     """Return the times of an environment of MiniWorld."""
     os.environ["PYGLET_HEADLESS"] = "true"
     import gymnasium  # noqa: PLC0415 - it reads the variable above
-    import miniworld.envs  # noqa: F401, PLC0415 - registers the environments
 
-    environment = gymnasium.make(name, obs_width=FRAME_WIDTH, obs_height=FRAME_HEIGHT).unwrapped
+    importlib.import_module("miniworld.envs")  # registers the environments
+    environment: Any = gymnasium.make(name, obs_width=FRAME_WIDTH, obs_height=FRAME_HEIGHT).unwrapped
     environment.reset(seed=1)
     return times_of(lambda: environment.step(environment.actions.turn_right), steps)
 

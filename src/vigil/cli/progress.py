@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Protocol
 
-from vigil.cli.text import console, duration, percent
+from vigil.cli.text import console, duration, percent_text
 
 if TYPE_CHECKING:
     from vigil.runner.progress import OnProgress, RunProgress
@@ -119,9 +119,9 @@ def progress_facts(run: "RunProgress") -> str:
     """Return a text with a run's rates, cost, errors and latest retry."""
     return "  ".join(
         (
-            f"W {percent(run.W)}",
-            f"B {percent(run.B)}",
-            *([f"T {percent(run.T)}"] if run.T is not None else []),
+            f"W {percent_text(run.W)}",
+            f"B {percent_text(run.B)}",
+            *([f"T {percent_text(run.T)}"] if run.T is not None else []),
             *([f"cost {run.cost:,.2f}"] if run.cost is not None else []),
             *([f"errors {run.errors}"] if run.errors else []),
             *([textwrap.shorten(run.retry_reason, RETRY_REASON_CHARS, placeholder=" ...")] if run.retry_reason else []),

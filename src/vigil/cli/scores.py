@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vigil.cli.arguments import AsJson, RunArguments
-from vigil.cli.text import COLUMNS, percent, print_fitting, print_notes, with_interval
+from vigil.cli.text import COLUMNS, percent_text, print_fitting, print_notes, with_interval
 from vigil.runner.shared_settings import PackLocation
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ def print_families(name: str, scores: RunScores) -> None:
         table.add_row("all", *_cells(summary["overall"], is_full))
         if "macro" in summary:
             macro = summary["macro"]
-            rates = [percent(macro[column]) for column in COLUMNS]
+            rates = [percent_text(macro[column]) for column in COLUMNS]
             table.add_row("mean of families", "", *rates, f"{macro['mean_steps']:.1f}")
         return table
 
@@ -234,7 +234,7 @@ def _table(title: Text | str, columns: Sequence[str], is_full: bool, no_wrap: bo
 def _cells(rates: dict, is_full: bool) -> list[str]:
     steps = "-" if rates["mean_steps"] is None else f"{rates['mean_steps']:.1f}"
     with_intervals = ("W", "B") if is_full else ()
-    cells = [with_interval(rates, name) if name in with_intervals else percent(rates[name]) for name in COLUMNS]
+    cells = [with_interval(rates, name) if name in with_intervals else percent_text(rates[name]) for name in COLUMNS]
     return [rates["complete"], *cells, steps]
 
 
@@ -242,7 +242,7 @@ def _pair(rates: dict | None, is_full: bool) -> str:
     if rates is None or rates["W"] is None:
         return "-"
     if is_full or rates["B"] is None:
-        return f"{percent(rates['W'])} / {percent(rates['B'])}"
+        return f"{percent_text(rates['W'])} / {percent_text(rates['B'])}"
     return f"{100 * rates['W']:.0f}/{100 * rates['B']:.0f}"
 
 
@@ -261,8 +261,8 @@ def _kinds(run: ClosureRun, is_full: bool) -> Table:
     for kind, rates in run.rates().items():
         if kind == "all":
             table.add_section()
-        cells = [with_interval(rates, name) if is_full else percent(rates[name]) for name in CLOSURE_RATES]
-        rest = [percent(rates[name]) for name in ("W", "false_success", "no_report")]
+        cells = [with_interval(rates, name) if is_full else percent_text(rates[name]) for name in CLOSURE_RATES]
+        rest = [percent_text(rates[name]) for name in ("W", "false_success", "no_report")]
         table.add_row(kind, str(rates["episodes"]), *cells, *rest)
     return table
 
@@ -274,9 +274,9 @@ def _side_by_side(runs: Sequence[ClosureRun], is_full: bool) -> Table:
     table = _table(title, ("agent", "episodes", "all", "both twins", *kinds), is_full, no_wrap=is_full)
     for run, rates in rows:
         cells = [
-            with_interval(rates["all"], name) if is_full else percent(rates["all"][name]) for name in CLOSURE_RATES
+            with_interval(rates["all"], name) if is_full else percent_text(rates["all"][name]) for name in CLOSURE_RATES
         ]
-        each = [percent(rates[kind]["C"]) if kind in rates else "-" for kind in kinds]
+        each = [percent_text(rates[kind]["C"]) if kind in rates else "-" for kind in kinds]
         table.add_row(Text(run.name), str(rates["all"]["episodes"]), *cells, *each)
     return table
 
@@ -294,7 +294,7 @@ def _print_chores(runs: list[_ScoredRun]) -> None:
         table = _table(title, ("agent", "lists", "claims", *CHORES_RATES.values()), is_full, no_wrap=is_full)
         for name, scores in rows:
             cells = [
-                with_interval(scores, rate) if is_full and rate in scores["intervals"] else percent(scores[rate])
+                with_interval(scores, rate) if is_full and rate in scores["intervals"] else percent_text(scores[rate])
                 for rate in CHORES_RATES
             ]
             table.add_row(Text(name), str(scores["episodes"]), str(scores["claims"]), *cells)

@@ -43,7 +43,7 @@ def print_fitting(build: "Callable[[bool], Table]") -> None:
     output.print(full if width <= output.width else build(False))
 
 
-def percent(rate: float | None) -> str:
+def percent_text(rate: float | None) -> str:
     """Return a rate as a percentage; a dash for None."""
     return "-" if rate is None else f"{100 * rate:.1f}"
 
@@ -53,7 +53,7 @@ def with_interval(rates: dict, name: str) -> str:
     if rates[name] is None:
         return "-"
     low, high = rates["intervals"][name]
-    return f"{percent(rates[name])} [{100 * low:.0f}, {100 * high:.0f}]"
+    return f"{percent_text(rates[name])} [{100 * low:.0f}, {100 * high:.0f}]"
 
 
 def duration(seconds: float | None) -> str:

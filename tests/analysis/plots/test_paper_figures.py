@@ -25,8 +25,8 @@ from vigil.analysis.plots.style import (
     canvas,
     figure_bytes,
     on_paper,
-    points,
     styled,
+    text_pt,
 )
 from vigil.analysis.plots.trajectory import goal_words, trajectory_figure
 
@@ -134,7 +134,7 @@ def plane_of(places: np.ndarray, names: list[str], width: PaperWidth | None) -> 
         axes = figure.add_subplot()
         axes.plot(*places.T, "o")
         axes.set(xlim=(0, 100), ylim=(0, 100), xlabel="W")
-        labels = [((w, b), name, "black", points(8.5)) for (w, b), name in zip(places, names, strict=True)]
+        labels = [((w, b), name, "black", text_pt(8.5)) for (w, b), name in zip(places, names, strict=True)]
         name_points(axes, labels)
     return axes, axes.get_xlabel().splitlines()
 

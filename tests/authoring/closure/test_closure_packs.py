@@ -30,7 +30,7 @@ from vigil.authoring.closure.twins import BrokenRule, check_hidden
 from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Rejection
 from vigil.authoring.drafting.generation import DraftWorker, GenerationSettings, SolvedSide
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import is_seen
+from vigil.authoring.drafting.proposals import shows_px
 from vigil.authoring.drafting.sources import GeneratedHouse
 from vigil.authoring.language.referring import ROOM_NAMES
 from vigil.authoring.packing.assemble import assemble
@@ -258,7 +258,7 @@ def test_what_bars_the_way_is_in_no_first_frame(simulator: PrivilegedSimulator) 
         assert PrivilegedView(simulator).state_of(task.removed).visible_px == 0
     for shown in task.episodes:
         context.begin(shown.setup)
-        start = context.start_seeing(context.thing(task.removed), (0.7, 4.0), 15.0, is_seen(100))
+        start = context.start_seeing(context.thing(task.removed), (0.7, 4.0), 15.0, shows_px(100))
         assert start is not None
         seen = replace(task, episodes=tuple(each.model_copy(update={"start": start}) for each in task.episodes))
         assert certifier.certify(seen, house)[1][0].rule == "difference_hidden"
@@ -272,7 +272,7 @@ def test_what_is_asked_about_is_in_no_first_frame_of_a_second_side(
     second, house = task.episodes[1], drafts.house(task.episodes[1].house.name)
     context = HouseContext(simulator, house, np.random.default_rng(3))
     context.begin(second.setup)
-    start = context.start_seeing(context.thing(task.removed), (0.7, 4.0), 15.0, is_seen(100))
+    start = context.start_seeing(context.thing(task.removed), (0.7, 4.0), 15.0, shows_px(100))
     assert start is not None
     for pose, rules in ((second.start, []), (start, ["hidden_at_start"])):
         simulator.reset(pose, second.setup)
@@ -290,7 +290,7 @@ def test_no_mirror_is_in_a_first_frame_that_must_hide_something(simulator: Privi
     context.begin(Setup())
     things = simulator.scene().things
     mirror = next(thing.id for thing in things.values() if thing.category == "Mirror")
-    start = context.start_seeing(context.thing(mirror), (0.7, 4.0), 15.0, is_seen(100))
+    start = context.start_seeing(context.thing(mirror), (0.7, 4.0), 15.0, shows_px(100))
     assert start is not None
     simulator.reset(start, Setup())
     view = PrivilegedView(simulator)

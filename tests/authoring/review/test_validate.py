@@ -17,7 +17,7 @@ from vigil.agents.scripted import (
     WALK_ACTIONS,
 )
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import is_seen
+from vigil.authoring.drafting.proposals import shows_px
 from vigil.authoring.review import validate as validation
 from vigil.authoring.review.blind_trials import blind_trials
 from vigil.authoring.review.rules import RULES
@@ -175,7 +175,7 @@ def test_a_bad_start_is_rejected_by_its_rule(
     good = first_of(starter, family)
     house = starter.house_of(good)
     context = HouseContext(simulator, house, np.random.default_rng(0))
-    start = context.start_seeing(context.thing(good.goal.object_id), away, good.start.horizon, is_seen(200))
+    start = context.start_seeing(context.thing(good.goal.object_id), away, good.start.horizon, shows_px(200))
     assert start is not None
     assert rule in rules_broken(Validator(simulator), good.model_copy(update={"start": start}), house, None)
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
-from vigil.analysis.plots.style import FAINT, INK, MIN_POINTS, canvas, paper_width_in, points, styled
+from vigil.analysis.plots.style import FAINT, INK, MIN_POINTS, canvas, paper_width_in, styled, text_pt
 from vigil.analysis.plots.trajectory import (
     CLICK_COLOUR,
     GOAL_COLOUR,
@@ -71,14 +71,14 @@ def protocol_figure(examples: Mapping[Family, FamilyExample]) -> Figure:
                 _TIER_TEXTS[tier],
                 (0, 1.17),
                 xycoords="axes fraction",
-                fontsize=points(10.5),
+                fontsize=text_pt(10.5),
                 fontweight="bold",
                 color=_TIER_COLOURS[tier],
             )
             heading.set_in_layout(False)
         if paper_width_in() is None:
             said = _wrapped(CONTRACT, _letters(10 * figure.get_figwidth() - 2, 8.5))
-            figure.supxlabel(said, fontsize=points(8.5), color=INK, x=0.01, ha="left")
+            figure.supxlabel(said, fontsize=text_pt(8.5), color=INK, x=0.01, ha="left")
         return figure
 
 
@@ -116,9 +116,9 @@ def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) 
         if paper_width_in() is None:
             axes.text(2, top - 2.6, "Evaluation pipeline", fontsize=11, fontweight="bold", va="center")
             name = f"{episode.id}, {FAMILIES[episode.family].name}"
-            axes.text(right, top - 2.6, name, fontsize=points(8.5), color=FAINT, va="center", ha="right")
+            axes.text(right, top - 2.6, name, fontsize=text_pt(8.5), color=FAINT, va="center", ha="right")
         said = _wrapped(f"“{episode.instruction}”", _letters(right - 2, 8.5), 1)
-        axes.text(2, layout.pictures_top + 3.4, said, fontsize=points(8.5), color=INK, va="center")
+        axes.text(2, layout.pictures_top + 3.4, said, fontsize=text_pt(8.5), color=INK, va="center")
         width = min((layout.across - 1.5) / len(chosen) - 2.5, layout.widest)
         pitch = (layout.across - 4 - width) / max(len(chosen) - 1, 1)
         for place, index in enumerate(chosen):
@@ -129,7 +129,7 @@ def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) 
                 _arrow(axes, (left - pitch + width + 0.1, middle), (left - 0.2, middle))
                 if skipped := index - chosen[place - 1] - 1:
                     between = left - (pitch - width) / 2
-                    axes.text(between, middle + 0.6, f"+{skipped}", fontsize=points(7), ha="center", color=INK)
+                    axes.text(between, middle + 0.6, f"+{skipped}", fontsize=text_pt(7), ha="center", color=INK)
         _interface(axes, layout)
         _footnotes(axes, layout, episode, track)
         return figure
@@ -147,17 +147,17 @@ def _card(axes: Axes, family: Family, example: FamilyExample | None) -> None:
     for spine in axes.spines.values():
         spine.set(visible=True, color=_TIER_COLOURS[spec.tier], linewidth=1.6)
     axes.imshow(np.full((480, 640, 3), 235, np.uint8) if example is None else example.frame)
-    axes.set_title(f"\n{family}  {spec.name}", fontsize=points(9.5 if paper_width_in() is None else 8.2))
+    axes.set_title(f"\n{family}  {spec.name}", fontsize=text_pt(9.5 if paper_width_in() is None else 8.2))
     figure = axes.get_figure(root=True)
     assert figure is not None
-    letters = int(46 * figure.get_figwidth() / (_CARD_WIDTH_IN * 4) * 7.3 / points(7.3))
+    letters = int(46 * figure.get_figwidth() / (_CARD_WIDTH_IN * 4) * 7.3 / text_pt(7.3))
     if example is not None and example.target is not None:
         axes.plot(*example.target, "o", ms=15, mfc="none", mec="white", mew=3.2)
         axes.plot(*example.target, "o", ms=15, mfc="none", mec=CLICK_COLOUR, mew=1.6)
     allowed = f"at most {spec.max_steps} steps\nat most {spec.max_invalid} invalid replies"
     said = "" if example is None else _wrapped(f"“{example.episode.instruction}”", letters, 6)
     text = "\n".join((_wrapped(spec.summary, letters), allowed, said))
-    axes.set_xlabel(text, fontsize=points(7.3), loc="left", linespacing=1.35)
+    axes.set_xlabel(text, fontsize=text_pt(7.3), loc="left", linespacing=1.35)
 
 
 def _step(axes: Axes, track: AgentTrajectory, index: int, layout: _Layout, at: tuple[float, float]) -> None:
@@ -171,13 +171,13 @@ def _step(axes: Axes, track: AgentTrajectory, index: int, layout: _Layout, at: t
     picture.imshow(track.frames[index], aspect="auto")
     picture.axis("off")
     mark_click(picture, step.action)
-    axes.text(left, top + 0.5, f"frame of step {index + 1}", fontsize=points(8), color=INK)
+    axes.text(left, top + 0.5, f"frame of step {index + 1}", fontsize=text_pt(8), color=INK)
     look: dict[str, Any] = {"ha": "center", "va": "top"}
     middle, under = left + width / 2, top - height
-    axes.text(middle, under - 0.9, step_caption(step), fontsize=points(8), fontweight="bold", **look)
+    axes.text(middle, under - 0.9, step_caption(step), fontsize=text_pt(8), fontweight="bold", **look)
     held = track.holds[index + 1]
     hidden = goal_words(track, held=held)
-    axes.text(middle, under - 2.5, hidden, fontsize=points(7), color=GOAL_COLOUR if held else INK, **look)
+    axes.text(middle, under - 2.5, hidden, fontsize=text_pt(7), color=GOAL_COLOUR if held else INK, **look)
     lines = max(1, int((under - 4.4 - layout.boxes_top) / 1.1))
     spaced = " ".join(step.reply.text.replace(",", ", ").replace(":", ": ").split())
     reply = _wrapped(spaced, int(1.9 * width), lines)
@@ -199,10 +199,16 @@ def _interface(axes: Axes, layout: _Layout) -> None:
         left = 2 + place * (width + gap)
         axes.add_patch(FancyBboxPatch((left, bottom), width, high, boxstyle=shape, fc="white", ec=colour, lw=1.6))
         axes.text(
-            left + 0.6, bottom + high - 1.4, head, fontsize=points(9.5), fontweight="bold", color=colour, va="center"
+            left + 0.6,
+            bottom + high - 1.4,
+            head,
+            fontsize=text_pt(9.5),
+            fontweight="bold",
+            color=colour,
+            va="center",
         )
         said = _wrapped(text, _letters(width - 0.8, 7.8), 5)
-        axes.text(left + 0.6, bottom + high - 2.9, said, fontsize=points(7.8), va="top", linespacing=1.4)
+        axes.text(left + 0.6, bottom + high - 2.9, said, fontsize=text_pt(7.8), va="top", linespacing=1.4)
         if place:
             _arrow(axes, (left - gap + 0.5, bottom + high / 2), (left - 0.5, bottom + high / 2))
     back = {"connectionstyle": "arc3,rad=-0.12", "arrowstyle": "-|>", "mutation_scale": 10, "color": FAINT, "lw": 1.1}
@@ -214,14 +220,14 @@ def _footnotes(axes: Axes, layout: _Layout, episode: Episode, track: AgentTrajec
     outcome = track.outcome
     if paper_width_in() is None:
         said = f"{limits(episode)}    ring: where the action clicks    {SKIPPED_WORDS}"
-        axes.text(2, 0.9, said, fontsize=points(7.8), color=INK)
+        axes.text(2, 0.9, said, fontsize=text_pt(7.8), color=INK)
     said = f"reported {outcome.reported}" if outcome.reported else "no report"
     text = f"here: {said}, W={int(outcome.W)}, B={int(outcome.B) if outcome.has_report else '–'}"
     axes.text(
         layout.across - 2,
         layout.boxes_bottom - 3.1,
         text,
-        fontsize=points(8.5),
+        fontsize=text_pt(8.5),
         ha="right",
         fontweight="bold",
         color=INK,
@@ -230,7 +236,7 @@ def _footnotes(axes: Axes, layout: _Layout, episode: Episode, track: AgentTrajec
 
 def _letters(width: float, size: float) -> int:
     """Return how many letters fit into a width (tenths of an inch); on a screen, the text has this `size` (points)."""
-    return int(7.2 * width / (0.58 * points(size)))
+    return int(7.2 * width / (0.58 * text_pt(size)))
 
 
 def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:

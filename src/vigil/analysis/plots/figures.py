@@ -29,9 +29,9 @@ from vigil.analysis.plots.style import (
     ink_on,
     is_column,
     paper_width_in,
-    points,
     set_figure_title,
     styled,
+    text_pt,
 )
 from vigil.analysis.tables.paper_captions import PRIVILEGED_MARK
 
@@ -83,9 +83,9 @@ def belief_closure(study: Study) -> Figure | None:
         handles = _stack(right, values, KIND_LOOKS)
         for row, each in enumerate(values):
             if not each.any():
-                right.text(1, row, "no later action", va="center", fontsize=points(7.5), color=FAINT)
+                right.text(1, row, "no later action", va="center", fontsize=text_pt(7.5), color=FAINT)
         for row, entry in enumerate(entries):
-            right.text(101, row, f"n={entry.overall.counts['W']:,}\u2002", va="center", fontsize=points(7.5))
+            right.text(101, row, f"n={entry.overall.counts['W']:,}\u2002", va="center", fontsize=text_pt(7.5))
         _name_rows(right, [marked(entry.run) for entry in entries])
         right.tick_params(left=False, labelleft=is_column())
         right.set_xlabel("share of actions after the goal first held (%)")
@@ -186,7 +186,7 @@ def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
     for row, entry in enumerate(entries):
         w, b = (100 * (entry.overall.share(name) or 0.0) for name in ("W", "B"))
         axes.plot([w], [row], **look)
-        look_of_gap: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": points(8)}
+        look_of_gap: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": text_pt(8)}
         axes.annotate(f"W−B {w - b:.1f}\u2002", (100, row), (5, 0), **look_of_gap)
     handle: dict[str, Any] = {**look, "ms": 11}
     return Line2D([], [], **handle, label="W: the world reached the goal")
@@ -198,7 +198,7 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Mapping[str, tuple[str, str]])
     `looks` maps the name of each part to its colour and hatch.
     """
     left = np.zeros(len(shares))
-    least = MIN_SHARE_WITH_NUMBER * points(7.5) / 7.5 * PLOT_WIDTH_IN / (paper_width_in() or PLOT_WIDTH_IN)
+    least = MIN_SHARE_WITH_NUMBER * text_pt(7.5) / 7.5 * PLOT_WIDTH_IN / (paper_width_in() or PLOT_WIDTH_IN)
     rows = np.arange(len(shares))
     for column, (colour, hatch) in enumerate(looks.values()):
         widths = shares[:, column]
@@ -212,7 +212,7 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Mapping[str, tuple[str, str]])
                     f"{width:.1f}",
                     ha="center",
                     va="center",
-                    fontsize=points(7.5),
+                    fontsize=text_pt(7.5),
                     color=ink_on(colour),
                     bbox=box,
                 )
@@ -235,12 +235,17 @@ def _lags(axes: Axes, entries: Sequence[RunEntry]) -> None:
     for row, entry in enumerate(entries):
         lag = entry.overall.means["lag"]
         if lag is None:
-            axes.text(0.02, row, "no B=1 episode", va="center", fontsize=points(7.5), color=FAINT)
+            axes.text(0.02, row, "no B=1 episode", va="center", fontsize=text_pt(7.5), color=FAINT)
             continue
         axes.barh(row, lag, height=0.6, color=GREY)
         n = entry.overall.counts["B"]
         axes.annotate(
-            f"{lag:.1f}  (n={n})", (lag, row), (4, 0), textcoords="offset points", va="center", fontsize=points(7.5)
+            f"{lag:.1f}  (n={n})",
+            (lag, row),
+            (4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=text_pt(7.5),
         )
     longest = max((entry.overall.means["lag"] or 0.0 for entry in entries), default=0.0)
     axes.set_xlim(0, 1.55 * longest + 0.3)

@@ -30,9 +30,9 @@ from vigil.analysis.plots.style import (
     canvas,
     is_column,
     paper_width_in,
-    points,
     set_figure_title,
     styled,
+    text_pt,
 )
 from vigil.analysis.tables.text import MARKS
 
@@ -81,7 +81,7 @@ def plane(study: Study) -> Figure | None:
             for inner, entry in reversed(list(enumerate(reversed(runs)))):
                 _own_point(axes, entry, looks[entry.name][0], inner)
             colour = looks[runs[0].name][0] if len(runs) == 1 else INK
-            texts.append((place, " around ".join(marked(entry.run) for entry in runs), colour, points(8.5)))
+            texts.append((place, " around ".join(marked(entry.run) for entry in runs), colour, text_pt(8.5)))
         axes.set(xlim=(-0.02 * top, top), ylim=(-0.02 * top, top))
         others = [(w, b) for _, w, b in study.published.points()] if study.published else []
         _plane_legend(figure, study, entries)
@@ -109,7 +109,7 @@ def feedback_shift(study: Study) -> Figure | None:
             axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.8})
             axes.plot(*start, "o", ms=9 + larger, color=GROUND, mec=colour, mew=1.5)
             axes.plot(*end, "o", ms=6 + larger, color=colour, mec="white", mew=0.8)
-            texts.append((end, f"{marked(pair.base)} (n={base.n:,})", colour, points(8.5)))
+            texts.append((end, f"{marked(pair.base)} (n={base.n:,})", colour, text_pt(8.5)))
             values += [*start, *end]
         top = min(104.0, 1.15 * max(values))
         axes.set(xlim=(-0.03 * top, top), ylim=(-0.03 * top, top), xlabel=_W_AXIS, ylabel=_B_AXIS)
@@ -139,9 +139,9 @@ def _plane_frame(axes: Axes, study: Study, entries: Sequence[RunEntry]) -> float
         )
         if gap:
             axes.text(
-                top + 0.006 * top, top - gap, f"Δ={gap}", fontsize=points(6.5), color=FAINT, ha="left", va="center"
+                top + 0.006 * top, top - gap, f"Δ={gap}", fontsize=text_pt(6.5), color=FAINT, ha="left", va="center"
             )
-    axes.text(0.03 * top, 0.95 * top, "B cannot exceed W", fontsize=points(8), color=FAINT)
+    axes.text(0.03 * top, 0.95 * top, "B cannot exceed W", fontsize=text_pt(8), color=FAINT)
     axes.set(xlabel=_W_AXIS, ylabel=_B_AXIS)
     set_figure_title(axes, f"World completion and terminal commitment ({_sizes(entries)})")
     return top
@@ -152,7 +152,7 @@ def _published_points(axes: Axes, study: Study) -> list[PointLabel]:
         return []
     for model, w, b in study.published.points():
         axes.plot(w, b, GROUP_MARKERS[model.group], ms=4.5, color=GREY, mec="white", mew=0.4, zorder=2)
-    return [((w, b), model.name, "#7d828a", points(6.2)) for model, w, b in study.published.points() if model.anchor]
+    return [((w, b), model.name, "#7d828a", text_pt(6.2)) for model, w, b in study.published.points() if model.anchor]
 
 
 def _sizes(entries: Sequence[RunEntry]) -> str:
@@ -194,7 +194,7 @@ def name_points(
     assert figure is not None
     before, axis = len(axes.texts), axes.get_xlabel()
     numbered = place_labels(axes, labels, avoid, rather_avoid)
-    width = int(72 * figure.get_figwidth() / (0.62 * points(8)))
+    width = int(72 * figure.get_figwidth() / (0.62 * text_pt(8)))
     shown: list[str] = []
     while numbered != shown and len(shown) < len(labels):  # the names below make the axes smaller: place all again
         shown = [*shown, *(text for text in numbered if text not in shown)]

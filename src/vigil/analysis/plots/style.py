@@ -120,7 +120,7 @@ def is_column() -> bool:
     return _paper_width.get() == "column"
 
 
-def points(size: float) -> float:
+def text_pt(size: float) -> float:
     """Return the size (points) of a text whose size on a screen is `size`. For a paper, texts are scaled."""
     return max(MIN_POINTS, size * _TEXT_SCALES[_paper_width.get()])
 
@@ -134,7 +134,7 @@ def set_figure_title(axes: Axes, text: str) -> None:
 @contextmanager
 def styled() -> Generator[None, None, None]:
     """Apply the project's style inside the block, and restore matplotlib's settings afterwards."""
-    sizes = {name: points(value) for name, value in _SETTINGS.items() if name.endswith("size")}
+    sizes = {name: text_pt(value) for name, value in _SETTINGS.items() if name.endswith("size")}
     with mpl.rc_context(_SETTINGS | sizes | (_ON_PAPER if _paper_width.get() else {})):
         yield
 

@@ -24,8 +24,8 @@ from vigil.analysis.plots.style import (
     ink_of,
     ink_on,
     paper_width_in,
-    points,
     styled,
+    text_pt,
 )
 from vigil.errors import RecordError
 from vigil.protocol.actions import AnyAction, InteractPixel, Navigate, Report, Stop
@@ -95,17 +95,17 @@ def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], colum
     """Draw one row per agent: frames of the first, the last and other key steps, with actions and verdicts."""
     printed = paper_width_in()
     if printed is not None:
-        columns = min(columns, int((printed - _NAME_IN * points(8.5) / 8.5) / _PAPER_PANEL_IN))
+        columns = min(columns, int((printed - _NAME_IN * text_pt(8.5) / 8.5) / _PAPER_PANEL_IN))
     width = max(2, min(columns, max(len(one.record.steps) for one in tracks)))
     with styled():
         width_in = printed or figure_width_in(width)
         title = _title(episode, tracks, width_in)
         panel_in = (width_in - _NAME_IN) / width
-        line_in = points(9.5) / 72
+        line_in = text_pt(9.5) / 72
         figure = canvas(
             width_in, 0.35 + 1.5 * line_in * len(title.splitlines()) + len(tracks) * (panel_in * 0.75 + 0.5)
         )
-        figure.suptitle(title, x=0.008, ha="left", fontsize=points(9.5), fontweight="bold", linespacing=1.5)
+        figure.suptitle(title, x=0.008, ha="left", fontsize=text_pt(9.5), fontweight="bold", linespacing=1.5)
         ratios = [_NAME_IN / panel_in, *[1.0] * width]
         grid = figure.subplots(len(tracks), width + 1, squeeze=False, width_ratios=ratios)
         for row, one in enumerate(tracks):
@@ -202,7 +202,7 @@ def _title(episode: Episode, tracks: Sequence[AgentTrajectory], width_in: float)
     expected = next((f"; expected label: {one.outcome.expected}" for one in tracks if one.outcome.expected), "")
     what = f"{episode.family}, {FAMILIES[episode.family].name}; at most {episode.max_steps} steps"
     lines = (f"{episode.id}   ({what}{expected})", f"“{episode.instruction}”")
-    return "\n".join(textwrap.fill(line, int(TITLE_LETTERS_PER_IN * width_in * 9.5 / points(9.5))) for line in lines)
+    return "\n".join(textwrap.fill(line, int(TITLE_LETTERS_PER_IN * width_in * 9.5 / text_pt(9.5))) for line in lines)
 
 
 def _name(axes: Axes, one: AgentTrajectory) -> None:
@@ -213,11 +213,11 @@ def _name(axes: Axes, one: AgentTrajectory) -> None:
         0.98,
         _wrapped_name(one.name, 14 if paper_width_in() else 16),
         va="top",
-        fontsize=points(8.5),
+        fontsize=text_pt(8.5),
         fontweight="bold",
     )
     colour = _colour(one.outcome)
-    axes.text(0, 0.52, verdict_caption(one), va="top", fontsize=points(8), color=INK, linespacing=1.4)
+    axes.text(0, 0.52, verdict_caption(one), va="top", fontsize=text_pt(8), color=INK, linespacing=1.4)
     axes.add_patch(Rectangle((0, 0.56), 0.6, 0.03, color=colour, transform=axes.transAxes))
 
 
@@ -242,14 +242,14 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
     mark_click(axes, step.action)
     skipped = index - previous - 1
     gap = f"  ({skipped} not shown)" if skipped else ""
-    axes.set_title(f"step {index + 1}{gap}", fontsize=points(7), color=INK, pad=2, fontweight="normal")
+    axes.set_title(f"step {index + 1}{gap}", fontsize=text_pt(7), color=INK, pad=2, fontweight="normal")
     is_last = index == len(one.record.steps) - 1
     look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "center", "va": "top"}
     axes.annotate(
         step_caption(step),
         (0.5, 0.0),
         (0, -2),
-        fontsize=points(7.5),
+        fontsize=text_pt(7.5),
         color=ink_of(_colour(one.outcome)) if is_last else INK,
         fontweight="bold" if is_last else "normal",
         **look,
@@ -257,7 +257,7 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int, previous: int) -> None:
     if (held := one.holds[index + 1]) or is_last:
         colour = GOAL_COLOUR if held else INK
         said = goal_words(one, held=held)
-        axes.annotate(said, (0.5, 0.0), (0, -4 - points(7.5)), fontsize=points(7), color=colour, **look)
+        axes.annotate(said, (0.5, 0.0), (0, -4 - text_pt(7.5)), fontsize=text_pt(7), color=colour, **look)
 
 
 def mark_click(axes: Axes, action: AnyAction | None) -> None:
@@ -275,12 +275,12 @@ def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: 
     with styled():
         title = _title(episode, tracks, 4.2 * columns)
         figure = canvas(4.2 * columns, 0.41 + 0.17 * len(title.splitlines()) + 3.75 * rows)
-        figure.suptitle(title, x=0.01, ha="left", fontsize=points(9.5), fontweight="bold")
+        figure.suptitle(title, x=0.01, ha="left", fontsize=text_pt(9.5), fontweight="bold")
         for place, one in zip(figure.subplots(rows, columns, squeeze=False).flat, tracks, strict=False):
             last = len(one.record.steps) - 1
             index = min(step, last)
             _panel(place, one, index, index - 1)
-            place.set_title(f"{one.name}   step {index + 1}", fontsize=points(9))
+            place.set_title(f"{one.name}   step {index + 1}", fontsize=text_pt(9))
             if step >= last:
                 place.images[0].set_alpha(0.55)
                 place.text(
@@ -289,7 +289,7 @@ def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: 
                     verdict_caption(one),
                     ha="center",
                     va="center",
-                    fontsize=points(13),
+                    fontsize=text_pt(13),
                     fontweight="bold",
                     color=ink_on(_colour(one.outcome)),
                     bbox={"fc": _colour(one.outcome), "ec": "none", "pad": 7},

@@ -14,7 +14,7 @@ from vigil.analysis.tables.table import (
     intervals,
     means,
     numbers,
-    points,
+    pp_cell,
     rate_cell,
     texts,
 )
@@ -69,7 +69,7 @@ def _partition(study: Study) -> Table:
         for label in ("FR", "NR"):
             shares = {part: beliefs.parts[part][label] for part in PARTS}
             cells = {
-                part: points(share.rate.value, share.interval) if share.rate.n else None
+                part: pp_cell(share.rate.value, share.interval) if share.rate.n else None
                 for part, share in shares.items()
             }
             mine = [play for play in beliefs.plays if play.outcome.label == label]
@@ -193,4 +193,4 @@ def _recalibration(study: Study) -> Table:
 
 
 def _points(found: Estimate) -> RateCell:
-    return points(found.value, found.interval) if math.isfinite(found.value) else None
+    return pp_cell(found.value, found.interval) if math.isfinite(found.value) else None

@@ -25,7 +25,7 @@ from vigil.analysis.tables.table import (
     intervals,
     means,
     numbers,
-    points,
+    pp_cell,
     texts,
 )
 from vigil.scoring.chore_answers import CHORE_KINDS
@@ -261,7 +261,7 @@ def _power(runs: Sequence[ChoresRun]) -> Table:
 
 
 def _cell(mean: Mean | None) -> RateCell:
-    return None if mean is None else points(*mean)
+    return None if mean is None else pp_cell(*mean)
 
 
 def _row(run: ChoresRun, **cells: Any) -> TableRow:

@@ -5,7 +5,17 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from vigil.analysis.measures.closure import ClosureRun, correct_pairs, discrimination, house_interval, rate
-from vigil.analysis.tables.table import Column, RateCell, Table, TableRow, counts, intervals, points, rate_cell, texts
+from vigil.analysis.tables.table import (
+    Column,
+    RateCell,
+    Table,
+    TableRow,
+    counts,
+    intervals,
+    pp_cell,
+    rate_cell,
+    texts,
+)
 from vigil.scoring.closure import CLOSURE_KINDS, CLOSURE_LABELS, PAIRED, ClosureOutcome
 from vigil.scoring.rates import Interval
 
@@ -133,7 +143,7 @@ def _labels(runs: Sequence[ClosureRun]) -> Table:
 def _c_cell(part: Sequence[ClosureOutcome]) -> RateCell:
     """Return C with its interval from resampled houses, or Wilson's interval if there are too few houses."""
     cell, interval = rate_cell(rate(part, lambda each: each.C)), house_interval(part, lambda each: each.C)
-    return cell if cell is None or interval is None else points(cell[0] / 100, interval)
+    return cell if cell is None or interval is None else pp_cell(cell[0] / 100, interval)
 
 
 def _pairs(runs: Sequence[ClosureRun]) -> Table:
@@ -154,7 +164,7 @@ def _pairs(runs: Sequence[ClosureRun]) -> Table:
                     kind=kind,
                     pairs=found.pairs,
                     right=rate_cell(correct_pairs(part)),
-                    auc=points(found.auc, found.auc_interval),
+                    auc=pp_cell(found.auc, found.auc_interval),
                     d_prime=_with_interval(found.d_prime, found.d_prime_interval)
                     if "impossible" in PAIRED[kind]
                     else None,
@@ -205,7 +215,7 @@ def _mean_seen(part: Sequence[ClosureOutcome]) -> RateCell:
     conceded = [each for each in part if each.C and each.evidence_seen is not None]
     shares = [each.evidence_seen or 0.0 for each in conceded]
     interval = house_interval(conceded, lambda each: each.evidence_seen or 0.0)
-    return points(sum(shares) / len(shares), interval) if shares else None
+    return pp_cell(sum(shares) / len(shares), interval) if shares else None
 
 
 def _with_interval(value: float | None, interval: Interval | None) -> str | None:

@@ -26,11 +26,11 @@ from vigil.analysis.tables.table import (
     TableRow,
     cells_of,
     counts,
+    in_percent,
     intervals,
     numbers,
     p_values,
-    percent,
-    points,
+    pp_cell,
     texts,
 )
 from vigil.scoring.rates import CONDITIONAL, RATES, wilson
@@ -112,15 +112,15 @@ def _difference_cells(entry: RunEntry, name: str, value: float) -> dict[str, obj
     found = None if ends is None else independent_difference((own, *ends), (value, *printed))[1]
     return {
         "rate": shown_name(name),
-        "own": points(own, ends),
-        "printed": points(value, printed),
-        "difference": points(own - value, found),
+        "own": pp_cell(own, ends),
+        "printed": pp_cell(value, printed),
+        "difference": pp_cell(own - value, found),
     }
 
 
 def _rates_by_houses(names: Sequence[str]) -> tuple[Column, ...]:
     def cell(entry: RunEntry, name: str) -> RateCell:
-        return points(entry.overall.share(name), entry.by_houses[name])
+        return pp_cell(entry.overall.share(name), entry.by_houses[name])
 
     return intervals(
         **{
@@ -135,11 +135,11 @@ def comparisons(study: Study) -> Table:
     columns = (
         *texts(first=("First", lambda pair: pair.first.name), second=("Second", lambda pair: pair.second.name)),
         *counts(n=("Shared episodes", lambda pair: pair.n)),
-        *intervals(dW=("ΔW (pp)", lambda pair: points(pair.w.difference, pair.w.interval))),
+        *intervals(dW=("ΔW (pp)", lambda pair: pp_cell(pair.w.difference, pair.w.interval))),
         *p_values(p_W=("p (W)", lambda pair: pair.w.test.p), p_W_holm="p (W), Holm"),
-        *intervals(dB=("ΔB (pp)", lambda pair: points(pair.b.difference, pair.b.interval))),
+        *intervals(dB=("ΔB (pp)", lambda pair: pp_cell(pair.b.difference, pair.b.interval))),
         *p_values(p_B=("p (B)", lambda pair: pair.b.test.p), p_B_holm="p (B), Holm"),
-        *intervals(dDelta=("Change of the gap (pp)", lambda pair: points(*pair.delta))),
+        *intervals(dDelta=("Change of the gap (pp)", lambda pair: pp_cell(*pair.delta))),
         *texts(verdict="Different?"),
     )
     pairs = study.comparisons
@@ -165,7 +165,7 @@ def comparable_pairs(study: Study) -> Table:
         *intervals(dW="ΔW (pp)", dB="ΔB (pp)"),
     )
     own = [
-        (e.name, percent(e.overall.share("W")) or 0.0, percent(e.overall.share("B")) or 0.0)
+        (e.name, in_percent(e.overall.share("W")) or 0.0, in_percent(e.overall.share("B")) or 0.0)
         for e in study.main_runs()
         if e.overall.n
     ]
@@ -192,7 +192,7 @@ def power(study: Study) -> Table:
             B=("in B, two systems (pp)", lambda entry: _detectable(entry.overall, "B")),
             B_paired=(
                 "in B, paired, 10 % discordant (pp)",
-                lambda entry: percent(smallest_paired_difference(entry.overall.episodes, 0.1)),
+                lambda entry: in_percent(smallest_paired_difference(entry.overall.episodes, 0.1)),
             ),
             family=("in W of one family (pp)", _detectable_in_family),
         ),
@@ -227,7 +227,7 @@ def _with_intervals(row: TableRow, tested: Mapping[frozenset[str], RunComparison
     sign = 1.0 if found.second.name == row.cells["first"] else -1.0
     ends = {"dW": found.w.interval, "dB": found.b.interval}
     cells = {
-        name: points(row.cells[name] / 100, None if pair is None else (min(turned), max(turned)))
+        name: pp_cell(row.cells[name] / 100, None if pair is None else (min(turned), max(turned)))
         for name, pair in ends.items()
         for turned in [tuple(sign * end for end in pair or ())]
     }
@@ -241,10 +241,10 @@ def _detectable(measures: RunMetrics, name: str) -> float | None:
     """
     rate = measures.share(name)
     inside = min(0.95, max(0.05, rate if rate is not None else 0.5))
-    return percent(smallest_difference(measures.rate(name).effective_n, inside))
+    return in_percent(smallest_difference(measures.rate(name).effective_n, inside))
 
 
 def _detectable_in_family(entry: RunEntry) -> float | None:
     """Return the smallest detectable difference of W in the family with the fewest independent plays."""
     smallest = min((part.rate("W").effective_n for part in entry.families.values()), default=0)
-    return percent(smallest_difference(smallest, 0.5))
+    return in_percent(smallest_difference(smallest, 0.5))

@@ -40,10 +40,10 @@ from vigil.analysis.tables.table import (
     cells_of,
     counts,
     first_number,
+    in_percent,
     intervals,
     numbers,
-    percent,
-    points,
+    pp_cell,
     rate_cell,
     texts,
 )
@@ -172,7 +172,7 @@ def several_plays(study: Study) -> Table:
             cells = {"k": each[0].k, "episodes": each[0].episodes, "plays": each[0].plays}
             defined = _W_AND_B if entry.overall.has_reports else ("W",)
             for name, found in zip(defined, each, strict=False):
-                cells |= {f"every_{name}": points(*found.every), f"any_{name}": points(*found.any)}
+                cells |= {f"every_{name}": pp_cell(*found.every), f"any_{name}": pp_cell(*found.any)}
             rows.append(run_row(entry, cells))
     notes = (
         "All of k: the chance that all of k plays of an episode succeed (pass^k), which is the expected result of the "
@@ -218,7 +218,7 @@ def spread(values: Sequence[float | None]) -> tuple[float, float] | None:
 
 
 def _percents(tables: Iterable[pd.DataFrame], name: str) -> list[float | None]:
-    return [percent(measure(table).share(name)) for table in tables]
+    return [in_percent(measure(table).share(name)) for table in tables]
 
 
 def _stability_rows(

@@ -29,7 +29,7 @@ from vigil.analysis.tables.table import (
     means,
     numbers,
     p_values,
-    points,
+    pp_cell,
     rate_cell,
     texts,
 )
@@ -49,7 +49,7 @@ DISAGREEMENT_NOTE = (
 def shift(pair: Pair, name: str) -> RateCell:
     """Return the change (pp) of a rate from the base run to the other, with interval; None without shared episodes."""
     found = mean_difference(pair, name)
-    return None if found is None else points(*found)
+    return None if found is None else pp_cell(*found)
 
 
 def shifts(names: Iterable[str]) -> tuple[Column, ...]:
@@ -246,7 +246,7 @@ def transition_tests(study: Study) -> Table:
             rows.append(TableRow({"model": "all labels", "test": shown, "p": whole.p}, group=name))
         found = transitions(base, other)
         for one, adjusted in zip(found, holm([one.p for one in found]), strict=True):
-            cells = {"there": one.forward, "back": one.backward, "net": points(one.net, one.interval), "p": one.p}
+            cells = {"there": one.forward, "back": one.backward, "net": pp_cell(one.net, one.interval), "p": one.p}
             cells |= {"test": "McNemar, exact", "p_holm": adjusted}
             rows.append(TableRow({"model": f"{one.source} → {one.target}", **cells}, group=name))
     notes = (
@@ -283,7 +283,7 @@ def named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame
 
 
 def _largest_shift(pair: Pair) -> str | None:
-    return _largest({place: points(*moved) for place, moved in family_differences(pair, "WB").items()})
+    return _largest({place: pp_cell(*moved) for place, moved in family_differences(pair, "WB").items()})
 
 
 def _largest(moved: dict[str, RateCell]) -> str | None:

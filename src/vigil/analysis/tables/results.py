@@ -27,8 +27,8 @@ from vigil.analysis.tables.table import (
     Table,
     TableRow,
     first_number,
+    in_percent,
     intervals,
-    percent,
     rate_cell,
     texts,
     with_best_bold,
@@ -65,7 +65,7 @@ def _w_and_b(measures: RunMetrics | None) -> tuple[Any, ...] | None:
     if measures is None:
         return None
     ends = (tuple(100 * end for end in measures.rate(name).interval or ()) for name in "WB")
-    return percent(measures.share("W")), percent(measures.share("B")), *ends
+    return in_percent(measures.share("W")), in_percent(measures.share("B")), *ends
 
 
 ALL = Column("All", "All W/B", "pair", lambda entry: _w_and_b(entry.overall))

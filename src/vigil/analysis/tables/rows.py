@@ -15,7 +15,7 @@ from vigil.analysis.tables.table import (
     counts,
     intervals,
     means,
-    points,
+    pp_cell,
     rate_cell,
 )
 
@@ -62,7 +62,7 @@ def clustered_rates(*names: str) -> tuple[Column, ...]:
 
 def clustered_cell(entry: RunEntry, name: str) -> RateCell:
     """Return W, B or Delta of a run in percent, with its interval from resampled houses."""
-    return points(entry.overall.share(name), entry.clustered[name])
+    return pp_cell(entry.overall.share(name), entry.clustered[name])
 
 
 def run_row(entry: RunEntry, cells: dict[str, Any], group: str = "") -> TableRow:

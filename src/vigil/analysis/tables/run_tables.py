@@ -47,7 +47,7 @@ from vigil.analysis.tables.table import (
     cells_of,
     counts,
     intervals,
-    points,
+    pp_cell,
     rate_cell,
     texts,
 )
@@ -87,7 +87,7 @@ def overview(study: Study) -> Table:
 
 def _macro(entry: RunEntry, name: str) -> RateCell:
     """Return the mean of a rate over the families, with its interval."""
-    return points(macro(entry.families, name), macro_interval(entry.run.rows, name))
+    return pp_cell(macro(entry.families, name), macro_interval(entry.run.rows, name))
 
 
 def outcome_partition(study: Study) -> Table:
@@ -119,7 +119,7 @@ def after_goal(study: Study) -> Table:
     for entry in sorted_by_role(study.entries):
         shares, ends = after_goal_shares(entry.run.rows), after_goal_intervals(entry.run.rows)
         cells = {
-            f"{kind}{how}": None if pair is None else points(pair[i], ends[kind][i])
+            f"{kind}{how}": None if pair is None else pp_cell(pair[i], ends[kind][i])
             for kind, pair in shares.items()
             for i, how in enumerate(averages)
         }

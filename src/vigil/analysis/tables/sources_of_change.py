@@ -16,7 +16,7 @@ from vigil.analysis.measures.study import RunEntry, Study, sorted_by_role
 from vigil.analysis.tables.paired import INTERVAL_NOTE, named_tables
 from vigil.analysis.tables.rows import RUN, role_row
 from vigil.analysis.tables.run_tables import WILSON_NOTE
-from vigil.analysis.tables.table import Table, TableRow, counts, intervals, numbers, points, rate_cell, texts
+from vigil.analysis.tables.table import Table, TableRow, counts, intervals, numbers, pp_cell, rate_cell, texts
 from vigil.scoring.rates import rate_of
 
 EVENTS = ("too_far", "path_blocked", "retry")
@@ -57,7 +57,7 @@ def _gain_cells(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, Any]:
         "unclosed": int(np.sum(in_both & b & ~b2)),
         "lost": int(np.sum(b & ~w2)),
     }
-    return found | {name: points(*paired_difference(before, after, houses)) for name, (before, after) in parts.items()}
+    return found | {name: pp_cell(*paired_difference(before, after, houses)) for name, (before, after) in parts.items()}
 
 
 def event_reductions(study: Study) -> Table:

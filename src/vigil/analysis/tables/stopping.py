@@ -24,7 +24,7 @@ from vigil.analysis.tables.table import (
     intervals,
     means,
     p_values,
-    points,
+    pp_cell,
     rate_cell,
     texts,
 )
@@ -75,7 +75,12 @@ def stop_shifts(study: Study) -> Table:
             cells = {
                 key: rate_cell(rate_of(hits, everything, episodes)) for key, hits in (("base", base), ("other", other))
             }
-            cells |= {"model": name, "n": len(base), "shift": points(test.difference, test.interval), "p": test.test.p}
+            cells |= {
+                "model": name,
+                "n": len(base),
+                "shift": pp_cell(test.difference, test.interval),
+                "p": test.test.p,
+            }
             rows.append(TableRow(cells, group=f"{pair.base.name} → {pair.other.name}"))
     notes = (
         "A profile without reports has no B, FR or NR: the agent says nothing that could be true or false. So they are "

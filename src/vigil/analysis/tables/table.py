@@ -165,7 +165,7 @@ def _format(value: Any, kind: CellKind) -> str:
             return str(value)
 
 
-def percent(value: float | None) -> float | None:
+def in_percent(value: float | None) -> float | None:
     """Return a fraction as a percentage."""
     return None if value is None else 100 * value
 
@@ -183,7 +183,7 @@ def rate_cells(counts: Counts, names: Iterable[str]) -> dict[str, RateCell]:
     return {name: rate_cell(counts.rate(name)) for name in names}
 
 
-def points(value: float | None, interval: Interval | None) -> RateCell:
+def pp_cell(value: float | None, interval: Interval | None) -> RateCell:
     """Return a cell with a fraction and its interval, both converted to percentage points."""
     if value is None:
         return None

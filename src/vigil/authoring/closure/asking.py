@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen
+from vigil.authoring.drafting.proposals import CLEAR_PX, shows_px
 from vigil.authoring.language.disambiguation import first_meaning
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
 from vigil.authoring.language.sentences import SEARCH_ORDERS, Sentences
@@ -48,6 +48,6 @@ def start_near(context: HouseContext, thing: Thing, hidden: str | None = None, m
         thing,
         NEAR_M,
         LEVEL_DEG,
-        is_seen(min_px),
+        shows_px(min_px),
         lambda pose: hidden is None or context.is_out_of_view_from(pose, hidden),
     )

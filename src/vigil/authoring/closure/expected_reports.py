@@ -12,13 +12,13 @@ def expected_reports_of_pack(pack: Pack) -> dict[str, str]:
         return {name: expected_claims(answer) for name, answer in list_answers(pack.folder).items()}
     if pack.manifest.suite != SUITE:
         return {}
-    return {name: expected_report(answer) for name, answer in closure_answers(pack.folder).items()}
+    return {name: expected_report_text(answer) for name, answer in closure_answers(pack.folder).items()}
 
 
 def expected_reports_of_drafts(proposed: DraftsContent) -> dict[str, str]:
     """Return episode id -> text for all tasks of a suite in a drafts file."""
     return {
-        answer.episode_id: expected_claims(answer) if isinstance(answer, ListAnswer) else expected_report(answer)
+        answer.episode_id: expected_claims(answer) if isinstance(answer, ListAnswer) else expected_report_text(answer)
         for task in proposed.tasks
         for answer in task.answers
     }
@@ -33,7 +33,7 @@ def expected_claims(answer: ListAnswer) -> str:
     return f"the correct claims are {'; '.join(lines)}"
 
 
-def expected_report(answer: ClosureAnswer) -> str:
+def expected_report_text(answer: ClosureAnswer) -> str:
     """Return a text that states an episode's kind, side, reason and form, and the statuses that close it correctly."""
     facts = ", ".join(filter(None, (answer.kind, answer.side, answer.reason, answer.form)))
     right = " or ".join(answer.accepted)

@@ -117,7 +117,7 @@ def is_target(thing: Thing) -> bool:
     return thing.category not in NEVER_TARGETS and not thing.is_structure
 
 
-def is_seen(min_px: int) -> VisibilityTest:
+def shows_px(min_px: int) -> VisibilityTest:
     """Return the test that an object is observable and has at least `min_px` pixels and a margin in the frame."""
     needed = min_px + MARGIN_PX
     return VisibilityTest(needed, lambda state: state.visible and state.visible_px >= needed and is_observable(state))
@@ -125,7 +125,7 @@ def is_seen(min_px: int) -> VisibilityTest:
 
 def is_in_view(context: HouseContext) -> VisibilityTest:
     """Return the test that the start clearly shows the object to act on; a hard start needs only the rules' minimum."""
-    return is_seen(HARD_PX if context.prefers_hard_starts else CLEAR_PX)
+    return shows_px(HARD_PX if context.prefers_hard_starts else CLEAR_PX)
 
 
 def size_of_thing(thing: Thing) -> TargetSize:
@@ -155,7 +155,7 @@ def _starts_not_seeing(context: HouseContext, thing: Thing, by_turning: bool | N
         if by_turning is not None and can_turn != by_turning:
             continue
         if by_turning and not context.sees_clearly(
-            context.facing(place, thing, horizon, 0.0), [thing.id], is_seen(CLEAR_PX)
+            context.facing(place, thing, horizon, 0.0), [thing.id], shows_px(CLEAR_PX)
         ):
             continue
         for _ in range(POSES_PER_PLACE):

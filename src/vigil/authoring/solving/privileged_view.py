@@ -16,7 +16,6 @@ from vigil.scene.floor import FreeSpace, Point2, ShortestPaths, WalkableMap
 from vigil.scene.things import Scene, Thing
 from vigil.sim.privileged import PrivilegedSimulator
 
-
 _SPACES: WeakKeyDictionary[PrivilegedSimulator, FreeSpace] = WeakKeyDictionary()
 """Simulator -> the free floor of the scene that was last asked for. All views of the simulator share it."""
 

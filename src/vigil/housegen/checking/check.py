@@ -77,7 +77,9 @@ def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
         for one, two, depth in itertools.islice(solid_overlaps.overlaps(), MAX_OVERLAPS)
     ]
     if len(overlaps) == MAX_OVERLAPS:
-        message = f"{MAX_OVERLAPS} pairs of things overlap; further pairs and the space of openable things are not checked"
+        message = (
+            f"{MAX_OVERLAPS} pairs of things overlap; further pairs and the space of openable things are not checked"
+        )
         return [*faults, *overlaps, Fault("overlap", house.name, message)]
     return [*faults, *overlaps, *_walkability(house, grid), *_start(house, grid), *_access(scene, grid, solid_overlaps)]
 

@@ -15,7 +15,7 @@ from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
 from vigil.thor.base.paths import shortest_walk
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.sight import points_of, visibility_of
-from vigil.thor.base.targets import cast, first_met, need_interactable, of_type
+from vigil.thor.base.targets import cast_ray, first_met, need_interactable, of_type
 from vigil.thor.base.world import World, agent_position
 
 UNLIMITED_M = 1e6
@@ -119,7 +119,7 @@ def _yaw(turn: Any) -> float:
 
 
 def _object_in_frame(world: World, x: float, y: float, checkVisible: bool = False) -> str:
-    thing, _ = cast(world, x, y)
+    thing, _ = cast_ray(world, x, y)
     if thing is None:
         raise invalid_operation(f"no sim objects found at ({x},{y})")
     if checkVisible:
@@ -231,7 +231,7 @@ ACTIONS = tuple(
         Action("GetObjectInFrame", _object_in_frame, "float x, float y, bool checkVisible", "x y"),
         Action(
             "GetCoordinateFromRaycast",
-            lambda world, x, y: to_thor(cast(world, x, y)[1] or Vec3(0.0, 0.0, 0.0)),
+            lambda world, x, y: to_thor(cast_ray(world, x, y)[1] or Vec3(0.0, 0.0, 0.0)),
             "float x, float y",
             "x y",
         ),

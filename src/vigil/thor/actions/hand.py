@@ -13,7 +13,7 @@ from vigil.thor.actions.handling import AT, WHICH, drop, target_of
 from vigil.thor.actions.placing import put_at, support_of
 from vigil.thor.base.errors import ActionFailed, invalid_operation
 from vigil.thor.base.properties import is_loose, mass_of
-from vigil.thor.base.targets import cast, first_met
+from vigil.thor.base.targets import cast_ray, first_met
 from vigil.thor.base.world import World
 
 M_PER_FORCE = 0.01
@@ -122,7 +122,7 @@ def _touch(
     handDistance: float | None = None,
     **_: object,
 ) -> dict[str, Any]:
-    thing, point = cast(world, x, y)
+    thing, point = cast_ray(world, x, y)
     reach = world.settings.visibility_distance if handDistance is None else handDistance
     away = float("inf") if point is None else float(np.linalg.norm(np.subtract(point, world.view().eye)))
     if thing is None or away > reach:

@@ -40,7 +40,7 @@ def need_interactable(world: World, thing: Thing) -> None:
         )
 
 
-def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
+def cast_ray(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
     """Return the thing that the ray through a place in the image hits, and the point of the hit (m).
 
     Glass stops the ray. Raises ActionFailed.
@@ -74,7 +74,7 @@ def floor_at(world: World, point: Vec3) -> Thing | None:
 
 
 def _at(world: World, x: float, y: float, *, forced: bool) -> tuple[Thing, Vec3]:
-    thing, point = cast(world, x, y)
+    thing, point = cast_ray(world, x, y)
     if thing is None or point is None:
         raise invalid_operation(f"No SimObject found at (x: {x}, y: {y})")
     eye, limit = world.view().eye, world.settings.visibility_distance

@@ -21,9 +21,9 @@ from vigil.authoring.drafting.proposals import (
     allows,
     goal_for,
     is_in_view,
-    is_seen,
     is_target,
     setup_for,
+    shows_px,
 )
 from vigil.authoring.families.cr.sentences import CONSTRAINTS
 from vigil.authoring.language.implicit_constraints import implicit_kind
@@ -187,7 +187,7 @@ def _barrier(
                 x, z = spots[index].tolist()
                 blocked = _with(setup, obstacle, floor_placement(obstacle, x, z, 0.0))
                 can_stand = context.can_begin(blocked)
-                is_met = can_stand and context.sees_clearly(start, [obstacle.id], is_seen(OBSTACLE_PX))
+                is_met = can_stand and context.sees_clearly(start, [obstacle.id], shows_px(OBSTACLE_PX))
                 if is_met and context.sees_clearly(start, [target.id], is_in_view(context)):
                     return obstacle, blocked
     return None

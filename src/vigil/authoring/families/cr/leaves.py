@@ -12,7 +12,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import Drafts, acts_for, is_in_view, is_seen, is_target, setup_for
+from vigil.authoring.drafting.proposals import Drafts, acts_for, is_in_view, is_target, setup_for, shows_px
 from vigil.authoring.families.cr.drafts import (
     FACING_SPREAD_DEG,
     PartialTask,
@@ -167,7 +167,7 @@ def _start_behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setu
         for spot in context.places_in(part, context.away_from(target, *AWAY_M), TRIED_STARTS):
             if context.visible_points(spot, target).is_at_least(MIN_VISIBLE_POINTS):
                 start = context.facing(spot, target, DEFAULT_HORIZON_DEG, FACING_SPREAD_DEG)
-                is_met = context.has_room_to_move(start) and context.sees_clearly(start, [leaf.id], is_seen(LEAF_PX))
+                is_met = context.has_room_to_move(start) and context.sees_clearly(start, [leaf.id], shows_px(LEAF_PX))
                 if is_met and context.sees_clearly(start, [target.id], is_in_view(context)):
                     return start
     return None

@@ -6,8 +6,8 @@ from vigil.authoring.drafting.proposals import (
     Drafts,
     drafts_about,
     finder_of_starts_in_view,
-    is_seen,
     is_target,
+    shows_px,
     size_of_thing,
 )
 from vigil.authoring.language.sentences import Sentences
@@ -66,5 +66,5 @@ def pointing(context: HouseContext, size: TargetSize) -> Drafts:
 def asking(context: HouseContext) -> Ask:
     """Return how this family asks for a target: the sentences, the start and the goal."""
     least_px = HARD_PX_BY_SIZE if context.prefers_hard_starts else CLEAR_PX_BY_SIZE
-    find_start = finder_of_starts_in_view(context, "PG", lambda thing: is_seen(least_px[size_of_thing(thing)]))
+    find_start = finder_of_starts_in_view(context, "PG", lambda thing: shows_px(least_px[size_of_thing(thing)]))
     return Ask("PG", POINT, find_start, lambda thing: TargetGrounded(object_id=thing.id))

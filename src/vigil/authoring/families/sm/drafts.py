@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, act_of, is_seen
+from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, act_of, shows_px
 from vigil.authoring.families.sm.plans import Plans, SequencePlan
 from vigil.authoring.families.sm.sentences import CHAINS, SEQUENCES
 from vigil.authoring.language.referring import Phrase
@@ -51,7 +51,7 @@ def _start(context: HouseContext, plan: SequencePlan, named: dict[str, Phrase]) 
     if len(named) < len(plan.roles) or is_wordy(named):
         return None
     first = context.thing(plan.facts[0].object_id)
-    return context.start_seeing(first, START_AWAY_M, DEFAULT_HORIZON_DEG, is_seen(CLEAR_PX))
+    return context.start_seeing(first, START_AWAY_M, DEFAULT_HORIZON_DEG, shows_px(CLEAR_PX))
 
 
 def _instruction(context: HouseContext, plan: SequencePlan, named: dict[str, Phrase]) -> str:
