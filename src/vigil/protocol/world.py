@@ -86,7 +86,7 @@ class ObjectState(_Fact):
     must be within the surface. If the object has no known support, the surface is enlarged by 0.1 m for this check."""
     over_inside: tuple[str, ...] = ()
     """Like `over`, but only for interior surfaces. The object must also be below the rim or ceiling of the interior,
-    and within the receptacle's box. `scene.supports.rests_over` decides both."""
+    and within the receptacle's box. `scene.supports.receptacles_below` decides both."""
 
     def state_px(self, state: StateQuery) -> int:
         """Return the number of pixels in the frame that show a state."""

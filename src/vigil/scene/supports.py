@@ -162,8 +162,8 @@ def moved_by_joint(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
 
 
 def receptacles_below(thing: Thing, others: Iterable[Thing]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the sorted ids of the receptacles among `others` that the thing rests over (see `rests_over`), and of
-    those over an interior surface of which it rests."""
+    """Return the sorted ids of the receptacles among `others` that have a surface below the thing, by the rule of
+    `object_at_receptacle`, and of those that have an interior surface below it."""
     below = {other.id: _surfaces_below(thing, other) for other in _receptacles(thing, others)}
     over = sorted(name for name, surfaces in below.items() if surfaces)
     return tuple(over), tuple(name for name in over if any(surface.is_inside for surface in below[name]))
@@ -174,14 +174,6 @@ def _receptacles(thing: Thing, others: Iterable[Thing]) -> Iterator[Thing]:
     for other in others if thing.is_present and not thing.is_held else ():
         if other.is_receptacle and other.is_present and not other.is_held and other is not thing:
             yield other
-
-
-def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool:
-    """Return whether the thing is above a surface of the receptacle, by the rule of `object_at_receptacle`.
-
-    With `inside`, only interior surfaces count.
-    """
-    return any(surface.is_inside or not inside for surface in _surfaces_below(thing, receptacle))
 
 
 def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
