@@ -369,7 +369,7 @@ class Curve:
             capture_output=True,
             text=True,
         )
-        overall = json.loads(scored.stdout)["overall"]
+        overall = json.loads(scored.stdout)["runs"][0]["overall"]
         self._put("solver", 0, overall["B"] * overall["episodes"], overall["episodes"])
 
     def _put(self, stage: str, step: int, won: float, of: int) -> None:
