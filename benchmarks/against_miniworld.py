@@ -1,7 +1,7 @@
 """Processor time of a step and its frame of 640 x 480 pixels, for MiniWorld and for both qualities of VIGIL.
 
     pip install miniworld
-    python -m benchmarks.miniworld [--rounds 5] [--steps 80]
+    python -m benchmarks.against_miniworld [--rounds 5] [--steps 80]
 
 In each round, every row is measured once, in a process of its own: MiniWorld's and VIGIL's houses of one and four
 rooms. The agent turns in each step. The table gives the medians of the rounds.
