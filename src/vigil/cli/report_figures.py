@@ -38,7 +38,7 @@ _SHOWN_FAMILIES: tuple[Family, ...] = ("SV", "AI")
 
 
 def framed_figures(
-    found: Study, pack: str | Path | None, episodes: list[str], diagram: bool, frames: FrameSource
+    found: Study, pack: str | Path | None, episodes: Sequence[str], diagram: bool, frames: FrameSource
 ) -> dict[str, CaptionedFigure]:
     """Return the figures that need frames, with their captions. Each shows all runs that played the episode."""
     from vigil.scoring.saved_run import pack_folder

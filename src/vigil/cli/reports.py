@@ -1,13 +1,13 @@
 """`vigil report` and `vigil figure`: tables and figures of saved runs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from vigil.base.settings import Setting
 from vigil.cli.arguments import Epoch, LevelsFile, Reveal, RunArguments, WithPaper
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
@@ -30,41 +30,45 @@ OF_RUNS = (
 """Names of the figures in `FIGURES` and `BELIEF_FIGURES`, repeated here so that the help need not load them."""
 
 
-def report(
-    runs: RunArguments,
-    format_: Annotated[
-        list[str] | None,
-        typer.Option("--format", help="Format of the report: md, html, latex, json, csv or all; may be repeated."),
-    ] = None,
+@dataclass(frozen=True, kw_only=True)
+class ReportOptions:
+    """What `vigil report` shows, in which formats, and where it writes."""
+
+    formats: Annotated[
+        tuple[str, ...],
+        Setting("Format of the report: md, html, latex, json, csv or all; may be repeated.", name="format"),
+    ] = ()
     style: Annotated[
         Literal["report", "paper"],
-        typer.Option(
-            help="Style of the LaTeX: report shows everything; paper shows only the paper's tables, with the paper's "
+        Setting(
+            "Style of the LaTeX: report shows everything; paper shows only the paper's tables, with the paper's "
             "columns, in 7-point type, one or two text columns wide."
         ),
-    ] = "report",
+    ] = "report"
     out: Annotated[
-        Path | None,
-        typer.Option(help="Folder to which the report is written.", show_default="print the report as Markdown"),
-    ] = None,
-    pack: PackLocation = None,
-    with_paper: WithPaper = True,
-    episode: Annotated[
-        list[str] | None, typer.Option(help="Id of an episode whose trajectories are also shown; may be repeated.")
-    ] = None,
-    diagram: Annotated[
-        bool, typer.Option("--diagram", help="Also show the diagram that explains the protocol.")
-    ] = False,
-    assets: AssetFile = None,
-    levels: LevelsFile = None,
+        Path | None, Setting("Folder to which the report is written.", unset="print the report as Markdown")
+    ] = None
+    pack: PackLocation = None
+    episodes: Annotated[
+        tuple[str, ...],
+        Setting("Id of an episode whose trajectories are also shown; may be repeated.", name="episode"),
+    ] = ()
+    diagram: Annotated[bool, Setting("Also show the diagram that explains the protocol.")] = False
+    assets: AssetFile = None
     check: Annotated[
         bool,
-        typer.Option(
-            "--check",
-            help="Do not write a report, but check that the rates of each run fit together, e.g. that B, FR, "
-            "NR, IL and Other add up to all scored episodes.",
+        Setting(
+            "Do not write a report, but check that the rates of each run fit together, e.g. that B, FR, "
+            "NR, IL and Other add up to all scored episodes."
         ),
-    ] = False,
+    ] = False
+
+
+def report(
+    runs: RunArguments,
+    options: ReportOptions,
+    with_paper: WithPaper = True,
+    levels: LevelsFile = None,
     reveal: Reveal = False,
 ) -> None:
     """Examples:
@@ -80,20 +84,21 @@ def report(
     from vigil.cli.report_figures import framed_figures
     from vigil.scoring.levels import read_levels
 
-    if check:
+    pack, out = options.pack, options.out
+    if options.check:
         _check(runs, pack)
         return
-    formats = _formats(format_ or [])
-    if out is None and format_:
-        raise SettingError(f"--format {' '.join(format_)} writes files: give their folder with --out.")
+    formats = _formats(options.formats)
+    if out is None and options.formats:
+        raise SettingError(f"--format {' '.join(options.formats)} writes files: give their folder with --out.")
     others, suites = read_suites(runs, pack)
     scored_runs = read_runs(others, pack, levels=None if levels is None else read_levels(levels))
     found = study(scored_runs, with_paper=with_paper)
     if out is None:
         print(markdown_report(make_report(found, (), suites=suites), figures=False))
         return
-    further = framed_figures(found, pack, episode or [], diagram, (assets, reveal))
-    written = write_report(found, out, formats, further, suites=suites, reveals=reveal, style=style)
+    further = framed_figures(found, pack, options.episodes, options.diagram, (options.assets, reveal))
+    written = write_report(found, out, formats, further, suites=suites, reveals=reveal, style=options.style)
     for warning in found.warnings:
         print(f"! {warning}")
     if "csv" in formats and not reveal:
@@ -128,7 +133,7 @@ def _check(runs: list[Path], pack: str | Path | None) -> None:
         raise typer.Exit(1)
 
 
-def _formats(names: list[str]) -> tuple[Format, ...]:
+def _formats(names: Sequence[str]) -> "tuple[Format, ...]":
     from vigil.analysis.report import FORMATS
 
     wanted = [name for text in names for name in text.split(",")]
@@ -142,44 +147,49 @@ def _formats(names: list[str]) -> tuple[Format, ...]:
     return tuple(name for name in FORMATS if name in wanted) or ("md", "html")
 
 
+@dataclass(frozen=True, kw_only=True)
+class FigureOptions:
+    """What `vigil figure` draws, and where it writes."""
+
+    out: Annotated[
+        Path, Setting("File to write, ending in .png, .pdf or .svg; for the figure trajectory also .gif or .webp.")
+    ] = Path("figure.png")
+    episode: Annotated[str | None, Setting("Id of the episode to draw, for the figures trajectory and pipeline.")] = (
+        None
+    )
+    columns: Annotated[
+        int,
+        Setting("Maximum number of frames that the figure trajectory shows for each run.", minimum=2, maximum=40),
+    ] = 6
+    width: Annotated[
+        Literal["column", "page"] | None,
+        Setting(
+            "Draw the figure for a paper: as wide as a page or a column of the paper, on white, without a title.",
+            unset="for a screen",
+        ),
+    ] = None
+    pack: PackLocation = None
+    assets: AssetFile = None
+    are_runs: Annotated[
+        bool,
+        Setting(
+            "Optional word that may be written before the folders of the runs, to make the command easier to "
+            "read. It has no effect.",
+            name="runs",
+        ),
+    ] = False
+
+
 def figure(
     name: Annotated[str, typer.Argument(help=f"Figure to draw: {', '.join((*OF_RUNS, *WITH_FRAMES))}.")],
+    options: FigureOptions,
     runs: Annotated[
         list[Path] | None,
         typer.Argument(help="Folders of the runs to draw; the figure trajectory shows each run as a row of frames."),
     ] = None,
-    out: Annotated[
-        Path,
-        typer.Option(help="File to write, ending in .png, .pdf or .svg; for the figure trajectory also .gif or .webp."),
-    ] = Path("figure.png"),
-    episode: Annotated[
-        str | None, typer.Option(help="Id of the episode to draw, for the figures trajectory and pipeline.")
-    ] = None,
     epoch: Epoch = 1,
-    columns: Annotated[
-        int, typer.Option(min=2, max=40, help="Maximum number of frames that the figure trajectory shows for each run.")
-    ] = 6,
-    width: Annotated[
-        Literal["column", "page"] | None,
-        typer.Option(
-            help="Draw the figure for a paper: as wide as a page or a column of the paper, on white, without a title.",
-            show_default="for a screen",
-        ),
-    ] = None,
-    pack: PackLocation = None,
     with_paper: WithPaper = True,
-    assets: AssetFile = None,
     reveal: Reveal = False,
-    are_runs: Annotated[
-        bool,
-        typer.Option(
-            "--runs",
-            help=(
-                "Optional word that may be written before the folders of the runs, to make the command easier to "
-                "read. It has no effect."
-            ),
-        ),
-    ] = False,
 ) -> None:
     """Examples:
     vigil figure plane runs/* --width column --out plane.pdf
@@ -189,8 +199,8 @@ def figure(
     from vigil.analysis.plots.style import figure_bytes, on_paper
     from vigil.cli.report_figures import protocol_of
 
-    del are_runs
-    kind, frames = _kind_of(out, name), (assets, reveal)
+    out, width, pack = options.out, options.width, options.pack
+    kind, frames = _kind_of(out, name), (options.assets, reveal)
     if width is not None and f".{kind}" in MOVING:
         raise SettingError(
             f"--width is for still figures, but {str(out)!r} is an animation. Leave out --width, or give another --out."
@@ -201,14 +211,15 @@ def figure(
         if name == "protocol":
             content = figure_bytes(protocol_of(pack or "starter", frames), kind)
         elif name in WITH_FRAMES:
-            content = _trajectory(name, _scored_runs(runs, name), pack, (episode, epoch, columns), frames, kind)
+            play = options.episode, epoch, options.columns
+            content = _trajectory(name, _scored_runs(runs, name), pack, play, frames, kind)
         else:
             content = figure_bytes(_figure_of_runs(name, runs, pack, with_paper=with_paper), kind)
     out.write_bytes(content)
     print(out)
 
 
-def _figure_of_runs(name: str, runs: list[Path] | None, pack: str | Path | None, *, with_paper: bool) -> Figure:
+def _figure_of_runs(name: str, runs: list[Path] | None, pack: str | Path | None, *, with_paper: bool) -> "Figure":
     """Return a figure of the measures of runs. Raises SettingError if it does not exist or has nothing to show."""
     from vigil.analysis.measures.study import study
     from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
@@ -234,7 +245,7 @@ def _kind_of(out: Path, name: str) -> str:
     return suffix[1:]
 
 
-def _scored_runs(folders: list[Path] | None, name: str, pack: str | Path | None = None) -> list[Run]:
+def _scored_runs(folders: list[Path] | None, name: str, pack: str | Path | None = None) -> "list[Run]":
     from vigil.analysis.measures.rows import read_runs
     from vigil.scoring.saved_run import find_runs
 
@@ -247,10 +258,10 @@ def _scored_runs(folders: list[Path] | None, name: str, pack: str | Path | None 
 
 def _trajectory(
     name: str,
-    runs: list[Run],
+    runs: "list[Run]",
     pack: str | Path | None,
     what: tuple[str | None, int, int],
-    frames: FrameSource,
+    frames: "FrameSource",
     kind: str,
 ) -> bytes:
     from vigil.analysis.plots.diagrams import pipeline_figure

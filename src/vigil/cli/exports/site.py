@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +20,7 @@ FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"
 
 
 def write_run_site(
-    folder: Path, out: Path, key: Key | None, packs: list[str], assets: Path | None, *, reveals: bool
+    folder: Path, out: Path, key: Key | None, packs: Sequence[str], assets: Path | None, *, reveals: bool
 ) -> Path:
     """Write the run in `folder`, or only the episode `key`, and return the file that a user should open.
 

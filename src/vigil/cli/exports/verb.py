@@ -1,12 +1,13 @@
 """`vigil export`: writes runs as pages, films, tables, a dataset, or results in the format Every Eval Ever."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vigil.base.settings import Setting
 from vigil.cli.arguments import Epoch
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
@@ -21,44 +22,48 @@ SITE, PARQUET, HF, EVERY_EVAL_EVER = "site", "parquet", "hf", "every-eval-ever"
 FORMATS = (SITE, PARQUET, HF, EVERY_EVAL_EVER)
 
 
+@dataclass(frozen=True, kw_only=True)
+class ExportOptions:
+    """What `vigil export` writes, and where to."""
+
+    out: Annotated[
+        Path,
+        Setting(
+            "Where to write: a new folder; with --episode, a file ending in .html, .gif, .webp or .mp4; "
+            "with --format parquet, a file."
+        ),
+    ]
+    form: Annotated[
+        str,
+        Setting(
+            f"What to write: {SITE} (web pages of a run), {PARQUET} (a table of episodes), {HF} (a dataset "
+            f"of steps), or {EVERY_EVAL_EVER} (results to share).",
+            name="format",
+        ),
+    ] = SITE
+    episode: Annotated[
+        str | None,
+        Setting("Id of one episode: only this episode is exported, as a page or a film.", unset="all episodes"),
+    ] = None
+    pack: Annotated[
+        tuple[str, ...],
+        Setting(
+            "Pack on which the run was played, as folder or name; needed if the pack's folder has moved.",
+            unset="the pack that the run recorded",
+        ),
+    ] = ()
+    assets: AssetFile = None
+    reasoning: Annotated[
+        bool, Setting("Also export the model's reasoning that the run saved; for --format hf only.")
+    ] = False
+
+
 def export(
     runs: Annotated[
         list[Path], typer.Argument(help="Folders of the runs to export; the format site takes only one run.")
     ],
-    out: Annotated[
-        Path,
-        typer.Option(
-            help="Where to write: a new folder; with --episode, a file ending in .html, .gif, .webp or .mp4; "
-            "with --format parquet, a file."
-        ),
-    ],
-    format_: Annotated[
-        str,
-        typer.Option(
-            "--format",
-            help=f"What to write: {SITE} (web pages of a run), {PARQUET} (a table of episodes), {HF} (a dataset "
-            f"of steps), or {EVERY_EVAL_EVER} (results to share).",
-        ),
-    ] = SITE,
-    episode: Annotated[
-        str | None,
-        typer.Option(
-            help="Id of one episode: only this episode is exported, as a page or a film.", show_default="all episodes"
-        ),
-    ] = None,
+    options: ExportOptions,
     epoch: Epoch = 1,
-    pack: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Pack on which the run was played, as folder or name; needed if the pack's folder has moved.",
-            show_default="the pack that the run recorded",
-        ),
-    ] = None,
-    assets: AssetFile = None,
-    reasoning: Annotated[
-        bool,
-        typer.Option("--reasoning", help="Also export the model's reasoning that the run saved; for --format hf only."),
-    ] = False,
     *,
     publisher: Publisher,
     disclosure: Disclosure,
@@ -75,32 +80,34 @@ def export(
     from vigil.integrations.exports.dataset import write_dataset
     from vigil.integrations.exports.every_eval_ever.folder import write_results
 
-    _check_place(format_, out)
-    _check_options(format_, publisher, disclosure, reasoning=reasoning)
-    if format_ == SITE:
+    form, out, episode = options.form, options.out, options.episode
+    _check_place(form, out)
+    _check_options(form, publisher, disclosure, reasoning=options.reasoning)
+    if form == SITE:
         if len(runs) > 1:
             raise SettingError(f"A site shows one run, but {len(runs)} were given. Give one run, or another --format.")
         key = None if episode is None else (episode, epoch)
-        print(write_run_site(runs[0], out, key, pack or [], assets, reveals=disclosure.reveal_private_pack))
+        reveals = disclosure.reveal_private_pack
+        print(write_run_site(runs[0], out, key, options.pack, options.assets, reveals=reveals))
         return
     if episode is not None:
         raise SettingError(
             "--episode exports a page or a film. Leave out --format, and give an --out that ends in .html or .gif."
         )
-    place = _only_pack(pack or [])
-    if format_ == EVERY_EVAL_EVER:
+    place = _only_pack(options.pack)
+    if form == EVERY_EVAL_EVER:
         for path in write_results(runs, place, out, publisher, print_notes, disclosure):
             print(path)
         return
     found = read_runs(runs, place)
     print_notes(fault for run in found for fault in run.faults)
-    if format_ == PARQUET:
+    if form == PARQUET:
         print(_write_rows(found, out, disclosure))
     else:
-        print(write_dataset(found, place, out, disclosure, with_reasoning=reasoning))
+        print(write_dataset(found, place, out, disclosure, with_reasoning=options.reasoning))
 
 
-def _write_rows(runs: list[Run], out: Path, disclosure: Disclosure) -> Path:
+def _write_rows(runs: "list[Run]", out: Path, disclosure: Disclosure) -> Path:
     from vigil.analysis.measures.rows import combined_rows
     from vigil.integrations.exports.dataset import check_rows
 
@@ -138,7 +145,7 @@ def _check_place(format_: str, out: Path) -> None:
         raise SettingError(f"--out {str(out)!r} is a file, but --format {format_} writes a folder. Give another --out.")
 
 
-def _only_pack(packs: list[str]) -> str | None:
+def _only_pack(packs: Sequence[str]) -> str | None:
     if len(packs) > 1:
         raise SettingError(
             "--pack may be given several times only with --format site. Give one --pack, and only runs on this pack."

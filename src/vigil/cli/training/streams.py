@@ -27,12 +27,10 @@ Difficulties = Annotated[
 ]
 Houses = Annotated[
     str,
-    typer.Option(
+    Setting(
+        "Numbers of the stream's houses to use, as FIRST:END (END itself is not used), or FIRST: for all "
+        "houses from FIRST on.",
         metavar="FIRST:END",
-        help=(
-            "Numbers of the stream's houses to use, as FIRST:END (END itself is not used), or FIRST: for all "
-            "houses from FIRST on."
-        ),
     ),
 ]
 
