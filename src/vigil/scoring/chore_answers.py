@@ -26,6 +26,7 @@ from vigil.scoring.closure import CONCEDED, Certificate, Evidence, Reason
 
 ChoreKind = Literal[
     "plain",  # an act whose first try works
+    "hidden",  # its object lies in a closed container, which the sentence does not name
     "question",  # find something and say its state
     "already",  # it holds at the reset
     "impossible",  # it cannot be met, for a reason that is in view

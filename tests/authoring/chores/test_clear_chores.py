@@ -7,15 +7,18 @@ import pytest
 
 from vigil.authoring.chores import placements
 from vigil.authoring.chores.compose import pool_of
-from vigil.authoring.chores.placements import no_room
-from vigil.authoring.chores.proposed import names_other_drawers, other_drawers
+from vigil.authoring.chores.placements import hidden, no_room
+from vigil.authoring.chores.proposed import MAX_SEARCHED, names_other_drawers, other_drawers
 from vigil.authoring.chores.remembered import Group, remembered
 from vigil.authoring.chores.states import every_drawer
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import GeneratedHouse
 from vigil.authoring.language.referring import Phrase, mentions
+from vigil.authoring.review.containers import may_hold
 from vigil.authoring.solving.evidence import surface_evidence
+from vigil.authoring.solving.goal_actions import closed_containers_around
 from vigil.protocol.goals import ObjectAtReceptacle, ObjectInState
+from vigil.protocol.world import Setup
 from vigil.scene.supports import drawers_of, level_surfaces
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -111,3 +114,27 @@ def test_the_state_to_remember_is_changed_or_kept_by_the_other_chores(groups: li
 
 def test_both_answers_occur(groups: list[Group]) -> None:
     assert {group[-1].chore.is_met for group in groups} == {True, False}
+
+
+def test_a_hidden_object_lies_in_a_closed_container_that_the_sentence_does_not_name(home: HouseContext) -> None:
+    chores = list(hidden(home))
+    assert chores
+    for chore in chores:
+        target = chore.chore.parts[0].object_id
+        assert chore.kind == "hidden"
+        assert home.can_begin(Setup(objects=dict(chore.changes)))
+        (container,) = closed_containers_around(home.view, target)
+        item = home.items[target]
+        assert item.support is not None
+        assert item.support not in chore.sentence
+        assert container in chore.changes
+        likely = may_hold(home.view, home.items, home.thing(target), None)
+        assert len(likely) <= MAX_SEARCHED or f"{item.name} in the {item.room}" in chore.sentence
+        home.begin(Setup())
+
+
+def test_an_object_in_too_many_possible_containers_is_not_hidden(
+    home: HouseContext, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(placements, "MAX_SEARCHED", 0)
+    assert list(hidden(home)) == []

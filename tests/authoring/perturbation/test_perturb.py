@@ -193,7 +193,7 @@ def test_twins_change_together(change: Change, tmp_path: Path) -> None:
     assert verify_pack(made, VerificationSettings()) == []
 
 
-@pytest.mark.parametrize("name", ["starter", "vigil_closure_400_v5", "vigil_chores_200_v4"])
+@pytest.mark.parametrize("name", ["starter", "vigil_closure_400_v5", "vigil_chores_200_v5"])
 def test_nearly_all_packaged_instructions_have_other_words(name: str) -> None:
     pack = Pack.load(name)
     rng = np.random.default_rng(0)

@@ -18,6 +18,7 @@ from vigil.authoring.chores.rules import (
     BrokenRules,
     absent_phrases,
     faults_of_order,
+    faults_of_picks,
     faults_of_start,
     faults_of_states,
     faults_of_words,
@@ -225,6 +226,11 @@ class ListCertifier:
         """Yield (rule, message) for each fault of a solution, i.e. of the actions that should close a list."""
         if not is_within_budget(len(actions), answer.rooms, episode.max_steps):
             yield "within_budget", f"{len(actions)} steps are too many for a budget of {episode.max_steps}"
+            return
+        self._simulator.reset(episode.start, episode.setup)
+        unclear = list(faults_of_picks(episode, self._view, actions))
+        if unclear:
+            yield from unclear
             return
         record = self._validator.play(episode, house, actions)
         if record.end == "error":

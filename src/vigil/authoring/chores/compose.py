@@ -11,7 +11,7 @@ from scipy.spatial.distance import cdist
 
 from vigil.authoring.chores.budgets import MARGIN_OF_ESTIMATES, likely_steps, max_solver_steps, puts_of
 from vigil.authoring.chores.pairs import by_the_way_pairs, order_pairs
-from vigil.authoring.chores.placements import absent, no_room, put, put_away
+from vigil.authoring.chores.placements import absent, hidden, no_room, put, put_away
 from vigil.authoring.chores.proposed import Proposals, ProposedChore, names_other_drawers
 from vigil.authoring.chores.remembered import remembered
 from vigil.authoring.chores.rules import LONGER
@@ -47,6 +47,7 @@ SOURCES: tuple[tuple[Callable[[HouseContext], Proposals], int], ...] = (
     (acts, 10),
     (make_sure, 12),
     (put_away, 2),
+    (hidden, 8),
     (questions, 8),
     (conditional, 6),
     (refused, 4),
@@ -61,8 +62,10 @@ MAX_PAIRS_OF_HOME = 6
 """Maximum number of pairs of kind `order` in one home, and also of each of the other kinds of pairs."""
 _FIRST: tuple[tuple[ChoreKind, ...], ...] = (("order", "by_the_way"),)
 _REMEMBERED: tuple[tuple[ChoreKind, ...], ...] = (("conditional",),)
-_MOST: tuple[tuple[ChoreKind, ...], ...] = (*_REMEMBERED, ("by_the_way",), *_REMEMBERED)
-BEGUN = {6: _FIRST, 7: _REMEMBERED + _FIRST, 8: _REMEMBERED + _FIRST, 9: _MOST, 10: _MOST}
+_HIDDEN: tuple[tuple[ChoreKind, ...], ...] = (("hidden",),)
+_LONG = _HIDDEN + _REMEMBERED + _FIRST
+_MOST = _HIDDEN + _REMEMBERED + (("by_the_way",),) + _REMEMBERED
+BEGUN = {5: _HIDDEN, 6: _HIDDEN + _FIRST, 7: _LONG, 8: _LONG, 9: _MOST, 10: _HIDDEN + _MOST}
 """Number of chores of a list -> kinds of the groups that are chosen for it before any single chores; each is of the
 rarest of its kinds."""
 LONG_FROM, LONGEST_FROM = 7, 9
@@ -235,7 +238,8 @@ def _place(
     chosen, count = begun
     away = _away_m(context, chores, chosen)
     is_far, is_long = away > NEAR_M, count >= LONG_FROM
-    size = 1 if not is_long else 2 if chosen or count < LONGEST_FROM else 3
+    has_group = any(each.kind != "hidden" for each in chosen)
+    size = 1 if not is_long else 2 if has_group or count < LONGEST_FROM else 3
     here = _rooms(context, chosen) if is_long else set[str | None]()
     is_here = not is_far and is_long and _rooms(context, chores) <= here
     uses = pool.uses[id(chores)]

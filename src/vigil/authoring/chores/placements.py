@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from vigil.authoring.chores.proposed import Proposals, ProposedChore, distractor_of, in_turn
+from vigil.authoring.chores.proposed import MAX_SEARCHED, Proposals, ProposedChore, distractor_of, in_turn
 from vigil.authoring.chores.sentences import PUT_AWAY, PUT_INTO_ORDERS, PUT_ON_ORDERS
 from vigil.authoring.closure.asking import phrase_by_support
 from vigil.authoring.closure.kinds.impossible.tasks import STANDS, may_occupy, takes_enough_room
@@ -10,15 +10,18 @@ from vigil.authoring.closure.kinds.out_of_sight.tasks import may_go_in
 from vigil.authoring.closure.receptacle_space import fits_on
 from vigil.authoring.drafting.filling import can_be_put
 from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.families.si.drafts import placeless_phrase
 from vigil.authoring.families.sm.plans import SequencePlan, emptying, putting_in, rearranging
 from vigil.authoring.language.referring import Phrase
 from vigil.authoring.language.sentences import Sentences
 from vigil.authoring.language.wording import opening_phrase, pronoun_slots
-from vigil.authoring.review.containers import BELONGS_IN
+from vigil.authoring.review.containers import BELONGS_IN, not_found_by_opening
 from vigil.authoring.review.placements import placements_on
 from vigil.authoring.solving.evidence import surface_evidence
-from vigil.authoring.solving.goal_actions import closed_containers_around
-from vigil.protocol.goals import Chore, ObjectAtReceptacle, ObjectInState
+from vigil.authoring.solving.goal_actions import achieve_goal, closed_containers_around
+from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
+from vigil.authoring.solving.solvers import carry_out
+from vigil.protocol.goals import Chore, ObjectAtReceptacle, ObjectHeld, ObjectInState
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.geometry import body_box
 from vigil.scene.supports import children, level_surfaces
@@ -56,16 +59,20 @@ def _of_plan(context: HouseContext, plan: SequencePlan) -> ProposedChore | None:
     return putting(context, goal.model_copy(update={"chain": ()}), plan.setup)
 
 
-def putting(context: HouseContext, goal: ObjectAtReceptacle, setup: Setup) -> ProposedChore | None:
+def putting(
+    context: HouseContext, goal: ObjectAtReceptacle, setup: Setup, *, is_hidden: bool = False
+) -> ProposedChore | None:
     """Return the chore of putting an object somewhere, worded for the world after `setup`.
 
+    If the object lies in a closed container, the sentence names the container, except if the object should be hidden.
     Return None if no wording is unambiguous, if the object would almost fill the container, because few clicks would
     then put it there, or if the top of the receptacle cannot be seen from above, because a click must hit it.
     """
     is_easy = _fits_easily(context, goal) if goal.inside else _has_visible_top(context.thing(goal.receptacle_id))
     if not is_easy or not context.can_begin(setup):
         return None
-    phrases = _phrase_of_object(context, goal.object_id), context.phrase(goal.receptacle_id)
+    find_phrase = _phrase_of_hidden if is_hidden else _phrase_of_object
+    phrases = find_phrase(context, goal.object_id), context.phrase(goal.receptacle_id)
     context.begin(Setup())
     if phrases[0] is None or phrases[1] is None:
         return None
@@ -105,6 +112,14 @@ def _phrase_of_object(context: HouseContext, thing_id: str) -> Phrase | None:
     return context.phrase(thing_id)
 
 
+def _phrase_of_hidden(context: HouseContext, thing_id: str) -> Phrase | None:
+    """Return a unique phrase that does not say what a hidden thing lies in; None if the search for it is unfair."""
+    thing = context.thing(thing_id)
+    phrase = placeless_phrase(context, thing, MAX_SEARCHED)
+    is_fair = phrase and not any(not_found_by_opening(context.view, context.items, thing, [phrase], MAX_SEARCHED))
+    return phrase if is_fair else None
+
+
 def _sentence(context: HouseContext, goal: ObjectAtReceptacle, target: Phrase, receptacle: Phrase) -> str:
     """Return a random sentence that asks to put an object somewhere, without two places in direct succession."""
     sentences = PUT_INTO_ORDERS if goal.inside else PUT_ON_ORDERS
@@ -116,6 +131,39 @@ def _sentence(context: HouseContext, goal: ObjectAtReceptacle, target: Phrase, r
 
 def _unstacked(forms: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(form for form in forms if not any(words in form for words in _STACKED))
+
+
+def hidden(context: HouseContext) -> Proposals:
+    """Yield chores about an object in a closed container that the sentence does not name, one for each object.
+
+    People would look for the object there, and only a few other containers need to be opened to find it.
+    """
+    taken, unreachable = set[str](), set[tuple[str, str]]()
+    for plan in emptying(context):
+        target, container, goal = plan.roles["target"], plan.roles["container"], plan.facts[-1]
+        assert isinstance(goal, ObjectAtReceptacle)
+        lies = target.id, container.id
+        if target.id in taken or lies in unreachable or children(context.view.scene, target.id):
+            continue
+        found = putting(context, goal.model_copy(update={"chain": ()}), plan.setup, is_hidden=True)
+        if found is not None and _can_be_taken_out(context, target.id, plan.setup):
+            taken.add(target.id)
+            yield replace(found, kind="hidden", distractor=None)
+        elif found is not None:
+            unreachable.add(lies)
+
+
+def _can_be_taken_out(context: HouseContext, thing_id: str, setup: Setup) -> bool:
+    """Return whether an agent can open the containers around a thing, as `setup` leaves them, and pick it up."""
+    macro_actions = MacroActions(context.view, may_tilt=True)
+    try:
+        context.begin(setup)
+        carry_out(achieve_goal(ObjectHeld(object_id=thing_id), macro_actions), context.view)
+    except Unsolvable:
+        return False
+    finally:
+        context.begin(Setup())
+    return True
 
 
 def put_away(context: HouseContext) -> Proposals:

@@ -15,6 +15,9 @@ from vigil.scene.things import Scene
 from vigil.scoring.chore_answers import ChoreKind
 from vigil.scoring.closure import Reason
 
+MAX_SEARCHED = 8
+"""Maximum number of closed containers in which people would look for a hidden object of a list."""
+
 
 @dataclass(frozen=True, slots=True)
 class ProposedChore:

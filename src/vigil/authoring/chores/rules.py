@@ -1,25 +1,30 @@
-"""Rules about the start of a list: its sentences, the states of its objects, and the order of its text."""
+"""Rules about lists: their sentences, the states of their objects at the start, the order of their text, and whether
+objects can be recognized where they are picked up."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 
 from vigil.assets.catalog import CATALOG
-from vigil.authoring.chores.proposed import other_drawers
+from vigil.authoring.chores.proposed import MAX_SEARCHED, other_drawers
 from vigil.authoring.chores.sentences import EVERY_DRAWER
 from vigil.authoring.closure.certify import faults_of_gaps
 from vigil.authoring.language.disambiguation import confusable
 from vigil.authoring.language.referring import DescribedThing, Phrase, mentions, resolve_mentions
 from vigil.authoring.language.wording import asks_inside
+from vigil.authoring.review.containers import not_found_by_opening
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.wording_rules import worded_badly
 from vigil.authoring.solving.chore_order import ChoreModel, length_of
-from vigil.authoring.solving.chores import ChorePlan
+from vigil.authoring.solving.chores import MIN_PICKED_PX, ChorePlan
 from vigil.authoring.solving.goal_actions import closed_containers_around, is_doable
 from vigil.authoring.solving.macro_actions import MacroActions
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.numbered_list import read_list
 from vigil.packs.pack import CHORES_SUITE, protocol_faults
+from vigil.protocol.actions import Action, InteractPixel, Report
+from vigil.protocol.episode import Episode
 from vigil.protocol.goals import Chore, Chores, ObjectAtReceptacle, ObjectInState, ReportStatus
 from vigil.scene.supports import drawers_of
 from vigil.scene.things import Thing
@@ -87,11 +92,12 @@ def _faults_of_line(case: EpisodeStart, chore: Chore) -> BrokenRules:
 
 
 def _faults_of_place(case: EpisodeStart, part: ObjectAtReceptacle) -> BrokenRules:
-    """Yield a fault if an object lies in a closed container that its phrase does not name."""
+    """Yield a fault if an object lies in a closed container that its phrase does not name, and few would look there."""
     phrases = [phrase for phrase, items in case.mentioned if [item.id for item in items] == [part.object_id]]
-    for container in closed_containers_around(case.view, part.object_id):
-        if not any(phrase.support for phrase in phrases):
-            yield "not_shut_away", f"{part.object_id!r} lies in {container!r}, which is closed and not named"
+    if closed_containers_around(case.view, part.object_id) and not any(phrase.support for phrase in phrases):
+        thing = case.view.scene.things[part.object_id]
+        for fault in not_found_by_opening(case.view, case.items, thing, phrases, MAX_SEARCHED):
+            yield "not_shut_away", f"{part.object_id!r} lies in a closed container: {fault}"
 
 
 def absent_phrases(case: EpisodeStart, number: int) -> list[Phrase]:
@@ -128,6 +134,8 @@ def _faults_of_kind(case: EpisodeStart, chore: Chore, answer: ChoreAnswer) -> Br
         others = {item.id for item in confusable(items[thing.id], items.values())} if thing.is_present else set[str]()
         if answer.distractor not in others:
             yield "distinguished", f"{answer.distractor!r} cannot be taken for {thing.id!r}"
+    if answer.kind == "hidden" and not closed_containers_around(case.view, thing.id):
+        yield "not_shut_away", f"{thing.id!r} does not lie in a closed container"
     if answer.kind == "refused" and not (_is_interlocked(thing) or _is_blocked(case, chore)):
         yield "refused_at_first", f"nothing refuses the act on {thing.id!r}"
 
@@ -155,3 +163,28 @@ def faults_of_order(plan: ChorePlan, answers: Sequence[ChoreAnswer]) -> BrokenRu
     for place, answer in enumerate(answers):
         if (answer.kind == "order") != (place in ordered):
             yield "entangled_as_answered", f"chore {place + 1} is of kind {answer.kind}"
+
+
+def faults_of_picks(episode: Episode, view: PrivilegedView, actions: Iterable[Action]) -> BrokenRules:
+    """Yield a fault for each object of which few pixels are in view when the solver picks it up.
+
+    `view` is at the start of the list. Its state is restored.
+    """
+    goal = episode.goal
+    assert isinstance(goal, Chores)
+    with view.rollback():
+        for action in actions:
+            if isinstance(action, Report):
+                break
+            thing_id = _picked(action, view)
+            if thing_id is not None and (pixels := view.state_of(thing_id).visible_px) < MIN_PICKED_PX:
+                of = [f"chore {n}: " for n, chore in enumerate(goal.chores, start=1) if thing_id in chore.ids()]
+                yield "seen_where_picked", f"{''.join(of[:1])}{thing_id!r} is picked up where it shows {pixels} pixels"
+            view.step(action)
+
+
+def _picked(action: Action, view: PrivilegedView) -> str | None:
+    """Return the id of the thing that an action would pick up; None for other actions."""
+    if isinstance(action, InteractPixel) and action.intent == "pick" and action.x is not None and action.y is not None:
+        return view.object_at((action.x, action.y))
+    return None

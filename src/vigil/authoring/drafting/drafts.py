@@ -39,7 +39,7 @@ from vigil.scoring.chore_answers import ListAnswer
 from vigil.scoring.closure import ClosureAnswer, Kind
 
 DRAFTS_SCHEMA = 2
-DRAFTS_VERSION = 8
+DRAFTS_VERSION = 9
 """Version of the drafts and their wording. It is raised when the same house and seed give other drafts than before;
 `tests/authoring/streaming` checks examples. Drafts files, recipes and streams of another version are refused."""
 UNVERSIONED_DRAFTS = 1

@@ -80,11 +80,15 @@ def room_mentioned(phrases: Iterable[Phrase]) -> str | None:
 
 
 def not_found_by_opening(
-    view: PrivilegedView, items: dict[str, DescribedThing], target: Thing, phrases: list[Phrase]
+    view: PrivilegedView,
+    items: dict[str, DescribedThing],
+    target: Thing,
+    phrases: list[Phrase],
+    max_closed: int = MAX_CLOSED,
 ) -> Iterator[str]:
     """Yield messages if the target can be found without opening containers, or if the search in containers is unfair.
 
-    `phrases` are the phrases of the instruction.
+    `phrases` are the phrases of the instruction; `max_closed` closed containers may hold the target.
     """
     around = closed_containers_around(view, target.id)
     if not around:
@@ -96,8 +100,8 @@ def not_found_by_opening(
     if any(phrase.support is not None or phrase.relation is not None for phrase in phrases):
         yield "the instruction says where the target lies"
     closed = may_hold(view, items, target, room_mentioned(phrases))
-    if len(closed) > MAX_CLOSED:
-        yield f"{len(closed)} closed containers may hold it, at most {MAX_CLOSED} may: {', '.join(closed)}"
+    if len(closed) > max_closed:
+        yield f"{len(closed)} closed containers may hold it, at most {max_closed} may: {', '.join(closed)}"
     if (place := visible_through_glass_from(view, target)) is not None:
         yield f"the target is visible through glass from ({place.x:.2f}, {place.z:.2f}) without opening anything"
 

@@ -71,7 +71,9 @@ SUITE_RULES = {
 """Rule name -> reason, for the rules of the closure-stress suite (`vigil.authoring.closure.certify` checks them)."""
 LIST_RULES = {
     "composed": "all chores of the list can be done, the order of the text does not help, and the walk is not too long",
-    "not_shut_away": "if an object is in a closed container, its sentence names the container",
+    "not_shut_away": "if an object is in a closed container, its sentence names the container, or people would look "
+    "for it there, in one of at most 8 closed containers",
+    "seen_where_picked": "the solver sees at least 100 pixels of each object that it picks up",
     "holds_already": "a chore of kind `already` holds at the start",
     "condition_judged": "a conditional chore says correctly whether its condition holds at the start",
     "refused_at_first": "the first try of the act is refused",

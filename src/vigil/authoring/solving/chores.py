@@ -36,6 +36,10 @@ OBSTACLE = "obstacle_{}"
 """Role of the object that must be carried away before a chore's thing can open."""
 
 
+MIN_PICKED_PX = 100
+"""Number of an object's pixels that the solver sees when it picks the object up: about 10 by 10."""
+
+
 class UnsolvableChore(Unsolvable):
     """Error for a list with a chore, at index `place`, that the solver finds no way to do."""
 
@@ -67,6 +71,7 @@ def solve_chores(
     """
     goal, view = episode.goal, macro_actions.view
     assert isinstance(goal, Chores)
+    macro_actions.min_picked_px = MIN_PICKED_PX
     conceded = _concessions(episode, macro_actions) if conceded is None else conceded
     plan = plan_chores(episode, view, conceded)
     claims: dict[int, ChoreClaim] = {}

@@ -6,7 +6,7 @@ Each click is first tried in the simulator and undone, to be sure that it does w
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, product
 
 import numpy as np
 
@@ -59,6 +59,9 @@ class MacroActions:
 
     reach_slacks_m: tuple[float, ...] = (0.0,)
     """Distances (m) by which the agent tries to go closer than required, in the order in which they are tried."""
+    min_picked_px: int = 0
+    """Number of a thing's pixels that the agent wants to see when it picks the thing up. It accepts fewer where no
+    reachable place shows so many."""
 
     def __init__(self, view: PrivilegedView, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
         """If `is_exhaustive`, search more places, without margins: a failure then proves that the act is impossible."""
@@ -86,13 +89,16 @@ class MacroActions:
 
     def find_click(self, intent: Intent, thing_id: str) -> tuple[Viewpoint, tuple[int, int]]:
         """Return the nearest viewpoint from which a click on a thing works, and the pixel. Raises Unsolvable."""
-        for slack_m in self.reach_slacks_m:
-            found = self._view_to_click(intent, thing_id, REACH_M - self._margin_m - slack_m)
+        wanted = (self.min_picked_px, 0) if intent == "pick" and self.min_picked_px else (0,)
+        for min_px, slack_m in product(wanted, self.reach_slacks_m):
+            found = self._view_to_click(intent, thing_id, REACH_M - self._margin_m - slack_m, min_px)
             if found is not None:
                 return found
         raise Unsolvable(f"There is no reachable place from which {intent!r} works on {thing_id!r}.")
 
-    def _view_to_click(self, intent: Intent, thing_id: str, reach_m: float) -> tuple[Viewpoint, tuple[int, int]] | None:
+    def _view_to_click(
+        self, intent: Intent, thing_id: str, reach_m: float, min_px: int
+    ) -> tuple[Viewpoint, tuple[int, int]] | None:
         thing = self.view.scene.things[thing_id]
         query = ViewpointQuery(
             thing_id, surface_points(thing), near_box(body_box(thing), reach_m), self.may_tilt, least_seen=2
@@ -102,6 +108,8 @@ class MacroActions:
             if number >= self._max_viewpoints:
                 break
             with self.view.at_pose(viewpoint.pose):
+                if min_px and self.view.state_of(thing_id).visible_px < min_px:
+                    continue
                 pixel = self.view.click_pixel(thing_id)
                 refusal = None if pixel is None else self.view.try_interaction(primitive_actions.click(intent, pixel))
             if pixel is not None and refusal is None:

@@ -54,7 +54,7 @@ def picking_from_inside(context: HouseContext) -> Drafts:
         if not context.can_begin(setup):
             continue
         target = context.thing(inside.id)
-        phrase = _placeless(context, target) if visible_through_glass_from(context.view, target) is None else None
+        phrase = placeless_phrase(context, target) if visible_through_glass_from(context.view, target) is None else None
         start = None if phrase is None else start_not_seeing(context, target, by_turning=None, horizon=HORIZON_DEG)
         context.begin(Setup())
         if start is None:
@@ -70,16 +70,16 @@ def picking_from_inside(context: HouseContext) -> Drafts:
         yield context.draft("SI", task)
 
 
-def _placeless(context: HouseContext, target: Thing) -> Phrase | None:
+def placeless_phrase(context: HouseContext, target: Thing, max_closed: int = MAX_CLOSED) -> Phrase | None:
     """Return a phrase that means only this thing and does not name the thing's container.
 
-    None if there is no such phrase, or if the agent might have to search more than `MAX_CLOSED` closed containers.
+    None if there is no such phrase, or if the agent might have to search more than `max_closed` closed containers.
     """
     items = context.items
     item = items[target.id]
     if item.has_misleading_name:
         return None
     rooms = (None, item.room) if item.is_room_one else (None,)
-    fair = [room for room in rooms if len(may_hold(context.view, items, target, room)) <= MAX_CLOSED]
+    fair = [room for room in rooms if len(may_hold(context.view, items, target, room)) <= max_closed]
     phrases = (Phrase(item.name, colour=colour, room=room) for colour in (None, item.colour) for room in fair)
     return first_meaning(phrases, item, items.values())
