@@ -4,13 +4,15 @@ import io
 import sys
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from vigil.cli import progress as module
-from vigil.cli.progress import progress, progress_facts, run_progress
+from vigil.cli.progress import progress, progress_facts, read_runs_shown, run_progress
 from vigil.runner.progress import RunProgress
 
+PLAYS = Path(__file__).parents[2] / "docs" / "packs" / "plays"
 HIDE_CURSOR, SHOW_CURSOR = "\x1b[?25l", "\x1b[?25h"
 STANDING = RunProgress(
     total=2, done=1, errors=1, W=0.5, B=0.0, steps=3, elapsed_s=1.0, eta_s=1.0, cost=None, latest=None
@@ -174,3 +176,11 @@ def test_a_runs_progress_counts_errors_as_done(capsys: pytest.CaptureFixture[str
 
 def test_a_runs_progress_says_what_it_cost_where_that_is_known() -> None:
     assert progress_facts(replace(STANDING, cost=1234.5)) == "W 50.0  B 0.0  cost 1,234.50  errors 1"
+
+
+def test_reading_several_runs_shows_how_many_were_read(capsys: pytest.CaptureFixture[str]) -> None:
+    folders = [PLAYS / "vigil_mini_v4_baseline", PLAYS / "vigil_mini_v4_look_before_report"]
+    assert len(read_runs_shown(folders[:1])) == 1
+    assert lines(capsys) == []
+    assert len(read_runs_shown(folders)) == 2
+    assert [line.split("  ")[0] for line in lines(capsys)] == ["runs: 0/2", "runs: 2/2"]

@@ -30,9 +30,14 @@ PRESENT = {
     "vigil_closure_400_v5": (40, 36, 36),
 }
 """The same for plays of packaged packs."""
-LISTS = {"vigil_chores_200_v4": (17, 14, 14)}
+LISTS: dict[str, tuple[int, int, int]] = {}
 """Folder with plays of packaged lists -> number of plays, of W and of B of lists."""
-OLD_LISTS = {"vigil_chores_200_v2": (8, 4, 3), "vigil_chores_200_v3": (24, 21, 17)}
+OLD_LISTS = {
+    "vigil_chores_200_v2": (8, 4, 3),
+    "vigil_chores_200_v3": (24, 21, 17),
+    "vigil_chores_200_v4": (17, 14, 14),
+    "vigil_chores_200_v4_handed_over": (9, 8, 8),
+}
 """Folder with plays of lists that are not packaged any more -> number of plays, of W and of B of lists."""
 OTHER_PROMPT = "vigil_chores_200_v2"
 """Folder with plays whose prompt has another text today."""

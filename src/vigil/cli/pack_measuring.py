@@ -15,7 +15,7 @@ from rich.table import Table
 
 import vigil
 from vigil.cli.arguments import AsJson, LevelsFile, PackArgument, Reveal, RunArguments
-from vigil.cli.progress import progress, run_progress
+from vigil.cli.progress import progress, read_runs_shown, run_progress
 from vigil.cli.text import console, print_notes
 from vigil.errors import SettingError, SimulatorError
 from vigil.packs.private import check_revealed, is_private
@@ -188,11 +188,10 @@ def difficulty(
     agent.
     """
     from vigil.analysis.measures.calibration import calibrate_difficulty
-    from vigil.analysis.measures.rows import read_runs
     from vigil.scoring.levels import read_levels
 
     given = None if levels is None else read_levels(levels)
-    found = calibrate_difficulty(read_runs(runs, pack, levels=given), of)
+    found = calibrate_difficulty(read_runs_shown(runs, pack, levels=given), of)
     if as_json:
         print(json.dumps(_calibration_json(found)))
     else:

@@ -5,13 +5,15 @@ import sys
 import textwrap
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 from vigil.cli.text import console, duration, percent_text
 
 if TYPE_CHECKING:
+    from vigil.analysis.measures.rows import Run
     from vigil.runner.progress import OnProgress, RunProgress
 
 PLAIN_SECONDS = 10.0
@@ -127,3 +129,17 @@ def progress_facts(run: "RunProgress") -> str:
             *([textwrap.shorten(run.retry_reason, RETRY_REASON_CHARS, placeholder=" ...")] if run.retry_reason else []),
         )
     )
+
+
+def read_runs_shown(folders: Sequence[Path], pack: str | Path | None = None, **options: Any) -> "list[Run]":
+    """Return the scored runs in `folders`, and show how many were read if there are several.
+
+    `options` are those of `vigil.analysis.measures.rows.read_runs`. Raises RecordError or PackMismatch.
+    """
+    from vigil.analysis.measures.rows import read_runs
+
+    if len(folders) < 2:
+        return read_runs(folders, pack, **options)
+    with progress("runs") as show:
+        show(0, len(folders))
+        return read_runs(folders, pack, **options, on_run=show)

@@ -9,6 +9,7 @@ import typer
 
 from vigil.base.settings import Setting
 from vigil.cli.arguments import Epoch, LevelsFile, Reveal, RunArguments, WithPaper
+from vigil.cli.progress import read_runs_shown
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.private import REVEAL
@@ -77,7 +78,6 @@ def report(
     vigil report runs/* --format latex --style paper --out paper
     vigil report runs/* --check
     """
-    from vigil.analysis.measures.rows import read_runs
     from vigil.analysis.measures.study import study
     from vigil.analysis.measures.suites import read_suites
     from vigil.analysis.report import make_report, markdown_report, write_report
@@ -92,7 +92,7 @@ def report(
     if out is None and options.formats:
         raise SettingError(f"--format {' '.join(options.formats)} writes files: give their folder with --out.")
     others, suites = read_suites(runs, pack)
-    scored_runs = read_runs(others, pack, levels=None if levels is None else read_levels(levels))
+    scored_runs = read_runs_shown(others, pack, levels=None if levels is None else read_levels(levels))
     found = study(scored_runs, with_paper=with_paper)
     if out is None:
         print(markdown_report(make_report(found, (), suites=suites), figures=False))
@@ -121,9 +121,8 @@ def _print_files(written: Sequence[Path], out: Path) -> None:
 
 def _check(runs: list[Path], pack: str | Path | None) -> None:
     from vigil.analysis.measures.metrics import broken_run_identities
-    from vigil.analysis.measures.rows import read_runs
 
-    scored_runs = read_runs(runs, pack)
+    scored_runs = read_runs_shown(runs, pack)
     faults = [fault for run in scored_runs for fault in broken_run_identities(run)]
     for fault in faults:
         print(fault)
@@ -246,14 +245,13 @@ def _kind_of(out: Path, name: str) -> str:
 
 
 def _scored_runs(folders: list[Path] | None, name: str, pack: str | Path | None = None) -> "list[Run]":
-    from vigil.analysis.measures.rows import read_runs
     from vigil.scoring.saved_run import find_runs
 
     if not folders:
         raise SettingError(f"The figure {name!r} is drawn from runs: give their folders.")
     given = find_runs(folders)
     order = [folder.resolve() for folder in given]
-    return sorted(read_runs(given, pack), key=lambda run: order.index(run.folder))
+    return sorted(read_runs_shown(given, pack), key=lambda run: order.index(run.folder))
 
 
 def _trajectory(

@@ -14,6 +14,7 @@ import typer
 from rich.table import Table
 
 from vigil.cli.arguments import Imports, Reveal, WithPaper
+from vigil.cli.progress import read_runs_shown
 from vigil.cli.text import console, print_note, print_notes
 from vigil.errors import RecordError, SettingError, VigilError
 from vigil.runner.shared_settings import AssetFile, Workers
@@ -153,7 +154,6 @@ def report(
     vigil study report study.yaml
     vigil study report study.yaml --style paper
     """
-    from vigil.analysis.measures.rows import read_runs
     from vigil.analysis.measures.study import study as measured_study
     from vigil.analysis.measures.suites import read_suites
     from vigil.analysis.plots.style import on_paper
@@ -169,7 +169,7 @@ def report(
             f"No run of study {source.study.name!r} was played yet. First run: vigil study run {source.text.path}"
         )
     others, suites = read_suites([one.folder for one in played])
-    scored = read_runs(others, labels=labels_of(runs))
+    scored = read_runs_shown(others, labels=labels_of(runs))
     found = measured_study(scored, with_paper=with_paper)
     absent = [one.label.name for one in runs if one not in played]
     if absent:

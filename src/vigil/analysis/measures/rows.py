@@ -7,7 +7,7 @@ computed each time and never saved, because nobody could tell which code had mad
 import json
 import os
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache, partial
 from pathlib import Path
@@ -120,15 +120,20 @@ def read_runs(
     *,
     levels: Mapping[str, EpisodeLevel] | None = None,
     labels: Mapping[Path, RunLabel] | None = None,
+    on_run: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[Run]:
     """Return the scored runs in `folders`, sorted by name; the order of the folders does not matter.
 
     `pack` is the current folder of the runs' pack if it was moved. `levels` replace the levels in the pack's folder.
-    `labels` are what a study says of the runs, by resolved folder. Raises RecordError or PackMismatch.
+    `labels` are what a study says of the runs, by resolved folder. `on_run` is called after each run with the number
+    of runs read and of all runs. Raises RecordError or PackMismatch.
     """
     unique = sorted({folder.resolve() for folder in folders})
     workers = 2 if sum(map(_file_size, unique)) > _PARALLEL_FROM_BYTES else 1
-    runs = list(map_in_workers(partial(given_state, pack), _read_scored_run, unique, workers))
+    runs: list[Run] = []
+    for run in map_in_workers(partial(given_state, pack), _read_scored_run, unique, workers):
+        runs.append(run)
+        on_run(len(runs), len(unique))
     runs = [_labelled(run, (labels or {}).get(run.folder)) for run in runs]
     return _with_unique_names(
         runs if levels is None else [replace(run, rows=_with_levels(run.rows, levels)) for run in runs]

@@ -9,6 +9,7 @@ import typer
 
 from vigil.base.settings import Setting
 from vigil.cli.arguments import Epoch
+from vigil.cli.progress import read_runs_shown
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
 from vigil.integrations.exports.disclosure import Disclosure
@@ -75,7 +76,6 @@ def export(
     vigil export runs/a runs/b --format hf --out dataset
     vigil export runs/a runs/b --format every-eval-ever --organization "My lab" --out datastore
     """
-    from vigil.analysis.measures.rows import read_runs
     from vigil.cli.exports.site import write_run_site
     from vigil.integrations.exports.dataset import write_dataset
     from vigil.integrations.exports.every_eval_ever.folder import write_results
@@ -99,7 +99,7 @@ def export(
         for path in write_results(runs, place, out, publisher, print_notes, disclosure):
             print(path)
         return
-    found = read_runs(runs, place)
+    found = read_runs_shown(runs, place)
     print_notes(fault for run in found for fault in run.faults)
     if form == PARQUET:
         print(_write_rows(found, out, disclosure))
