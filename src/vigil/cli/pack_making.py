@@ -19,6 +19,7 @@ from vigil.runner.shared_settings import AssetFile, Workers
 
 if TYPE_CHECKING:
     from vigil.authoring.drafting.drafts import HouseOrigin
+    from vigil.authoring.drafting.generation import GenerationSettings
     from vigil.authoring.drafting.sources import HouseInFile, HouseSource
     from vigil.packs.pack import Pack
 
@@ -58,14 +59,10 @@ def propose(
     With a secret seed (--seed-file), --seeds only numbers the houses, and the names of houses and episodes do not
     reveal the seed.
     """
-    from vigil.assets.database import AssetDatabase
-    from vigil.authoring.closure.generation import FAMILY
     from vigil.authoring.drafting.drafts import DraftsFile
-    from vigil.authoring.drafting.generation import FAMILY_GRAMMAR, GenerationSettings, generate_drafts
+    from vigil.authoring.drafting.generation import FAMILY_GRAMMAR, generate_drafts
     from vigil.authoring.drafting.model_proposals import model_proposer
-    from vigil.authoring.packing.suites import SUITES
     from vigil.cli.making.pack import print_drafts, progress_callback
-    from vigil.protocol.families import FAMILIES
     from vigil.runner.models.access import Endpoint, model_access
     from vigil.runner.models.completion import open_completion
     from vigil.runner.workers.pool import worker_count
@@ -78,8 +75,30 @@ def propose(
             "--template is for the built-in grammar; with --model, the model chooses the kinds. Leave one out."
         )
     common.check_suite(model=model, grammar=proposing.grammar, hardest_of=drafting.hardest_of > 1)
+    settings = _generation_settings(common, proposing, drafting)
+    sources = _requested_sources(proposing, drafting.specs(common.suite), settings.secret)
+    file = DraftsFile(out)
+    with ExitStack() as stack:
+        show = stack.enter_context(progress("houses"))
+        if model is not None:
+            endpoint = Endpoint(model_access(model, proposing.base_url, {}, proposing.api_key_env))
+            proposer = model_proposer(stack.enter_context(open_completion(endpoint)), proposing.per_house, model)
+            asked = replace(FAMILY_GRAMMAR, author=model, make_proposer=lambda seed: proposer)
+            settings, workers = replace(settings, grammar=asked), 1  # a model is asked from this process
+        generate_drafts(file, sources, settings, workers=workers, on_progress=progress_callback(show))
+    print_drafts(file)
+
+
+def _generation_settings(common: Common, proposing: Proposing, drafting: Drafting) -> GenerationSettings:
+    """Return the settings of drafting with the built-in grammar."""
+    from vigil.assets.database import AssetDatabase
+    from vigil.authoring.closure.generation import FAMILY
+    from vigil.authoring.drafting.generation import FAMILY_GRAMMAR, GenerationSettings
+    from vigil.authoring.packing.suites import SUITES
+    from vigil.protocol.families import FAMILIES
+
     seed = common.chosen_seed or 0
-    settings = GenerationSettings(
+    return GenerationSettings(
         (FAMILY,) if common.suite else common.families or tuple(FAMILIES),
         seed,
         proposing.per_house,
@@ -92,17 +111,6 @@ def propose(
         grammar=SUITES[common.suite].grammar if common.suite else FAMILY_GRAMMAR,
         templates=common.templates,
     )
-    sources = _requested_sources(proposing, drafting.specs(common.suite), settings.secret)
-    file = DraftsFile(out)
-    with ExitStack() as stack:
-        show = stack.enter_context(progress("houses"))
-        if model is not None:
-            endpoint = Endpoint(model_access(model, proposing.base_url, {}, proposing.api_key_env))
-            proposer = model_proposer(stack.enter_context(open_completion(endpoint)), proposing.per_house, model)
-            asked = replace(FAMILY_GRAMMAR, author=model, make_proposer=lambda seed: proposer)
-            settings, workers = replace(settings, grammar=asked), 1  # a model is asked from this process
-        generate_drafts(file, sources, settings, workers=workers, on_progress=progress_callback(show))
-    print_drafts(file)
 
 
 def _requested_sources(proposing: Proposing, specs: list[str], secret: int | None) -> Sequence[HouseSource]:

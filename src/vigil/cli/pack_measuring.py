@@ -23,6 +23,7 @@ from vigil.runner.shared_settings import AssetFile, PackLocation, Workers
 
 if TYPE_CHECKING:
     from vigil.analysis.measures.calibration import Correlation, DifficultyCalibration, Success
+    from vigil.authoring.packing.baselines import Baselines
     from vigil.packs.pack import Pack
     from vigil.runner.run import RunResult
     from vigil.runner.settings import RunSettings
@@ -48,37 +49,19 @@ def baselines(
     assets: AssetFile = None,
 ) -> None:
     """Example: vigil pack baselines vigil_mini --log-dir runs/baselines"""
-    from vigil.analysis.measures.chores import read_chores_runs
     from vigil.authoring.packing.baselines import (
-        AGENTS,
         BASELINES,
-        LIST_AGENTS,
         baselines_table,
         broken_promises,
         guess_lines,
-        list_baselines,
-        measured_baselines,
         strongest_lines,
     )
     from vigil.authoring.packing.dataset_card import write_card
-    from vigil.packs.pack import CHORES_SUITE, Pack
-    from vigil.protocol.profile import BASELINE, ITEMISED_REPORT
-    from vigil.scoring.summary import score_run, summarise
+    from vigil.packs.pack import Pack
 
     loaded = Pack.load(pack)
     print_notes(loaded.manifest.version_notes)
-    has_lists = loaded.manifest.suite == CHORES_SUITE
-    agents, profile = (LIST_AGENTS, ITEMISED_REPORT) if has_lists else (AGENTS, BASELINE)
-    settings = {name: _settings(loaded, name, log_dir / name, workers, assets) for name in agents}
-    results = {name: _played(name, replace(each, profile=profile)) for name, each in settings.items()}
-    if has_lists:
-        scores = {
-            name: read_chores_runs([result.folder], loaded.folder)[0].scores() for name, result in results.items()
-        }
-        found = list_baselines(loaded, scores, vigil.__version__)
-    else:
-        summaries = {name: summarise(score_run(each.episodes, each.records)) for name, each in results.items()}
-        found = measured_baselines(loaded, summaries, vigil.__version__)
+    found = _baselines_of(loaded, log_dir, workers, assets)
     print(*baselines_table(found), *strongest_lines(found), *guess_lines(found), sep="\n")
     if card:
         (loaded.folder / BASELINES).write_text(found.model_dump_json(indent=1) + "\n", encoding="utf-8")
@@ -88,6 +71,25 @@ def baselines(
         print(f"broken: {promise}")
     if broken:
         raise typer.Exit(2)
+
+
+def _baselines_of(pack: Pack, log_dir: Path, workers: int | None, assets: Path | None) -> Baselines:
+    """Return the baselines of a pack, after its agents have played it."""
+    from vigil.analysis.measures.chores import read_chores_runs
+    from vigil.authoring.packing.baselines import AGENTS, LIST_AGENTS, list_baselines, measured_baselines
+    from vigil.packs.pack import CHORES_SUITE
+    from vigil.protocol.profile import BASELINE, ITEMISED_REPORT
+    from vigil.scoring.summary import score_run, summarise
+
+    has_lists = pack.manifest.suite == CHORES_SUITE
+    agents, profile = (LIST_AGENTS, ITEMISED_REPORT) if has_lists else (AGENTS, BASELINE)
+    settings = {name: _settings(pack, name, log_dir / name, workers, assets) for name in agents}
+    results = {name: _played(name, replace(each, profile=profile)) for name, each in settings.items()}
+    if has_lists:
+        scores = {name: read_chores_runs([each.folder], pack.folder)[0].scores() for name, each in results.items()}
+        return list_baselines(pack, scores, vigil.__version__)
+    summaries = {name: summarise(score_run(each.episodes, each.records)) for name, each in results.items()}
+    return measured_baselines(pack, summaries, vigil.__version__)
 
 
 def _settings(pack: Pack, agent: str, folder: Path, workers: int | None, assets: Path | None) -> RunSettings:

@@ -145,7 +145,7 @@ def test_too_many_closed_things_cannot_be_searched(
     found: dict[str, Found], simulator: PrivilegedSimulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     episode, house, _ = of_kind(found, "pick_inside")
-    monkeypatch.setattr("vigil.authoring.review.containers.MAX_CLOSED", 0)
+    monkeypatch.setattr("vigil.authoring.review.rules.MAX_CLOSED", 0)
     verdict = Validator(simulator).validate(episode, house)
     assert {finding.rule for finding in verdict.findings} == {"found_by_opening"}
 

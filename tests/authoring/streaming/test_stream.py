@@ -26,7 +26,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "732bcc00dccd7735ac0b723dfd296dc1ad0c2f66652ed284fea128d745c82ca6"
+PINNED = "496b2bda9a291406aac5bcfd5242d98fbe7cc07d099883defce16cf5fc3cd5b3"
 
 
 @pytest.fixture(scope="module")

@@ -84,7 +84,7 @@ def not_found_by_opening(
     items: dict[str, DescribedThing],
     target: Thing,
     phrases: list[Phrase],
-    max_closed: int = MAX_CLOSED,
+    max_closed: int,
 ) -> Iterator[str]:
     """Yield messages if the target can be found without opening containers, or if the search in containers is unfair.
 

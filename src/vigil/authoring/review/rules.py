@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from vigil.authoring.language.disambiguation import anchor_of, look_alikes
 from vigil.authoring.language.implicit_constraints import constraint_giveaways, is_implicit
 from vigil.authoring.language.wording import asks_inside
-from vigil.authoring.review.containers import not_found_by_opening
+from vigil.authoring.review.containers import MAX_CLOSED, not_found_by_opening
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.solving.goal_actions import closed_containers_around, is_doable
 from vigil.authoring.solving.look_targets import surface_points
@@ -198,7 +198,7 @@ def _found_inside(case: EpisodeStart) -> Faults:
     if case.episode.provenance.template == INSIDE_TEMPLATE:
         target = case.view.scene.things[case.episode.goal.object_id]
         phrases = [phrase for phrase, _ in case.mentioned]
-        yield from not_found_by_opening(case.view, case.items, target, phrases)
+        yield from not_found_by_opening(case.view, case.items, target, phrases, MAX_CLOSED)
 
 
 def _has_look_alike(case: EpisodeStart) -> Faults:

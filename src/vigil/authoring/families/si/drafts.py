@@ -54,7 +54,11 @@ def picking_from_inside(context: HouseContext) -> Drafts:
         if not context.can_begin(setup):
             continue
         target = context.thing(inside.id)
-        phrase = placeless_phrase(context, target) if visible_through_glass_from(context.view, target) is None else None
+        phrase = (
+            placeless_phrase(context, target, MAX_CLOSED)
+            if visible_through_glass_from(context.view, target) is None
+            else None
+        )
         start = None if phrase is None else start_not_seeing(context, target, by_turning=None, horizon=HORIZON_DEG)
         context.begin(Setup())
         if start is None:
@@ -70,7 +74,7 @@ def picking_from_inside(context: HouseContext) -> Drafts:
         yield context.draft("SI", task)
 
 
-def placeless_phrase(context: HouseContext, target: Thing, max_closed: int = MAX_CLOSED) -> Phrase | None:
+def placeless_phrase(context: HouseContext, target: Thing, max_closed: int) -> Phrase | None:
     """Return a phrase that means only this thing and does not name the thing's container.
 
     None if there is no such phrase, or if the agent might have to search more than `max_closed` closed containers.
