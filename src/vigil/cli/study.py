@@ -1,11 +1,9 @@
 """`vigil study`: plays the runs of a study's file, shows their progress, and reports them together."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -13,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from rich.table import Table
 
+from vigil.base.settings import Setting
 from vigil.cli.arguments import Imports, Reveal, WithPaper
 from vigil.cli.progress import read_runs_shown
 from vigil.cli.text import console, print_note, print_notes
@@ -22,6 +21,7 @@ from vigil.runner.shared_settings import AssetFile, Workers
 if TYPE_CHECKING:
     from vigil.analysis.report import Format
     from vigil.packs.pack import Pack
+    from vigil.records.shards import Shard
     from vigil.runner.plan import RunPlan
     from vigil.studies.planned_runs import PlannedRun
     from vigil.studies.progress import RunEstimate
@@ -52,7 +52,31 @@ Conditions = Annotated[
 ]
 
 
+@dataclass(frozen=True, kw_only=True)
+class ExecutionOptions:
+    """How `vigil study run` executes the runs. What is not given stays as the study's file says."""
+
+    shard: Annotated[
+        "Shard | None",
+        Setting(
+            "Play only part I of N of each run. The same command without this option joins the parts.",
+            metavar="I/N",
+            read="vigil.records.shards:parse_shard",
+        ),
+    ] = None
+    executor: Annotated[
+        Literal["local", "ray"] | None,
+        Setting(
+            "Where the simulators run: on this machine (local), or on a Ray cluster (ray).",
+            unset="as the study's file says",
+        ),
+    ] = None
+    ray_address: Annotated[str | None, Setting("Address of the Ray cluster.", metavar="HOST:PORT")] = None
+    workers: Workers = None
+
+
 def run(
+    execution: ExecutionOptions,
     study: StudyPath = None,
     model: Models = None,
     condition: Conditions = None,
@@ -64,41 +88,18 @@ def run(
             "least and at most.",
         ),
     ] = False,
-    shard: Annotated[
-        str | None,
-        typer.Option(
-            metavar="I/N",
-            help="Play only part I of N of each run. The same command without this option joins the parts.",
-        ),
-    ] = None,
-    executor: Annotated[
-        Literal["local", "ray"] | None,
-        typer.Option(
-            help="Where the simulators run: on this machine (local), or on a Ray cluster (ray).",
-            show_default="as the study's file says",
-        ),
-    ] = None,
-    ray_address: Annotated[str | None, typer.Option(metavar="HOST:PORT", help="Address of the Ray cluster.")] = None,
-    workers: Workers = None,
     imports: Imports = None,
 ) -> None:
     """Examples:
     vigil study run study.yaml --dry-run
     vigil study run study.yaml --model GPT-5.4 --condition feedback
     """
-    from vigil.records.shards import parse_shard
     from vigil.studies.planned_runs import planned_runs, selected_runs
 
     del imports  # done when it was read
     source = _source(study)
     runs = selected_runs(planned_runs(source), model or (), condition or ())
-    given = {
-        "shard": None if shard is None else parse_shard(shard),
-        "executor": executor,
-        "ray_address": ray_address,
-        "workers": workers,
-    }
-    changed = {name: value for name, value in given.items() if value is not None}
+    changed = {name: value for name, value in vars(execution).items() if value is not None}
     plans = [(one, _plan(one, **changed)) for one in runs]
     if dry_run:
         _print_estimates(source, plans)
@@ -189,7 +190,7 @@ def report(
     print(place / "report.html")
 
 
-def _source(study: Path | None) -> StudySource:
+def _source(study: Path | None) -> "StudySource":
     from vigil.studies.study_file import read_study
 
     return read_study(study or _last_study())
@@ -210,7 +211,7 @@ def _last_study() -> Path:
     return copies[-1]
 
 
-def _save_copy(source: StudySource) -> None:
+def _save_copy(source: "StudySource") -> None:
     """Copy the study's file into the study's folder, so that `vigil study report` finds it."""
     copy = source.study.place / COPY
     copy.parent.mkdir(parents=True, exist_ok=True)
@@ -218,7 +219,7 @@ def _save_copy(source: StudySource) -> None:
         shutil.copyfile(source.text.path, copy)
 
 
-def _plan(run: PlannedRun, **changed: object) -> RunPlan:
+def _plan(run: "PlannedRun", **changed: object) -> "RunPlan":
     """Return the plan of a run, or of one part of it. Raises errors that name the run."""
     from vigil.cli.runs import with_agent
     from vigil.runner.plan import plan_run
@@ -233,7 +234,7 @@ def _plan(run: PlannedRun, **changed: object) -> RunPlan:
 
 
 @cache
-def _loaded_pack(pack: str | Path) -> Pack:
+def _loaded_pack(pack: str | Path) -> "Pack":
     from vigil.packs.pack import Pack
 
     return Pack.load(pack)
@@ -242,7 +243,7 @@ def _loaded_pack(pack: str | Path) -> Pack:
 """Cache of packs, since the runs of a study share one or two."""
 
 
-def _play(run: PlannedRun, plan: RunPlan) -> bool:
+def _play(run: "PlannedRun", plan: "RunPlan") -> bool:
     """Play what remains of a run, and return whether it is complete. A failure is only printed; other runs go on."""
     from vigil.cli.runs import play_plan
     from vigil.studies.progress import join_parts
@@ -261,7 +262,7 @@ def _play(run: PlannedRun, plan: RunPlan) -> bool:
     return result.is_complete
 
 
-def _print_estimates(source: StudySource, plans: list[tuple[PlannedRun, RunPlan]]) -> None:
+def _print_estimates(source: "StudySource", plans: "list[tuple[PlannedRun, RunPlan]]") -> None:
     from vigil.studies.progress import estimate_rest, parts_of
 
     table = Table(title=f"{source.study.name}: at least .. at most", title_justify="left")
@@ -291,7 +292,7 @@ def _print_estimates(source: StudySource, plans: list[tuple[PlannedRun, RunPlan]
             print_note(f"{one.label.name}: parts are not joined and count as unplayed.")
 
 
-def _bounds(left: RunEstimate) -> list[str]:
+def _bounds(left: "RunEstimate") -> list[str]:
     if left.hours is None:
         return ["no model", "", "", "", ""]
     counts = [left.cost.calls, left.cost.input_tokens, left.cost.output_tokens]
