@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
+from vigil.authoring.chores import rules
 from vigil.authoring.chores.budgets import FACTORS, STEPS_PER_ROOM, is_within_budget
 from vigil.authoring.chores.certify import ListCertifier
 from vigil.authoring.chores.claim_controls import verdict_with_claims, wrong_claims
@@ -171,6 +172,27 @@ def test_a_kind_that_does_not_fit_is_found(
     wrong = answer.model_copy(update={"chores": chores})
     found = certifier.verify(shortest, wrong, pack.house_of(shortest), actions)
     assert "entangled_as_answered" in {finding.rule for finding in found}
+
+
+@pytest.fixture(scope="module")
+def searched(pack: Pack, answers: dict[str, ListAnswer]) -> Episode:
+    """The list with a hidden object that the solver closes in the fewest steps."""
+    fitting = [each for each in pack.episodes if any(one.kind == "hidden" for one in answers[each.id].chores)]
+    return min(fitting, key=lambda each: (answers[each.id].solver_steps or 0, each.id))
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "rule"), [("MIN_PICKED_PX", 10**6, "seen_where_picked"), ("MAX_SEARCHED", 0, "not_shut_away")]
+)
+def test_a_hidden_object_that_cannot_be_found_or_recognized_is_found(
+    limit: str, value: int, rule: str,
+    searched: Episode, pack: Pack, answers: dict[str, ListAnswer], certifier: ListCertifier,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    task = searched, answers[searched.id], pack.house_of(searched), pack.solutions[searched.id].actions
+    assert certifier.verify(*task) == []
+    monkeypatch.setattr(rules, limit, value)
+    assert {finding.rule for finding in certifier.verify(*task)} == {rule}
 
 
 def test_a_text_order_that_works_is_found(

@@ -92,7 +92,7 @@ def _faults_of_line(case: EpisodeStart, chore: Chore) -> BrokenRules:
 
 
 def _faults_of_place(case: EpisodeStart, part: ObjectAtReceptacle) -> BrokenRules:
-    """Yield a fault if an object lies in a closed container that its phrase does not name, and few would look there."""
+    """Yield faults if an object lies in a closed container, its phrase does not name it, and the search is unfair."""
     phrases = [phrase for phrase, items in case.mentioned if [item.id for item in items] == [part.object_id]]
     if closed_containers_around(case.view, part.object_id) and not any(phrase.support for phrase in phrases):
         thing = case.view.scene.things[part.object_id]
