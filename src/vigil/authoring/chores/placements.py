@@ -60,19 +60,18 @@ def _of_plan(context: HouseContext, plan: SequencePlan) -> ProposedChore | None:
 
 
 def putting(
-    context: HouseContext, goal: ObjectAtReceptacle, setup: Setup, *, is_hidden: bool = False
+    context: HouseContext, goal: ObjectAtReceptacle, setup: Setup, phrase: Phrase | None = None
 ) -> ProposedChore | None:
     """Return the chore of putting an object somewhere, worded for the world after `setup`.
 
-    If the object lies in a closed container, the sentence names the container, except if the object should be hidden.
+    `phrase` means the object; by default it is the shortest one, which names a closed container around the object.
     Return None if no wording is unambiguous, if the object would almost fill the container, because few clicks would
     then put it there, or if the top of the receptacle cannot be seen from above, because a click must hit it.
     """
     is_easy = _fits_easily(context, goal) if goal.inside else _has_visible_top(context.thing(goal.receptacle_id))
     if not is_easy or not context.can_begin(setup):
         return None
-    find_phrase = _phrase_of_hidden if is_hidden else _phrase_of_object
-    phrases = find_phrase(context, goal.object_id), context.phrase(goal.receptacle_id)
+    phrases = phrase or _phrase_of_object(context, goal.object_id), context.phrase(goal.receptacle_id)
     context.begin(Setup())
     if phrases[0] is None or phrases[1] is None:
         return None
@@ -112,11 +111,15 @@ def _phrase_of_object(context: HouseContext, thing_id: str) -> Phrase | None:
     return context.phrase(thing_id)
 
 
-def _phrase_of_hidden(context: HouseContext, thing_id: str) -> Phrase | None:
-    """Return a unique phrase that does not say what a hidden thing lies in; None if the search for it is unfair."""
+def _phrase_of_hidden(context: HouseContext, thing_id: str, setup: Setup) -> Phrase | None:
+    """Return a unique phrase that does not say what a thing lies in after `setup`; None if the search for it is
+    unfair."""
+    if not context.can_begin(setup):
+        return None
     thing = context.thing(thing_id)
     phrase = placeless_phrase(context, thing, MAX_SEARCHED)
     is_fair = phrase and not any(not_found_by_opening(context.view, context.items, thing, [phrase], MAX_SEARCHED))
+    context.begin(Setup())
     return phrase if is_fair else None
 
 
@@ -138,19 +141,22 @@ def hidden(context: HouseContext) -> Proposals:
 
     People would look for the object there, and only a few other containers need to be opened to find it.
     """
-    taken, unreachable = set[str](), set[tuple[str, str]]()
+    taken, phrases = set[str](), dict[tuple[str, str], Phrase | None]()
     for plan in emptying(context):
         target, container, goal = plan.roles["target"], plan.roles["container"], plan.facts[-1]
         assert isinstance(goal, ObjectAtReceptacle)
-        lies = target.id, container.id
-        if target.id in taken or lies in unreachable or children(context.view.scene, target.id):
+        if target.id in taken or children(context.view.scene, target.id):
             continue
-        found = putting(context, goal.model_copy(update={"chain": ()}), plan.setup, is_hidden=True)
-        if found is not None and _can_be_taken_out(context, target.id, plan.setup):
+        lies = target.id, container.id
+        if lies not in phrases:
+            phrases[lies] = _phrase_of_hidden(context, target.id, plan.setup)
+        phrase = phrases[lies]
+        found = phrase and putting(context, goal.model_copy(update={"chain": ()}), plan.setup, phrase)
+        if found and _can_be_taken_out(context, target.id, plan.setup):
             taken.add(target.id)
             yield replace(found, kind="hidden", distractor=None)
-        elif found is not None:
-            unreachable.add(lies)
+        elif found:
+            phrases[lies] = None
 
 
 def _can_be_taken_out(context: HouseContext, thing_id: str, setup: Setup) -> bool:
