@@ -89,7 +89,8 @@ def alike(records: Sequence[EpisodeRecord]) -> list[dict[str, Any]]:
 
 
 def frames_of(folder: Path) -> set[str]:
-    return {file.name for file in (folder / "frames").rglob("*") if file.is_file()}
+    """Return the names of the frames; a worker that is killed while it writes a frame may leave an unfinished file."""
+    return {file.name for file in (folder / "frames").rglob("*.png")}
 
 
 def test_killed_actors_and_a_lost_node_cost_attempts_and_no_episode(
