@@ -6,7 +6,12 @@ import pytest
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.scene.floor import PATH_CACHE_SIZE, ShortestPaths, WalkableMap
+from vigil.assets.database import AssetDatabase
+from vigil.base.geometry import Vec3
+from vigil.packs.pack import Pack
+from vigil.scene.build import build_scene
+from vigil.scene.floor import ARC_SEGMENTS, MARGIN_M, PATH_CACHE_SIZE, FreeSpace, ShortestPaths, WalkableMap
+from vigil.scene.outlines import BODY_RADIUS_M, floor_of_rooms, thing_shapes, wall_shapes
 
 ROOM = shapely.box(0, 0, 6, 4)
 WALL = shapely.box(2.9, 0, 3.1, 3)
@@ -90,3 +95,31 @@ def test_walks_are_kept_from_a_few_places_each_its_own() -> None:
         assert walks.start == start
         assert (walks.lengths == ShortestPaths(plan, start).lengths).all()
     assert len(plan._walks) == PATH_CACHE_SIZE
+
+
+def test_things_that_lie_within_what_they_rest_on_do_not_change_the_free_floor() -> None:
+    pack = Pack.load("vigil_smoke_v6")
+    scene = build_scene(pack.house_of(pack.episodes[0]), AssetDatabase.from_file(None))
+    space = FreeSpace(scene)
+    before = space.plan()
+    shapes = [
+        shapely.unary_union(thing_shapes(thing)).buffer(BODY_RADIUS_M + MARGIN_M, quad_segs=ARC_SEGMENTS)
+        for thing in scene.things.values()
+        if thing.is_present and not thing.is_held
+    ]
+    walls = shapely.unary_union([shape for panel in scene.panels for shape in wall_shapes(panel)])
+    taken = shapely.unary_union([walls.buffer(BODY_RADIUS_M + MARGIN_M, quad_segs=ARC_SEGMENTS), *shapes])
+    expected = floor_of_rooms(scene.rooms).difference(taken)
+    assert before.roomy.symmetric_difference(expected).area < 1e-9
+    small = next(
+        thing
+        for thing in scene.things.values()
+        if thing.is_pickupable and thing.parent is not None and not scene.things[thing.parent].is_pickupable
+    )
+    x, y, z = small.position
+    small.position = Vec3(x + 0.001, y, z)
+    assert space.plan() is before
+    chair = next(thing for thing in scene.things.values() if thing.category in ("Chair", "DiningTable", "Sofa", "Bed"))
+    x, y, z = chair.position
+    chair.position = Vec3(x + 0.1, y, z)
+    assert space.plan() is not before

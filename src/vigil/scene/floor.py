@@ -15,10 +15,10 @@ import shapely
 from cachetools import LRUCache
 from shapely.geometry.base import BaseGeometry
 
-from vigil.base.geometry import Box, Pose, heading
+from vigil.base.geometry import Box, Pose, Vec3, heading
 from vigil.protocol.actions import REACH_M
 from vigil.scene.outlines import BODY_RADIUS_M, floor_of_rooms, footprint, thing_shapes, wall_shapes
-from vigil.scene.things import Scene
+from vigil.scene.things import Scene, Thing
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -48,6 +48,8 @@ PATH_CACHE_SIZE = 8
 _STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 Point2 = tuple[float, float]
+_Placement = tuple[str, Vec3, Vec3, float]
+"""A thing's id, and all that its outlines on the floor depend on: its position, rotation and openness."""
 
 
 class WalkableMap:
@@ -236,9 +238,10 @@ class FreeSpace:
         self._floor = floor_of_rooms(scene.rooms)
         self._walls = shapely.unary_union([shape for panel in scene.panels for shape in wall_shapes(panel)])
         self._grown_walls = {radius: self._walls.buffer(radius, quad_segs=ARC_SEGMENTS) for radius in _RADII}
-        self._things: dict[tuple, _FloorShapes] = {}
-        self._plans: LRUCache[tuple, WalkableMap] = LRUCache(PLAN_CACHE_SIZE)
-        self._bare: LRUCache[tuple, BaseGeometry] = LRUCache(PLAN_CACHE_SIZE)
+        self._things: dict[_Placement, _FloorShapes] = {}
+        self._covered: dict[tuple[_Placement, _Placement], bool] = {}
+        self._plans: LRUCache[tuple[_Placement, ...], WalkableMap] = LRUCache(PLAN_CACHE_SIZE)
+        self._bare: LRUCache[tuple[_Placement, ...], BaseGeometry] = LRUCache(PLAN_CACHE_SIZE)
 
     def plan(self) -> WalkableMap:
         """Return the walkable map of the scene in its current state."""
@@ -258,25 +261,45 @@ class FreeSpace:
             self._bare[key] = self._floor.difference(shapely.unary_union([self._walls, *taken]))
         return self._bare[key]
 
-    def _standing(self) -> dict[tuple, "_FloorShapes"]:
-        """Return (id, placement) -> outlines, for all things that are present and not held."""
-        found: dict[tuple, _FloorShapes] = {}
+    def _standing(self) -> dict[_Placement, "_FloorShapes"]:
+        """Return (id, placement) -> outlines, for all present things that can matter to the free floor.
+
+        A thing is left out if it is held, or if the outlines of what it rests on cover its own.
+        """
+        found: dict[_Placement, _FloorShapes] = {}
         for thing in self.scene.things.values():
             if thing.is_present and not thing.is_held:
-                key = thing.id, thing.position, thing.rotation, thing.openness
-                if key not in self._things:
-                    shapes = thing_shapes(thing)
-                    whole = shapely.unary_union(shapes)
-                    grown = {radius: whole.buffer(radius, quad_segs=ARC_SEGMENTS) for radius in _RADII}
-                    self._things[key] = _FloorShapes(shapes, grown)
-                found[key] = self._things[key]
+                key = _placement(thing)
+                below = self.scene.things.get(thing.parent or "")
+                if below is None or below.is_held or not self._covers(_placement(below), key):
+                    found[key] = self._shapes_of(key)
         return found
+
+    def _shapes_of(self, key: _Placement) -> "_FloorShapes":
+        """Return the outlines of a thing whose present placement is `key`. They are cached."""
+        if key not in self._things:
+            shapes = thing_shapes(self.scene.things[key[0]])
+            whole = shapely.unary_union(shapes)
+            grown = {radius: whole.buffer(radius, quad_segs=ARC_SEGMENTS) for radius in _RADII}
+            self._things[key] = _FloorShapes(shapes, grown)
+        return self._things[key]
+
+    def _covers(self, below: _Placement, above: _Placement) -> bool:
+        """Return whether a thing's outlines cover those of a thing on it, for each radius. Results are cached."""
+        if (below, above) not in self._covered:
+            outer, inner = self._shapes_of(below).grown, self._shapes_of(above).grown
+            self._covered[below, above] = all(outer[radius].covers(inner[radius]) for radius in _RADII)
+        return self._covered[below, above]
 
     def _free(self, radius: float, standing: list["_FloorShapes"]) -> BaseGeometry:
         """Return the region in which the axis of a body with this radius (m) can be."""
         return self._floor.difference(
             shapely.unary_union([self._grown_walls[radius], *(each.grown[radius] for each in standing)])
         )
+
+
+def _placement(thing: Thing) -> _Placement:
+    return thing.id, thing.position, thing.rotation, thing.openness
 
 
 @dataclass(frozen=True, slots=True)

@@ -123,3 +123,8 @@ class Asset:
     def can_open(self) -> bool:
         """Whether the asset has a moving part."""
         return bool(self.joints)
+
+    @property
+    def has_glass(self) -> bool:
+        """Whether a part of the asset is of glass."""
+        return any(part.is_glass for part in self.parts)

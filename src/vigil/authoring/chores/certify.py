@@ -227,14 +227,13 @@ class ListCertifier:
         if not is_within_budget(len(actions), answer.rooms, episode.max_steps):
             yield "within_budget", f"{len(actions)} steps are too many for a budget of {episode.max_steps}"
             return
-        self._simulator.reset(episode.start, episode.setup)
-        unclear = list(faults_of_picks(episode, self._view, actions))
-        if unclear:
-            yield from unclear
-            return
         record = self._validator.play(episode, house, actions)
         if record.end == "error":
             yield "closes_correctly", record.error.message if record.error else "it ended as an error"
+            return
+        unclear = list(faults_of_picks(episode, record))
+        if unclear:
+            yield from unclear
             return
         outcome = score_list(answer, episode, record, has_claims=True)
         for number, each in enumerate(outcome.chores, start=1):

@@ -1,7 +1,7 @@
 """Rules about lists: their sentences, the states of their objects at the start, the order of their text, and whether
 objects can be recognized where they are picked up."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 from vigil.assets.catalog import CATALOG
@@ -20,12 +20,12 @@ from vigil.authoring.solving.chore_order import ChoreModel, length_of
 from vigil.authoring.solving.chores import MIN_PICKED_PX, ChorePlan
 from vigil.authoring.solving.goal_actions import closed_containers_around, is_doable
 from vigil.authoring.solving.macro_actions import MacroActions
-from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.numbered_list import read_list
 from vigil.packs.pack import CHORES_SUITE, protocol_faults
-from vigil.protocol.actions import Action, InteractPixel, Report
+from vigil.protocol.actions import InteractPixel
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import Chore, Chores, ObjectAtReceptacle, ObjectInState, ReportStatus
+from vigil.records.record import EpisodeRecord
 from vigil.scene.supports import drawers_of
 from vigil.scene.things import Thing
 from vigil.scoring.chore_answers import ChoreAnswer
@@ -165,26 +165,13 @@ def faults_of_order(plan: ChorePlan, answers: Sequence[ChoreAnswer]) -> BrokenRu
             yield "entangled_as_answered", f"chore {place + 1} is of kind {answer.kind}"
 
 
-def faults_of_picks(episode: Episode, view: PrivilegedView, actions: Iterable[Action]) -> BrokenRules:
-    """Yield a fault for each object of which few pixels are in view when the solver picks it up.
-
-    `view` is at the start of the list. Its state is restored.
-    """
+def faults_of_picks(episode: Episode, record: EpisodeRecord) -> BrokenRules:
+    """Yield a fault for each object of which few pixels are in view when the solver picks it up."""
     goal = episode.goal
     assert isinstance(goal, Chores)
-    with view.rollback():
-        for action in actions:
-            if isinstance(action, Report):
-                break
-            thing_id = _picked(action, view)
-            if thing_id is not None and (pixels := view.state_of(thing_id).visible_px) < MIN_PICKED_PX:
+    for before, step in zip(record.worlds, record.steps, strict=False):
+        if isinstance(step.action, InteractPixel) and step.action.intent == "pick" and step.effect is not None:
+            thing_id = step.effect.hit
+            if thing_id is not None and (pixels := before.objects[thing_id].visible_px) < MIN_PICKED_PX:
                 of = [f"chore {n}: " for n, chore in enumerate(goal.chores, start=1) if thing_id in chore.ids()]
                 yield "seen_where_picked", f"{''.join(of[:1])}{thing_id!r} is picked up where it shows {pixels} pixels"
-            view.step(action)
-
-
-def _picked(action: Action, view: PrivilegedView) -> str | None:
-    """Return the id of the thing that an action would pick up; None for other actions."""
-    if isinstance(action, InteractPixel) and action.intent == "pick" and action.x is not None and action.y is not None:
-        return view.object_at((action.x, action.y))
-    return None

@@ -107,7 +107,14 @@ def not_found_by_opening(
 
 
 def visible_through_glass_from(view: PrivilegedView, target: Thing) -> Vec3 | None:
-    """Return a free place within reach of a thing from which the thing is visible now; None if there is none."""
+    """Return a free place within reach of a thing from which the thing is visible now; None if there is none.
+
+    No place is tried if the thing lies in shut containers without glass.
+    """
+    around = [view.scene.things[name] for name in view.state_of(target.id).inside]
+    is_shut = any(each.is_openable for each in around) and all(each.openness == 0.0 for each in around)
+    if is_shut and not any(each.asset.has_glass for each in around):
+        return None
     points = surface_points(target, LOOKED_FOR_POINTS)
     cells = view.plan().cells[::EVERY_CELL]
     for x, z in cells[box_distances(body_box(target), cells) <= REACH_M]:

@@ -291,7 +291,7 @@ class Sight:
         within_m = farthest_m(eye, self._boxes_of(thing))
         hits = self._engine.cast(eye, rays, through_glass=through_glass, within_m=within_m)
         is_met = self._is_of(hits.things, thing)
-        if through_glass and _has_glass(thing):
+        if through_glass and thing.asset.has_glass:
             alone = self._engine.cast(eye, rays, through_glass=False, only=thing.id)
             is_met |= alone.distances < hits.distances
         return is_met
@@ -375,7 +375,7 @@ class Sight:
         to its parts behind.
         """
         whole = self._with_drawers(thing)
-        has_glass = any(map(_has_glass, whole))
+        has_glass = any(each.asset.has_glass for each in whole)
         hidden = [] if has_glass else [each.id for each in whole]
         within_m = farthest_m(agent.eye, self._boxes_of(thing))
         hits = self._engine.cast(agent.eye, outline.rays, through_glass=True, without=hidden, within_m=within_m)
@@ -435,10 +435,6 @@ class Sight:
 
 def _rows(hits: RayHits) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return hits.things, hits.roles, hits.distances
-
-
-def _has_glass(thing: Thing) -> bool:
-    return any(part.is_glass for part in thing.asset.parts)
 
 
 def _visibility_from_rays(
