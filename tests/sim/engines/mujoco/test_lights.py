@@ -64,18 +64,22 @@ def test_what_is_on_shines_from_where_it_is(scene: Scene) -> None:
 def test_a_room_is_dim_while_its_switches_are_off() -> None:
     size = CATALOG["LightSwitch"].typical_size
     switch = Thing("s", "LightSwitch", make("LightSwitch", size, 0), Vec3(2.0, 1.1, 0.01), Vec3(0.0, 0.0, 0.0))
+    other = replace(switch, id="t", is_toggled=True)
     rooms = [room([(x, z - 3.0) for x, z in BOX], (2.0, -1.5), "behind"), room(BOX, (2.0, 1.5), "before")]
-    scene = Scene(rooms=rooms, panels=[], things={"s": switch})
-    lamps = lamps_of(scene)
+    lamps = lamps_of(Scene(rooms=rooms, panels=[], things={"s": switch, "t": other}))
+    tested: list[str] = []
 
-    def brightness(index: int) -> float:
-        lamps.update_switches([switch])
+    def brightness(index: int, seen: str) -> float:
+        tested.clear()
+        lamps.update_switches([switch, other], lambda each: tested.append(each.id) or each.id in seen)
         return float(lamps.strengths()[index].mean())
 
-    behind, dim = brightness(0), brightness(1)
+    behind, dim = brightness(0, "s"), brightness(1, "s")
+    assert brightness(1, "st") == pytest.approx(dim / DIM_SHARE)
+    assert tested == ["s", "t"]
+    assert brightness(1, "t") == pytest.approx(dim / DIM_SHARE)
+    assert tested == ["s"]
     switch.is_toggled = True
-    assert brightness(1) == pytest.approx(dim / DIM_SHARE)
-    assert brightness(0) == pytest.approx(behind)
-    switch.is_toggled = False
-    lamps.update_switches([])
-    assert lamps.strengths()[1].mean() == pytest.approx(dim / DIM_SHARE)
+    assert brightness(1, "s") == pytest.approx(dim / DIM_SHARE)
+    assert brightness(0, "s") == pytest.approx(behind)
+    assert not tested

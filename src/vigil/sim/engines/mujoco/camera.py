@@ -144,7 +144,7 @@ class Camera:
 
     def draw_from(self, viewer: Viewer) -> np.ndarray:
         """Return a picture (height, width, 3) uint8 in which every room's lamp is on and no other lamp is."""
-        self._model.lamps.update_switches([])
+        self._model.lamps.dim_rooms = frozenset()
         return self._paint(viewer, [], None)
 
     def segment(self, agent: Pose) -> np.ndarray:

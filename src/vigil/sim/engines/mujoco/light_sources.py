@@ -29,7 +29,7 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 def update_room_lamps(model: CompiledModel, scene: Scene, looker: Pose, lens: Lens) -> None:
     """Set the lamps of rooms from the visible light switches only."""
     switches = [scene.things[thing_id] for thing_id in model.lamps.switches]
-    model.lamps.update_switches([switch for switch in switches if is_seen(model, switch, looker, lens)])
+    model.lamps.update_switches(switches, lambda switch: is_seen(model, switch, looker, lens))
 
 
 def point_lights_of(

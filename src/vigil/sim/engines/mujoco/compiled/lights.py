@@ -5,7 +5,7 @@ which objects and switches affect a picture.
 """
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,12 +47,14 @@ class Lamps:
     dim_rooms: frozenset[int] = frozenset()
     """Numbers of the rooms whose light switches are all off."""
 
-    def update_switches(self, switches: Iterable[Thing]) -> None:
-        """Set which rooms are dim, from the given light switches only."""
-        off, on = set[int](), set[int]()
-        for switch in switches:
-            (on if switch.is_toggled else off).add(self.switches[switch.id])
-        self.dim_rooms = frozenset(off - on)
+    def update_switches(self, switches: Sequence[Thing], is_seen: Callable[[Thing], bool]) -> None:
+        """Set which rooms are dim, from those of the given light switches that are seen.
+
+        A switch that is on is tested only if one that is off is seen in its room: without it, the room is not dim.
+        """
+        off = {self.switches[each.id] for each in switches if not each.is_toggled and is_seen(each)}
+        asked = [each for each in switches if each.is_toggled and self.switches[each.id] in off]
+        self.dim_rooms = frozenset(off - {self.switches[each.id] for each in asked if is_seen(each)})
 
     def strengths(self) -> np.ndarray:
         """Return the colour (rooms, 3) of each room's lamp; the colour is dim if the room's light switches are off."""
