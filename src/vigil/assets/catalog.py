@@ -14,11 +14,12 @@ from typing import Any
 from vigil.base.geometry import Vec3
 from vigil.errors import did_you_mean
 
-ROOM_TYPES = ("Kitchen", "LivingRoom", "Bedroom", "Bathroom")
 FLOOR, WALL, CEILING = "Floor", "Wall", "Ceiling"
 ROWS = Path(__file__).parent / "catalog.toml"
 
-_ROOMS = {"K": "Kitchen", "L": "LivingRoom", "B": "Bedroom", "W": "Bathroom"}
+ROOMS = {"K": "Kitchen", "L": "LivingRoom", "B": "Bedroom", "W": "Bathroom"}
+"""Letter -> kind of room."""
+ROOM_TYPES = tuple(ROOMS.values())
 _FLAGS = {
     "pick": "is_pickupable", "move": "is_moveable", "open": "is_openable", "toggle": "is_toggleable",
     "hold": "is_receptacle", "interlock": "runs_only_when_closed",
@@ -68,7 +69,7 @@ def category_of(name: str, row: Mapping[str, Any], groups: Mapping[str, Sequence
 
     Raises ValueError if the row has an unknown key or word.
     """
-    for given, known in ((row, _KEYS), (row.get("can", "").split(), _FLAGS), (row["rooms"], _ROOMS)):
+    for given, known in ((row, _KEYS), (row.get("can", "").split(), _FLAGS), (row["rooms"], ROOMS)):
         for word in given:
             if word not in known:
                 raise ValueError(
@@ -79,15 +80,15 @@ def category_of(name: str, row: Mapping[str, Any], groups: Mapping[str, Sequence
         display_name=row["called"],
         typical_size=Vec3(*row["size"]),
         size_spread=row["spread"],
-        rooms=tuple(_ROOMS[letter] for letter in row["rooms"]),
-        rests_on=_listed(row["on"], groups),
-        accepts=_listed(row["accepts"], groups) if "accepts" in row else None,
+        rooms=tuple(ROOMS[letter] for letter in row["rooms"]),
+        rests_on=expand_groups(row["on"], groups),
+        accepts=expand_groups(row["accepts"], groups) if "accepts" in row else None,
         other_names=tuple(row.get("also", ())),
         **{_FLAGS[word]: True for word in row.get("can", "").split()},
     )
 
 
-def _listed(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+def expand_groups(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
     """Return names of categories; each "@group" in `names` is replaced by the group's members."""
     return tuple(each for name in names for each in (groups[name[1:]] if name.startswith("@") else (name,)))
 

@@ -5,19 +5,16 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
+from vigil.assets.catalog import ROOMS
 from vigil.errors import SettingError, did_you_mean
+from vigil.housegen.base.tables import TABLES
 
 RoomKind = Literal["Kitchen", "LivingRoom", "Bedroom", "Bathroom"]
 
 MAX_ROOMS = 10
 """Greatest number of rooms in a house."""
 
-AREA_M2: dict[str, tuple[float, float, float]] = {
-    "Kitchen": (11.0, 18.0, 30.0),
-    "LivingRoom": (14.0, 22.0, 38.0),
-    "Bedroom": (11.0, 17.0, 30.0),
-    "Bathroom": (6.0, 8.5, 14.0),
-}
+AREA_M2: dict[str, tuple[float, float, float]] = TABLES["room_area"]
 """Smallest, median and largest area (m2) of a room, by its kind."""
 
 SINGLE_ROOM_SCALE: dict[str, float] = {"Kitchen": 1.75, "LivingRoom": 1.3, "Bedroom": 1.5, "Bathroom": 1.25}
@@ -79,29 +76,12 @@ def _check_rooms(spec: HouseSpec, rooms: tuple[RoomKind, ...]) -> None:
         )
 
 
-K, L, B, W = "Kitchen", "LivingRoom", "Bedroom", "Bathroom"
-
-_CHOICES: dict[str, tuple[tuple[RoomKind, ...], ...]] = {
-    "kitchen": ((K,),),
-    "living-room": ((L,),),
-    "bedroom": ((B,),),
-    "bathroom": ((W,),),
-    "1-room": ((K,), (L,), (B,)),
-    "kitchen-living": ((K, L),),
-    "bedroom-living": ((B, L),),
-    "bedroom-bathroom": ((B, W),),
-    "2-room": ((K, L), (B, L), (B, W), (K, B)),
-    "3-room": ((K, L, B), (L, B, W), (K, L, W), (K, B, W)),
-    "4-room": ((K, L, B, W),),
-    "5-room": ((K, L, B, B, W),),
-    "6-room": ((K, L, B, B, W, W), (K, L, L, B, B, W)),
-    "7-room": ((K, L, B, B, B, W, W), (K, L, L, B, B, W, W)),
-    "8-room": ((K, L, L, B, B, B, W, W),),
-    "9-room": ((K, L, L, B, B, B, B, W, W),),
-    "10-room": ((K, L, L, B, B, B, B, W, W, W), (K, K, L, L, B, B, B, W, W, W)),
+SPECS: dict[str, HouseSpec] = {
+    name: HouseSpec.model_validate(
+        {"name": name, "choices": [[ROOMS[letter] for letter in one] for one in text.split()]}
+    )
+    for name, text in TABLES["specs"].items()
 }
-
-SPECS: dict[str, HouseSpec] = {name: HouseSpec(name=name, choices=choices) for name, choices in _CHOICES.items()}
 
 
 def spec_for(name: str) -> HouseSpec:

@@ -1,12 +1,14 @@
 """Furniture on the floor: what each kind of room gets, in which order, and where it stands."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from vigil.base.geometry import Vec3
 from vigil.housegen.base.models import PlacedObject, draw_model
 from vigil.housegen.base.randomness import chance, pick, shuffled
+from vigil.housegen.base.tables import TABLES
 from vigil.housegen.furnishing import groups
 from vigil.housegen.furnishing.floor import Floor
 from vigil.housegen.furnishing.group_placement import (
@@ -23,118 +25,20 @@ from vigil.housegen.furnishing.occupancy import are_apart
 FULL_SHARE = {"Kitchen": 0.36, "LivingRoom": 0.36, "Bedroom": 0.38, "Bathroom": 0.48}
 """A room is full when more than this share of its floor is covered; then it gets no further furniture."""
 
-ESSENTIAL = {
-    "Kitchen": ("Fridge", "CounterTop", "Stove"),
-    "LivingRoom": ("Sofa", "Television"),
-    "Bedroom": ("Bed",),
-    "Bathroom": ("Toilet", "Sink"),
-}
+ESSENTIAL: dict[str, list[str]] = TABLES["essential"]
 """Furniture that each kind of room must have; if it does not fit, another floor plan is made."""
 
-EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
-    "Kitchen": (
-        ("GarbageCan", 0.9),
-        ("Cabinet", 0.75),
-        ("HousePlant", 0.35),
-        ("ShelvingUnit", 0.2),
-        ("Cart", 0.25),
-        ("GarbageBag", 0.15),
-        ("Stool", 0.2),
-    ),
-    "LivingRoom": (
-        ("FloorLamp", 0.75),
-        ("ShelvingUnit", 0.45),
-        ("HousePlant", 0.55),
-        ("ArmChair", 0.35),
-        ("SideTable", 0.4),
-        ("Box", 0.3),
-        ("Safe", 0.2),
-        ("Ottoman", 0.15),
-        ("DogBed", 0.15),
-        ("RoomDecor", 0.15),
-        ("GarbageCan", 0.2),
-        ("Footstool", 0.12),
-        ("VacuumCleaner", 0.12),
-        ("BasketBall", 0.1),
-        ("Boots", 0.12),
-        ("WateringCan", 0.12),
-        ("Dumbbell", 0.1),
-    ),
-    "Bedroom": (
-        ("FloorLamp", 0.35),
-        ("ShelvingUnit", 0.2),
-        ("ArmChair", 0.25),
-        ("Safe", 0.25),
-        ("Box", 0.4),
-        ("LaundryHamper", 0.3),
-        ("HousePlant", 0.35),
-        ("GarbageCan", 0.3),
-        ("BasketBall", 0.2),
-        ("Dumbbell", 0.18),
-        ("Boots", 0.18),
-        ("Ottoman", 0.12),
-        ("DogBed", 0.12),
-        ("VacuumCleaner", 0.12),
-        ("BaseballBat", 0.12),
-        ("RoomDecor", 0.1),
-        ("Footstool", 0.12),
-    ),
-    "Bathroom": (
-        ("WashingMachine", 0.55),
-        ("LaundryHamper", 0.6),
-        ("GarbageCan", 0.35),
-        ("ClothesDryer", 0.3),
-        ("Plunger", 0.5),
-        ("ScrubBrush", 0.5),
-        ("Cart", 0.2),
-        ("Cabinet", 0.3),
-    ),
-}
+EXTRAS: dict[str, list[list[Any]]] = TABLES["extras"]
 """Further furniture for each kind of room, in this order: (category, probability)."""
 
-PROBABILITIES = {
-    "fridge in the run": 0.6,
-    "corner run": 0.4,
-    "island": 0.3,
-    "kitchen table": 0.85,
-    "armchair": 0.6,
-    "rug": 0.85,
-    "rug under table": 0.5,
-    "living room table": 0.75,
-    "living room desk": 0.3,
-    "bedroom desk": 0.65,
-    "bedroom television": 0.3,
-    "table in the open": 0.75,
-}
+PROBABILITIES: dict[str, float] = TABLES["probabilities"]
 """Name of a piece or group of furniture -> probability that a room with enough space gets it."""
-MIN_ROOM_M2 = {
-    "corner run": 13.0,
-    "island": 20.0,
-    "armchair": 15.0,
-    "living room table": 17.0,
-    "living room desk": 18.0,
-    "bedroom television": 15.0,
-    "table in the open": 15.0,
-    "table for four": 18.0,
-}
+MIN_ROOM_M2: dict[str, float] = TABLES["min_room"]
 """Name of a piece or group of furniture -> area (m2) that a room must exceed to get it."""
 LONG_RUNS, SHORT_RUNS = ((10,), (8,)), ((6,), (3, 3), (5,), (4,))
 """Widths (ft) of the counters in a kitchen run (a row of counters). The long runs are tried first, then the short runs
 in this order."""
-WALL_PREFERENCES: dict[str, tuple[float, float]] = {
-    "corner run": (1.0, 0.0),
-    "kitchen run": (0.2, 0.6),
-    "sofa": (-0.2, 0.8),
-    "television": (0.0, 0.5),
-    "bed": (0.1, 0.5),
-    "living room desk": (0.3, 0.2),
-    "bedroom desk": (0.4, 0.2),
-    "bathtub": (1.0, 0.0),
-    "vanity": (0.2, 0.4),
-    "table": (0.1, 0.3),
-    "prefers corners": (0.7, 0.1),
-    "other": (0.2, 0.3),
-}
+WALL_PREFERENCES: dict[str, list[float]] = TABLES["wall_preferences"]
 """Name of a group -> (score of a place in a corner, score of a place in the middle of a wall); NOISE is added."""
 NOISE = 0.5
 """Upper limit of the random number that is added to each place's score."""
@@ -235,9 +139,9 @@ class Furnisher:
             if self._put(groups.media_group(self.rng), _opposite(sofa) if sofa else _along_walls("television")):
                 break
         self._keep_view_free(sofa)
-        if self.inventory.count("DiningTable") == 0 and self._may_have("living room table"):
+        if self.inventory["DiningTable"] == 0 and self._may_have("living room table"):
             self._dining()
-        if self.inventory.count("Desk") == 0 and self._may_have("living room desk"):
+        if self.inventory["Desk"] == 0 and self._may_have("living room desk"):
             self._put(groups.desk_group(self.rng), _along_walls("living room desk"))
 
     def _keep_view_free(self, sofa: PlacedObject | None) -> None:
@@ -288,7 +192,7 @@ class Furnisher:
         kept_free = [*self.floor.outside, *self.floor.clear]
         if self.inventory.may_have("Rug") and all(are_apart(rug.footprint(), rect, 0.0) for rect in kept_free):
             self.pieces.append(rug)
-            self.inventory.add("Rug")
+            self.inventory["Rug"] += 1
 
     def _put_single(self, category: str) -> bool:
         if not self.inventory.may_have(category) or (category != "SideTable" and self.has(category)):
@@ -317,10 +221,8 @@ class Furnisher:
         placed = place_group(self.floor, group, anchors, scores)
         if placed is None:
             return False
-        for piece in placed:
-            self.pieces.append(piece)
-            for found in piece.with_contents():
-                self.inventory.add(found.category)
+        self.pieces += placed
+        self.inventory.update(found.category for piece in placed for found in piece.with_contents())
         return True
 
 

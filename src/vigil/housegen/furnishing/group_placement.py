@@ -105,7 +105,6 @@ class Anchor:
     """1 if the group is at an end of the wall, else 0."""
     centre: float = 0.0
     """How near the place is to the middle: 1 in the middle of the wall (or room), falling to 0 at its end."""
-    wall_length: float = 0.0
 
 
 def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureGroup:
@@ -144,7 +143,7 @@ def wall_anchors(floor: Floor, group: FurnitureGroup, rng: np.random.Generator) 
         places = zip(
             (x0 + along * dx).tolist(), (z0 + along * dz).tolist(), corner.tolist(), centre.tolist(), strict=True
         )
-        found.extend(Anchor(x, z, edge.yaw, corner, centre, edge.length) for x, z, corner, centre in places)
+        found.extend(Anchor(x, z, edge.yaw, corner, centre) for x, z, corner, centre in places)
     return found
 
 

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from vigil.assets.kernel.asset import Surface
 from vigil.base.geometry import Vec3, rotate_floor
 from vigil.housegen.base.models import AssetModel, PlacedObject, Rect, draw_model, swept_rect, swing_of, turned_rect
 from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled
+from vigil.housegen.base.tables import TABLES, names_in
 from vigil.housegen.furnishing.floor import Floor
 from vigil.housegen.furnishing.inventory import ROOM_LIMITS, Inventory
 from vigil.housegen.furnishing.occupancy import Occupancy, are_apart
@@ -46,122 +48,20 @@ HIGHEST_M = 1.75
 SURFACE_TOLERANCE = 0.03
 """An object lies on a surface if their heights differ by at most this (m)."""
 
-ON_TOP: dict[str, float] = {
-    "CounterTop": 16.0,
-    "DiningTable": 4.4,
-    "CoffeeTable": 1.8,
-    "Desk": 7.0,
-    "SideTable": 1.7,
-    "Dresser": 5.0,
-    "TVStand": 3.0,
-    "ShelvingUnit": 1.3,
-    "Shelf": 1.6,
-    "Sofa": 1.1,
-    "ArmChair": 0.2,
-    "Bed": 3.0,
-    "Toilet": 1.0,
-    "Bathtub": 0.6,
-    "Sink": 0.3,
-    "Cart": 2.0,
-    "Stove": 0.8,
-    "Cabinet": 1.0,
-    "WashingMachine": 1.0,
-    "ClothesDryer": 1.0,
-    "Ottoman": 0.2,
-}
+ON_TOP: dict[str, float] = TABLES["on_top"]
 """Category of furniture -> average number of small objects on it, if they fit."""
 
-INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
-    "Fridge": (1.4, ("Egg", "Apple", "Tomato", "Lettuce", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Cup")),
-    "Cabinet": (1.6, ("Bowl", "Plate", "Mug", "Cup", "Pot", "Pan", "Kettle", "SprayBottle", "PaperTowelRoll")),
-    "Dresser": (1.0, ("Watch", "Book", "CellPhone", "KeyChain", "CD", "CreditCard", "Pen", "Cloth", "RemoteControl")),
-    "SideTable": (0.6, ("Watch", "Pen", "Book", "CellPhone", "KeyChain", "CreditCard", "RemoteControl", "Pencil")),
-    "Desk": (0.7, ("Pen", "Pencil", "CD", "Watch", "CreditCard", "KeyChain", "CellPhone", "Book")),
-    "TVStand": (1.0, ("RemoteControl", "CD", "Book", "KeyChain", "Newspaper", "Statue", "Candle", "Box", "Vase")),
-    "Microwave": (0.6, ("Mug", "Bowl", "Potato", "Plate", "Cup", "Bread")),
-    "Box": (1.0, ("Book", "CD", "KeyChain", "Candle", "Watch", "CellPhone", "TeddyBear", "Statue")),
-    "Safe": (1.2, ("Watch", "CreditCard", "KeyChain", "CellPhone")),
-    "LaundryHamper": (0.8, ("Cloth", "Towel")),
-    "WashingMachine": (0.6, ("Cloth", "Towel")),
-    "ClothesDryer": (0.5, ("Cloth", "Towel")),
-    "Stove": (0.4, ("Pan", "Pot")),
-    "CounterTop": (0.8, ("Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "AluminumFoil")),
-}
+INSIDE: dict[str, list[Any]] = TABLES["inside"]
 """Category of furniture -> its contents: the average number of objects, and their categories."""
 
-_DISHES = ("Bowl", "Plate", "Pot", "Pan", "Cup", "Mug", "Bottle", "WineBottle", "PaperTowelRoll", "AluminumFoil")
-_PERSONAL = ("RemoteControl", "KeyChain", "Watch", "CellPhone", "CreditCard", "Book", "Bowl", "Pencil", "Pen")
-_TOILETRIES = ("Cloth", "SoapBottle", "SprayBottle", "ToiletPaper", "TissueBox", "SoapBar", "Candle")
-ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
-    ("Kitchen", "ShelvingUnit"): _DISHES,
-    ("Kitchen", "Shelf"): _DISHES,
-    ("Kitchen", "Cart"): (*_DISHES, "Apple", "Bread", "Tomato"),
-    ("LivingRoom", "TVStand"): (*_PERSONAL, "Candle", "TissueBox", "Newspaper", "Vase", "Statue"),
-    ("LivingRoom", "Desk"): ("Mug", "Watch", "Bowl", "RemoteControl", "Statue", "Vase"),
-    ("Bedroom", "TVStand"): (*_PERSONAL, "AlarmClock", "CD", "Vase", "Statue"),
-    ("Bedroom", "Desk"): ("Mug", "Watch", "Bowl", "RemoteControl", "Statue", "TissueBox", "AlarmClock"),
-    ("Bedroom", "Dresser"): ("RemoteControl", "Bowl", "Mug", "Laptop"),
-    ("Bedroom", "Bed"): ("RemoteControl", "AlarmClock", "Newspaper", "Box"),
-    ("Bathroom", "Cart"): _TOILETRIES,
-    ("Bathroom", "Shelf"): _TOILETRIES,
-    ("Bathroom", "Cabinet"): _TOILETRIES,
-    ("Bathroom", "WashingMachine"): _TOILETRIES,
-    ("Bathroom", "ClothesDryer"): _TOILETRIES,
-}
-"""(kind of room, category of a support) -> further categories of objects that may lie there; the catalogue does not
+ALSO_ON = {kind: names_in(rows) for kind, rows in TABLES["also_on"].items()}
+"""Kind of room -> category of a support -> further categories of objects that may lie there; the catalogue does not
 list this support for them."""
 
 ALSO_WEIGHT = 0.5
 """Weight of categories in ALSO_ON. In the catalogue, a category has the weight 0.67 on the first of its supports."""
 
-USUAL_OBJECTS: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
-    "Kitchen": (
-        ("Microwave", ("CounterTop", "DiningTable"), 0.95),
-        ("CoffeeMachine", ("CounterTop", "DiningTable"), 0.9),
-        ("Toaster", ("CounterTop", "DiningTable"), 0.85),
-        ("Mug", ("CounterTop", "DiningTable"), 0.8),
-        ("Apple", ("DiningTable", "CounterTop", "Fridge"), 0.8),
-        ("Egg", ("Fridge", "CounterTop"), 0.8),
-        ("Bowl", ("DiningTable", "CounterTop"), 0.7),
-        ("Plate", ("DiningTable", "CounterTop"), 0.7),
-        ("Kettle", ("Stove", "CounterTop"), 0.5),
-        ("Pan", ("Stove", "CounterTop"), 0.5),
-        ("SoapBottle", ("CounterTop",), 0.5),
-    ),
-    "LivingRoom": (
-        ("RemoteControl", ("CoffeeTable", "Sofa", "TVStand", "DiningTable"), 0.9),
-        ("Pillow", ("Sofa",), 0.8),
-        ("Pillow", ("Sofa",), 0.3),
-        ("Book", ("CoffeeTable", "ShelvingUnit", "Sofa", "DiningTable"), 0.8),
-        ("Laptop", ("CoffeeTable", "DiningTable", "Desk", "Sofa"), 0.6),
-        ("Candle", ("CoffeeTable", "DiningTable", "SideTable"), 0.6),
-        ("Vase", ("ShelvingUnit", "CoffeeTable", "DiningTable", "SideTable"), 0.6),
-        ("DeskLamp", ("SideTable", "Desk"), 0.7),
-        ("HousePlant", ("ShelvingUnit", "TVStand", "SideTable"), 0.2),
-    ),
-    "Bedroom": (
-        ("Pillow", ("Bed",), 0.95),
-        ("Pillow", ("Bed",), 0.6),
-        ("DeskLamp", ("Desk", "SideTable", "Dresser"), 0.85),
-        ("AlarmClock", ("SideTable", "Dresser", "Desk"), 0.85),
-        ("Laptop", ("Desk", "Bed"), 0.8),
-        ("Desktop", ("Desk",), 0.25),
-        ("CellPhone", ("SideTable", "Desk", "Bed", "Dresser"), 0.7),
-        ("Watch", ("SideTable", "Dresser", "Desk"), 0.6),
-        ("Book", ("SideTable", "Desk", "Bed", "Dresser"), 0.7),
-        ("Pen", ("Desk", "SideTable"), 0.6),
-        ("TeddyBear", ("Bed",), 0.3),
-    ),
-    "Bathroom": (
-        ("SoapBottle", ("CounterTop", "Sink", "Toilet"), 0.8),
-        ("SoapBar", ("CounterTop", "Sink", "Bathtub"), 0.75),
-        ("ToiletPaper", ("Toilet", "CounterTop"), 0.9),
-        ("Cloth", ("CounterTop", "Bathtub", "Cart", "Shelf"), 0.7),
-        ("SprayBottle", ("CounterTop", "Toilet", "Cart", "Shelf"), 0.6),
-        ("TissueBox", ("Toilet", "CounterTop", "Shelf"), 0.3),
-        ("Candle", ("CounterTop", "Shelf"), 0.35),
-    ),
-}
+USUAL_OBJECTS: dict[str, list[list[Any]]] = TABLES["usual_objects"]
 """Kind of room -> objects that it should have: (category, supports with the preferred first, probability)."""
 
 AT_THE_BACK = frozenset(
@@ -240,7 +140,7 @@ class SmallObjectPlacer:
             missing -= self._put(pick_weighted(self.rng, names, weights), piece, False)
 
     def _candidates(self, support: str) -> list[tuple[str, float]]:
-        also = ALSO_ON.get((self.kind, support), ())
+        also = ALSO_ON[self.kind].get(support, ())
         found = [(name, ALSO_WEIGHT) for name in also if self._may_have(name)]
         for name, kind in CATALOG.items():
             if (
@@ -273,7 +173,7 @@ class SmallObjectPlacer:
             if child is not None:
                 piece.children.append(child)
                 self.occupancy.add(child)
-                self.inventory.add(category)
+                self.inventory[category] += 1
                 self.room_counts[category] += 1
                 return True
         return False

@@ -5,48 +5,15 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.housegen.base.models import PlacedObject
 from vigil.housegen.base.randomness import chance
+from vigil.housegen.base.tables import TABLES
 
-OPEN_CHANCE = {
-    "Laptop": 0.6,
-    "Box": 0.35,
-    "Book": 0.15,
-    "Toilet": 0.35,
-    "LaundryHamper": 0.3,
-    "Curtains": 0.7,
-    "Blinds": 0.6,
-    "ShowerCurtain": 0.6,
-    "Microwave": 0.12,
-    "WashingMachine": 0.15,
-    "ClothesDryer": 0.15,
-    "Kettle": 0.1,
-    "Safe": 0.15,
-    "Fridge": 0.06,
-    "Cabinet": 0.08,
-}
+OPEN_CHANCE: dict[str, float] = TABLES["open_chance"]
 """Category -> probability that an object of this category is open; 0 by default.
 
 Furniture is always shut if something lies in or on its moving parts.
 """
 
-ON_CHANCE = {
-    "FloorLamp": 0.4,
-    "DeskLamp": 0.5,
-    "CeilingLamp": 0.8,
-    "LightSwitch": 0.75,
-    "Television": 0.4,
-    "Laptop": 0.6,
-    "Desktop": 0.45,
-    "CoffeeMachine": 0.3,
-    "Faucet": 0.2,
-    "Candle": 0.3,
-    "StoveBurner": 0.2,
-    "Stove": 0.2,
-    "Toaster": 0.15,
-    "ShowerHead": 0.1,
-    "CellPhone": 0.4,
-    "WashingMachine": 0.3,
-    "ClothesDryer": 0.3,
-}
+ON_CHANCE: dict[str, float] = TABLES["on_chance"]
 """Category -> probability that an object of this category is on; 0 by default."""
 
 DIRTY_CHANCE = {"Bed": 0.55} | dict.fromkeys(("Mirror", "Plate", "Bowl", "Mug", "Cup", "Pan", "Pot", "Cloth"), 0.35)

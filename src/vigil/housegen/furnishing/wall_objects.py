@@ -203,7 +203,7 @@ class WallObjectPlacer:
         return piece
 
     def _add(self, piece: PlacedObject) -> None:
-        self.inventory.add(piece.category)
+        self.inventory[piece.category] += 1
         self.hung.append(piece)
         self.occupancy.add(piece)
 
@@ -295,7 +295,7 @@ class WallObjectPlacer:
         x, z = rail.to_floor_point(0.0, rail.model.size.z / 2 + model.size.z / 2 + OFF_RAIL_M)
         cloth = PlacedObject(model, Vec3(x, rail.top - model.size.y / 2, z), rail.yaw, rail.room, is_on_wall=True)
         rail.children.append(cloth)
-        self.inventory.add(towel)
+        self.inventory[towel] += 1
 
     def _hang_behind(
         self, piece: PlacedObject, model: AssetModel, middle: float, aside: float = 0.0

@@ -17,6 +17,7 @@ from shapely.geometry.base import BaseGeometry
 from vigil.errors import SettingError
 from vigil.housegen.base.randomness import chance, pick, shuffled
 from vigil.housegen.base.spec import AREA_M2, SINGLE_ROOM_SCALE, HouseSpec
+from vigil.housegen.base.tables import TABLES
 
 UNIT_M = 0.1
 """Length (m) of the unit of this module, a decimetre."""
@@ -31,18 +32,7 @@ LAMP_ROOM_M = 0.3
 ATTEMPTS = 400
 """Greatest number of random plans that are tried for a house."""
 
-LINK_COST = {
-    ("Kitchen", "LivingRoom"): 0.0,
-    ("Bedroom", "LivingRoom"): 0.2,
-    ("Bathroom", "Bedroom"): 0.3,
-    ("LivingRoom", "LivingRoom"): 0.3,
-    ("Bathroom", "LivingRoom"): 0.5,
-    ("Kitchen", "Kitchen"): 1.0,
-    ("Bedroom", "Kitchen"): 1.2,
-    ("Bedroom", "Bedroom"): 1.4,
-    ("Bathroom", "Kitchen"): 1.8,
-    ("Bathroom", "Bathroom"): 6.0,
-}
+LINK_COST = {(first, second): cost for first, second, cost in TABLES["layout"]["link_cost"]}
 """Cost of a door between two kinds of rooms; unusual doors have a higher cost."""
 PASSAGE_COST = {"Kitchen": 0.1, "LivingRoom": 0.0, "Bedroom": 0.9, "Bathroom": 4.0}
 """Cost of having to walk through a room of this kind to another room; unusual ways have a higher cost."""

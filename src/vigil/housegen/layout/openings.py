@@ -7,6 +7,7 @@ import numpy as np
 from vigil.base.geometry import Vec3
 from vigil.housegen.base.models import Rect
 from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled
+from vigil.housegen.base.tables import TABLES
 from vigil.housegen.layout.floorplan import RoomLayout
 from vigil.housegen.layout.walls import WallPiece, facing_piece, wall_pieces
 from vigil.scene.geometry import moving_prisms_of
@@ -24,12 +25,7 @@ PASSAGE_CLEAR = 0.75
 DOOR_VARIANTS = 12
 WINDOW_VARIANTS = 12
 
-WINDOW_HEIGHTS: dict[str, tuple[float, ...]] = {
-    "Kitchen": (0.75, 0.85),
-    "LivingRoom": (0.8, 0.95, 1.1),
-    "Bedroom": (0.8, 0.95, 1.1),
-    "Bathroom": (0.6,),
-}
+WINDOW_HEIGHTS: dict[str, list[float]] = TABLES["window_heights"]
 """Kind of room -> heights (m) that its windows may have; the tops of windows are level with those of doors."""
 WINDOWS_PER_ROOM = {"Kitchen": (1, 2), "LivingRoom": (1, 3), "Bedroom": (1, 2), "Bathroom": (0, 1)}
 """Kind of room -> least and greatest number of its windows."""
