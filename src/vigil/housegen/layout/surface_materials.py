@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.assets.kernel.colours import Rgb
+from vigil.assets.kernel.palette import Rgb
 from vigil.housegen.base.randomness import chance, pick
 from vigil.housegen.base.tables import TABLES, names_in
 
