@@ -6,6 +6,7 @@
 package.
 """
 
+import colorsys
 import threading
 import zlib
 from pathlib import Path
@@ -14,40 +15,26 @@ import numpy as np
 from cachetools import LRUCache, cached
 
 from vigil.assets.catalog import CATALOG, CEILING, FLOOR, WALL, Category
+from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import Maker
 from vigil.assets.kernel.asset import Asset
+from vigil.assets.kernel.builder import Builder
+from vigil.assets.kernel.palette import code_of
 from vigil.assets.kernel.rows import makers_in
-from vigil.assets.makers import (
-    appliances,
-    containers,
-    decor,
-    fixtures,
-    food,
-    personal,
-    placeholder,
-    storage,
-    tables,
-    textiles,
-)
+from vigil.assets.makers import kitchen, plants, small_things, storage, tables
 from vigil.base.geometry import Vec3
 from vigil.errors import SettingError, did_you_mean
 
 ROWS = Path(__file__).parent / "makers" / "rows"
 """Folder of the TOML files with the makers that are rows of data."""
-_MODULES = (
-    appliances, containers, decor, fixtures, food, personal, storage, tables, textiles,
-)  # fmt: skip
 
-MAKERS: dict[str, Maker] = {
-    **{name: maker for module in _MODULES for name, maker in module.MAKERS.items()},
-    **{name: maker for path in sorted(ROWS.glob("*.toml")) for name, maker in makers_in(path).items()},
-}
+MAKERS: dict[str, Maker] = {**kitchen.MAKERS, **plants.MAKERS, **small_things.MAKERS, **storage.MAKERS, **tables.MAKERS}
+for _path in sorted(ROWS.glob("*.toml")):
+    MAKERS |= makers_in(_path)
 
 MAX_ASSET_BYTES = 32 * 2**20
 """Greatest size in bytes of the meshes of all cached assets together. Those of a house of four rooms have 2.6 MB."""
 _SMALLEST_M = 0.002
-
-
 _LEVEL_TOLERANCE_M = 0.025
 """A surface counts as at a level (a height at which things rest) if their heights differ by at most this (m)."""
 
@@ -95,4 +82,15 @@ def _make_cached(category: str, size: Vec3, variant: int, levels: tuple[float, .
     room = Vec3(*(max(float(length), _SMALLEST_M) for length in size))
     maker = MAKERS.get(category)
     stream = np.random.default_rng([zlib.crc32(category.encode()), variant])
-    return placeholder.labelled_box(category, room, stream) if maker is None else maker(room, stream, levels)
+    return _labelled_box(category, room, stream) if maker is None else maker(room, stream, levels)
+
+
+def _labelled_box(category: str, size: Vec3, rng: np.random.Generator) -> Asset:
+    """Return a box with round edges, a quiet colour and a label on its front."""
+    builder = Builder(category, size)
+    tint, radius = code_of(colorsys.hls_to_rgb(rng.random(), 0.6, 0.35)), 0.12 * min(size)
+    builder.add(f"plastic/{tint}", shapes.rounded_box(size, (0, size.y / 2, 0), radius))
+    label = shapes.panel(0.5 * size.x, 0.4 * size.y, (0, 0.55 * size.y, size.z / 2 - 1e-4 * size.z))
+    builder.add("print/label", shapes.translate(label, (0, 0, 2e-4 * size.z)))
+    builder.surface("top", (0, size.y, 0), (size.x - 2 * radius, size.z - 2 * radius))
+    return builder.build()

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, lathed_oval
+from vigil.assets.kernel.arrange import lathed_oval
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.meshes import cross
@@ -257,7 +257,4 @@ def room_decor(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
     return builder.build([name])
 
 
-MAKERS: dict[str, Maker] = {
-    "HousePlant": house_plant,
-    "RoomDecor": room_decor,
-}
+MAKERS = {"HousePlant": house_plant, "RoomDecor": room_decor}
