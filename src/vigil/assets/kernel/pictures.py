@@ -4,6 +4,7 @@ They are drawn with numpy and PIL from a fixed random stream and, unlike texture
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
@@ -27,10 +28,20 @@ def draw(kind: str, variant: str, rng: np.random.Generator) -> np.ndarray:
     return maker(rng)
 
 
-def _gradient(top: Colour, bottom: Colour, width: int = _WIDE, height: int = _TALL) -> Image.Image:
+def _sheet(size: tuple[int, int], colour: Colour) -> tuple[Image.Image, ImageDraw.ImageDraw]:
+    """Return a picture of one colour, and the brush that paints on it; `size` is its width and height (px)."""
+    image = Image.new("RGB", size, colour)
+    return image, ImageDraw.Draw(image)
+
+
+def _gradient(
+    top: Colour, bottom: Colour, width: int = _WIDE, height: int = _TALL
+) -> tuple[Image.Image, ImageDraw.ImageDraw]:
+    """Return a picture whose colour changes from top to bottom, and the brush that paints on it."""
     part = np.linspace(0, 1, height)[:, None, None]
-    image = np.array(top) * (1 - part) + np.array(bottom) * part
-    return Image.fromarray(np.broadcast_to(image, (height, width, 3)).astype(np.uint8).copy())
+    shades = np.array(top) * (1 - part) + np.array(bottom) * part
+    image = Image.fromarray(np.broadcast_to(shades, (height, width, 3)).astype(np.uint8).copy())
+    return image, ImageDraw.Draw(image)
 
 
 def _vary(rng: np.random.Generator, colour: Colour, by: int = 18) -> Colour:
@@ -45,8 +56,7 @@ def _canvas(image: Image.Image, rng: np.random.Generator, grain: float = 3.0) ->
 
 
 def _mountains(rng: np.random.Generator) -> np.ndarray:
-    image = _gradient(_vary(rng, (96, 150, 214)), _vary(rng, (240, 214, 180)))
-    brush = ImageDraw.Draw(image)
+    image, brush = _gradient(_vary(rng, (96, 150, 214)), _vary(rng, (240, 214, 180)))
     x, y = int(rng.integers(40, 216)), int(rng.integers(25, 60))
     brush.ellipse((x - 14, y - 14, x + 14, y + 14), fill=(255, 240, 190))
     for step, colour in enumerate(((122, 136, 168), (84, 104, 136), (58, 92, 70), (44, 74, 42))):
@@ -59,8 +69,7 @@ def _mountains(rng: np.random.Generator) -> np.ndarray:
 
 
 def _seascape(rng: np.random.Generator) -> np.ndarray:
-    image = _gradient(_vary(rng, (250, 170, 110)), _vary(rng, (255, 226, 180)))
-    brush = ImageDraw.Draw(image)
+    image, brush = _gradient(_vary(rng, (250, 170, 110)), _vary(rng, (255, 226, 180)))
     brush.ellipse((150, 62, 190, 102), fill=(255, 236, 170))
     brush.rectangle((0, 100, _WIDE, _TALL), fill=_vary(rng, (38, 96, 140)))
     for _ in range(60):
@@ -75,8 +84,7 @@ def _seascape(rng: np.random.Generator) -> np.ndarray:
 
 
 def _portrait(rng: np.random.Generator) -> np.ndarray:
-    image = _gradient(_vary(rng, (72, 62, 52)), _vary(rng, (112, 88, 64)), 192, 240)
-    brush = ImageDraw.Draw(image)
+    image, brush = _gradient(_vary(rng, (72, 62, 52)), _vary(rng, (112, 88, 64)), 192, 240)
     shade = rng.uniform(0.55, 1.05)
     skin = _vary(rng, (int(214 * shade), int(170 * shade), int(138 * shade)), 4)
     hair = _vary(rng, (70, 44, 26), 30)
@@ -97,8 +105,7 @@ def _portrait(rng: np.random.Generator) -> np.ndarray:
 
 
 def _abstract(rng: np.random.Generator) -> np.ndarray:
-    image = Image.new("RGB", (_WIDE, _TALL), (238, 232, 218))
-    brush = ImageDraw.Draw(image)
+    image, brush = _sheet((_WIDE, _TALL), (238, 232, 218))
     paints: tuple[Colour, ...] = ((206, 62, 46), (34, 82, 150), (240, 190, 60), (40, 44, 48), (86, 148, 120))
     for _ in range(9):
         x, y = int(rng.integers(-20, 220)), int(rng.integers(-20, 160))
@@ -115,8 +122,7 @@ def _abstract(rng: np.random.Generator) -> np.ndarray:
 
 
 def _flowers(rng: np.random.Generator) -> np.ndarray:
-    image = _gradient(_vary(rng, (186, 196, 176)), _vary(rng, (216, 206, 186)), 192, 240)
-    brush = ImageDraw.Draw(image)
+    image, brush = _gradient(_vary(rng, (186, 196, 176)), _vary(rng, (216, 206, 186)), 192, 240)
     brush.rectangle((0, 190, 192, 240), fill=_vary(rng, (134, 94, 62)))
     vase = _vary(rng, (70, 104, 160), 40)
     petals = tuple(
@@ -137,8 +143,7 @@ def _flowers(rng: np.random.Generator) -> np.ndarray:
 
 
 def _city(rng: np.random.Generator) -> np.ndarray:
-    image = _gradient(_vary(rng, (28, 34, 74)), _vary(rng, (236, 132, 96)))
-    brush = ImageDraw.Draw(image)
+    image, brush = _gradient(_vary(rng, (28, 34, 74)), _vary(rng, (236, 132, 96)))
     x = 0
     while x < _WIDE:
         width, top = int(rng.integers(16, 40)), int(rng.integers(50, 130))
@@ -152,8 +157,7 @@ def _city(rng: np.random.Generator) -> np.ndarray:
 
 
 def _news(rng: np.random.Generator) -> np.ndarray:
-    image = _gradient((30, 60, 130), (16, 28, 70))
-    brush = ImageDraw.Draw(image)
+    image, brush = _gradient((30, 60, 130), (16, 28, 70))
     brush.rectangle((140, 22, 246, 116), fill=(96, 150, 200))
     brush.polygon(((140, 116), (180, 60), (210, 90), (230, 70), (246, 116)), fill=(70, 110, 70))
     brush.ellipse((34, 90, 118, 230), fill=(44, 46, 60))
@@ -169,8 +173,7 @@ def _news(rng: np.random.Generator) -> np.ndarray:
 
 
 def _football(rng: np.random.Generator) -> np.ndarray:
-    image = Image.new("RGB", (_WIDE, _TALL), (60, 150, 60))
-    brush = ImageDraw.Draw(image)
+    image, brush = _sheet((_WIDE, _TALL), (60, 150, 60))
     for x in range(0, _WIDE, 64):
         brush.rectangle((x, 0, x + 31, _TALL), fill=(72, 168, 70))
     brush.rectangle((0, 0, _WIDE, 34), fill=(70, 74, 96))
@@ -189,8 +192,7 @@ def _football(rng: np.random.Generator) -> np.ndarray:
 
 
 def _cartoon(rng: np.random.Generator) -> np.ndarray:
-    image = _gradient((120, 200, 250), (190, 232, 255))
-    brush = ImageDraw.Draw(image)
+    image, brush = _gradient((120, 200, 250), (190, 232, 255))
     brush.ellipse((-60, 120, 330, 300), fill=(104, 190, 80))
     brush.rectangle((150, 70, 220, 140), fill=(240, 200, 120))
     brush.polygon(((140, 72), (185, 32), (230, 72)), fill=(204, 70, 60))
@@ -203,8 +205,7 @@ def _cartoon(rng: np.random.Generator) -> np.ndarray:
 
 
 def _desktop(rng: np.random.Generator) -> np.ndarray:
-    image = _gradient(_vary(rng, (40, 90, 170)), _vary(rng, (120, 180, 220)))
-    brush = ImageDraw.Draw(image)
+    image, brush = _gradient(_vary(rng, (40, 90, 170)), _vary(rng, (120, 180, 220)))
     brush.rectangle((40, 20, 200, 130), fill=(250, 250, 252))
     brush.rectangle((40, 20, 200, 32), fill=(70, 80, 96))
     for x, colour in ((190, (230, 80, 70)), (180, (240, 190, 70)), (170, (100, 190, 100))):
@@ -219,8 +220,7 @@ def _desktop(rng: np.random.Generator) -> np.ndarray:
 
 
 def _phone(rng: np.random.Generator) -> np.ndarray:
-    image = _gradient(_vary(rng, (80, 60, 160), 40), _vary(rng, (220, 110, 140), 40), 128, 256)
-    brush = ImageDraw.Draw(image)
+    image, brush = _gradient(_vary(rng, (80, 60, 160), 40), _vary(rng, (220, 110, 140), 40), 128, 256)
     _digits(brush, "10:24", (30, 30), 12, (255, 255, 255))
     for row in range(4):
         for column in range(4):
@@ -257,18 +257,14 @@ def _digits(brush: ImageDraw.ImageDraw, text: str, at: tuple[int, int], size: in
         x += size + 2 * thick
 
 
-def _clock_digits(colour: Colour, text: str) -> Callable[[np.random.Generator], np.ndarray]:
-    def show(rng: np.random.Generator) -> np.ndarray:
-        image = Image.new("RGB", (128, 64), (10, 14, 12))
-        _digits(ImageDraw.Draw(image), text, (10, 14), 17, _vary(rng, colour, 6))
-        return np.asarray(image)
-
-    return show
+def _clock(text: str, colour: Colour, rng: np.random.Generator) -> np.ndarray:
+    image, brush = _sheet((128, 64), (10, 14, 12))
+    _digits(brush, text, (10, 14), 17, _vary(rng, colour, 6))
+    return np.asarray(image)
 
 
 def _text_page(rng: np.random.Generator) -> np.ndarray:
-    image = Image.new("RGB", (192, 256), (246, 244, 236))
-    brush = ImageDraw.Draw(image)
+    image, brush = _sheet((192, 256), (246, 244, 236))
     for y in range(22, 236, 9):
         if rng.random() < 0.08:
             continue
@@ -286,8 +282,7 @@ def _words(brush: ImageDraw.ImageDraw, rng: np.random.Generator, start: int, end
 
 
 def _newspaper(rng: np.random.Generator) -> np.ndarray:
-    image = Image.new("RGB", (256, 320), (226, 222, 210))
-    brush = ImageDraw.Draw(image)
+    image, brush = _sheet((256, 320), (226, 222, 210))
     _words(brush, rng, 30, 226, 12, 16)
     brush.line((12, 36, 244, 36), fill=(60, 60, 60), width=2)
     _words(brush, rng, 14, 242, 44, 9)
@@ -300,8 +295,7 @@ def _newspaper(rng: np.random.Generator) -> np.ndarray:
 
 
 def _label(rng: np.random.Generator) -> np.ndarray:
-    image = Image.new("RGB", (192, 128), (244, 242, 236))
-    brush = ImageDraw.Draw(image)
+    image, brush = _sheet((192, 128), (244, 242, 236))
     band = _vary(rng, (180, 70, 60), 60)
     brush.rectangle((0, 0, 192, 34), fill=band)
     _words(brush, rng, 20, 170, 12, 12)
@@ -312,30 +306,18 @@ def _label(rng: np.random.Generator) -> np.ndarray:
     return np.asarray(image)
 
 
-def _lettering(text: str, ink: Colour, paper: Colour) -> Drawing:
-    """Return a function that draws one word on a face that is four times as wide as high."""
-
-    def drawing(_rng: np.random.Generator) -> np.ndarray:
-        image = Image.new("RGB", (256, 64), paper)
-        brush, font = ImageDraw.Draw(image), ImageFont.load_default(56)
-        brush.text((128, 32), text, fill=ink, font=font, anchor="mm", stroke_width=2, stroke_fill=ink)
-        return np.asarray(image)
-
-    return drawing
+def _lettering(text: str, ink: Colour, paper: Colour, _rng: np.random.Generator) -> np.ndarray:
+    """Return one word on a face that is four times as wide as high."""
+    image, brush = _sheet((256, 64), paper)
+    font = ImageFont.load_default(56)
+    brush.text((128, 32), text, fill=ink, font=font, anchor="mm", stroke_width=2, stroke_fill=ink)
+    return np.asarray(image)
 
 
 def _cover(rng: np.random.Generator) -> np.ndarray:
-    paints: tuple[Colour, ...] = (
-        (150, 34, 40),
-        (30, 70, 120),
-        (34, 98, 74),
-        (216, 160, 50),
-        (84, 50, 100),
-        (40, 42, 48),
-    )
+    paints = ((150, 34, 40), (30, 70, 120), (34, 98, 74), (216, 160, 50), (84, 50, 100), (40, 42, 48))
     base = _vary(rng, paints[rng.integers(len(paints))], 20)
-    image = Image.new("RGB", (160, 224), base)
-    brush = ImageDraw.Draw(image)
+    image, brush = _sheet((160, 224), base)
     light = (246, 236, 210)
     brush.rectangle((10, 10, 149, 213), outline=light, width=2)
     for y, size in ((34, 15), (58, 15)):
@@ -367,18 +349,18 @@ KINDS: dict[str, dict[str, Drawing]] = {
         "3": _cartoon,
         "desktop": _desktop,
         "phone": _phone,
-        "green": _clock_digits((70, 240, 120), "12:30"),
-        "red": _clock_digits((250, 60, 50), "07:45"),
-        "blue": _clock_digits((90, 200, 255), "02:15"),
+        "green": partial(_clock, "12:30", (70, 240, 120)),
+        "red": partial(_clock, "07:45", (250, 60, 50)),
+        "blue": partial(_clock, "02:15", (90, 200, 255)),
     },
     "cover": {str(index): _cover for index in range(24)},
     "print": {
         "text": _text_page,
         "news": _newspaper,
         "label": _label,
-        "foil": _lettering("FOIL", (24, 40, 92), (240, 240, 236)),
-        "dryer": _lettering("DRYER", (30, 32, 36), (213, 215, 217)),
-        "washer": _lettering("WASHER", (30, 32, 36), (196, 199, 202)),
+        "foil": partial(_lettering, "FOIL", (24, 40, 92), (240, 240, 236)),
+        "dryer": partial(_lettering, "DRYER", (30, 32, 36), (213, 215, 217)),
+        "washer": partial(_lettering, "WASHER", (30, 32, 36), (196, 199, 202)),
     },
 }
 """Kind -> variant -> drawing. Numbers beyond the last variant start again at the first variant."""

@@ -8,7 +8,7 @@ screens are in `vigil.assets.kernel.pictures`.
 import threading
 import zlib
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from cachetools import LRUCache, cached
@@ -141,13 +141,12 @@ def _tile_grid(
     return shade, np.clip((edge - joint) / 0.006 + 0.5, 0, 1)
 
 
-def _tiled(across: int, down: int, joint: float, shift: float = 0.0, vary: float = 0.06) -> Callable[..., np.ndarray]:
-    def draw(rng: np.random.Generator) -> np.ndarray:
-        shade, inside = _tile_grid(rng, across, down, joint, shift)
-        glaze = 0.03 * noise(rng, 12, 12)
-        return (1 - vary * shade - glaze) * inside + 0.66 * (1 - inside)
-
-    return draw
+def _tiled(
+    across: int, down: int, joint: float, rng: np.random.Generator, shift: float = 0.0, vary: float = 0.06
+) -> np.ndarray:
+    shade, inside = _tile_grid(rng, across, down, joint, shift)
+    glaze = 0.03 * noise(rng, 12, 12)
+    return (1 - vary * shade - glaze) * inside + 0.66 * (1 - inside)
 
 
 def _checker(rng: np.random.Generator) -> np.ndarray:
@@ -292,12 +291,12 @@ PATTERNS: dict[str, Callable[[np.random.Generator], np.ndarray]] = {
     "plaid": _plaid,
     "planks": _planks,
     "plaster": lambda rng: 0.955 + 0.03 * noise(rng, 6, 6) + 0.03 * (noise(rng, 90, 90) - 0.5),
-    "small_tiles": _tiled(8, 8, 0.006, vary=0.1),
+    "small_tiles": partial(_tiled, 8, 8, 0.006, vary=0.1),
     "speckle": _speckle,
     "streaks": lambda rng: 0.82 + 0.18 * noise(rng, 48, 2) * (0.7 + 0.3 * noise(rng, 6, 6)),
     "stripes": _stripes,
-    "subway": _tiled(4, 8, 0.005, 0.5),
-    "tiles": _tiled(2, 2, 0.003),
+    "subway": partial(_tiled, 4, 8, 0.005, shift=0.5),
+    "tiles": partial(_tiled, 2, 2, 0.003),
     "velvet": lambda rng: 0.8 + 0.16 * noise(rng, 7, 7) + 0.04 * rng.random((SIZE, SIZE)),
     "weave": _weave,
     "wicker": _wicker,
