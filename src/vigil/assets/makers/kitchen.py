@@ -76,18 +76,15 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     add_case(builder, shell.material, (x0, base, z0), (x1, height, body), wall)
     builder.block("plastic/#1d1e20", (x0 + 0.02, x1 - 0.02), (0, base), (z0 + 0.02, body - 0.006))
     slats = np.linspace(x0 + 0.05, x1 - 0.05, 16)
-    builder.add(
-        shell.material,
-        *(shapes.span((x - 0.004, 0.01, body - 0.006), (x + 0.004, base - 0.01, body)) for x in slats),
-    )
+    for x in slats:
+        builder.block(shell.material, (x - 0.004, x + 0.004), (0.01, base - 0.01), (body - 0.006, body))
     low: Corner = (x0 + wall + 0.001, base + wall + 0.001, z0 + wall + 0.001)
     high: Corner = (x1 - wall - 0.001, height - wall - 0.001, body)
     builder.add(_LINER, lining(low, high))
     heights = shelf_heights(levels, low[1], high[1], 4 if height > 1.5 else 3)
     add_shelves(builder, _GLASS_SHELF, low, (high[0], high[1], body - 0.11), heights, needs_opening=True)
-    builder.add(
-        _LINER, *(shapes.span((low[0], y - 0.022, body - 0.125), (high[0], y + 0.004, body - 0.11)) for y in heights)
-    )
+    for y in heights:
+        builder.block(_LINER, (low[0], high[0]), (y - 0.022, y + 0.004), (body - 0.125, body - 0.11))
     if not levels and heights[0] - 0.04 - low[1] > 0.08:  # a clear vegetable drawer
         crisper = shapes.span((low[0] + 0.01, low[1], body - 0.14), (high[0], heights[0] - 0.04, body - 0.13))
         builder.add(_GLASS_SHELF, crisper)
@@ -139,16 +136,10 @@ def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None
     x = x0 + 0.06 if hinge > 0 else x1 - 0.06
     y = y0 + 0.05 + length / 2 if y0 > 0.5 else y1 - 0.06 - length / 2 if y1 < 1.35 else y0 + 0.55 * tall
     metal = PartStyle("chrome", joint)
-    for end in (-1, 1):
-        builder.block(
-            metal,
-            (x - 0.01, x + 0.01),
-            (y + end * length / 2 - 0.012, y + end * length / 2 + 0.012),
-            (z1 - 0.002, z1 + 0.04),
-        )
-    builder.block(
-        metal, (x - 0.013, x + 0.013), (y - length / 2 - 0.02, y + length / 2 + 0.02), (z1 + 0.022, z1 + 0.045), 0.005
-    )
+    for end in (y - length / 2, y + length / 2):
+        builder.block(metal, (x - 0.01, x + 0.01), (end - 0.012, end + 0.012), (z1 - 0.002, z1 + 0.04))
+    up = (y - length / 2 - 0.02, y + length / 2 + 0.02)
+    builder.block(metal, (x - 0.013, x + 0.013), up, (z1 + 0.022, z1 + 0.045), 0.005)
     builder.solid((x0, y0, z0 - 0.01), (x1, y1, z1), joint)
 
 
@@ -251,11 +242,10 @@ def _counter_run(
     length = (x1 - x0) if along == "x" else (z1 - z0)
     count = max(1, round(length / 0.5))
     face = high[axis] if sign > 0 else low[axis]
+    unit = _front_unit(length / count, height - thick, kick, is_framed)
     for index in range(count):
         middle = -length / 2 + (index + 0.5) * length / count
-        for part, look in zip(
-            _front_unit(length / count, height - thick, kick, is_framed), (cabinet, metal), strict=True
-        ):
+        for part, look in zip(unit, (cabinet, metal), strict=True):
             moved = shapes.translate(part, (middle, 0, 0))
             if facing != "+z":
                 moved = shapes.rotate(moved, "y", 90 if facing == "+x" else -90)
@@ -288,29 +278,22 @@ def cart(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     for sx in (-1, 1):
         for sz in (-1, 1):
             x, z = sx * (half_x - 0.03), sz * (half_z - 0.02)
-            builder.add(
-                post, shapes.cylinder(0.012, height - wheel - 0.02, (x, (height + wheel - 0.02) / 2, z), segments=10)
-            )
+            middle = (x, (height + wheel - 0.02) / 2, z)
+            builder.add(post, shapes.cylinder(0.012, height - wheel - 0.02, middle, segments=10))
             builder.add("rubber/#1f2023", shapes.cylinder(wheel / 2, 0.024, (x, wheel / 2, z), "x", 16))
             builder.add("metal/steel", shapes.cylinder(0.24 * wheel, 0.03, (x, wheel / 2, z), "x", 10))
             builder.solid((x - 0.02, 0, z - 0.02), (x + 0.02, height, z + 0.02))
     for sx in (-1, 1):
         bar = shapes.cylinder(0.012, depth - 0.02, (sx * (half_x - 0.03), height - 0.014, 0), "z", 10)
         builder.add(post, bar)
-    builder.add(post, shapes.cylinder(0.014, depth, (half_x - 0.014, height - 0.014, 0), "z", 10))
-    builder.add(post, shapes.cylinder(0.014, depth, (-half_x + 0.014, height - 0.014, 0), "z", 10))
-    trays = shelf_heights(
-        [level for level in levels if level < 0.92 * height], 0.1, height - 0.05, 1 if height < 1.0 else 2
-    )
+    for x in (half_x - 0.014, -half_x + 0.014):
+        builder.add(post, shapes.cylinder(0.014, depth, (x, height - 0.014, 0), "z", 10))
+    inner = [level for level in levels if level < 0.92 * height]
+    trays = shelf_heights(inner, 0.1, height - 0.05, 1 if height < 1.0 else 2)
     tiers = sorted({0.14, *trays, height - 0.13}) if not levels else sorted(trays)
     for index, top in enumerate(tiers):
-        builder.block(
-            finish.material,
-            (-half_x + 0.03, half_x - 0.03),
-            (top - 0.02, top),
-            (-half_z + 0.012, half_z - 0.012),
-            0.003,
-        )
+        x, z = (-half_x + 0.03, half_x - 0.03), (-half_z + 0.012, half_z - 0.012)
+        builder.block(finish.material, x, (top - 0.02, top), z, 0.003)
         for sz in (-1, 1):
             edge = shapes.box((width - 0.06, 0.05, 0.01), (0, top + 0.015, sz * (half_z - 0.013)), 0.002)
             builder.add(finish.material, edge)

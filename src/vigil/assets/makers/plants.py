@@ -1,6 +1,7 @@
 """Plants."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,21 @@ VASE_FORMS = {
     "cone": [(0.0, 0.0), (1.0, 0.0), (0.95, 0.05), (0.55, 0.75), (0.45, 0.94), (0.5, 1.0)],
     "barrel": [(0.0, 0.0), (0.75, 0.0), (0.95, 0.25), (1.0, 0.5), (0.92, 0.78), (0.72, 0.95), (0.75, 1.0)],
 }
+
+
+class Crown(NamedTuple):
+    """The space of a plant above its pot (m)."""
+
+    base: float
+    """Height of the earth."""
+    across: float
+    """Diameter of the pot."""
+    reach: float
+    """Half the width along x."""
+    tall: float
+    """Height above the pot."""
+    deep: float
+    """Half the depth along z."""
 
 
 def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -38,9 +54,8 @@ def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     builder.add(look, lathed_oval([(r, y * pot_top) for r, y in pot], across, across, 16))
     builder.add("carpet/#4a3526", shapes.disc(0.44 * across, (0, 0.9 * pot_top, 0), segments=14))
     green = one_of(rng, ("leaf/#4f8a3f", "leaf/#3c7a46", "leaf/#6b9a44", "leaf/#2f6b3a"))
-    spread = (width / 2, height - pot_top, depth / 2)
     grow = {"broad": _broad, "sword": _swords, "tree": _tree, "palm": _palm, "bush": _bush, "cactus": _cactus}[kind]
-    grow(builder, rng, green, (0.92 * pot_top, across), spread)
+    grow(builder, rng, green, Crown(0.92 * pot_top, across, width / 2, height - pot_top, depth / 2))
     builder.column(across / 2, 0.0, pot_top)
     builder.octagon(0.8 * width, 0.8 * depth, pot_top, height)
     return builder.build(["green", kind])
@@ -65,13 +80,9 @@ def leaf(length: float, width: float, droop: float) -> shapes.Mesh:
     return shapes.merge([upper, lower])
 
 
-Spread = tuple[float, float, float]
-
-
-def _broad(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
+def _broad(builder: Builder, rng: np.random.Generator, green: str, crown: Crown) -> None:
     """Add a crown of broad leaves on stems."""
-    base, across = pot
-    reach, tall, deep = spread
+    base, across, reach, tall, deep = crown
     for k in range(15):
         angle = 360 * k * 0.381966 + rng.uniform(-12, 12)
         level = 1 - (k % 5) / 5
@@ -82,23 +93,13 @@ def _broad(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[fl
         radians = np.radians(angle)
         foot = np.array([out * np.sin(radians), stem_top, out * np.cos(radians)])
         builder.add(green, shapes.scale(shapes.translate(blade, foot), (1, 1, deep / reach)))
-        builder.add(
-            green,
-            shapes.tube(
-                [
-                    (0.1 * across * np.sin(radians), base - 0.02 * tall, 0.1 * across * np.cos(radians)),
-                    foot * [1, 1, deep / reach],
-                ],
-                0.012 * tall + 0.001,
-                3,
-            ),
-        )
+        root = (0.1 * across * np.sin(radians), base - 0.02 * tall, 0.1 * across * np.cos(radians))
+        builder.add(green, shapes.tube([root, foot * [1, 1, deep / reach]], 0.012 * tall + 0.001, 3))
 
 
-def _swords(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
+def _swords(builder: Builder, rng: np.random.Generator, green: str, crown: Crown) -> None:
     """Add upright sword-shaped leaves."""
-    base, across = pot
-    reach, tall, deep = spread
+    base, across, reach, tall, deep = crown
     for k in range(13):
         angle = 2 * np.pi * k * 0.381966
         radius = 0.34 * across * np.sqrt((k + 0.5) / 13)
@@ -119,10 +120,9 @@ def _swords(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[f
         builder.add(look, shapes.loft(np.array(rings)))
 
 
-def _tree(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
+def _tree(builder: Builder, rng: np.random.Generator, green: str, crown: Crown) -> None:
     """Add a thin trunk with a round crown of leaves."""
-    base, _ = pot
-    reach, tall, deep = spread
+    base, _, reach, tall, deep = crown
     wiggle = rng.uniform(-0.06, 0.06, 2) * reach
     trunk = [(0, base - 0.01, 0), (wiggle[0], base + 0.3 * tall, wiggle[1]), (0, base + 0.62 * tall, 0)]
     builder.add("wood/walnut", shapes.tube(trunk, [0.05 * reach, 0.04 * reach, 0.035 * reach], 6))
@@ -134,27 +134,17 @@ def _tree(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[flo
         size = 0.62 * reach * float(rng.uniform(0.8, 1.1))
         blade = shapes.rotate(leaf(size, 0.5 * size, 0.9 - 0.5 * height), "y", angle)
         radians = np.radians(angle)
-        foot = [
-            0.6 * reach * ring * np.sin(radians),
-            middle + 0.26 * tall * height,
-            0.6 * deep * ring * np.cos(radians),
-        ]
+        x, z = 0.6 * reach * ring * np.sin(radians), 0.6 * deep * ring * np.cos(radians)
+        foot = (x, middle + 0.26 * tall * height, z)
         builder.add(green if k % 3 else "leaf/#78a850", shapes.translate(blade, foot))
 
 
-def _palm(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
+def _palm(builder: Builder, rng: np.random.Generator, green: str, crown: Crown) -> None:
     """Add a trunk with long fronds that bend over at their ends."""
-    base, _ = pot
-    reach, tall, deep = spread
+    base, _, reach, tall, deep = crown
     top = base + 0.5 * tall
-    builder.add(
-        "wood/worn",
-        shapes.tube(
-            [(0, base - 0.01, 0), (0.03 * reach, (base + top) / 2, 0), (0, top, 0)],
-            [0.09 * reach, 0.06 * reach, 0.05 * reach],
-            7,
-        ),
-    )
+    trunk = [(0, base - 0.01, 0), (0.03 * reach, (base + top) / 2, 0), (0, top, 0)]
+    builder.add("wood/worn", shapes.tube(trunk, [0.09 * reach, 0.06 * reach, 0.05 * reach], 7))
     lift = np.array([0, 0.004, 0])
     for k in range(11):
         angle = np.radians(360 * k * 0.381966 + rng.uniform(-8, 8))
@@ -172,10 +162,9 @@ def _palm(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[flo
         builder.add(green, shapes.loft(np.array(rings)))
 
 
-def _bush(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
+def _bush(builder: Builder, rng: np.random.Generator, green: str, crown: Crown) -> None:
     """Add a dense round bush with blossoms."""
-    base, _ = pot
-    reach, tall, deep = spread
+    base, _, reach, tall, deep = crown
     _, bloom = colour(rng, "red", "pink", "yellow", "white", "purple")
     core = shapes.ellipsoid((1.3 * reach, 0.8 * tall, 1.3 * deep), (0, base + 0.42 * tall, 0), 10, 6)
     builder.add(green, core)
@@ -184,26 +173,19 @@ def _bush(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[flo
         angle = 360 * k * 0.381966
         ring = np.sqrt(max(1 - height**2, 0))
         radians = np.radians(angle)
-        foot = np.array(
-            [
-                0.62 * reach * ring * np.sin(radians),
-                base + 0.42 * tall + 0.38 * tall * height,
-                0.62 * deep * ring * np.cos(radians),
-            ]
-        )
+        x, z = 0.62 * reach * ring * np.sin(radians), 0.62 * deep * ring * np.cos(radians)
+        foot = np.array([x, base + 0.42 * tall + 0.38 * tall * height, z])
         size = 0.5 * reach
-        builder.add(
-            green, shapes.translate(shapes.rotate(leaf(size, 0.6 * size, 0.9 - 0.4 * height), "y", angle), foot)
-        )
+        blade = shapes.rotate(leaf(size, 0.6 * size, 0.9 - 0.4 * height), "y", angle)
+        builder.add(green, shapes.translate(blade, foot))
         if k % 3 == 0:
             spot = foot * [1.3, 1, 1.3] + [0, 0.1 * tall, 0]
             builder.add(f"fabric/{bloom}", shapes.ellipsoid((0.22 * reach, 0.12 * tall, 0.22 * deep), spot, 6, 4))
 
 
-def _cactus(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
+def _cactus(builder: Builder, rng: np.random.Generator, green: str, crown: Crown) -> None:
     """Add a ribbed column with two arms and a blossom."""
-    base, across = pot
-    reach, tall, _deep = spread
+    base, across, reach, tall, _ = crown
     radius = 0.3 * across
     angles = np.linspace(0, 2 * np.pi, 33)
     ribs = 1 + 0.09 * np.cos(8 * angles)
@@ -215,13 +197,8 @@ def _cactus(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[f
     for quarter, low, share in ((0, 0.45, 0.85), (1, 0.35, 0.7), (2, 0.3, 0.85), (3, 0.5, 0.7)):
         out = share * 0.9 * reach
         thick = 0.36 * radius
-        arm = [
-            (0, base + low * tall, 0),
-            (0.75 * out, base + low * tall, 0),
-            (out, base + (low + 0.1) * tall, 0),
-            (out, base + (low + 0.28) * tall, 0),
-            (out, base + (low + 0.32) * tall, 0),
-        ]
+        bends = ((0, 0), (0.75, 0), (1, 0.1), (1, 0.28), (1, 0.32))
+        arm = [(x * out, base + (low + rise) * tall, 0) for x, rise in bends]
         limb = shapes.tube(arm, [thick, thick, thick, thick, 0.3 * thick], 7)
         builder.add(green, shapes.rotate(limb, "y", 90 * quarter + 20))
     bloom = f"fabric/{colour(rng, 'pink', 'red', 'yellow')[1]}"
@@ -243,9 +220,8 @@ def room_decor(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
     for k in range(7):
         angle = 2 * np.pi * k * 0.381966
         lean = (0.35 + 0.65 * k / 6) * 0.96
-        tip = np.array(
-            [width / 2 * lean * np.cos(angle), height * (1 - 0.14 * k / 6), depth / 2 * lean * np.sin(angle)]
-        )
+        x, z = width / 2 * lean * np.cos(angle), depth / 2 * lean * np.sin(angle)
+        tip = np.array([x, height * (1 - 0.14 * k / 6), z])
         foot = np.array([0.1 * across * np.cos(angle), 0.8 * low, 0.1 * across * np.sin(angle)])
         bend = (foot + tip) / 2 + [0, 0.08 * height, 0]
         builder.add(wood, shapes.tube([foot, bend, tip], [0.008, 0.006, 0.003], 4))

@@ -47,11 +47,8 @@ def potato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
     for _ in range(5):
         angle, along = rng.uniform(0.3, 2.8), rng.uniform(-0.3, 0.3)
         radius = np.sqrt(1 - (2 * along) ** 2) / 2
-        spot = (
-            radius * np.cos(angle) * size.x * 0.93,
-            size.y / 2 + radius * np.sin(angle) * size.y * 0.93,
-            along * size.z,
-        )
+        x, y = radius * np.cos(angle) * size.x * 0.93, size.y / 2 + radius * np.sin(angle) * size.y * 0.93
+        spot = (x, y, along * size.z)
         builder.add("plastic/#5f452b", shapes.ellipsoid(np.array(size) * 0.09, spot, segments=6, rings=4))
     return builder.build()
 

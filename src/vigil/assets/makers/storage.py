@@ -127,11 +127,8 @@ def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     else:
         side = 1 if rng.random() < 0.5 else -1
         # The free edge swings out a little at first.
-        low, high = (
-            (-width / 2 + 0.005 * (side > 0), 0.004, leaf),
-            (width / 2 - 0.005 * (side < 0), height - 0.004, front),
-        )
-        add_leaf(builder, "leaf0", low, high, fronts, hinge=side)
+        x0, x1 = -width / 2 + 0.005 * (side > 0), width / 2 - 0.005 * (side < 0)
+        add_leaf(builder, "leaf0", (x0, 0.004, leaf), (x1, height - 0.004, front), fronts, hinge=side)
     return builder.build((finish.word,))
 
 
@@ -182,11 +179,10 @@ def shelving_unit(size: Vec3, rng: np.random.Generator, levels: Sequence[float])
         add_shelves(builder, finish.material, low, high, [y for y in heights if 0.08 < y < height - 0.08])
         if style == "cubes" and width > 0.55:
             count = round(width / 0.4)
+            y, z = (0.024, height - 0.024), (-half_z + 0.024, half_z - 0.006)
             for index in range(1, count):
                 x = -half_x + index * width / count
-                builder.block(
-                    finish.material, (x - 0.009, x + 0.009), (0.024, height - 0.024), (-half_z + 0.024, half_z - 0.006)
-                )
+                builder.block(finish.material, (x - 0.009, x + 0.009), y, z)
         builder.surface("top", (0, height, 0), (width - 0.02, depth - 0.02))
         return builder.build((finish.word,))
     return _rack(builder, rng, heights, style)
@@ -230,15 +226,12 @@ def shelf(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asse
         low, high = (-width / 2 + 0.02, 0.02, -depth / 2 + 0.02), (width / 2 - 0.02, height - 0.02, depth / 2)
         add_shelves(builder, finish.material, low, high, shelf_heights(levels, 0.02, high[1], round(height / 0.35)))
     else:
-        builder.block(
-            finish.material, (-width / 2, width / 2), (height - thick, height), (-depth / 2, depth / 2), 0.003
-        )
+        under = height - thick
+        builder.block(finish.material, builder.across, (under, height), builder.through, 0.003)
         metal = one_of(rng, HANDLES).material
         for x in (-0.35 * width, 0.35 * width):
-            builder.block(metal, (x - 0.01, x + 0.01), (0, height - thick), (-depth / 2, -depth / 2 + 0.01))
-            builder.block(
-                metal, (x - 0.01, x + 0.01), (height - thick - 0.008, height - thick), (-depth / 2, 0.35 * depth)
-            )
+            builder.block(metal, (x - 0.01, x + 0.01), (0, under), (-depth / 2, -depth / 2 + 0.01))
+            builder.block(metal, (x - 0.01, x + 0.01), (under - 0.008, under), (-depth / 2, 0.35 * depth))
     builder.surface("top", (0, height, 0), (width - 0.02, depth - 0.02))
     return builder.build((finish.word,))
 

@@ -122,17 +122,13 @@ def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
     thick = min(0.035, 0.3 * height)
     under = height - thick
     if rng.random() < 0.25:
-        glass = "glass"
         rim = 0.05
-        builder.block(
-            glass, (-width / 2 + rim, width / 2 - rim), (height - 0.012, height), (-depth / 2 + rim, depth / 2 - rim)
-        )
+        inner = (-depth / 2 + rim, depth / 2 - rim)
+        builder.block("glass", (-width / 2 + rim, width / 2 - rim), (height - 0.012, height), inner)
         for side in (-1, 1):
             x, z = side * (width - rim) / 2, side * (depth - rim) / 2
             builder.block(finish.material, builder.across, (under, height), (z - rim / 2, z + rim / 2), 0.004)
-            builder.block(
-                finish.material, (x - rim / 2, x + rim / 2), (under, height), (-depth / 2 + rim, depth / 2 - rim)
-            )
+            builder.block(finish.material, (x - rim / 2, x + rim / 2), (under, height), inner)
         builder.solid((-width / 2, under, -depth / 2), (width / 2, height, depth / 2))
         builder.surface("top", (0, height, 0), (width - 0.03, depth - 0.03))
     else:
@@ -156,16 +152,9 @@ def side_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) ->
         _pedestal(builder, finish, finish)
         return builder.build((finish.word, "round"))
     if lower or style < 0.5:
-        thick = 0.028
+        thick, spread = 0.028, (width - 0.02, depth - 0.02)
         _top(builder, finish.material, thick)
-        add_legs(
-            builder,
-            finish.material,
-            (width - 0.02, depth - 0.02),
-            height - thick,
-            0.036,
-            one_of(rng, ("square", "tapered")),
-        )
+        add_legs(builder, finish.material, spread, height - thick, 0.036, one_of(rng, ("square", "tapered")))
         _low_shelves(builder, finish.material, lower or [0.45 * height], height - thick)
         return builder.build((finish.word,))
     _nightstand(builder, rng, finish)
@@ -213,18 +202,16 @@ def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
     builder.block(finish.material, builder.across, (top - thick, top), (z0, front), 0.005)
     builder.solid((-width / 2, top - thick, z0), (width / 2, top, front))
     legs = one_of(rng, (finish.material, "metal/black", "metal/white"))
-    reach = 0.0
+    reach = min(0.42, 0.34 * width) if has_drawers else 0.0
     if has_drawers:
-        reach = min(0.42, 0.34 * width)
         _drawer_block(builder, fronts, reach, (top - thick, front))
     style = one_of(rng, ("square", "square", "tapered"))
     for x in (-width / 2 + 0.03, width / 2 - 0.03)[int(has_drawers) :]:
         for z in (z0 + 0.04, front - 0.04):
             builder.add(legs, leg(style, (x, z), top - thick, 0.045))
             builder.solid((x - 0.0225, 0, z - 0.0225), (x + 0.0225, top - thick, z + 0.0225))
-    builder.block(
-        legs, (-width / 2 + reach, width / 2 - 0.03), (top - thick - 0.12, top - thick), (z0 + 0.02, z0 + 0.036)
-    )
+    across, up = (-width / 2 + reach, width / 2 - 0.03), (top - thick - 0.12, top - thick)
+    builder.block(legs, across, up, (z0 + 0.02, z0 + 0.036))
     _low_shelves(builder, finish.material, lower, top - thick)
     middle = (z0 + front) / 2
     if top < height:
