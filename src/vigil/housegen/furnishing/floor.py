@@ -29,23 +29,26 @@ class Floor:
     def __init__(self, room: RoomPlan, openings: list[PlannedOpening]) -> None:
         self.room = room
         self.edges = room_edges(room)
-        self.openings = [opening for opening in openings if opening.span_in(room.number)]
+        self.holes = {opening.id: span for opening in openings if (span := opening.span_in(room.number))}
+        """Id of an opening -> the piece of the room's wall with its hole, and the hole's ends along this piece (m)."""
+        self.openings = [opening for opening in openings if opening.id in self.holes]
         self.outside = _outside_rects(room.polygon)
         self.taken: list[Rect] = []
         self.clear: list[Rect] = [
-            _strip(opening, room.number, depth, margin=0.08)
+            self._strip(opening, depth, margin=0.08)
             for opening in self.openings
             if (depth := opening.clear_depth()) > 0
         ]
         self.access: list[Rect] = []
         self.sweeps: list[Rect] = []
-        self.windows: list[Rect] = [
-            _strip(opening, room.number, 0.35) for opening in self.openings if not opening.is_door
+        windows = [opening for opening in self.openings if not opening.is_door]
+        self.windows: list[Rect] = [self._strip(window, 0.35) for window in windows]
+        self.window_frames: list[Block] = [
+            (self._strip(window, FRAME_M), window.bottom, window.top) for window in windows
         ]
+        """Blocks that are filled by the frames and sills of windows."""
         self.doorsteps = [
-            _strip(opening, room.number, 0.5)
-            for opening in self.openings
-            if opening.is_door and opening.openable is not False
+            self._strip(opening, 0.5) for opening in self.openings if opening.is_door and opening.openable is not False
         ]
         self.leaves: list[Rect] = [
             rect for opening in self.openings if opening.wall.room == room.number for rect in opening.leaves()
@@ -57,13 +60,9 @@ class Floor:
         core = room.polygon.buffer(-BODY_RADIUS_M - 0.01, join_style="mitre")
         self.walkable = contains_xy(core, self.grid_x, self.grid_z)
 
-    def window_frames(self) -> list[Block]:
-        """Return the blocks that are filled by the frames and sills of windows."""
-        return [
-            (_strip(opening, self.room.number, FRAME_M), opening.bottom, opening.top)
-            for opening in self.openings
-            if not opening.is_door
-        ]
+    def _strip(self, opening: PlannedOpening, depth: float, margin: float = 0.0) -> Rect:
+        wall, left, right = self.holes[opening.id]
+        return rect_of(wall.at(left - margin), wall.at(right + margin, depth))
 
     @property
     def area(self) -> float:
@@ -71,23 +70,21 @@ class Floor:
         return self.room.polygon.area
 
     def fits(self, rects: np.ndarray, is_tall: bool = False) -> np.ndarray:
-        """Return a mask (n,) of the rectangles (n, 4) that lie in the room, on floor that is neither taken nor kept
+        """Return a mask (...) of the rectangles (..., 4) that lie in the room, on floor that is neither taken nor kept
         free.
 
         With `is_tall`, they must not be in front of windows either.
         """
-        blocks = [*self.outside, *self.taken, *self.clear, *self.access, *self.sweeps]
-        if is_tall:
-            blocks = [*blocks, *self.windows]
-        return ~_overlaps(rects, blocks)
+        windows = self.windows if is_tall else []
+        return _are_apart(rects, [*self.outside, *self.taken, *self.clear, *self.access, *self.sweeps, *windows])
 
     def is_open(self, rects: np.ndarray) -> np.ndarray:
-        """Return a mask (n,) of the rectangles (n, 4) that lie in the room and do not touch furniture."""
-        return ~_overlaps(rects, [*self.outside, *self.taken])
+        """Return a mask (...) of the rectangles (..., 4) that lie in the room and do not touch furniture."""
+        return _are_apart(rects, [*self.outside, *self.taken])
 
     def is_clear(self, rects: np.ndarray) -> np.ndarray:
-        """Return a mask (n,) of the rectangles (n, 4) that lie in the room, clear of furniture and doors."""
-        return ~_overlaps(rects, [*self.outside, *self.taken, *self.clear])
+        """Return a mask (...) of the rectangles (..., 4) that lie in the room, clear of furniture and doors."""
+        return _are_apart(rects, [*self.outside, *self.taken, *self.clear])
 
     def can_walk(self, more: list[Rect], access: list[Rect]) -> bool:
         """Return whether an agent can still walk to all doors and to the floor in front of all furniture.
@@ -121,13 +118,6 @@ class Floor:
         return free
 
 
-def _strip(opening: PlannedOpening, room: int, depth: float, margin: float = 0.0) -> Rect:
-    span = opening.span_in(room)
-    assert span is not None
-    wall, left, right = span
-    return rect_of(wall.at(left - margin), wall.at(right + margin, depth))
-
-
 def rect_of(a: Corner, b: Corner) -> Rect:
     """Return the rectangle with two given opposite corners."""
     return min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1])
@@ -151,15 +141,9 @@ def _outside_rects(polygon: Polygon) -> list[Rect]:
     return rects
 
 
-def _overlaps(rects: np.ndarray, blocks: list[Rect]) -> np.ndarray:
-    if not blocks or not len(rects):
-        return np.zeros(len(rects), dtype=bool)
-    block = np.asarray(blocks)[None]
-    rect = np.asarray(rects)[:, None]
-    are_apart = (
-        (rect[..., 0] >= block[..., 2] - EPS)
-        | (rect[..., 2] <= block[..., 0] + EPS)
-        | (rect[..., 1] >= block[..., 3] - EPS)
-        | (rect[..., 3] <= block[..., 1] + EPS)
-    )
-    return np.asarray(~are_apart.all(axis=1))
+def _are_apart(rects: np.ndarray, blocks: list[Rect]) -> np.ndarray:
+    """Return a mask (...) of the rectangles (..., 4) that do not overlap any of the `blocks`."""
+    x0, z0, x1, z1 = np.moveaxis(rects[..., None, :], -1, 0)
+    left, low, right, high = np.asarray(blocks).T
+    are_apart = (x0 >= right - EPS) | (x1 <= left + EPS) | (z0 >= high - EPS) | (z1 <= low + EPS)
+    return np.asarray(are_apart.all(axis=-1))

@@ -183,13 +183,8 @@ def place_group(
     if not anchors:
         return None
     solids, access, sweeps = (rects_at(rects, anchors) for rects in (group.solid(), group.access, group.sweeps()))
-    fits = np.ones(len(anchors), dtype=bool)
-    if solids.size:
-        fits &= floor.fits(solids.reshape(-1, 4), group.is_tall).reshape(len(anchors), -1).all(axis=1)
-    if access.size:
-        fits &= floor.is_open(access.reshape(-1, 4)).reshape(len(anchors), -1).all(axis=1)
-    if sweeps.size:
-        fits &= floor.is_clear(sweeps.reshape(-1, 4)).reshape(len(anchors), -1).all(axis=1)
+    masks = floor.fits(solids, group.is_tall), floor.is_open(access), floor.is_clear(sweeps)
+    fits = np.logical_and.reduce(np.concatenate(masks, axis=1), axis=1)
     order = [int(index) for index in np.argsort(-scores, kind="stable") if fits[index]]
     for index in order[:TRIES]:
         taken, open_zones, passed = (list(map(tuple, each[index].tolist())) for each in (solids, access, sweeps))

@@ -22,7 +22,7 @@ class Occupancy:
 
     def __init__(self, floor: Floor, pieces: Iterable[PlacedObject]) -> None:
         self._outside = floor.outside
-        self._frames = floor.window_frames()
+        self._frames = floor.window_frames
         self._hung: list[Block] = []
         self._pieces: list[tuple[PlacedObject, Block]] = []
         self._swings: list[tuple[PlacedObject, Block]] = []

@@ -140,9 +140,7 @@ class WallObjectPlacer:
     def _taken_spans(self, edge: WallPiece) -> list[Span]:
         spans: list[Span] = []
         for opening in self.floor.openings:
-            found = opening.span_in(self.floor.room.number)
-            assert found is not None
-            wall, left, right = found
+            wall, left, right = self.floor.holes[opening.id]
             if abs(edge.into(wall.start)) > ON_LINE_M or abs(wall.direction[0] - edge.direction[0]) > ON_LINE_M:
                 continue
             ends = sorted((edge.along(wall.at(left)), edge.along(wall.at(right))))
@@ -254,9 +252,7 @@ class WallObjectPlacer:
         doors = [opening for opening in self.floor.openings if opening.is_door]
         model = draw_model("LightSwitch", self.rng)
         for door in shuffled(self.rng, doors):
-            found = door.span_in(self.floor.room.number)
-            assert found is not None
-            wall, left, right = found
+            wall, left, right = self.floor.holes[door.id]
             for at in shuffled(self.rng, (left - SWITCH_ASIDE_M, right + SWITCH_ASIDE_M)):
                 point = wall.at(at)
                 for index, edge in enumerate(self.floor.edges):
@@ -348,9 +344,7 @@ class WallObjectPlacer:
             has_blinds = kind in ("Kitchen", "Bathroom") or chance(self.rng, DRY_ROOM_BLINDS_PROBABILITY)
             category = "Blinds" if has_blinds else "Curtains"
             model = draw_model(category, self.rng)
-            found = opening.span_in(self.floor.room.number)
-            assert found is not None
-            wall, left, right = found
+            wall, left, right = self.floor.holes[opening.id]
             if model.size.x < right - left + WINDOW_WIDER_M or not self.inventory.may_have(category):
                 continue
             bottom = opening.top + WINDOW_ABOVE_M - model.size.y
@@ -368,17 +362,14 @@ class WallObjectPlacer:
             for top in [*self.furniture, *self.hung]
             for found in top.with_contents()
         )
-        fits = self.floor.room.polygon.contains(shape)
-        doors = any(shape.intersects(box(*rect)) for rect in self.floor.clear)
         if (
             in_way
-            or not fits
-            or doors
+            or not self.floor.room.polygon.contains(shape)
+            or any(shape.intersects(box(*rect)) for rect in self.floor.clear)
             or piece.top > self.height_m - DRESSING_UNDER_CEILING_M
             or not self.occupancy.has_room_for(piece)
+            or not self.floor.can_walk([piece.footprint()], [])
         ):
-            return
-        if not self.floor.can_walk([piece.footprint()], []):
             return
         self.floor.taken.append(piece.footprint())
         self._spans = [
