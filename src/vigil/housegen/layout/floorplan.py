@@ -118,8 +118,7 @@ def _shapes(spec: HouseSpec, kinds: tuple[str, ...], rng: np.random.Generator) -
     if chance(rng, 0.5):
         width, depth = depth, width
     order = shuffled(rng, range(len(kinds)))
-    rects: dict[int, tuple[int, int, int, int]] = {}
-    _slice((0, 0, width, depth), order, areas, rects, rng)
+    rects = _slice((0, 0, width, depth), order, areas, rng)
     shapes = [box(*rects[index]) for index in range(len(kinds))]
     if not all(_is_wide_enough(kind, shape) for kind, shape in zip(kinds, shapes, strict=True)):
         return None
@@ -143,19 +142,14 @@ def _areas(spec: HouseSpec, kinds: tuple[str, ...], rng: np.random.Generator) ->
 
 
 def _slice(
-    rect: tuple[int, int, int, int],
-    order: list[int],
-    areas: list[float],
-    into: dict[int, tuple[int, int, int, int]],
-    rng: np.random.Generator,
-) -> None:
-    """Divide `rect` among the rooms in `order` in proportion to their `areas`, and store the parts in `into`.
+    rect: tuple[int, int, int, int], order: list[int], areas: list[float], rng: np.random.Generator
+) -> dict[int, tuple[int, int, int, int]]:
+    """Return the parts of `rect` for the rooms in `order`, in proportion to their `areas`.
 
     Each cut goes across the longer side.
     """
     if len(order) == 1:
-        into[order[0]] = rect
-        return
+        return {order[0]: rect}
     x0, z0, x1, z1 = rect
     cuts = range(1, len(order))
     whole = sum(areas[index] for index in order)
@@ -169,8 +163,7 @@ def _slice(
     else:
         at = z0 + round((z1 - z0) * share)
         first, second = (x0, z0, x1, at), (x0, at, x1, z1)
-    _slice(first, order[:cut], areas, into, rng)
-    _slice(second, order[cut:], areas, into, rng)
+    return _slice(first, order[:cut], areas, rng) | _slice(second, order[cut:], areas, rng)
 
 
 def _is_wide_enough(kind: str, shape: BaseGeometry) -> bool:

@@ -1,10 +1,12 @@
 """Lights: a low sun outside, and one point light under each room's ceiling."""
 
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
 
 from vigil.housegen.base.randomness import pick
+from vigil.housegen.base.tables import TABLES
 from vigil.housegen.layout.floorplan import RoomLayout
 
 WARMTH = ((1.0, 0.855, 0.722), (1.0, 0.93, 0.84), (1.0, 0.96, 0.92))
@@ -23,42 +25,16 @@ def layer_of(room: int) -> str:
 def lights_of(plan: RoomLayout, rng: np.random.Generator) -> list[dict[str, Any]]:
     """Return the lights as entries of the house document."""
     red, green, blue = pick(rng, WARMTH)
-    sun = {
-        "id": "DirectionalLight",
-        "type": "directional",
-        "position": {"x": 0.84, "y": 0.1855, "z": -1.09},
-        "rotation": {"x": round(float(rng.uniform(5, 60)), 1), "y": round(float(rng.uniform(-180, 180)), 1), "z": 0},
-        "shadow": _shadow(0),
-        "intensity": 1,
-        "indirectMultiplier": 1.0,
-        "rgb": {"r": 1.0, "g": 0.694, "b": 0.78},
-    }
-    lights: list[dict[str, Any]] = [sun]
+    sun_at = {"x": round(float(rng.uniform(5, 60)), 1), "y": round(float(rng.uniform(-180, 180)), 1), "z": 0}
+    lights: list[dict[str, Any]] = [{**deepcopy(TABLES["lights"]["sun"]), "rotation": sun_at}]
     for room in plan.rooms:
-        middle = room.middle
-        layer = layer_of(room.number)
-        lights.append(
-            {
-                "id": f"light_{room.number}",
-                "type": "point",
-                "position": {"x": round(middle.x, 4), "y": round(plan.height_m - DROP_M, 4), "z": round(middle.y, 4)},
-                "intensity": 0.75,
-                "range": 15,
-                "rgb": {"r": red, "g": green, "b": blue},
-                "shadow": _shadow(0.05),
-                "layer": layer,
-                "cullingMaskOff": [f"Procedural{index}" for index in range(LAYERS) if f"Procedural{index}" != layer],
-            }
-        )
+        middle, layer = room.middle, layer_of(room.number)
+        own = {
+            "id": f"light_{room.number}",
+            "position": {"x": round(middle.x, 4), "y": round(plan.height_m - DROP_M, 4), "z": round(middle.y, 4)},
+            "rgb": {"r": red, "g": green, "b": blue},
+            "layer": layer,
+            "cullingMaskOff": [f"Procedural{index}" for index in range(LAYERS) if f"Procedural{index}" != layer],
+        }
+        lights.append({**deepcopy(TABLES["lights"]["lamp"]), **own})
     return lights
-
-
-def _shadow(bias: float) -> dict[str, Any]:
-    return {
-        "type": "Soft",
-        "strength": 1,
-        "normalBias": 0,
-        "bias": bias,
-        "nearPlane": 0.2,
-        "resolution": "FromQualitySettings",
-    }
