@@ -264,24 +264,18 @@ def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box
 def _rename_materials(data: dict[str, Any], materials: dict[str, list[str]]) -> None:
     """Give floors, walls and the ceiling THOR's material names; a name that THOR lacks becomes a similar name."""
     names = sorted({name for kind in materials.values() for name in kind})
-    for room in data["rooms"]:
-        _rename(room["floorMaterial"], names, "wood floor")
-    for wall in data["walls"]:
-        _rename(wall["material"], names, "drywall")
     ceiling = data["proceduralParameters"].get("ceilingMaterial")
-    if ceiling is not None:
-        _rename(ceiling, names, "drywall")
+    references = [(room["floorMaterial"], "wood floor") for room in data["rooms"]]
+    references += [(wall["material"], "drywall") for wall in data["walls"]]
+    for reference, usual in [*references, *([] if ceiling is None else [(ceiling, "drywall")])]:
+        if reference["name"] not in names:
+            words = _words(reference["name"]) or _words(usual)
+            reference["name"] = max(names, key=lambda name: _name_similarity(words, name, usual))
 
 
-def _rename(reference: dict[str, Any], names: list[str], usual: str) -> None:
-    if reference["name"] not in names:
-        words = _words(reference["name"]) or _words(usual)
-        reference["name"] = max(names, key=lambda name: (_name_similarity(words, name, usual), name))
-
-
-def _name_similarity(words: set[str], name: str, usual: str) -> tuple[int, int, int]:
+def _name_similarity(words: set[str], name: str, usual: str) -> tuple[int, int, int, str]:
     found = _words(name)
-    return len(words & found), len(_words(usual) & found), -len(found)
+    return len(words & found), len(_words(usual) & found), -len(found), name
 
 
 def _words(text: str) -> set[str]:

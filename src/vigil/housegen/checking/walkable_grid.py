@@ -115,24 +115,20 @@ def _room_spaces(scene: Scene) -> Iterator[shapely.Geometry]:
         yield floor.buffer(-BODY_RADIUS_M - FLOOR_GROWTH_M, join_style="mitre") - walls.buffer(BODY_RADIUS_M)
 
 
-def _obstacles(scene: Scene) -> list[Prism]:
-    """Return the obstacles to walking: things in their present state, but all doors that can be opened are open."""
-    found: list[Prism] = []
+def _obstacles(scene: Scene) -> Iterator[Prism]:
+    """Yield the obstacles to walking: things in their present state, but all doors that can be opened are open."""
     for thing in scene.things.values():
         if not thing.is_structure or thing.category == "Window":
-            found.extend(prisms_of(thing))
+            yield from filter(meets_body, prisms_of(thing))
         elif thing.is_openable:
-            found.extend(moving_prisms_of(thing, 1.0))
-    return [prism for prism in found if meets_body(prism)]
+            yield from filter(meets_body, moving_prisms_of(thing, 1.0))
 
 
-def _passages(house: House, scene: Scene) -> list[Polygon]:
-    """Return the strips of floor through inner doors in which the body's axis can be."""
-    strips: list[Polygon] = []
+def _passages(house: House, scene: Scene) -> Iterator[Polygon]:
+    """Yield the strips of floor through inner doors in which the body's axis can be."""
     for door in house.document.doors:
         thing = scene.things[door.id]
         width = thing.asset.size.x - 2 * (BODY_RADIUS_M + JAMB_M)
         if door.joins_rooms and door.openable is not False and width > 0.0:
             size = Vec3(width, thing.asset.size.y, 2 * (BODY_RADIUS_M + BEHIND_M))
-            strips.append(footprint(Box(center=thing.position, size=size, yaw=thing.rotation.y)))
-    return strips
+            yield footprint(Box(center=thing.position, size=size, yaw=thing.rotation.y))

@@ -112,9 +112,8 @@ class Furnisher:
         corner = (groups.corner_run(self.rng, with_fridge, feet) for feet in shuffled(self.rng, at_corner))
         has_corner = any(self._put(group, _along_walls("corner run")) for group in corner)
         for feet in () if has_corner else [*shuffled(self.rng, LONG_RUNS), *SHORT_RUNS]:
-            if self._put(groups.kitchen_run(self.rng, with_fridge, feet), _along_walls("kitchen run")):
-                break
-            if self._put(groups.kitchen_run(self.rng, False, feet), _along_walls("kitchen run")):
+            runs = (groups.kitchen_run(self.rng, fridge, feet) for fridge in (with_fridge, False))
+            if any(self._put(run, _along_walls("kitchen run")) for run in runs):
                 break
         if not self.has("Fridge"):
             self._put_single("Fridge")
