@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vigil.assets.kernel.asset import Asset, Mesh, Solid
+from vigil.assets.kernel.asset import Asset, Solid
 from vigil.base.caches import cached_while_alive
 from vigil.base.geometry import Vec3
 
@@ -74,9 +74,6 @@ def drawer_of(asset: Asset, name: str) -> tuple[Asset, Vec3]:
     def moved(point: Vec3) -> Vec3:
         return Vec3(*(np.array(point) - middle).tolist())
 
-    def moved_mesh(mesh: Mesh) -> Mesh:
-        return replace(mesh, vertices=(mesh.vertices - middle).astype(np.float32))
-
     def moved_solid(solid: Solid) -> Solid:
         polygon = tuple((corner_x - x, corner_z - z) for corner_x, corner_z in solid.polygon)
         return replace(solid, polygon=polygon, bottom=solid.bottom - y, top=solid.top - y)
@@ -84,7 +81,10 @@ def drawer_of(asset: Asset, name: str) -> tuple[Asset, Vec3]:
     drawer = Asset(
         category=DRAWER,
         size=Vec3(*(high - low).tolist()),
-        parts=tuple(replace(part, mesh=moved_mesh(part.mesh)) for part in parts),
+        parts=tuple(
+            replace(part, mesh=replace(part.mesh, vertices=(part.mesh.vertices - middle).astype(np.float32)))
+            for part in parts
+        ),
         solids=tuple(moved_solid(solid) for solid in asset.solids if solid.joint == name),
         joints=tuple(
             replace(joint, origin=moved(joint.origin), travel=float(np.copysign(reach, joint.travel)))

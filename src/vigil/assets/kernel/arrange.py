@@ -161,13 +161,11 @@ def closed(outline: np.ndarray, height: float) -> np.ndarray:
 
 def bin_shape(outline: np.ndarray, y: tuple[float, float], foot: float, wall: float, *, has_floor: bool = True) -> Mesh:
     """Return a bin, or only its rim. Its outline (n, 2) is that of the top; the bottom is `foot` times as large."""
-    ring = np.concatenate([outline, outline[:1]])
     reach = np.abs(outline).max(0)
     inner = (reach - wall) / reach
 
     def at(height: float, scale: float, thin: bool = False) -> np.ndarray:
-        flat = ring * scale * (inner if thin else 1.0)
-        return np.stack([flat[:, 0], np.full(len(flat), height), flat[:, 1]], 1)
+        return closed(outline * scale * (inner if thin else 1.0), height)
 
     low, high = y
     bottom = low + wall if has_floor else low
@@ -184,12 +182,9 @@ def bin_shape(outline: np.ndarray, y: tuple[float, float], foot: float, wall: fl
 
 def bin_lining(outline: np.ndarray, height: float, foot: float) -> Mesh:
     """Return the inner skin of a bin, slightly inside its walls."""
-    ring = np.concatenate([outline, outline[:1]])
     reach = np.abs(outline).max(0)
     inner = (reach - 0.0135) / reach
-    low, high = (
-        np.insert(ring * inner * scale, 1, level, axis=1) for scale, level in ((foot, 0.013), (1.0, height - 0.01))
-    )
+    low, high = closed(outline * inner * foot, 0.013), closed(outline * inner, height - 0.01)
     floor = shapes.extrude(outline * inner * foot * 0.99, 0.013, 0.015)
     return shapes.merge([shapes.loft(np.stack([low, high]), cap=False), floor])
 

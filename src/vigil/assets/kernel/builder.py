@@ -92,8 +92,7 @@ class Builder:
 
     def solid(self, low: Point3, high: Point3, joint: str | None = None) -> None:
         """Add the box between two corners as an obstacle."""
-        (x0, y0, z0), (x1, y1, z1) = low, high
-        self.prism([(x0, z0), (x1, z0), (x1, z1), (x0, z1)], y0, y1, joint)
+        self._solids.append(box_solid(low, high, joint))
 
     def prism(self, polygon: Iterable[Sequence[float]], bottom: float, top: float, joint: str | None = None) -> None:
         """Add an upright prism as an obstacle; its base is a convex polygon of (x, z)."""
@@ -210,9 +209,9 @@ class _BoxFit:
         return replace(solid, polygon=tuple((x, z) for x, z in corners.tolist()), bottom=bottom, top=top)
 
 
-def box_solid(low: np.ndarray, high: np.ndarray, joint: str | None = None) -> Solid:
-    """Return the solid between two corners (3,)."""
-    (x0, y0, z0), (x1, y1, z1) = low.tolist(), high.tolist()
+def box_solid(low: Point3, high: Point3, joint: str | None = None) -> Solid:
+    """Return the solid between two corners."""
+    (x0, y0, z0), (x1, y1, z1) = _vec(low), _vec(high)
     return Solid(((x0, z0), (x1, z0), (x1, z1), (x0, z1)), y0, y1, joint)
 
 

@@ -34,17 +34,8 @@ _OF_NUMPY = (
     "arctan2", "clip", "cos", "degrees", "flip", "hypot", "interp", "linspace", "maximum", "pi", "radians", "sin",
     "sqrt",
 )  # fmt: skip
-FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {
-    "egg": egg,
-    "inscribed": inscribed,
-    "lowest": lowest,
-    "max": max,
-    "min": min,
-    "oblong": rounded_rectangle,
-    "points": points,
-    "round": round,
-    "shrunk": shrunk,
-}
+FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {"oblong": rounded_rectangle}
+FUNCTIONS |= {each.__name__: each for each in (egg, inscribed, lowest, max, min, points, round, shrunk)}
 """Name -> function or constant that formulas may use."""
 _NODES = (
     ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.Name, ast.Constant,

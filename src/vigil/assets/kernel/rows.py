@@ -80,8 +80,9 @@ def _entry(raw: Any, known: Known, read: Callable[[Any, Known], str]) -> str:
     return f"*[{read(raw['of'], known | set(names))} {rounds}]"
 
 
-def _list_of(sides: Sequence[str | None]) -> Reader:
-    return lambda raw, known, axis: _list(raw, known, lambda one, inner: _numbers(one, inner, sides))
+def _points(raw: Any, known: Known, sides: Sequence[str | None]) -> str:
+    """Return the expression of a list of lists with one number for each side."""
+    return _list(raw, known, lambda one, inner: _numbers(one, inner, sides))
 
 
 def _radius(raw: Any, known: Known, axis: str) -> str:
@@ -103,19 +104,11 @@ def _turn(raw: Any, known: Known) -> str:
     return f"({', '.join([about, _number(raw[1], known), *(_numbers(one, known, SIDES) for one in raw[2:])])})"
 
 
-def _constant(raw: Any, known: Known, axis: str) -> str:
-    return repr(raw)
-
-
-def _flat_path(raw: Any, known: Known, axis: str) -> str:
-    return _list(raw, known, lambda one, inner: _numbers(one, inner, ACROSS[axis]))
-
-
 def _path(raw: Any, known: Known) -> str:
     """Return the expression of a list of points, or of three formulas, one for each coordinate of all points."""
     if isinstance(raw, list) and len(raw) == 3 and not any(isinstance(one, list | dict) for one in raw):
         return f"points{_numbers(raw, known, SIDES)}"
-    return _list(raw, known, lambda one, inner: _numbers(one, inner, SIDES))
+    return _points(raw, known, SIDES)
 
 
 def _tier(raw: Any, known: Known) -> str:
@@ -137,11 +130,11 @@ _BY_READER: tuple[tuple[Reader, str], ...] = (
     (lambda raw, known, axis: _numbers(raw, known, (None,) * 3), "rgb about"),
     (lambda raw, known, axis: f"lambda z: {formula(raw, known | {'z'})}", "bend"),
     (lambda raw, known, axis: text(raw, known), "look lit joint shown style name"),
-    (_flat_path, "outline hole"),
-    (_list_of((None, None)), "profile sides"),
+    (lambda raw, known, axis: _points(raw, known, ACROSS[axis]), "outline hole"),
+    (lambda raw, known, axis: _points(raw, known, (None, None)), "profile sides"),
     (_radius, "radius top wide"),
     (_turns, "turn"),
-    (_constant, "axis crease facing fit inside open opening opens outward toggles"),
+    (lambda raw, known, axis: repr(raw), "axis crease facing fit inside open opening opens outward toggles"),
 )
 READERS: dict[str, Reader] = {word: reader for reader, words in _BY_READER for word in words.split()}
 """Argument of a shape, change or addition -> its reader; other arguments are plain numbers or formulas."""

@@ -6,6 +6,7 @@ instead: their uvs then go from (0, 0), bottom left as seen from outside, to (1,
 and smooth normals let edges catch light.
 """
 
+import itertools
 from collections.abc import Sequence
 from functools import cache
 
@@ -66,53 +67,42 @@ _THINNEST_M = 1e-5
 _SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
 _SQUARE_FACES = np.array([[0, 2, 1], [0, 3, 2]])
 _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+_BOX_SIGNS, _BOX_AXES = np.tile(_CORNERS, (3, 1)), np.repeat(np.arange(3), 8)
+"""Signs (24, 3) of the coordinates of a box's vertices, and the axis (24,) of the face to which each vertex belongs."""
 
 
-def _facing(face: list[int], out: np.ndarray, signs: list[np.ndarray], axes: list[int]) -> list[list[int]]:
-    """Return the triangles of a face with three or four corners, ordered so that they are visible from `out`."""
-    points = np.array([signs[i] + 0.1 * signs[i][axes[i]] * np.eye(3)[axes[i]] for i in face])
+def _vertex(faced: int, axis: int, *place: float) -> int:
+    """Return the vertex of a box's face on axis `faced`; `place` is its signs along `axis` and the next two axes."""
+    return 8 * faced + sum((4, 2, 1)[(axis + step) % 3] for step, sign in enumerate(place) if sign > 0)
+
+
+def _facing(face: list[int], out: np.ndarray) -> list[list[int]]:
+    """Return the triangles of a box's face with three or four vertices, ordered so that `out` sees their outside."""
+    points = np.array([_BOX_SIGNS[i] * (1 + 0.1 * (np.arange(3) == _BOX_AXES[i])) for i in face])
     turn = cross(points[1] - points[0], points[2] - points[0]) @ out
     ordered = face if turn > 0 else face[::-1]
     return [ordered[:3]] if len(ordered) == 3 else [ordered[:3], [ordered[0], ordered[2], ordered[3]]]
 
 
-def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return each vertex's signs (24, 3) and face axis (24,), and the triangles of faces (12, 3) and bevels (32, 3)."""
-    signs, axes, index = [], [], {}
-    for axis in range(3):
-        for corner in _CORNERS:
-            index[(axis, *corner)] = len(signs)
-            signs.append(corner)
-            axes.append(axis)
+def _box_topology() -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles of a box's faces (12, 3) and bevels (32, 3)."""
     flat: list[list[int]] = []
     bevels: list[list[int]] = []
-
     for axis in range(3):
         b, c = (axis + 1) % 3, (axis + 2) % 3
         for side in (-1.0, 1.0):
-            loop = []
-            for sb, sc in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
-                corner = np.zeros(3)
-                corner[[axis, b, c]] = side, sb, sc
-                loop.append(index[(axis, *corner)])
-            flat += _facing(loop, side * np.eye(3)[axis], signs, axes)
-        for sb in (-1.0, 1.0):
-            for sc in (-1.0, 1.0):
-                ends = []
-                for sa in (-1.0, 1.0):
-                    corner = np.zeros(3)
-                    corner[[axis, b, c]] = sa, sb, sc
-                    ends.append(tuple(corner))
-                out = np.zeros(3)
-                out[[b, c]] = sb, sc
-                quad = [index[(b, *ends[0])], index[(b, *ends[1])], index[(c, *ends[1])], index[(c, *ends[0])]]
-                bevels += _facing(quad, out, signs, axes)
-    for corner in _CORNERS:
-        bevels += _facing([index[(axis, *corner)] for axis in range(3)], corner, signs, axes)
-    return np.array(signs), np.array(axes), np.array(flat), np.array(bevels)
+            loop = [_vertex(axis, axis, side, *place) for place in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+            flat += _facing(loop, side * np.eye(3)[axis])
+        for sb, sc in itertools.product((-1.0, 1.0), repeat=2):
+            ends = ((b, -1.0), (b, 1.0), (c, 1.0), (c, -1.0))
+            quad = [_vertex(faced, axis, sa, sb, sc) for faced, sa in ends]
+            bevels += _facing(quad, sb * np.eye(3)[b] + sc * np.eye(3)[c])
+    for number, corner in enumerate(_CORNERS):
+        bevels += _facing([8 * axis + number for axis in range(3)], corner)
+    return np.array(flat), np.array(bevels)
 
 
-_BOX_SIGNS, _BOX_AXES, _BOX_FLAT, _BOX_BEVELS = _box_topology()
+_BOX_FLAT, _BOX_BEVELS = _box_topology()
 _BOX_FACES = _BOX_FLAT.astype(np.int32), np.concatenate([_BOX_FLAT, _BOX_BEVELS]).astype(np.int32)
 """Triangles of a box without bevels, and of a box with bevels."""
 _BOX_NORMALS = (_BOX_SIGNS * np.eye(3)[_BOX_AXES]).astype(np.float32)
