@@ -16,7 +16,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Box
 from vigil.errors import HouseError
-from vigil.housegen.base.merged_drawers import with_merged_drawers
+from vigil.housegen.document import with_merged_drawers
 from vigil.protocol.house import House, HouseObject
 from vigil.scene.outlines import floor_of, footprint
 

@@ -6,9 +6,9 @@ from tools.house_measures import measure
 from vigil.assets.database import AssetDatabase
 from vigil.assets.drawers import drawer_names, split_drawer_id
 from vigil.assets.making import make
-from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.housegen.base.spec import spec_for
 from vigil.housegen.checking.check import check_house
+from vigil.housegen.document import with_merged_drawers
 from vigil.housegen.generate import GENERATOR_VERSION, generate
 from vigil.housegen.thor_export import export_thor
 from vigil.protocol.house import House

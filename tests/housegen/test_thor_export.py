@@ -7,9 +7,9 @@ import pytest
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Vec3
 from vigil.errors import SettingError
-from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.housegen.base.spec import spec_for
 from vigil.housegen.checking.check import check_house
+from vigil.housegen.document import with_merged_drawers
 from vigil.housegen.generate import generate
 from vigil.housegen.thor_export import export_thor, load_materials
 from vigil.protocol.house import House

@@ -3,8 +3,8 @@ import pytest
 
 from tools.house_measures import DistributionComparison, compare, measure
 from vigil.assets.database import AssetDatabase
-from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.housegen.base.spec import spec_for
+from vigil.housegen.document import with_merged_drawers
 from vigil.housegen.generate import generate
 from vigil.housegen.survey import PART_CATEGORIES, survey
 

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.drawers import drawer_asset_id, drawer_names, drawer_of
+from vigil.assets.drawers import drawer_asset_id, drawer_names, drawer_of, split_drawer_id
 from vigil.base.geometry import Pose
 from vigil.housegen.base.models import PlacedObject
 from vigil.housegen.base.randomness import GENERATOR_VERSION
+from vigil.housegen.layout.appearance import RoomFinish, layer_of, material_reference
 from vigil.housegen.layout.floorplan import RoomLayout, RoomPlan
-from vigil.housegen.layout.lights import layer_of
 from vigil.housegen.layout.openings import PlannedOpening
-from vigil.housegen.layout.surface_materials import RoomFinish, material_reference
 from vigil.housegen.layout.walls import wall_pieces
 from vigil.protocol.house import SCHEMA, House, drawer_id
 
@@ -89,6 +88,33 @@ def with_seed_removed(house: House, name: str) -> House:
     """Return a house with a new name and without the seed in its document."""
     seedless = {key: value for key, value in _generator(house).items() if key != "seed"}
     return House(name, {**house.data, "metadata": {**house.data["metadata"], "generator": seedless}})
+
+
+def with_merged_drawers(house: House) -> House:
+    """Return a house in which each piece of furniture and its drawers are one object, for exports and comparisons.
+
+    AI2-THOR has no assets of drawers, and real houses do not name drawers. If the house does not name drawers, return
+    the house itself.
+    """
+    if all(split_drawer_id(node.asset_id) is None for node, _ in house.objects()):
+        return house
+    return House(house.name, {**house.data, "objects": [_merge_drawers(node) for node in house.data["objects"]]})
+
+
+def _merge_drawers(node: dict[str, Any]) -> dict[str, Any]:
+    """Return an object of a document without its drawers.
+
+    The object gets the contents of its drawers, and the openness of the drawer that is open the farthest.
+    """
+    if not node.get("children"):
+        return node
+    drawers = [
+        child for child in node["children"] if (split_drawer_id(child["assetId"]) or ("",))[0] == node["assetId"]
+    ]
+    children = [child for child in node["children"] if child not in drawers]
+    children += [each for drawer in drawers for each in drawer.get("children") or []]
+    whole = {**node, "children": [_merge_drawers(child) for child in children]}
+    return {**whole, "openness": max(drawer.get("openness") or 0.0 for drawer in drawers)} if drawers else whole
 
 
 def generator_name(house: House) -> Literal["vigil", "procthor", "house"]:

@@ -18,9 +18,8 @@ from vigil.housegen.furnishing.furnish import ESSENTIAL, Furnisher
 from vigil.housegen.furnishing.inventory import Inventory
 from vigil.housegen.furnishing.small_objects import SmallObjectPlacer
 from vigil.housegen.furnishing.wall_objects import WallObjectPlacer
-from vigil.housegen.layout import surface_materials
+from vigil.housegen.layout import appearance
 from vigil.housegen.layout.floorplan import RoomLayout, plan_rooms
-from vigil.housegen.layout.lights import lights_of
 from vigil.housegen.layout.openings import PlannedOpening, cut_openings
 from vigil.protocol.house import House, drawer_id
 from vigil.scene.floor import largest_part
@@ -78,8 +77,6 @@ def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]
 def _culprit(fault: Fault, pieces: dict[str, PlacedObject]) -> PlacedObject | None:
     """Return the smallest object whose removal ends a fault; None if no object may be removed for this."""
     concerned = [pieces[name] for name in (fault.subject, fault.other) if name in pieces]
-    if fault.other is not None and fault.other not in pieces and fault.subject not in pieces:
-        return None
     free = [
         piece
         for piece in concerned
@@ -113,11 +110,11 @@ def _house_parts(seed: int, spec: HouseSpec, attempt: int) -> document.HousePart
         plan=plan,
         openings=openings,
         pieces=pieces,
-        finishes=surface_materials.finishes({room.number: room.kind for room in plan.rooms}, look),
-        lights=lights_of(plan, look),
-        facade=pick(look, surface_materials.FACADES),
-        ceiling=pick(look, surface_materials.PAINTS[:4]),
-        sky=pick(look, surface_materials.SKIES),
+        finishes=appearance.finishes({room.number: room.kind for room in plan.rooms}, look),
+        lights=appearance.lights_of(plan, look),
+        facade=pick(look, appearance.FACADES),
+        ceiling=pick(look, appearance.PAINTS[:4]),
+        sky=pick(look, appearance.SKIES),
         start=start,
         spec_name=spec.name,
         seed=seed,

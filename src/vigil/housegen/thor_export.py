@@ -21,8 +21,8 @@ from vigil.base.files import read_file
 from vigil.base.geometry import Box, Vec3, heading, rotate_floor
 from vigil.base.json_files import read_json
 from vigil.errors import SettingError
-from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.housegen.checking.check import check_house
+from vigil.housegen.document import with_merged_drawers
 from vigil.protocol.house import Door, House, HouseObject, Window
 from vigil.scene.outlines import floor_of, footprint
 

@@ -16,8 +16,8 @@ from vigil.authoring.families.si.drafts import seeking
 from vigil.authoring.families.sv.drafts import verifying
 from vigil.authoring.families.vs.drafts import searching
 from vigil.authoring.review.validate import Validator
-from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.housegen.base.spec import spec_for
+from vigil.housegen.document import with_merged_drawers
 from vigil.housegen.generate import generate
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import ObjectAtReceptacle

@@ -1,1 +1,1 @@
-"""Shared parts of the house generator: random draws, specs, and models of furniture."""
+"""Shared parts of the house generator: random draws, tables, specs, and models of furniture."""

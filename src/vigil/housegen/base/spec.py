@@ -51,7 +51,16 @@ class HouseSpec(BaseModel):
     @model_validator(mode="after")
     def _check_sizes(self) -> "HouseSpec":
         for rooms in self.choices:
-            _check_rooms(self, rooms)
+            if not 1 <= len(rooms) <= MAX_ROOMS:
+                raise SettingError(f"House spec {self.name!r}: {len(rooms)} rooms; a house has 1 to {MAX_ROOMS}.")
+            least = sum(AREA_M2[kind][0] for kind in rooms)
+            most = sum(AREA_M2[kind][2] for kind in rooms) * (SINGLE_ROOM_SCALE[rooms[0]] if len(rooms) == 1 else 1.0)
+            if self.area_m2 is not None and not least <= self.area_m2 <= most:
+                counts = ", ".join(f"{number} {kind}" for kind, number in Counter(rooms).items())
+                raise SettingError(
+                    f"House spec {self.name!r}: {counts} do not fit in {self.area_m2:g} m2; they need {least:g} to "
+                    f"{most:g} m2. Change area_m2 or the rooms."
+                )
         low, high = self.ceiling_m
         if not 2.3 <= low <= high <= 5.0:
             raise SettingError(
@@ -59,21 +68,6 @@ class HouseSpec(BaseModel):
                 "lower one first."
             )
         return self
-
-
-def _check_rooms(spec: HouseSpec, rooms: tuple[RoomKind, ...]) -> None:
-    if not 1 <= len(rooms) <= MAX_ROOMS:
-        raise SettingError(f"House spec {spec.name!r}: {len(rooms)} rooms; a house has 1 to {MAX_ROOMS}.")
-    if spec.area_m2 is None:
-        return
-    least = sum(AREA_M2[kind][0] for kind in rooms)
-    most = sum(AREA_M2[kind][2] for kind in rooms) * (SINGLE_ROOM_SCALE[rooms[0]] if len(rooms) == 1 else 1.0)
-    if not least <= spec.area_m2 <= most:
-        counts = ", ".join(f"{number} {kind}" for kind, number in Counter(rooms).items())
-        raise SettingError(
-            f"House spec {spec.name!r}: {counts} do not fit in {spec.area_m2:g} m2; they need {least:g} to "
-            f"{most:g} m2. Change area_m2 or the rooms."
-        )
 
 
 SPECS: dict[str, HouseSpec] = {

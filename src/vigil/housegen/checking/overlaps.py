@@ -54,14 +54,14 @@ class SolidOverlaps:
     def first_obstacle(self, thing: Thing) -> Thing | None:
         """Return the first other thing that the thing's leaves hit between shut and open; None if they hit nothing."""
         moving = [prism for openness in OPENNESS_SAMPLES for prism in moving_prisms_of(thing, openness)]
-        others = self._nearby_solids(moving, thing)
-        if not others:
-            return None
-        for prism, shape in zip(moving, _shrunk(moving), strict=True):
-            for index in others:
+        return next((self.owners[index] for index in self._hit(moving, self._nearby_solids(moving, thing))), None)
+
+    def _hit(self, prisms: list[Prism], solids: list[int]) -> Iterator[int]:
+        """Yield the indices of those of the `solids` (indices) that a prism overlaps, prism by prism."""
+        for prism, shape in zip(prisms, _shrunk(prisms), strict=True) if solids else ():
+            for index in solids:
                 if _depth(prism, self.prisms[index]) > OVERLAP_M and shape.intersects(self.shapes[index]):
-                    return self.owners[index]
-        return None
+                    yield index
 
     def _nearby_solids(self, moving: list[Prism], thing: Thing) -> list[int]:
         """Return the indices of the solids that are near a thing's leaves and may stop them.
@@ -71,24 +71,16 @@ class SolidOverlaps:
         """
         if not moving:
             return []
-        near = self.tree.query(MultiPoint(np.concatenate([prism.polygon for prism in moving])).envelope)
+        near = self.tree.query(MultiPoint(np.concatenate([prism.polygon for prism in moving])).envelope).tolist()
+        owners = {index: self.owners[index] for index in near}
         others = [
             index
-            for index, owner in ((index, self.owners[index]) for index in near.tolist())
+            for index, owner in owners.items()
             if not (_may_overlap(thing, owner) or moves_with(thing, owner, self._carriers[owner.id]))
         ]
-        around = [index for index in others if self.owners[index] in self._carriers[thing.id]]
-        if around:
-            at_rest = moving_prisms_of(thing)
-            shapes = _shrunk(at_rest)
-            held = {
-                index
-                for index in around
-                for prism, shape in zip(at_rest, shapes, strict=True)
-                if _depth(prism, self.prisms[index]) > OVERLAP_M and shape.intersects(self.shapes[index])
-            }
-            others = [index for index in others if index not in held]
-        return others
+        around = [index for index in others if owners[index] in self._carriers[thing.id]]
+        held = set(self._hit(moving_prisms_of(thing), around))
+        return [index for index in others if index not in held]
 
 
 def _may_overlap(one: Thing, two: Thing) -> bool:

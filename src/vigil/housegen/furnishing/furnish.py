@@ -59,10 +59,7 @@ SQUARE_M = 0.02
 FULLNESS_RANGE = (0.35, 1.25)
 """Range of a random factor for each room; each probability in `EXTRAS` is multiplied by the factor."""
 
-PREFERS_CORNERS = frozenset(
-    {"FloorLamp", "HousePlant", "GarbageCan", "RoomDecor", "ShelvingUnit", "Safe", "LaundryHamper", "VacuumCleaner"}
-    | {"BaseballBat", "Plunger", "ScrubBrush", "Box", "Dumbbell", "BasketBall", "Boots", "Fridge", "GarbageBag", "Cart"}
-)
+PREFERS_CORNERS = frozenset(TABLES["places"]["corner"])
 """Categories that are preferably placed in a corner."""
 TURNABLE = frozenset({"HousePlant", "RoomDecor", "BasketBall", "GarbageBag", "Stool"})
 """Categories without a front. Their objects may be turned by 90, 180 or 270 degrees if the sides are about equal."""

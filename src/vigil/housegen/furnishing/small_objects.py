@@ -64,9 +64,7 @@ ALSO_WEIGHT = 0.5
 USUAL_OBJECTS: dict[str, list[list[Any]]] = TABLES["usual_objects"]
 """Kind of room -> objects that it should have: (category, supports with the preferred first, probability)."""
 
-AT_THE_BACK = frozenset(
-    {"Microwave", "CoffeeMachine", "Toaster", "Television", "DeskLamp", "HousePlant", "Vase", "Desktop"}
-)
+AT_THE_BACK = frozenset(TABLES["places"]["back"])
 """Categories that are placed at the back of their support."""
 SOFT, TALLEST_ON_SOFT_M = frozenset({"Bed", "Sofa", "ArmChair"}), 0.6
 """Categories of soft furniture, and the greatest height (m) of an object on it (a bat does not stand on a bed)."""

@@ -32,7 +32,9 @@ LAMP_ROOM_M = 0.3
 ATTEMPTS = 400
 """Greatest number of random plans that are tried for a house."""
 
-LINK_COST = {(first, second): cost for first, second, cost in TABLES["layout"]["link_cost"]}
+LINK_COST = {
+    pair: cost for first, second, cost in TABLES["layout"]["link_cost"] for pair in ((first, second), (second, first))
+}
 """Cost of a door between two kinds of rooms; unusual doors have a higher cost."""
 PASSAGE_COST = {"Kitchen": 0.1, "LivingRoom": 0.0, "Bedroom": 0.9, "Bathroom": 4.0}
 """Cost of having to walk through a room of this kind to another room; unusual ways have a higher cost."""
@@ -267,8 +269,7 @@ def _links(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.Generat
     costs: dict[tuple[int, int], float] = {}
     for a, b in combinations(range(len(kinds)), 2):
         if longest_shared(shapes[a], shapes[b]) >= DOOR_WALL:
-            first, second = sorted((kinds[a], kinds[b]))
-            costs[a, b] = LINK_COST[first, second] + 0.3 * float(rng.random())
+            costs[a, b] = LINK_COST[kinds[a], kinds[b]] + 0.3 * float(rng.random())
     tree: list[tuple[int, int]] = []
     group = list(range(len(kinds)))
     for a, b in sorted(costs, key=lambda pair: costs[pair]):
@@ -290,8 +291,7 @@ def _tree_cost(kinds: tuple[str, ...], links: list[tuple[int, int]]) -> float:
     for a, b in links:
         degree[a] += 1
         degree[b] += 1
-        first, second = sorted((kinds[a], kinds[b]))
-        cost += LINK_COST[first, second]
+        cost += LINK_COST[kinds[a], kinds[b]]
     return cost + sum(PASSAGE_COST[kind] * max(0, count - 1) for kind, count in zip(kinds, degree, strict=True))
 
 
