@@ -14,7 +14,7 @@ from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Mesh
 from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.materials import material
-from vigil.assets.kernel.palette import COLOURS, one_of
+from vigil.assets.kernel.palette import COLOURS, TABLES, one_of
 
 Corner = tuple[float, float, float]
 BOARD_M = 0.018
@@ -30,25 +30,10 @@ class Finish:
     word: str
 
 
-WOODS = (
-    Finish("wood/oak", "light brown"),
-    Finish("wood/walnut", "dark brown"),
-    Finish("wood/pine", "pine"),
-    Finish("wood/cherry", "reddish brown"),
-    Finish("wood/birch", "birch"),
-    Finish("wood/teak", "brown"),
-    Finish("wood/mahogany", "dark red"),
-    Finish("paint/#efece6", "white"),
-    Finish("wood/black", "black"),
-    Finish("wood/grey", "grey"),
-)
+WOODS = [Finish(material, word) for material, word in TABLES["woods"]]
 PAINTS = ("white", "cream", "grey", "dark grey", "black", "teal", "navy", "green", "light blue", "red")
 HANDLES = (Finish("metal/steel", "steel"), Finish("metal/black", "black"), Finish("metal/brass", "brass"))
-CLOTHS = (
-    ("grey", "#8b8f95"), ("dark grey", "#565a61"), ("blue", "#41618f"), ("navy", "#2f3d5c"), ("red", "#9b3a38"),
-    ("green", "#5d7c59"), ("beige", "#c2ad8d"), ("brown", "#76573f"), ("teal", "#3d7f80"), ("yellow", "#cfa640"),
-    ("cream", "#e2d8c3"), ("pink", "#c78f97"), ("orange", "#c9743c"), ("purple", "#6f5684"),
-)  # fmt: skip
+CLOTHS = list(TABLES["cloths"].items())
 HIDES = (("black", "#2b2829"), ("brown", "#6b452e"), ("tan", "#ad7f4f"), ("white", "#e8e4db"), ("red", "#7e2c2a"))
 
 
@@ -79,18 +64,15 @@ def seam_material(front: str) -> str:
 def boards(low: Corner, high: Corner, wall: float, missing: str) -> list[tuple[Corner, Corner]]:
     """Return the corners of five boards around a space; the side `missing` ("+z", "+y", ...) is open."""
     (x0, y0, z0), (x1, y1, z1) = low, high
+    top = y1 if missing == "+y" else y1 - wall
     found: dict[str, tuple[Corner, Corner]] = {
         "-x": ((x0, y0, z0), (x0 + wall, y1, z1)),
         "+x": ((x1 - wall, y0, z0), (x1, y1, z1)),
         "-y": ((x0 + wall, y0, z0), (x1 - wall, y0 + wall, z1)),
         "+y": ((x0 + wall, y1 - wall, z0), (x1 - wall, y1, z1)),
-        "-z": ((x0 + wall, y0 + wall, z0), (x1 - wall, y1 - wall, z0 + wall)),
-        "+z": ((x0 + wall, y0 + wall, z1 - wall), (x1 - wall, y1 - wall, z1)),
+        "-z": ((x0 + wall, y0 + wall, z0), (x1 - wall, top, z0 + wall)),
+        "+z": ((x0 + wall, y0 + wall, z1 - wall), (x1 - wall, top, z1)),
     }
-    if missing == "+y":
-        for side in ("-z", "+z"):
-            (ax, ay, az), (bx, _, bz) = found[side]
-            found[side] = ((ax, ay, az), (bx, y1, bz))
     return [corners for side, corners in found.items() if side != missing]
 
 
@@ -217,7 +199,7 @@ def add_legs(
             builder.solid((x - half, 0, z - half), (x + half, height, z + half))
 
 
-HandleKind = Literal["knob", "bar", "cup", "none"]
+HandleKind = Literal["knob", "bar", "cup"]
 
 
 def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False) -> Mesh:
@@ -227,14 +209,9 @@ def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False
         return shapes.cylinder(0.009, 0.028, (x, y, z + 0.014), "z", 9, top=0.016)
     if kind == "cup":
         return shapes.rounded_box((length, 0.022, 0.026), (x, y, z + 0.013), 0.01)
-    ends = (
-        [(x, y - length / 2, z), (x, y + length / 2, z)]
-        if upright
-        else [(x - length / 2, y, z), (x + length / 2, y, z)]
-    )
-    (ax, ay, _), (bx, by, _) = ends
-    path = [(ax, ay, z - 0.002), (ax, ay, z + 0.026), (bx, by, z + 0.026), (bx, by, z - 0.002)]
-    posts = [shapes.span((px - 0.006, py - 0.006, z), (px + 0.006, py + 0.006, z + 0.028)) for px, py, _ in path[1:3]]
+    half_x, half_y = (0.0, length / 2) if upright else (length / 2, 0.0)
+    ends = ((x - half_x, y - half_y), (x + half_x, y + half_y))
+    posts = [shapes.span((px - 0.006, py - 0.006, z), (px + 0.006, py + 0.006, z + 0.028)) for px, py in ends]
     bar = (0.012, length + 0.012, 0.012) if upright else (length + 0.012, 0.012, 0.012)
     return shapes.merge([*posts, shapes.box(bar, (x, y, z + 0.026))])
 
@@ -288,8 +265,7 @@ def add_drawer(
     rim = _rim(y0, y1)
     inner_low, inner_high = (x0 + 0.012, y0 + rim, z0), (x1 - 0.012, y1 - 0.12 * (y1 - y0) - rim, z1 - BOARD_M)
     builder.add(PartStyle(fronts.inner, joint), hollow(inner_low, inner_high, 0.01, "+y"))
-    if fronts.knob != "none":
-        builder.add(PartStyle(fronts.metal, joint), *_drawer_handles(low, high, fronts.knob))
+    builder.add(PartStyle(fronts.metal, joint), *_drawer_handles(low, high, fronts.knob))
     builder.surface(
         name,
         ((x0 + x1) / 2, y0 + rim + 0.01, (z0 + z1) / 2 - BOARD_M / 2),
@@ -354,18 +330,12 @@ def add_leaf(builder: Builder, name: str, low: Corner, high: Corner, fronts: Fro
     origin = (x0 if hinge < 0 else x1, 0.0, z1 + handle_room(fronts.knob))
     joint = builder.hinge(name, (0, 1, 0), origin, hinge * 90.0)
     builder.add(PartStyle(fronts.front, joint), front_board(low, high, is_framed=fronts.is_framed))
-    if fronts.knob != "none":
-        inset = min(0.05, 0.2 * (x1 - x0))
-        at = (x1 - inset if hinge < 0 else x0 + inset, y0 + 0.55 * (y1 - y0), z1)
-        grip = handle(fronts.knob, at, min(0.16, 0.4 * (y1 - y0)), upright=True)
-        builder.add(PartStyle(fronts.metal, joint), grip)
+    inset = min(0.05, 0.2 * (x1 - x0))
+    at = (x1 - inset if hinge < 0 else x0 + inset, y0 + 0.55 * (y1 - y0), z1)
+    builder.add(PartStyle(fronts.metal, joint), handle(fronts.knob, at, min(0.16, 0.4 * (y1 - y0)), upright=True))
     builder.solid(low, high, joint)
-
-
-HANDLE_M = 0.032
-"""How far (m) a handle sticks out."""
 
 
 def handle_room(kind: HandleKind) -> float:
     """Return how far (m) handles of a kind stick out."""
-    return {"knob": 0.028, "bar": HANDLE_M, "cup": 0.026, "none": 0.0}[kind]
+    return {"knob": 0.028, "bar": 0.032, "cup": 0.026}[kind]

@@ -11,8 +11,9 @@ its array is the top. A mesh's uvs are metres; divided by `metres`, they count r
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -26,14 +27,14 @@ class Material:
 
     name: str
     rgba: tuple[float, float, float, float]
-    texture_name: str | None
-    metres: float
+    texture_name: str | None = None
+    metres: float = 1.0
     """Length (m) of one repeat of the texture."""
-    shininess: float
-    emission: float
-    is_metal: bool
+    shininess: float = 0.2
+    emission: float = 0.0
+    is_metal: bool = False
     """Whether the surface reflects its surroundings in its own colour."""
-    is_mirror: bool
+    is_mirror: bool = False
 
     @property
     def texture(self) -> np.ndarray | None:
@@ -42,21 +43,13 @@ class Material:
         return None if self.texture_name is None else textures.texture(self.texture_name)
 
 
-_METAL_KINDS = frozenset({"metal", "chrome", "mirror"})
+def _kind(name: str, colour: str, alpha: float = 1.0, **look: Any) -> Material:
+    red, green, blue = palette.rgb(colour) or (1.0, 1.0, 1.0)
+    return Material(name, (red, green, blue, alpha), **look)
 
 
-@dataclass(frozen=True, slots=True)
-class _Kind:
-    texture: str | None = None
-    metres: float = 1.0
-    shininess: float = 0.2
-    emission: float = 0.0
-    alpha: float = 1.0
-    colour: str = "d8d6d2"
-    """Colour that is used if the material's name does not contain a colour."""
-
-
-_KINDS = {name: _Kind(**row) for name, row in palette.TABLES["kinds"].items()}
+_KINDS = {name: _kind(name, **row) for name, row in palette.TABLES["kinds"].items()}
+"""Kind of surface -> its look, in the colour that is used if a material's name does not contain a colour."""
 _FITTED = frozenset({"picture", "screen", "cover", "print"})
 _DARKER, _LIGHTER = ("dark", "dull"), ("light", "pale", "clean")
 
@@ -83,18 +76,8 @@ def material(name: str, tint: Rgb | None = None) -> Material:
 
 def _made(name: str, kind_name: str, colour: Rgb | None, variant: str) -> Material:
     kind = _KINDS[kind_name]
-    red, green, blue = colour or palette.rgb(kind.colour) or (1.0, 1.0, 1.0)
-    texture_name = f"{kind.texture}/{variant}" if kind_name in _FITTED else kind.texture
-    return Material(
-        name=name,
-        rgba=(red, green, blue, kind.alpha),
-        texture_name=texture_name,
-        metres=kind.metres,
-        shininess=kind.shininess,
-        emission=kind.emission,
-        is_metal=kind_name in _METAL_KINDS,
-        is_mirror=kind_name == "mirror",
-    )
+    texture_name = f"{kind.texture_name}/{variant}" if kind_name in _FITTED else kind.texture_name
+    return replace(kind, name=name, rgba=(*(colour or kind.rgba[:3]), kind.rgba[3]), texture_name=texture_name)
 
 
 def _by_words(name: str, tint: Rgb | None) -> tuple[str, Rgb | None]:
@@ -115,7 +98,7 @@ def _colour_in(plain: str, kind: str) -> Rgb | None:
     table = _COLOURS_OF.get(kind, {})
     words = sorted({*table, *palette.WORDS}, key=lambda word: (-len(word), word))
     found = next((word for word in words if word in joined and not _is_accident(word, joined)), None)
-    base = palette.rgb(table.get(found, found)) if found else palette.rgb(_KINDS[kind].colour)
+    base = palette.rgb(table.get(found, found)) if found else _KINDS[kind].rgba[:3]
     if base is None:
         return None
     if found not in _DARKER and any(word in joined for word in _DARKER):

@@ -69,9 +69,9 @@ def _low_shelves(builder: Builder, material: str, tops: Sequence[float], under: 
         builder.surface(f"shelf{index or ''}", (0, top, 0), (2 * half_x - 0.06, 2 * half_z - 0.02), above - top)
 
 
-def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, y: float | None = None) -> None:
-    """Add a table's top, its solid and its surface; the upper face is at height `y` (default: the top of the box)."""
-    top = builder.height if y is None else y
+def _top(builder: Builder, material: str, thick: float, radius: float = 0.0) -> None:
+    """Add a table's top, its solid and its surface."""
+    top = builder.height
     size, center = (builder.width, thick, builder.depth), (0.0, top - thick / 2, 0.0)
     builder.add(material, shapes.slab(size, center, radius) if radius else shapes.box(size, center, 0.006))
     builder.solid((builder.across[0], top - thick, builder.through[0]), (builder.across[1], top, builder.through[1]))
