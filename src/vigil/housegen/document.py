@@ -151,31 +151,24 @@ def _room(room: RoomPlan, parts: HouseParts) -> dict[str, Any]:
 
 
 def _walls(parts: HouseParts) -> list[dict[str, Any]]:
-    height = parts.plan.height_m
+    """Return the panels of all walls as seen from the rooms, and then those of the outside walls seen from outside."""
     inner: list[dict[str, Any]] = []
     outer: list[dict[str, Any]] = []
     for piece in wall_pieces(parts.plan):
         finish = parts.finishes[piece.room]
-        (x0, z0), (x1, z1) = piece.start, piece.end
-        inner.append(
-            {
-                "id": piece.id,
-                "roomId": f"room|{piece.room}",
-                "polygon": [_point(x0, 0, z0), _point(x1, 0, z1), _point(x0, height, z0), _point(x1, height, z1)],
-                "material": material_reference(finish.wall, finish.paint),
-                "layer": layer_of(piece.room),
-            }
-        )
+        polygon = [_point(x, y, z) for y in (0, parts.plan.height_m) for x, z in (piece.start, piece.end)]
+        panel = {
+            "id": piece.id,
+            "roomId": f"room|{piece.room}",
+            "polygon": polygon,
+            "material": material_reference(finish.wall, finish.paint),
+            "layer": layer_of(piece.room),
+        }
+        inner.append(panel)
         if piece.behind is None:
-            outer.append(
-                {
-                    "id": piece.exterior_id,
-                    "roomId": f"room|{piece.room}",
-                    "polygon": [_point(x1, height, z1), _point(x0, height, z0), _point(x1, 0, z1), _point(x0, 0, z0)],
-                    "material": material_reference(parts.facade),
-                    "layer": layer_of(piece.room),
-                }
-            )
+            behind = [{**point} for point in reversed(polygon)]
+            facade = material_reference(parts.facade)
+            outer.append({**panel, "id": piece.exterior_id, "polygon": behind, "material": facade})
     return [*inner, *outer]
 
 
@@ -212,40 +205,36 @@ def _drawer_of(piece: PlacedObject) -> str | None:
     return None if piece.surface is None else piece.surface.joint
 
 
+def _node(piece: PlacedObject, node_id: str, asset_id: str, place: Iterable[float]) -> dict[str, Any]:
+    """Return the entry of an object, or of one of its drawers, at a place; without its state and its children."""
+    return {
+        "id": node_id,
+        "assetId": asset_id,
+        "position": _point(*place),
+        "rotation": {"x": 0, "y": round(piece.yaw, 2) % 360.0, "z": 0},
+        "kinematic": node_id != piece.id or not CATALOG[piece.category].is_pickupable,
+        "layer": layer_of(piece.room),
+    }
+
+
 def _objects(parts: HouseParts) -> list[dict[str, Any]]:
     _number(parts.pieces)
 
     def node_of(piece: PlacedObject) -> dict[str, Any]:
         drawers = drawer_names(piece.model.asset)
-        node: dict[str, Any] = {
-            "id": piece.id,
-            "assetId": piece.model.asset_id,
-            "position": _point(*piece.position),
-            "rotation": {"x": 0, "y": round(piece.yaw, 2) % 360.0, "z": 0},
-            "kinematic": not CATALOG[piece.category].is_pickupable,
-            "layer": layer_of(piece.room),
-        }
         openness = None if drawers else piece.openness
         states = {"openness": openness, "isOn": piece.is_on, "isDirty": piece.is_dirty}
+        node = _node(piece, piece.id, piece.model.asset_id, piece.position)
         node.update({key: value for key, value in states.items() if value is not None})
         children = [drawer_node(piece, name) for name in drawers]
         children += [node_of(child) for child in piece.children if _drawer_of(child) not in drawers]
-        if children:
-            node["children"] = children
-        return node
+        return {**node, "children": children} if children else node
 
     def drawer_node(chest: PlacedObject, name: str) -> dict[str, Any]:
         _, middle = drawer_of(chest.model.asset, name)
         x, z = chest.to_floor_point(middle.x, middle.z)
-        node: dict[str, Any] = {
-            "id": drawer_id(chest.id, name),
-            "assetId": drawer_asset_id(chest.model.asset_id, name),
-            "position": _point(x, chest.position.y + middle.y, z),
-            "rotation": {"x": 0, "y": round(chest.yaw, 2) % 360.0, "z": 0},
-            "kinematic": True,
-            "layer": layer_of(chest.room),
-            "openness": chest.openness,
-        }
+        place, asset_id = (x, chest.position.y + middle.y, z), drawer_asset_id(chest.model.asset_id, name)
+        node = {**_node(chest, drawer_id(chest.id, name), asset_id, place), "openness": chest.openness}
         children = [node_of(child) for child in chest.children if _drawer_of(child) == name]
         return {**node, "children": children} if children else node
 

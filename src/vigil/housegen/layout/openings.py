@@ -148,18 +148,11 @@ def _inner_door(
             span = free.choose(wall, width, rng)
         if span is None:
             continue
-        has_leaf = category == "Doorway"
-        return PlannedOpening(
-            id=f"door|{min(link)}|{max(link)}",
-            category=category,
-            asset_id=f"vigil_{category}_{free.door_variant}",
-            wall=wall,
-            other=facing_piece(wall, pieces),
-            left=span[0],
-            right=span[1],
-            openable=True if has_leaf else None,
-            openness=(0.0 if chance(rng, 0.4) else 1.0) if has_leaf else None,
-        )
+        key, asset_id = f"door|{min(link)}|{max(link)}", f"vigil_{category}_{free.door_variant}"
+        other, openable, openness = facing_piece(wall, pieces), None, None
+        if category == "Doorway":
+            openable, openness = True, 0.0 if chance(rng, 0.4) else 1.0
+        return PlannedOpening(key, category, asset_id, wall, *span, other=other, openable=openable, openness=openness)
     return None
 
 
