@@ -298,9 +298,8 @@ class WallObjectPlacer:
     ) -> PlacedObject | None:
         """Hang an object on the wall behind `piece`, `aside` metres from the middle of `piece`. None if it cannot hang
         there."""
-        for index, along in self._walls_behind(piece):
-            return self._hang(model, index, along + aside, middle)
-        return None
+        wall = next(self._walls_behind(piece), None)
+        return None if wall is None else self._hang(model, wall[0], wall[1] + aside, middle)
 
     def _walls_behind(self, piece: PlacedObject) -> Iterator[tuple[int, float]]:
         """Yield (index of a wall behind a piece, place of the piece's middle along this wall in metres)."""
@@ -381,11 +380,9 @@ class WallObjectPlacer:
     def _hang_ceiling_lamp(self) -> None:
         middle = self.floor.room.middle
         model = draw_model("CeilingLamp", self.rng)
-        bottom = self.height_m - model.size.y
-        if bottom < LAMP_BOTTOM_M:
-            return
-        place = Vec3(round(middle.x, 3), self.height_m - model.size.y / 2, round(middle.y, 3))
-        self._add(PlacedObject(model, place, 0.0, self.floor.room.number, is_on_wall=True))
+        if self.height_m - model.size.y >= LAMP_BOTTOM_M:
+            place = Vec3(round(middle.x, 3), self.height_m - model.size.y / 2, round(middle.y, 3))
+            self._add(PlacedObject(model, place, 0.0, self.floor.room.number, is_on_wall=True))
 
 
 def _subject(painting: AssetModel) -> Drawing:
