@@ -11,6 +11,7 @@ from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from operator import attrgetter
+from typing import Any
 
 from cachetools import LRUCache, cached
 from shapely import Point, Polygon
@@ -363,14 +364,8 @@ def without_repeats(text: str, names: Iterable[str]) -> str:
 
 
 def _phrase(found: re.Match[str]) -> Phrase:
-    return Phrase(
-        found["name"],
-        colour=found["colour"],
-        support=found["support"],
-        room=found["room"],
-        relation=found["relation"],
-        anchor=found["anchor"],
-    )
+    parts: dict[str, Any] = found.groupdict()
+    return Phrase(**parts)
 
 
 def _pattern(names: Iterable[str]) -> re.Pattern[str]:
