@@ -141,7 +141,10 @@ def test_a_hard_start_may_show_as_little_of_its_target_as_the_rules_ask_for(
         context = HouseContext(simulator, house, np.random.default_rng(5))
         context.compared_starts = compared
         episodes = list(islice(acting(context, "pick"), 6))
-        shown[compared] = [context.seen_from(each.start, each.goal.object_id).visible_px for each in episodes]
+        shown[compared] = []
+        for each in episodes:
+            with context.view.at_pose(each.start):
+                shown[compared].append(context.view.state_of(each.goal.object_id).visible_px)
         assert all(context.has_room_to_move(each.start) for each in episodes)
     assert min(shown[1]) >= proposals.CLEAR_PX
     assert proposals.HARD_PX <= min(shown[12]) < proposals.CLEAR_PX

@@ -1,33 +1,24 @@
 """The grammar of the suite: it proposes tasks of each kind in a house, and certifies each proposed task."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 
 from vigil.authoring.closure.certify import Certifier
 from vigil.authoring.closure.tasks import Tasks
-from vigil.authoring.drafting.generation import Checker, Grammar, Proposer, seed_context
+from vigil.authoring.drafting.generation import Checker, Grammar, proposer_of
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.base.exported import loaded
 from vigil.protocol.families import Family
-from vigil.scoring.closure import CLOSURE_KINDS, KINDS, Kind
+from vigil.scoring.closure import CLOSURE_KINDS, Kind
 from vigil.sim.privileged import PrivilegedSimulator
 
-PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
-    name: loaded(kind.tasks) for name, kind in CLOSURE_KINDS.items()
-}
-"""Kind -> the function that proposes its tasks in a house."""
 FAMILY: Family = "SI"
 """Family that a drafts file names when it records that a house is finished. The episodes themselves are of SI or CR."""
 
 
-def closure_proposer(seed: int) -> Proposer:
-    """Return the function that proposes tasks of each kind in a house; `seed` determines the random choices."""
-
-    def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Tasks]]:
-        for kind in KINDS:
-            seed_context(context, seed, f"closure {kind}")
-            yield kind, PROPOSALS[kind](context)
-
-    return proposals
+def closure_kinds(_: Family) -> dict[Kind, Callable[[HouseContext], Tasks]]:
+    """Return kind -> the function that proposes its tasks in a house."""
+    return {name: loaded(kind.tasks) for name, kind in CLOSURE_KINDS.items()}
 
 
 def closure_checker(simulator: PrivilegedSimulator) -> Checker:
@@ -35,4 +26,6 @@ def closure_checker(simulator: PrivilegedSimulator) -> Checker:
     return Certifier(simulator).certify
 
 
-CLOSURE_GRAMMAR = Grammar("closure grammar", closure_proposer, closure_checker, shares_limits=False)
+CLOSURE_GRAMMAR = Grammar(
+    "closure grammar", partial(proposer_of, closure_kinds, suite="closure"), closure_checker, shares_limits=False
+)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from vigil.authoring.drafting.drafts import (
     TaskDraft,
     draft_id,
 )
-from vigil.authoring.drafting.grammar import kinds_of
+from vigil.authoring.drafting.grammar import Proposals, kinds_of
 from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import HouseSource
 from vigil.authoring.language.sentences import Forms
@@ -54,13 +54,6 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 HOUSE_RULE = "house_holds_episodes"
 """Rule that a house breaks if it cannot be loaded, or if it has no free place to stand."""
-
-
-class Proposal(Protocol):
-    """A proposed task: an episode of a family, or one or two sides of a task of a suite."""
-
-    @property
-    def instruction(self) -> str: ...  # noqa: D102
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,15 +93,22 @@ def seed_context(context: HouseContext, seed: int, label: str) -> None:
     context.rng = np.random.default_rng([seed, zlib.crc32(f"{label} {context.house.name}".encode())])
 
 
-def family_proposer(seed: int) -> Proposer:
-    """Return the proposer of the families' kinds."""
+def proposer_of(kinds: Callable[[Family], Mapping[str, Proposals]], seed: int, suite: str = "") -> Proposer:
+    """Return a proposer. `kinds` takes a family and returns kind -> the function that proposes tasks of this kind.
 
-    def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode]]]:
-        for kind, drafts in kinds_of(family).items():
-            seed_context(context, seed, f"{family} {kind}")
-            yield kind, drafts(context)
+    `seed`, the name of the suite (if any, otherwise of the family) and the kind determine the random choices.
+    """
+
+    def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Any]]]:
+        for kind, propose in kinds(family).items():
+            seed_context(context, seed, f"{suite or family} {kind}")
+            yield kind, propose(context)
 
     return proposals
+
+
+family_proposer = partial(proposer_of, kinds_of)
+"""Function that takes a seed and returns the proposer of the families' kinds."""
 
 
 def family_checker(simulator: PrivilegedSimulator) -> Checker:
@@ -228,7 +228,7 @@ def generate_drafts(
         results = map_in_workers(partial(DraftWorker, settings), _work, units, workers)
         for number, (house, lines) in enumerate(results, start=1):
             writer.add(house, lines)
-            kept.update(line.group for line in lines if isinstance(line, Draft | ClosureDraft | ListDraft))
+            kept.update(line.group for line in lines if isinstance(line, TaskDraft))
             rejected += sum(isinstance(line, Rejection) for line in lines)
             on_progress(GenerationProgress(number, len(units), kept, rejected))
 
@@ -293,15 +293,12 @@ class DraftWorker:
                 if kept >= most:
                     break
 
-    def _examine(self, context: HouseContext, family: Family, kind: str, proposal: Proposal) -> TaskDraft | Rejection:
+    def _examine(self, context: HouseContext, family: Family, kind: str, proposal: Any) -> TaskDraft | Rejection:
         """Return a draft with final ids if the proposal is valid; else a rejection with the first rule it breaks."""
         house, secret = context.house, self._settings.secret
         sides, findings = self._check(proposal, house)
         if findings:
-            rule, message = findings[0].rule, findings[0].message
-            return Rejection(
-                family=family, kind=kind, house=house.name, rule=rule, message=message, instruction=proposal.instruction
-            )
+            return context.rejection(family, kind, findings[0].rule, findings[0].message, proposal.instruction)
         facts = (self._settings.grammar.facts_of or facts_of)(context, sides[0])
         drafts = tuple(named_draft(kind, side, facts, house, secret) for side in sides)
         first = sides[0].answer
@@ -348,6 +345,6 @@ def facts_of(context: HouseContext, side: SolvedSide) -> DraftFacts:
 def _done(family: Family, house: str, found: Sequence[DraftLine], begun: float) -> FamilyDone:
     """Return the line that says that a family in a house is finished; `begun` is the time (s) when this work began."""
     rules = Counter(line.rule for line in found if isinstance(line, Rejection))
-    kept = sum(isinstance(line, Draft | ClosureDraft | ListDraft) for line in found)
+    kept = sum(isinstance(line, TaskDraft) for line in found)
     seconds = round(time.monotonic() - begun, 2)
     return FamilyDone(family=family, house=house, kept=kept, rejected=dict(sorted(rules.items())), seconds=seconds)

@@ -3,17 +3,16 @@
 A pack is balanced over these kinds, too (`vigil.authoring.packing.selection`).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import Drafts
 from vigil.base.exported import loaded
 from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.family import DraftKind
 
-Proposals = Callable[[HouseContext], Drafts]
+Proposals = Callable[[HouseContext], Iterator[Any]]
 
 
 def kinds_of(family: Family) -> dict[str, Proposals]:

@@ -11,6 +11,7 @@ import shapely
 from cachetools import LRUCache, cached
 from shapely.geometry.base import BaseGeometry
 
+from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.hard_starts import naming_cost, start_cost
 from vigil.authoring.language.disambiguation import confusable
 from vigil.authoring.language.referring import (
@@ -229,11 +230,6 @@ class HouseContext:
         """Return whether the agent has room to move at a pose, which every start requires."""
         return has_room_to_move(self.view.plan().tight, pose)
 
-    def seen_from(self, pose: Pose, thing_id: str) -> ObjectState:
-        """Return a thing's state as observed from a pose."""
-        with self.view.at_pose(pose):
-            return self.view.state_of(thing_id)
-
     def is_out_of_view_from(self, pose: Pose, thing_id: str) -> bool:
         """Return whether no pixel shows a thing from a pose."""
         with self.view.at_pose(pose):
@@ -304,6 +300,11 @@ class HouseContext:
             return (distances >= least_m) & (distances <= most_m)
 
         return mask
+
+    def rejection(self, family: Family, kind: str, rule: str, message: str, instruction: str = "") -> Rejection:
+        """Return the rejection of a proposal for this house."""
+        where = self.house.name
+        return Rejection(family=family, kind=kind, house=where, rule=rule, message=message, instruction=instruction)
 
     def draft(self, family: Family, ask: TaskSpec) -> Episode:
         """Return an episode in this house that is not checked yet; its id is "draft"."""

@@ -18,10 +18,10 @@ from vigil.authoring.drafting.grammar import kinds_of
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import allows, is_target, size_of_thing
 from vigil.authoring.language.referring import phrase_for
+from vigil.authoring.language.wording import Act
 from vigil.errors import first_error
 from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
 from vigil.protocol.families import FAMILIES, Family
-from vigil.scene.things import Thing
 
 Complete = Callable[[str], str]
 """Function that sends a text to a model and returns the model's reply. Raises ModelAPIError."""
@@ -32,6 +32,9 @@ MAX_QUOTED_CHARS = 300
 """Maximum number of characters of a reply that a rejection quotes."""
 RULES = ("reply_parses", "draft_fits_schema", "kind_known", "things_known", "can_be_set_up")
 """Rules that an idea may break before it becomes a draft. Rules about drafts: `vigil.authoring.review.validate`."""
+
+
+_ACTS: tuple[Act, ...] = ("open", "close", "turn_on", "turn_off", "pick")
 
 
 class Idea(BaseModel):
@@ -65,10 +68,7 @@ def model_proposer(complete: Complete, count: int, author: str) -> Proposer:
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
         reply = complete(question(context, family, count))
         for idea in ideas(reply, context, family):
-            if isinstance(idea, Rejection):
-                yield idea.kind, iter((idea,))
-            else:
-                yield idea.kind, iter((draft_of(idea, context, family, author),))
+            yield idea.kind, iter((idea if isinstance(idea, Rejection) else draft_of(idea, context, family, author),))
 
     return proposals
 
@@ -94,7 +94,8 @@ def inventory(context: HouseContext) -> list[dict[str, Any]]:
             continue
         phrase = phrase_for(items[thing.id], items.values())
         if phrase is not None:
-            row = {"id": thing.id, "name": str(phrase), "size": size_of_thing(thing), "can": _acts(thing)}
+            can = [act for act in _ACTS if allows(thing, act)]
+            row = {"id": thing.id, "name": str(phrase), "size": size_of_thing(thing), "can": can}
             row |= {"room": items[thing.id].room, "at": thing.parent}
             rows.append(row)
     return rows
@@ -108,14 +109,14 @@ def ideas(reply: str, context: HouseContext, family: Family) -> Iterator[Idea | 
         if not isinstance(rows, list):
             raise TypeError("`drafts` is not a list")
     except (ValueError, KeyError, TypeError) as error:
-        yield _rejected(context, family, "", "reply_parses", f"{error}: {reply[:MAX_QUOTED_CHARS]}")
+        yield context.rejection(family, "", "reply_parses", f"{error}: {reply[:MAX_QUOTED_CHARS]}")
         return
     for row in rows:
         try:
             idea = Idea.model_validate(row)
         except ValidationError as error:
             wrong = first_error(error, "the draft")
-            yield _rejected(context, family, "", "draft_fits_schema", f"{wrong}: {str(row)[:MAX_QUOTED_CHARS]}")
+            yield context.rejection(family, "", "draft_fits_schema", f"{wrong}: {str(row)[:MAX_QUOTED_CHARS]}")
             continue
         yield _known(idea, context, family)
 
@@ -132,32 +133,19 @@ def draft_of(idea: Idea, context: HouseContext, family: Family, author: str) -> 
             provenance = draft.provenance.model_copy(update={"author": author})
             return draft.model_copy(update={"instruction": idea.instruction, "provenance": provenance})
     message = f"no start or setup was found for {dict(sorted(idea.things.items()))}"
-    return _rejected(context, family, idea.kind, "can_be_set_up", message, idea.instruction)
+    return context.rejection(family, idea.kind, "can_be_set_up", message, idea.instruction)
 
 
 def _known(idea: Idea, context: HouseContext, family: Family) -> Idea | Rejection:
     if idea.kind not in FAMILIES[family].kinds:
         known = ", ".join(FAMILIES[family].kinds)
         message = f"{idea.kind!r} is not one of {known}"
-        return _rejected(context, family, idea.kind, "kind_known", message, idea.instruction)
+        return context.rejection(family, idea.kind, "kind_known", message, idea.instruction)
     absent = [thing_id for thing_id in idea.things.values() if thing_id not in context.view.scene.things]
     if absent:
-        return _rejected(
-            context, family, idea.kind, "things_known", f"{absent[0]!r} is not in the house", idea.instruction
-        )
+        message = f"{absent[0]!r} is not in the house"
+        return context.rejection(family, idea.kind, "things_known", message, idea.instruction)
     return idea
-
-
-def _rejected(
-    context: HouseContext, family: Family, kind: str, rule: str, message: str, instruction: str = ""
-) -> Rejection:
-    return Rejection(
-        family=family, kind=kind, house=context.house.name, rule=rule, message=message, instruction=instruction
-    )
-
-
-def _acts(thing: Thing) -> list[str]:
-    return [act for act in ("open", "close", "turn_on", "turn_off", "pick") if allows(thing, act)]
 
 
 def _without_fence(reply: str) -> str:
