@@ -13,9 +13,8 @@ import re
 import sys
 from collections.abc import Callable
 from contextlib import chdir, redirect_stdout
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from vigil.errors import SettingError, did_you_mean, shorten
 
@@ -27,19 +26,11 @@ GZIP_MAGIC = b"\x1f\x8b"
 MAX_REASON_CHARS = 200
 
 
-@dataclass(frozen=True, slots=True)
-class Split:
-    """A split of the dataset: its number of houses, and the size of its file in megabytes (both at `REVISION`)."""
-
-    houses: int
-    megabytes: float
+SPLITS, MEGABYTES = {"train": 10_000, "val": 1_000, "test": 1_000}, 63
+"""Split -> number of houses, and size of all files together in megabytes (both at `REVISION`)."""
 
 
-SPLITS = {"train": Split(10_000, 53.3), "val": Split(1_000, 5.1), "test": Split(1_000, 5.0)}
-
-
-@dataclass(frozen=True, slots=True)
-class NamedHouses:
+class NamedHouses(NamedTuple):
     """Houses of the dataset to which a text refers."""
 
     split: str
@@ -59,7 +50,7 @@ def named(text: str) -> NamedHouses:
     if name not in SPLITS:
         hint = did_you_mean(f"{DATASET}:{name}", [f"{DATASET}:{split}" for split in SPLITS])
         raise SettingError(f"{text!r}: the dataset has no split {name!r}.{hint} Splits: {', '.join(SPLITS)}.")
-    last = SPLITS[name].houses - 1
+    last = SPLITS[name] - 1
     if not text.count(":") > 1:
         return NamedHouses(name, range(last + 1))
     found = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", index, re.ASCII)
@@ -93,9 +84,8 @@ def split_file(split: str, report: Callable[[str], None], revision: str = REVISI
     folder = Path(prior.DATASET_DIR) / OWNER / DATASET
     path = folder / revision / f"{split}.jsonl.gz"
     if not _is_downloaded(path):
-        megabytes = sum(each.megabytes for each in SPLITS.values())
         report(
-            f"{DATASET}, revision {revision[:7]}, is downloaded once: about {megabytes:.0f} MB from "
+            f"{DATASET}, revision {revision[:7]}, is downloaded once: about {MEGABYTES} MB from "
             f"github.com/{OWNER}/{DATASET}, by the package prior, with git and git-lfs, into {folder}."
         )
         _download(prior, folder, revision)

@@ -186,7 +186,7 @@ def houses_from(
     """
     found: list[HouseInFile] = []
     for place in places:
-        found += islice(_of_dataset(place, report) if is_dataset(place) else _of_file(place), limit)
+        found += islice(dataset_houses(*named(place), report) if is_dataset(place) else _of_file(place), limit)
     twice = next((name for name, count in Counter(source.name for source in found).items() if count > 1), None)
     if twice is not None:
         raise SettingError(f"Several houses have the name {twice!r}; rename the files, or name each house once.")
@@ -262,11 +262,6 @@ def lines_of(path: Path) -> Iterator[bytes]:
             yield line
 
 
-def _of_dataset(place: str, report: OnDownload) -> list[HouseInFile]:
-    wanted = named(place)
-    return dataset_houses(wanted.split, wanted.indices, report)
-
-
 def dataset_houses(
     split: str, indices: Sequence[int], report: OnDownload, revision: str = REVISION
 ) -> list[HouseInFile]:
@@ -276,8 +271,8 @@ def dataset_houses(
     """
     path = split_file(split, report, revision)
     for index in indices:
-        if index >= SPLITS[split].houses:
-            raise SettingError(f"{DATASET}: split {split!r} has houses 0 to {SPLITS[split].houses - 1}, not {index}.")
+        if index >= SPLITS[split]:
+            raise SettingError(f"{DATASET}: split {split!r} has houses 0 to {SPLITS[split] - 1}, not {index}.")
     return [HouseInFile(path, index + 1, f"{DATASET}_{split}_{index}", DATASET, split, revision) for index in indices]
 
 
