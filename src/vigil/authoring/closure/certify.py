@@ -9,12 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from vigil.authoring.closure.receptacle_space import fits_on
 from vigil.authoring.closure.tasks import ClosureTask
-from vigil.authoring.closure.twins import (
-    BrokenRule,
-    check_hidden,
-    check_single_difference,
-    reason_for_absence,
-)
+from vigil.authoring.closure.twins import BrokenRule, check_hidden, check_single_difference, reason_for_absence
 from vigil.authoring.drafting.generation import SolvedSide
 from vigil.authoring.language.referring import items_of
 from vigil.authoring.review.episode_start import EpisodeStart

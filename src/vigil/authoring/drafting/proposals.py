@@ -25,11 +25,9 @@ from vigil.scoring.target_strata import size_of
 CLEAR_PX, HARD_PX = 400, START_PX
 """Minimum visible pixels of the object to act on: at a clear start, and at a hard start (the minimum of the rules)."""
 LEVEL_DEG = 0.0
-NEVER_TARGETS = frozenset(
-    {
-        *("Window", "Doorframe", "Doorway", "Rug", "CeilingLamp", "LightSwitch", "StoveKnob", "Mirror"),
-        *("Blinds", "Curtains", "TowelHolder", "HandTowelHolder"),
-    }
+NEVER_TARGETS = (
+    *("Window", "Doorframe", "Doorway", "Rug", "CeilingLamp", "LightSwitch", "StoveKnob", "Mirror"),
+    *("Blinds", "Curtains", "TowelHolder", "HandTowelHolder"),
 )
 """Categories that are poor targets: parts of the building, and things that are numerous, plain or often covered."""
 UNCLEAR_WHEN_OPEN = frozenset(

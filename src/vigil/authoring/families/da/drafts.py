@@ -1,14 +1,7 @@
 """Drafts of Distance Approach (DA), and its sentence forms (see `vigil.authoring.language.sentences`)."""
 
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import (
-    Ask,
-    Drafts,
-    PoseTest,
-    drafts_about,
-    finder_of_starts_in_view,
-    is_target,
-)
+from vigil.authoring.drafting.proposals import Ask, Drafts, PoseTest, drafts_about, finder_of_starts_in_view, is_target
 from vigil.authoring.language.sentences import Sentences
 from vigil.authoring.review.rules import place_blind_to
 from vigil.base.geometry import Pose

@@ -3,14 +3,7 @@
 from vigil.authoring.drafting.filling import filled
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.look_alike_targets import start_out_of_view
-from vigil.authoring.drafting.proposals import (
-    Ask,
-    Drafts,
-    allows,
-    can_be_searched_for,
-    drafts_about,
-    start_not_seeing,
-)
+from vigil.authoring.drafting.proposals import Ask, Drafts, allows, can_be_searched_for, drafts_about, start_not_seeing
 from vigil.authoring.language.disambiguation import first_meaning
 from vigil.authoring.language.referring import Phrase
 from vigil.authoring.language.sentences import SEARCH_ORDERS

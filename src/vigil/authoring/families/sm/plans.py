@@ -9,13 +9,7 @@ from dataclasses import dataclass
 
 from vigil.authoring.drafting.filling import can_be_put, can_hold, filled
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import (
-    acts_for,
-    can_be_searched_for,
-    goal_for,
-    is_target,
-    setup_for,
-)
+from vigil.authoring.drafting.proposals import acts_for, can_be_searched_for, goal_for, is_target, setup_for
 from vigil.authoring.language.wording import Act
 from vigil.authoring.review.containers import BELONGS_IN
 from vigil.base.geometry import floor_distance
@@ -36,11 +30,9 @@ NEVER_CHANGED = frozenset({"Doorway"})
 """Categories that `three_acts` does not open or close, because this would change the ways through the house."""
 TABLES = ("CounterTop", "DiningTable", "CoffeeTable", "Desk", "SideTable", "Dresser", "TVStand", "Cart")
 SEATS = ("Sofa", "Bed", "ArmChair", "Ottoman", "Chair", "Stool")
-SOFT = frozenset(
-    {
-        *("Pillow", "TeddyBear", "Towel", "HandTowel", "Cloth", "Book", "Newspaper", "Laptop", "RemoteControl"),
-        "TennisRacket",
-    }
+SOFT = (
+    *("Pillow", "TeddyBear", "Towel", "HandTowel", "Cloth", "Book", "Newspaper", "Laptop", "RemoteControl"),
+    "TennisRacket",
 )
 """Categories that people put on seats as well as on tables."""
 FOOD = ("Apple", "Tomato", "Potato", "Egg", "Bread", "Lettuce")

@@ -2,14 +2,7 @@
 
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.look_alike_targets import start_out_of_view
-from vigil.authoring.drafting.proposals import (
-    LEVEL_DEG,
-    Ask,
-    Drafts,
-    PoseTest,
-    can_be_searched_for,
-    drafts_about,
-)
+from vigil.authoring.drafting.proposals import LEVEL_DEG, Ask, Drafts, PoseTest, can_be_searched_for, drafts_about
 from vigil.authoring.language.sentences import Sentences
 from vigil.base.geometry import Pose
 from vigil.protocol.goals import ObjectInState

@@ -4,12 +4,7 @@ from itertools import islice
 
 from vigil.authoring.closure.asking import PLACED_ORDERS, PUT_ON, phrase_by_support, start_near
 from vigil.authoring.closure.receptacle_space import fits_on
-from vigil.authoring.closure.tasks import (
-    ClosureTask,
-    Tasks,
-    interleave,
-    rejection,
-)
+from vigil.authoring.closure.tasks import ClosureTask, Tasks, interleave, rejection
 from vigil.authoring.drafting.filling import can_be_put
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.families.cr.drafts import is_furniture, placements_in_the_way
