@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vigil.authoring.families.sm.sentences import CHAINS
+from vigil.authoring.families.sm.drafts import CHAINS
 from vigil.authoring.language.referring import Phrase, mentions
 from vigil.authoring.language.wording import asks_inside, opening_phrase, pronoun_slots, say
 from vigil.authoring.review.wording_rules import ONE_PAIR, STACKED

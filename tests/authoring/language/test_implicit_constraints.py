@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vigil.authoring.drafting.proposals import act_of
-from vigil.authoring.families.cr.sentences import CONSTRAINTS
+from vigil.authoring.families.cr.drafts import CONSTRAINTS
 from vigil.authoring.language.implicit_constraints import constraint_giveaways, implicit_kind, is_implicit
 from vigil.authoring.language.sentences import ORDERS
 from vigil.authoring.language.wording import VERBS, Act, opening_phrase, order_slots, pronoun_slots, say

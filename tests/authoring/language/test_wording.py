@@ -6,10 +6,10 @@ import string
 import numpy as np
 import pytest
 
-from vigil.authoring.families.cr.sentences import CONSTRAINTS
+from vigil.authoring.families.cr.drafts import CONSTRAINTS
 from vigil.authoring.families.da.drafts import APPROACH
 from vigil.authoring.families.pg.drafts import POINT
-from vigil.authoring.families.sm.sentences import CHAINS, SEQUENCES
+from vigil.authoring.families.sm.drafts import CHAINS, SEQUENCES
 from vigil.authoring.families.sv.drafts import BURNING_OR_NOT, QUESTIONS, QueriedState, state_question
 from vigil.authoring.families.vs.drafts import SEARCH
 from vigil.authoring.language import sentences as tables

@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from vigil.authoring.families.sm.drafts import sequence_forms
-from vigil.authoring.families.sm.sentences import SEQUENCES
+from vigil.authoring.families.sm.drafts import SEQUENCES, sequence_forms
 from vigil.authoring.language.sentences import FORMS, Forms
 from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.review.validate import ValidationResult, Validator

@@ -10,10 +10,10 @@ from vigil.authoring.closure.asking import PUT_ON
 from vigil.authoring.closure.kinds.all_of.tasks import EVERY, EVERYTHING
 from vigil.authoring.closure.kinds.already.tasks import MAKE_SURE_ALL
 from vigil.authoring.closure.kinds.silent_refusal.tasks import PUT_IN
-from vigil.authoring.families.cr.sentences import CONSTRAINTS
+from vigil.authoring.families.cr.drafts import CONSTRAINTS
 from vigil.authoring.families.da.drafts import APPROACH
 from vigil.authoring.families.pg.drafts import POINT
-from vigil.authoring.families.sm.sentences import CHAINS, SEQUENCES
+from vigil.authoring.families.sm.drafts import CHAINS, SEQUENCES
 from vigil.authoring.families.sv.drafts import BURNING_OR_NOT, QUESTIONS
 from vigil.authoring.families.vs.drafts import SEARCH
 from vigil.authoring.language.rewording import rewordings

@@ -8,6 +8,7 @@ checks this.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import shapely
@@ -25,10 +26,9 @@ from vigil.authoring.drafting.proposals import (
     setup_for,
     shows_px,
 )
-from vigil.authoring.families.cr.sentences import CONSTRAINTS
 from vigil.authoring.language.implicit_constraints import implicit_kind
 from vigil.authoring.language.referring import Phrase, referents, without_repeats
-from vigil.authoring.language.sentences import ORDERS
+from vigil.authoring.language.sentences import ORDERS, read_sentences
 from vigil.authoring.language.wording import Act, opening_phrase, order_slots, pronoun_slots
 from vigil.authoring.solving.look_targets import SEEN_POINTS
 from vigil.base.geometry import Box, Pose, Vec3, rotate_floor
@@ -40,6 +40,8 @@ from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.outlines import BODY_RADIUS_M, floor_corners, footprint
 from vigil.scene.things import Thing
 
+CONSTRAINTS = read_sentences(Path(__file__).with_name("sentences.toml"))
+"""Kind of constraint -> forms of instructions that state the constraint."""
 OBSTACLES = (
     *("Box", "BasketBall", "WateringCan", "Boots", "TeddyBear", "Footstool", "Vase", "Statue", "Kettle", "Pot"),
     *("Plunger", "TissueBox", "Dumbbell", "TableTopDecor"),

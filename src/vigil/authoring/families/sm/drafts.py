@@ -3,18 +3,22 @@
 from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, act_of, shows_px
 from vigil.authoring.families.sm.plans import Plans, SequencePlan
-from vigil.authoring.families.sm.sentences import CHAINS, SEQUENCES
 from vigil.authoring.language.referring import Phrase
-from vigil.authoring.language.sentences import Forms
+from vigil.authoring.language.sentences import Forms, read_sentences
 from vigil.authoring.language.wording import asks_inside, opening_phrase, order_slots, pronoun_slots, say
 from vigil.base.geometry import Pose
 from vigil.protocol.family import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import ObjectAtReceptacle, ObjectInState
 
+SEQUENCES = read_sentences(Path(__file__).with_name("sequences.toml"))
+"""Template -> its sentence forms. `put_into_closed` is for `put_into` if the receptacle is closed at the start."""
+CHAINS = read_sentences(Path(__file__).with_name("chains.toml"))
+"""Template of a longer sequence -> its sentence forms."""
 START_AWAY_M = (0.7, 4.0)
 """Minimum and maximum distance (m) between the start and the first object to act on."""
 _INSIDE = {"into": "into", "in_": "in"}

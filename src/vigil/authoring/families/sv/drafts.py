@@ -1,5 +1,6 @@
 """Drafts of State Verification (SV), and its sentence forms (see `vigil.authoring.language.sentences`)."""
 
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -13,7 +14,7 @@ from vigil.authoring.drafting.proposals import (
     is_target,
     with_laptop_open,
 )
-from vigil.authoring.language.sentences import Forms, Sentences
+from vigil.authoring.language.sentences import Forms, Sentences, read_sentences
 from vigil.authoring.language.wording import OpeningPhrase, opening_phrase, say
 from vigil.authoring.review.rules import STATE_START_PX
 from vigil.base.geometry import EYE_HEIGHT_M
@@ -35,38 +36,15 @@ LABELS: dict[StateLabel, tuple[QueriedState, ObjectSetup]] = {
     "closed": ("is_open", ObjectSetup(openness=0.0)),
 }
 """Label -> the queried state, and the change to the object after which the label is correct."""
-_EITHER = Sentences(
-    public=(
-        "Is {whole} <one> or <other>? Report its state.",
-        "Check whether {whole} is <is one> or <other>, and report which.",
-        "Tell me whether {whole} is <one> or <other>.",
-        "Without touching {it}, find out whether {whole} is <one> or <other>.",
-        "I would like to know whether {whole} is <one> or <other>.",
-        "{Whole} may be <one> or <other>. Report which.",
-        "Please report the state of {whole}, <one> or <other>.",
-        "Before I leave I must know: is {whole} <one> or <other>?",
-        "Say whether {whole} is <other> or <one>.",
-    ),
-    held_out=(
-        "Look at {whole}. Is it <one> or <other>?",
-        "Report the state of {whole}: is it <one> or <other>?",
-        "Can you see whether {whole} is <other> or <one>? Report what you see.",
-        "Somebody asks whether {whole} is <one> or <other>. What is the answer?",
-        "Your task is to tell whether {whole} is <one> or <other>.",
-        "Which is {whole}, <one> or <other>?",
-        "Take a look at {whole}, so that you can report whether it is <one> or <other>.",
-        "Has {whole} been left <one>, or is it <other>? Report which.",
-        "Judge from what you see whether {whole} is <other> or <one>.",
-    ),
-)
-"""Questions that ask in which of two states a thing is."""
+_FORMS = read_sentences(Path(__file__).with_name("sentences.toml"))
 
 
 def _either(one: str, is_one: str, other: str) -> Sentences:
     """Return the questions about two states, with the words for these states."""
+    forms = _FORMS["either"]
     halves = [
         tuple(each.replace("<is one>", is_one).replace("<one>", one).replace("<other>", other) for each in half)
-        for half in (_EITHER.public, _EITHER.held_out)
+        for half in (forms.public, forms.held_out)
     ]
     return Sentences(*halves)
 
@@ -76,22 +54,7 @@ QUESTIONS: dict[QueriedState, Sentences] = {
     "is_open": _either("open", "open", "closed"),
 }
 """Kind of state -> the questions about this state."""
-BURNING_OR_NOT = Sentences(
-    public=(
-        "Is the flame of {target} on or off? Report its state.",
-        "Check whether {target} is burning, and report on or off.",
-        "Tell me whether {target} is lit: on or off?",
-        "Please report whether the flame of {target} is off or on.",
-        "I would like to know whether {target} is lit. Report on or off.",
-    ),
-    held_out=(
-        "Look at {target}: is its flame on or off?",
-        "Is {target} burning? Report on if it is, and off if it is not.",
-        "Find out, without touching it, whether the flame of {target} is on or off.",
-        "Somebody may have lit {target}. Report whether its flame is on or off.",
-        "Can you see a flame on {target}? Report on or off.",
-    ),
-)
+BURNING_OR_NOT = _FORMS["burning"]
 """Questions that ask whether a candle is burning."""
 
 
