@@ -67,8 +67,3 @@ def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
                     break
             if is_over:
                 left.remove(each)
-
-
-def rejection(context: HouseContext, kind: Kind, rule: str, message: str) -> Rejection:
-    """Return the rejection of a proposal that did not become a task."""
-    return Rejection(family="SI", kind=kind, house=context.house.name, rule=rule, message=message)

@@ -301,19 +301,16 @@ class DraftWorker:
             return context.rejection(family, kind, findings[0].rule, findings[0].message, proposal.instruction)
         facts = (self._settings.grammar.facts_of or facts_of)(context, sides[0])
         drafts = tuple(named_draft(kind, side, facts, house, secret) for side in sides)
-        first = sides[0].answer
-        if isinstance(first, ListAnswer):
-            answer = first.model_copy(update={"episode_id": drafts[0].episode.id})
-            return ListDraft(kind=answer.kind, drafts=drafts[:1], answers=(answer,))
-        answers = [side.answer for side in sides if isinstance(side.answer, ClosureAnswer)]
-        if not answers:
+        answers: list[Any] = [side.answer for side in sides]
+        if answers[0] is None:
             return drafts[0]
-        pair = f"pair:{drafts[0].episode.id}" if len(drafts) > 1 else None
+        pair = {"pair": f"pair:{drafts[0].episode.id}"} if len(drafts) > 1 else {}
         named = tuple(
-            answer.model_copy(update={"episode_id": draft.episode.id, "pair": pair})
+            answer.model_copy(update={"episode_id": draft.episode.id, **pair})
             for answer, draft in zip(answers, drafts, strict=True)
         )
-        return ClosureDraft(kind=answers[0].kind, drafts=drafts, answers=named)
+        suite_draft = ListDraft if isinstance(answers[0], ListAnswer) else ClosureDraft
+        return suite_draft(kind=answers[0].kind, drafts=drafts, answers=named)
 
 
 def named_draft(kind: str, side: SolvedSide, facts: DraftFacts, house: House, secret: int | None) -> Draft:

@@ -38,27 +38,25 @@ RelationReferents = Callable[[Sequence[LocatedThing], LocatedThing], list[str]]
 only if the relation clearly holds."""
 
 
+def _meant(could: Sequence[LocatedThing], is_clear: Callable[[LocatedThing], bool]) -> list[str]:
+    """Return the ids of the things that could be meant. A single one is returned only if the relation is clear."""
+    return [thing.id for thing in could if len(could) != 1 or is_clear(thing)]
+
+
 def _next_to(things: Sequence[LocatedThing], anchor: LocatedThing) -> list[str]:
     gaps = {thing.id: gap_m(thing.box, anchor.box) for thing in things}
     could = [thing for thing in things if gaps[thing.id] <= LOOSELY_NEXT_TO_M and thing.room_id == anchor.room_id]
-    if len(could) != 1:
-        return [thing.id for thing in could]
-    only = could[0]
-    is_level = abs(only.box.bottom - anchor.box.bottom) <= LEVEL_M
-    is_apart = gaps[only.id] > 0.0
-    return [only.id] if is_level and is_apart and gaps[only.id] <= NEXT_TO_M else []
+    return _meant(
+        could,
+        lambda only: 0.0 < gaps[only.id] <= NEXT_TO_M and abs(only.box.bottom - anchor.box.bottom) <= LEVEL_M,
+    )
 
 
 def _closest_to(things: Sequence[LocatedThing], anchor: LocatedThing) -> list[str]:
     gaps = {thing.id: gap_m(thing.box, anchor.box) for thing in things}
-    if not gaps:
-        return []
-    least = min(gaps.values())
+    least = min(gaps.values(), default=0.0)
     could = [thing for thing in things if gaps[thing.id] < max(FARTHER_BY * least, least + FARTHER_BY_M)]
-    if len(could) != 1:
-        return [thing.id for thing in could]
-    is_near = least <= CLOSEST_M and could[0].room_id == anchor.room_id
-    return [could[0].id] if is_near else []
+    return _meant(could, lambda only: least <= CLOSEST_M and only.room_id == anchor.room_id)
 
 
 def _under(things: Sequence[LocatedThing], anchor: LocatedThing) -> list[str]:
@@ -69,8 +67,8 @@ def _under(things: Sequence[LocatedThing], anchor: LocatedThing) -> list[str]:
         top = thing.box.center.y + thing.box.size.y / 2
         is_lower = top < anchor.box.center.y + anchor.box.size.y / 2
         shares[thing.id] = shape.intersection(above).area / shape.area if is_lower and shape.area else 0.0
-    could = [thing_id for thing_id, share in shares.items() if share >= PARTLY_COVERED]
-    return could if len(could) != 1 or shares[could[0]] >= COVERED else []
+    could = [thing for thing in things if shares[thing.id] >= PARTLY_COVERED]
+    return _meant(could, lambda only: shares[only.id] >= COVERED)
 
 
 RELATIONS: dict[str, RelationReferents] = {

@@ -44,13 +44,12 @@ class Reading:
 
     sentences: Sentences
     form: str
-    slots: tuple[tuple[str, str], ...]
-    """Name of each slot, in lower case, with its words."""
+    slots: dict[str, str]
+    """Name of each slot, in lower case -> its words."""
 
     def said_as(self, form: str) -> str | None:
         """Return the sentence in another form; None if words for one of the form's slots are not known."""
-        words = dict(self.slots)
-        words |= {name.capitalize(): text[:1].upper() + text[1:] for name, text in words.items()}
+        words = self.slots | {name.capitalize(): text[:1].upper() + text[1:] for name, text in self.slots.items()}
         return form.format(**words) if _slots(form) <= words.keys() else None
 
 
@@ -78,7 +77,7 @@ def rewordings(text: str, tables: Sequence[Sentences], rng: np.random.Generator)
         if again is None or again == text:
             continue
         back = read(again, tables)
-        if back is not None and back.form == form and set(back.slots) <= set(reading.slots):
+        if back is not None and back.form == form and back.slots.items() <= reading.slots.items():
             yield again
 
 
@@ -88,9 +87,8 @@ def _match(text: str, table: Sentences, form: str) -> Reading | None:
         return None
     words = {}
     for name, said in lazy.groupdict().items():
-        is_capital = name[0].isupper()
-        words[name.lower()] = said[:1].lower() + said[1:] if is_capital else said
-    return Reading(table, form, tuple(sorted(words.items())))
+        words[name.lower()] = said[:1].lower() + said[1:] if name[0].isupper() else said
+    return Reading(table, form, words)
 
 
 @cache

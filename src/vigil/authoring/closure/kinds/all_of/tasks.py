@@ -22,7 +22,7 @@ from vigil.authoring.closure.everything import (
     rooms_named_once,
     things_in_room,
 )
-from vigil.authoring.closure.tasks import BY_NAME, LEVEL_DEG, ClosureTask, Tasks, interleave, rejection
+from vigil.authoring.closure.tasks import BY_NAME, LEVEL_DEG, ClosureTask, Tasks, interleave
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import setup_for
@@ -97,12 +97,12 @@ def _by_name(context: HouseContext) -> Tasks:
                 continue
             meant = referents(Phrase(name, room=room), context.items.values())
             if {item.id for item in meant} != {thing.id for thing in things}:
-                yield rejection(
-                    context, "all_of", "distinguished", f"every {name} in the {room}: the words also mean other things"
+                yield context.rejection(
+                    "SI", "all_of", "distinguished", f"every {name} in the {room}: the words also mean other things"
                 )
             elif len(things) > MAX_TARGETS:
-                yield rejection(
-                    context, "all_of", "few_enough", f"{len(things)} things in {room_id} are called {name!r}"
+                yield context.rejection(
+                    "SI", "all_of", "few_enough", f"{len(things)} things in {room_id} are called {name!r}"
                 )
             else:
                 verb = VERBS[act][int(context.rng.integers(len(VERBS[act])))].replace(" {}", "")
@@ -115,7 +115,7 @@ def _by_state(context: HouseContext, act: Act, places: Places) -> Tasks:
         fit = [each for each in things if is_counted(each, act) and not is_shut_away(context, each)]
         rooms = {context.items[each.id].room_id for each in fit}
         if len(fit) < MIN_CANDIDATES[act][place == HOME] or (place == HOME and len(rooms) < 2):
-            yield rejection(context, "all_of", "few_enough", f"{len(fit)} things can be asked for in {place}")
+            yield context.rejection("SI", "all_of", "few_enough", f"{len(fit)} things can be asked for in {place}")
             continue
         form = f"{'on' if act == 'turn_off' else 'open'}_{'home' if place == HOME else 'room'}"
         for _ in range(TRIED_CHOICES):
@@ -150,11 +150,11 @@ def _task(
     context: HouseContext, act: Act, sentence: str, things: list[Thing], setup: Setup, form: str
 ) -> ClosureTask | Rejection:
     if not context.can_begin(setup):
-        return rejection(context, "all_of", "can_be_set_up", sentence)
+        return context.rejection("SI", "all_of", "can_be_set_up", sentence)
     start = _start_missing_some(context, things)
     context.begin(Setup())
     if start is None:
-        return rejection(context, "all_of", "some_out_of_view", sentence)
+        return context.rejection("SI", "all_of", "some_out_of_view", sentence)
     return ClosureTask("all_of", (draft_about_all(context, act, things, start, (setup, sentence)),), form=form)
 
 

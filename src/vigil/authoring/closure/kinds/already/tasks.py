@@ -22,7 +22,7 @@ from vigil.authoring.closure.everything import (
 )
 from vigil.authoring.closure.kinds.already import EVERYTHING_FORMS
 from vigil.authoring.closure.states import drafts_of_state, phrase_for_state, setup_with_goal_met, unfinished_setup
-from vigil.authoring.closure.tasks import ClosureTask, Tasks, interleave, rejection
+from vigil.authoring.closure.tasks import ClosureTask, Tasks, interleave
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import goal_for, setup_for
 from vigil.authoring.language.wording import Act, say
@@ -79,10 +79,10 @@ def _about_all(context: HouseContext, act: Act, places: Places) -> Tasks:
     for place, things in places:
         found = _meant(things, act)
         if not MIN_TARGETS <= len(found) <= MAX_PARTS:
-            yield rejection(context, "already", "few_enough", f"{len(found)} things can be asked about in {place}")
+            yield context.rejection("SI", "already", "few_enough", f"{len(found)} things can be asked about in {place}")
         elif any(is_shut_away(context, thing) or not is_counted(thing, act) for thing in found):
-            yield rejection(
-                context, "already", "place_can_be_seen", f"something in {place} cannot be asked about or seen"
+            yield context.rejection(
+                "SI", "already", "place_can_be_seen", f"something in {place} cannot be asked about or seen"
             )
         else:
             for target in context.shuffled(found):

@@ -4,7 +4,7 @@ from itertools import islice
 
 from vigil.authoring.closure.asking import PLACED_ORDERS, PUT_ON, phrase_by_support, start_near
 from vigil.authoring.closure.receptacle_space import fits_on
-from vigil.authoring.closure.tasks import ClosureTask, Tasks, interleave, rejection
+from vigil.authoring.closure.tasks import ClosureTask, Tasks, interleave
 from vigil.authoring.drafting.filling import can_be_put
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.families.cr.drafts import is_furniture, placements_in_the_way
@@ -44,14 +44,14 @@ def _absent_tasks(context: HouseContext) -> Tasks:
         item = context.items[target.id]
         phrase, support = phrase_by_support(context, item), context.view.scene.things.get(target.parent or "")
         if phrase is None or support is None:
-            yield rejection(
-                context, "impossible", "distinguished", f"{target.id!r} cannot be identified by its support"
+            yield context.rejection(
+                "SI", "impossible", "distinguished", f"{target.id!r} cannot be identified by its support"
             )
             continue
         evidence = surface_evidence(support, target.surface)
         if not evidence or children(context.view.scene, target.id):
-            yield rejection(
-                context, "impossible", "place_can_be_seen", f"{support.id!r} cannot be looked at from above"
+            yield context.rejection(
+                "SI", "impossible", "place_can_be_seen", f"{support.id!r} cannot be looked at from above"
             )
             continue
         first = episode.model_copy(
