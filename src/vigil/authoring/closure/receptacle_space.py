@@ -72,14 +72,13 @@ def refuses_clicks(scene: Scene, agent: Pose, thing_id: str, receptacle_id: str,
     return all(spot_on(state, thing, receptacle, Vec3(*map(float, point))) is None for point in points)
 
 
-def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterable[str] = ()) -> set[str]:
-    """Return the names of a receptacle's surfaces with room for a thing. The things with the ids `gone` are ignored."""
+def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str) -> set[str]:
+    """Return the names of a receptacle's surfaces with room for a thing."""
     thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
-    out = {thing_id, *gone}
     return {
         surface.name
         for surface, frame in level_surfaces(receptacle)
-        if _free(scene, thing, receptacle, surface, frame, out)
+        if _free(scene, thing, receptacle, surface, frame, {thing_id})
     }
 
 

@@ -64,8 +64,7 @@ def _under(things: Sequence[LocatedThing], anchor: LocatedThing) -> list[str]:
     shares: dict[str, float] = {}
     for thing in things:
         shape = _floor(thing.box)
-        top = thing.box.center.y + thing.box.size.y / 2
-        is_lower = top < anchor.box.center.y + anchor.box.size.y / 2
+        is_lower = thing.box.top < anchor.box.top
         shares[thing.id] = shape.intersection(above).area / shape.area if is_lower and shape.area else 0.0
     could = [thing for thing in things if shares[thing.id] >= PARTLY_COVERED]
     return _meant(could, lambda only: shares[only.id] >= COVERED)

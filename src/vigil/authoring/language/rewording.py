@@ -82,7 +82,7 @@ def rewordings(text: str, tables: Sequence[Sentences], rng: np.random.Generator)
 
 
 def _match(text: str, table: Sentences, form: str) -> Reading | None:
-    lazy, greedy = (pattern.fullmatch(text) for pattern in _patterns(form))
+    lazy, greedy = (_pattern(form, star).fullmatch(text) for star in ("*?", "*"))
     if lazy is None or greedy is None or lazy.groupdict() != greedy.groupdict():
         return None
     words = {}
@@ -92,12 +92,8 @@ def _match(text: str, table: Sentences, form: str) -> Reading | None:
 
 
 @cache
-def _patterns(form: str) -> tuple[re.Pattern[str], re.Pattern[str]]:
-    """Return two patterns of a form: one takes as few words into a slot as possible, the other as many as possible."""
-    return _pattern(form, "*?"), _pattern(form, "*")
-
-
 def _pattern(form: str, star: str) -> re.Pattern[str]:
+    """Return the pattern of a form. A slot takes as few words as possible if `star` is "*?", as many if it is "*"."""
     parts, seen = [], dict[str, str]()
     for literal, name, _, _ in string.Formatter().parse(form):
         parts.append(re.escape(literal))
