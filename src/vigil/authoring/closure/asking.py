@@ -9,17 +9,12 @@ from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import CLEAR_PX, shows_px
 from vigil.authoring.language.disambiguation import first_meaning
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
-from vigil.authoring.language.sentences import SEARCH_ORDERS, Sentences
+from vigil.authoring.language.sentences import SEARCH_ORDERS
 from vigil.base.geometry import Pose
 from vigil.scene.things import Thing
 
 _CLAIMS = ("I do not know where {target} is", "Where is {target}?")
-PLACED_ORDERS = Sentences(
-    *(
-        tuple(each for each in half if not each.startswith(_CLAIMS))
-        for half in (SEARCH_ORDERS.public, SEARCH_ORDERS.held_out)
-    )
-)
+PLACED_ORDERS = SEARCH_ORDERS.with_halves(lambda half: (form for form in half if not form.startswith(_CLAIMS)))
 """Orders to search for a target that do not ask where it is: the phrase for the target already names its place."""
 PUT_ON = (
     "Put {target} on {receptacle}.",

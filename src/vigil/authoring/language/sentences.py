@@ -11,6 +11,7 @@ a slot has a capital if the slot begins a sentence.
 """
 
 import tomllib
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
@@ -31,6 +32,10 @@ class Sentences:
         """Return the forms of the requested half, or all forms."""
         halves = {"public": self.public, "held_out": self.held_out, "all": (*self.public, *self.held_out)}
         return halves[forms]
+
+    def with_halves(self, change: Callable[[tuple[str, ...]], Iterable[str]]) -> "Sentences":
+        """Return the forms that `change` makes of each half."""
+        return Sentences(tuple(change(self.public)), tuple(change(self.held_out)))
 
 
 def read_sentences(path: Path) -> dict[str, Sentences]:

@@ -35,9 +35,7 @@ def _apart(table: Sentences) -> tuple[Sentences, ...]:
     stacked = ("{target} on", "{target} into", "{target} inside")
     is_stacked = {form: any(words in form for words in stacked) for form in table.of("all")}
     return tuple(
-        Sentences(
-            *(tuple(form for form in half if is_stacked[form] is side) for half in (table.public, table.held_out))
-        )
+        table.with_halves(lambda half, side=side: [form for form in half if is_stacked[form] is side])
         for side in (True, False)
     )
 

@@ -41,12 +41,9 @@ _FORMS = read_sentences(Path(__file__).with_name("sentences.toml"))
 
 def _either(one: str, is_one: str, other: str) -> Sentences:
     """Return the questions about two states, with the words for these states."""
-    forms = _FORMS["either"]
-    halves = [
-        tuple(each.replace("<is one>", is_one).replace("<one>", one).replace("<other>", other) for each in half)
-        for half in (forms.public, forms.held_out)
-    ]
-    return Sentences(*halves)
+    return _FORMS["either"].with_halves(
+        lambda half: (form.replace("<is one>", is_one).replace("<one>", one).replace("<other>", other) for form in half)
+    )
 
 
 QUESTIONS: dict[QueriedState, Sentences] = {
