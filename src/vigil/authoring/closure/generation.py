@@ -9,7 +9,7 @@ from vigil.authoring.drafting.generation import Checker, Grammar, proposer_of
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.base.exported import loaded
 from vigil.protocol.families import Family
-from vigil.scoring.closure import CLOSURE_KINDS, Kind
+from vigil.scoring.closure import CLOSURE_KINDS, KINDS, Kind
 from vigil.sim.privileged import PrivilegedSimulator
 
 FAMILY: Family = "SI"
@@ -18,7 +18,7 @@ FAMILY: Family = "SI"
 
 def closure_kinds(_: Family) -> dict[Kind, Callable[[HouseContext], Tasks]]:
     """Return kind -> the function that proposes its tasks in a house."""
-    return {name: loaded(kind.tasks) for name, kind in CLOSURE_KINDS.items()}
+    return {name: loaded(CLOSURE_KINDS[name].tasks) for name in KINDS}
 
 
 def closure_checker(simulator: PrivilegedSimulator) -> Checker:
