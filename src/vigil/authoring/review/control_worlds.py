@@ -6,15 +6,17 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.language.referring import LOOK_ALIKES
-from vigil.authoring.review.synthetic_records import SyntheticStep, SyntheticWorlds, record_of
+from vigil.authoring.review.synthetic_records import SyntheticStep, changed_setup, record_of
 from vigil.authoring.solving.primitive_actions import click
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose, floor_distance, yaw_towards
+from vigil.errors import EpisodeError
 from vigil.protocol.actions import InteractPixel, Status
 from vigil.protocol.episode import Episode
-from vigil.protocol.world import Setup
+from vigil.protocol.world import Setup, WorldState
 from vigil.records.record import EpisodeRecord
 from vigil.scene.things import Thing
+from vigil.sim.privileged import PrivilegedSimulator
 
 TRIED_POSES = 6
 """Approximate number of poses that are tried for each world."""
@@ -26,13 +28,36 @@ class ControlWorlds:
     The constructor resets the simulator to the episode's setup. Most methods change the simulator's state.
     """
 
-    def __init__(self, synthetic: SyntheticWorlds, view: PrivilegedView, record: EpisodeRecord) -> None:
-        self.synthetic, self.view, self.record = synthetic, view, record
-        self.episode: Episode = synthetic.episode
-        synthetic.set_up(self.episode.setup)
-        self.target = view.scene.things[self.episode.goal.object_id]
+    def __init__(
+        self, simulator: PrivilegedSimulator, view: PrivilegedView, episode: Episode, record: EpisodeRecord
+    ) -> None:
+        self._simulator = simulator
+        self.view, self.episode, self.record = view, episode, record
+        self.set_up(episode.setup)
+        self.target = view.scene.things[episode.goal.object_id]
         self.look_alike = self._look_alike()
         """The nearest other thing that people may mistake for the target; None if there is none."""
+
+    def set_up(self, setup: Setup, pose: Pose | None = None) -> bool:
+        """Reset the simulator to a setup, with the agent at `pose` (None: at the start). Return False if impossible."""
+        try:
+            self._simulator.reset(pose or self.episode.start, setup)
+        except EpisodeError:  # a leaf would be where the body is, or a placement is invalid
+            return False
+        return True
+
+    def world(self, setup: Setup, pose: Pose | None = None) -> WorldState | None:
+        """Return the world in a setup, observed from `pose` (None: from the start); None if the setup is impossible."""
+        return self._simulator.world(self.episode.bound_ids()) if self.set_up(setup, pose) else None
+
+    def row(self, setup: Setup, pose: Pose | None = None) -> list[SyntheticStep] | None:
+        """Return a list of one step, which has the world in a setup; None if the setup is impossible."""
+        world = self.world(setup, pose)
+        return None if world is None else [SyntheticStep(world)]
+
+    def changed(self, object_id: str, **facts: object) -> Setup:
+        """Return the episode's setup with changes to one object; `facts` are fields of `ObjectSetup`."""
+        return changed_setup(self.episode.setup, object_id, **facts)
 
     def from_reset(self, rows: list[SyntheticStep] | None, status: Status = "success") -> EpisodeRecord | None:
         """Return a record: the reset, the steps `rows`, and a report; None if `rows` is None."""
@@ -47,7 +72,7 @@ class ControlWorlds:
 
         The agent is at `pose`; if this is None, where the solution ended.
         """
-        return self.after_solution(self.synthetic.row(setup, pose or self.record.worlds[-1].agent))
+        return self.after_solution(self.row(setup, pose or self.record.worlds[-1].agent))
 
     def nearest(self, is_wanted: Callable[[Thing], bool]) -> Thing | None:
         """Return the thing nearest to the target for which `is_wanted` is true; None if there is none."""
@@ -70,14 +95,14 @@ class ControlWorlds:
 
         None if there is no such thing.
         """
-        self.synthetic.set_up(self.episode.setup)
+        self.set_up(self.episode.setup)
         for thing in things:
             pixel = self.view.click_pixel(thing.id) if thing.is_present else None
             if pixel is not None:
                 ground: InteractPixel = click("ground", pixel)
-                effect = self.synthetic.simulator.step(ground)
+                effect = self._simulator.step(ground)
                 if self.target.id not in effect.near:
-                    return [SyntheticStep(self.synthetic.simulator.world(self.episode.bound_ids()), ground, effect)]
+                    return [SyntheticStep(self._simulator.world(self.episode.bound_ids()), ground, effect)]
         return None
 
     def _look_alike(self) -> Thing | None:

@@ -104,7 +104,7 @@ def _approach_controls(goal: AgentNearTarget, worlds: ControlWorlds) -> ControlR
 
 def _at(cells: np.ndarray, worlds: ControlWorlds) -> list[SyntheticStep] | None:
     pose = next(worlds.poses(cells, worlds.target), None)
-    return None if pose is None else worlds.synthetic.row(worlds.episode.setup, pose)
+    return None if pose is None else worlds.row(worlds.episode.setup, pose)
 
 
 def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
@@ -115,7 +115,7 @@ def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
     cells = worlds.view.plan().cells
     away = box_distances(body_box(look_alike), cells)
     for pose in worlds.poses(cells[(away > LOOK_M[0]) & (away < LOOK_M[1])], look_alike):
-        world = worlds.synthetic.world(worlds.episode.setup, pose)
+        world = worlds.world(worlds.episode.setup, pose)
         is_hidden = world is not None and not world.objects[worlds.target.id].visible_px
         if world is not None and is_hidden and is_observable(worlds.view.state_of(look_alike.id)):
             return [SyntheticStep(world)]
@@ -136,8 +136,8 @@ def _attained(object_id: str, goal: Goal, worlds: ControlWorlds) -> list[Synthet
     """
     if isinstance(goal, ObjectInState):
         state = {"openness": float(goal.value)} if goal.state == "is_open" else {"is_toggled": goal.value}
-        return worlds.synthetic.row(worlds.synthetic.changed(object_id, **state))
-    return worlds.synthetic.row(worlds.episode.setup.model_copy(update={"held": object_id}))
+        return worlds.row(worlds.changed(object_id, **state))
+    return worlds.row(worlds.episode.setup.model_copy(update={"held": object_id}))
 
 
 def _allows(thing: Thing, goal: ObjectInState | ObjectHeld) -> bool:
@@ -181,14 +181,14 @@ def _placement_controls(goal: ObjectAtReceptacle, worlds: ControlWorlds) -> Cont
     yield "done and undone", worlds.undone(start)
     yield "put there and taken again", worlds.undone(start.model_copy(update={"held": worlds.target.id}))
     for name, setups in _misplaced(goal, worlds, start):
-        yield from ((name, worlds.from_reset(worlds.synthetic.row(setup))) for setup in setups)
+        yield from ((name, worlds.from_reset(worlds.row(setup))) for setup in setups)
         if not setups:
             yield name, None
 
 
 def _misplaced(goal: ObjectAtReceptacle, worlds: ControlWorlds, setup: Setup) -> list[tuple[str, list[Setup]]]:
     """Return (name, setups) of each control in which the wrong object is used or an object is at a wrong place."""
-    if not worlds.synthetic.set_up(setup):
+    if not worlds.set_up(setup):
         return []
     scene, things = worlds.view.scene, worlds.view.scene.things
     target, receptacle = things[goal.object_id], things[goal.receptacle_id]
@@ -232,12 +232,12 @@ def _report_controls(goal: ReportStatus, worlds: ControlWorlds) -> ControlRecord
     label = last.status
     thing, is_toggle = worlds.target, goal.state == "is_toggled"
     other = {"is_toggled": not thing.is_toggled} if is_toggle else {"openness": 0.0 if label == "open" else 1.0}
-    changed = worlds.synthetic.row(worlds.synthetic.changed(thing.id, **other))
-    restored = worlds.synthetic.row(worlds.episode.setup)
+    changed = worlds.row(worlds.changed(thing.id, **other))
+    restored = worlds.row(worlds.episode.setup)
     start = worlds.episode.start
     away = start.model_copy(update={"rotation": wrap_deg(start.rotation + 180.0)})
     yield "changed, and reported as changed", worlds.from_reset(changed, OTHER_LABEL[label])
     yield "changed, and reported as it was", worlds.from_reset(changed, label)
     twice = None if changed is None or restored is None else [*changed, *restored]
     yield "done and undone", worlds.from_reset(twice, label)
-    yield "reported with the back to it", worlds.from_reset(worlds.synthetic.row(worlds.episode.setup, away), label)
+    yield "reported with the back to it", worlds.from_reset(worlds.row(worlds.episode.setup, away), label)

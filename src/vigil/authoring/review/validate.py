@@ -13,7 +13,6 @@ from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.goal_controls import controls_of_goal
 from vigil.authoring.review.robustness import ROBUST_RULES, robust_faults
 from vigil.authoring.review.rules import MARGIN_M, MARGIN_PX, RULES, broken_by
-from vigil.authoring.review.synthetic_records import SyntheticWorlds
 from vigil.authoring.review.wording_rules import WORDING_RULES, worded_badly
 from vigil.authoring.solving import primitive_actions
 from vigil.authoring.solving.macro_actions import Unsolvable
@@ -189,13 +188,11 @@ class Validator:
         judged = tuple(self._judge(episode, steps, record))
         if judged:
             return ValidationResult(judged, steps)
-        controls = negative_controls(SyntheticWorlds(self._simulator, episode), self._view, record)
-        passed = (control for control in controls if scores_as_success(episode, control))
-        return ValidationResult(
-            tuple(Finding(episode.id, "negative_controls_fail", control.name) for control in passed),
-            steps,
-            tuple(controls),
-        )
+        worlds = ControlWorlds(self._simulator, self._view, episode, record)
+        controls = tuple(NegativeControl(name, made) for name, made in controls_of_goal(episode.goal, worlds))
+        passed = (control.name for control in controls if scores_as_success(episode, control))
+        findings = (Finding(episode.id, "negative_controls_fail", name) for name in passed)
+        return ValidationResult(tuple(findings), steps, controls)
 
     def robustness(self, episode: Episode, house: House) -> tuple[Finding, ...]:
         """Return a finding for each rule of `vigil.authoring.review.robustness` that a valid episode breaks."""
@@ -306,9 +303,3 @@ def scores_as_success(episode: Episode, control: NegativeControl) -> bool:
         return False
     outcome = score(episode, control.record)
     return outcome.W or outcome.B
-
-
-def negative_controls(scenes: SyntheticWorlds, view: PrivilegedView, record: EpisodeRecord) -> list[NegativeControl]:
-    """Return an episode's negative controls; `record` is its solution's record. Leaves the simulator in any state."""
-    worlds = ControlWorlds(scenes, view, record)
-    return [NegativeControl(name, made) for name, made in controls_of_goal(worlds.episode.goal, worlds)]
