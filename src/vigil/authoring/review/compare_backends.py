@@ -1,6 +1,6 @@
 """Comparison of two back ends: each recorded solution of a pack is played on both, and compared action by action."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,7 +8,7 @@ from vigil.authoring.review.validate import Validator
 from vigil.base.geometry import Box, distance, turn_between
 from vigil.packs.pack import Pack
 from vigil.protocol.episode import Episode
-from vigil.protocol.world import Effect, ObjectState, WorldState
+from vigil.protocol.world import Effect, WorldState
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.outcomes import score
 from vigil.sim.privileged import PrivilegedSimulator
@@ -37,6 +37,25 @@ KINDS = {
     "verdict by sight": "the verdict; it is equal if both back ends are taken to see the same",
 }
 """Kind of difference -> what differs."""
+ComparedFacts = tuple[tuple[str, float, tuple[str, ...]], ...]
+"""Kind of difference, greatest difference of numbers that count as equal, and names of the compared facts."""
+EFFECT_FACTS: ComparedFacts = (
+    ("moved", SAME_M, ("moved_m", "turned_deg", "pitched_deg")),
+    ("refusal", 0.0, ("refusal", "too_far", "path_blocked", "blocked_by", "capped")),
+    ("hit", 0.0, ("hit",)),
+    ("near", 0.0, ("near",)),
+    ("changed", 0.0, ("changed",)),
+    ("hit", SAME_CLICK_M, ("click_m",)),
+)
+OBJECT_FACTS: ComparedFacts = (
+    ("state", SAME_OPENNESS, ("openness", "is_toggled")),
+    ("hand", 0.0, ("is_held",)),
+    ("support", 0.0, ("parent", "support_chain", "inside", "not_on", "over", "over_inside")),
+    ("box", SAME_M, ("box",)),
+    ("pixels", 0.0, ("visible_px", "open_px", "toggle_px")),
+    ("nearest", SAME_M, ("nearest_visible_m",)),
+    ("visible", 0.0, ("visible",)),
+)
 SEEN = ("visible", "visible_px", "open_px", "toggle_px", "nearest_visible_m")
 """Names of the facts in an object's state that say how the object is seen."""
 
@@ -146,62 +165,32 @@ def _world_with_visibility_of(a: WorldState, b: WorldState) -> WorldState:
 
 
 def _effects(a: Effect | None, b: Effect | None) -> Iterator[UnequalFact]:
-    if a is None or b is None:
-        return
-    for name in ("moved_m", "turned_deg", "pitched_deg"):
-        if abs(getattr(a, name) - getattr(b, name)) > SAME_M:
-            yield "moved", name, getattr(a, name), getattr(b, name)
-    kinds = {
-        "refusal": ("refusal", "too_far", "path_blocked", "blocked_by", "capped"),
-        "hit": ("hit",),
-        "near": ("near",),
-        "changed": ("changed",),
-    }
-    for kind, names in kinds.items():
-        yield from _unequal(kind, a, b, names)
-    if not _is_near(a.click_m, b.click_m, SAME_CLICK_M):
-        yield "hit", "click_m", a.click_m, b.click_m
+    return iter(()) if a is None or b is None else _unequal(a, b, EFFECT_FACTS)
 
 
 def _worlds(a: WorldState, b: WorldState) -> Iterator[UnequalFact]:
-    if distance(a.agent.position, b.agent.position) > SAME_M or any(
-        abs(turn_between(one, other)) > SAME_DEG
-        for one, other in ((a.agent.rotation, b.agent.rotation), (a.agent.horizon, b.agent.horizon))
-    ):
+    turned = turn_between(a.agent.rotation, b.agent.rotation), turn_between(a.agent.horizon, b.agent.horizon)
+    if distance(a.agent.position, b.agent.position) > SAME_M or max(map(abs, turned)) > SAME_DEG:
         yield "pose", "agent", a.agent, b.agent
-    if a.held != b.held:
-        yield "hand", "held", a.held, b.held
+    yield from _unequal(a, b, (("hand", 0.0, ("held",)),))
     for name, state in a.objects.items():
         other = b.objects[name]
-        yield from ((kind, f"{name} {what}", one, two) for kind, what, one, two in _objects(state, other))
+        turn = turn_between(state.box.yaw, other.box.yaw)
+        if distance(state.position, other.position) > SAME_M or abs(turn) > SAME_DEG:
+            yield "place", f"{name} position", state.position, other.position
+        yield from ((kind, f"{name} {fact}", *values) for kind, fact, *values in _unequal(state, other, OBJECT_FACTS))
 
 
-def _objects(a: ObjectState, b: ObjectState) -> Iterator[UnequalFact]:
-    if distance(a.position, b.position) > SAME_M or abs(turn_between(a.box.yaw, b.box.yaw)) > SAME_DEG:
-        yield "place", "position", a.position, b.position
-    if not _is_near(a.openness, b.openness, SAME_OPENNESS):
-        yield "state", "openness", a.openness, b.openness
-    yield from _unequal("state", a, b, ("is_toggled",))
-    yield from _unequal("hand", a, b, ("is_held",))
-    yield from _unequal("support", a, b, ("parent", "support_chain", "inside", "not_on", "over", "over_inside"))
-    if not _is_same_box(a.box, b.box):
-        yield "box", "box", a.box, b.box
-    yield from _unequal("pixels", a, b, ("visible_px", "open_px", "toggle_px"))
-    if not _is_near(a.nearest_visible_m, b.nearest_visible_m, SAME_M):
-        yield "nearest", "nearest_visible_m", a.nearest_visible_m, b.nearest_visible_m
-    yield from _unequal("visible", a, b, ("visible",))
+def _unequal(a: Any, b: Any, facts: ComparedFacts) -> Iterator[UnequalFact]:
+    for kind, within, names in facts:
+        for name in names:
+            one, other = getattr(a, name), getattr(b, name)
+            if not _is_same(one, other, within):
+                yield kind, name, one, other
 
 
-def _is_same_box(a: Box, b: Box) -> bool:
-    sizes = zip(a.size, b.size, strict=True)
-    return distance(a.center, b.center) <= SAME_M and all(abs(one - two) <= SAME_M for one, two in sizes)
-
-
-def _unequal(kind: str, a: Any, b: Any, names: Iterable[str]) -> Iterator[UnequalFact]:
-    for name in names:
-        if getattr(a, name) != getattr(b, name):
-            yield kind, name, getattr(a, name), getattr(b, name)
-
-
-def _is_near(a: float | None, b: float | None, within: float) -> bool:
-    return a == b if a is None or b is None else abs(a - b) <= within
+def _is_same(a: Any, b: Any, within: float) -> bool:
+    if isinstance(a, Box):
+        sizes = zip(a.size, b.size, strict=True)
+        return distance(a.center, b.center) <= within and all(_is_same(*size, within) for size in sizes)
+    return a == b or (isinstance(a, float) and isinstance(b, float) and abs(a - b) <= within)
