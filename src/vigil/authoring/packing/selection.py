@@ -5,10 +5,10 @@ selected. For a new version of a pack, episodes of the previous version are sele
 """
 
 import zlib
+from abc import ABC, abstractmethod
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from vigil.authoring.drafting.drafts import Draft, DraftsFile, TaskDraft
 from vigil.authoring.packing.balance import stratum_of
@@ -20,7 +20,7 @@ from vigil.packs.pack import CHORES_SUITE
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
 from vigil.scoring.chore_answers import ListAnswer
-from vigil.scoring.closure import ClosureAnswer
+from vigil.scoring.closure import SUITE, ClosureAnswer
 from vigil.scoring.levels import EpisodeLevel, Level
 
 FOUND_BY_TURNING = 0.4
@@ -162,91 +162,14 @@ def _with_facts(candidate: Candidate, old: set[str], levels: Mapping[str, Episod
     return known if found is None else replace(known, level=found.level, target_px=found.measures.target_px)
 
 
-class Balance(Protocol):
+class Balance(ABC):
     """Counts of the tasks chosen so far. They determine which task is chosen next."""
 
-    def takes(self, candidate: Candidate) -> bool:
-        """Return whether the pack's limits still allow this candidate."""
-        ...
-
-    def cost(self, candidate: Candidate) -> tuple:
-        """Return the sort key of a candidate. The candidate with the smallest key is chosen next."""
-        ...
-
-    def add(self, candidate: Candidate) -> None:
-        """Add a chosen candidate to the counts."""
-        ...
-
-
-class FamilyBalance:
-    """Balance of a pack of families, over levels, strata, labels, categories and houses."""
-
     def __init__(self, pool: Sequence[Candidate], request: PackRequest) -> None:
+        del pool
         self._request = request
-        strata: dict[str, set[str]] = {family: set() for family in request.families}
-        for candidate in pool:
-            strata.setdefault(candidate.task.group, set()).add(candidate.stratum)
-        self._even_share = {family: request.per_family // max(len(found), 1) for family, found in strata.items()}
-        """Family -> number of episodes that each of its strata has if all have the same number."""
-        self._categories, self._houses, self._rooms = Counter[str](), Counter[str](), Counter[int]()
-        self.of_family: Counter[tuple[str, ...]] = Counter()
-
-    def add(self, candidate: Candidate) -> None:
-        """Add a chosen candidate to the counts."""
-        episode, facts = candidate.episode, candidate.draft.facts
-        self._categories[facts.category] += 1
-        self._houses[episode.house.name] += 1
-        self._rooms[facts.rooms] += 1
-        keys = [("stratum", candidate.stratum), ("category", facts.category), ("house", episode.house.name)]
-        keys += [("turn", str(facts.is_seen_by_turning)), ("label", facts.category, facts.label or "")]
-        keys += [("thing", episode.house.name, episode.goal.object_id), ("level", candidate.level or "")]
-        self.of_family.update((episode.family, *key) for key in keys)
-
-    def takes(self, candidate: Candidate) -> bool:
-        """Return whether the pack's limits still allow this candidate."""
-        episode, family = candidate.episode, candidate.episode.family
-        if self.of_family[family, "house", episode.house.name] >= self._request.max_per_house:
-            return False
-        level, quotas = candidate.level, self._request.level_quotas
-        if quotas and (level is None or self.of_family[family, "level", level] >= quotas.get(level, 0)):
-            return False
-        turned = self.of_family[family, "turn", "True"]
-        is_search = not FAMILIES[family].visible_at_start and candidate.draft.facts.is_seen_by_turning
-        return not is_search or turned < int(FOUND_BY_TURNING * self._request.per_family)
-
-    def cost(self, candidate: Candidate) -> tuple:
-        """Return the sort key of a candidate. The candidate with the smallest key is chosen next."""
-        episode, facts, family = candidate.episode, candidate.draft.facts, candidate.episode.family
-        opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
-        lead = self.of_family[family, "label", facts.category, facts.label or ""]
-        turned, walked = (self.of_family[family, "turn", value] for value in ("True", "False"))
-        is_ahead = not FAMILIES[family].visible_at_start and turned >= FOUND_BY_TURNING * (turned + walked + 1)
-        return (
-            is_ahead and facts.is_seen_by_turning,  # limits that would otherwise be missed come first
-            0 if candidate.level is None else self.of_family[family, "level", candidate.level],
-            self.of_family[family, "stratum", candidate.stratum] >= self._even_share[family],
-            lead - self.of_family[family, "label", facts.category, opposite] if opposite else 0,
-            candidate.is_clear,
-            self.of_family[family, "stratum", candidate.stratum],
-            candidate.stratum,
-            not candidate.is_from_previous,
-            not candidate.is_approved,
-            self.of_family[family, "thing", episode.house.name, episode.goal.object_id],  # then variety
-            self.of_family[family, "category", facts.category],
-            self.of_family[family, "house", episode.house.name],
-            self._categories[facts.category],
-            self._houses[episode.house.name],
-            self._rooms[facts.rooms],
-            *_by_chance(candidate, self._request.seed),
-        )
-
-
-class SuiteBalance:
-    """Balance of a pack of a suite: within each kind, over reasons and forms, acts, categories and houses."""
-
-    def __init__(self, request: PackRequest) -> None:
-        self._request = request
-        self._uses: Counter[tuple[str, str, str]] = Counter()
+        self._uses: Counter[tuple[str, ...]] = Counter()
+        """Family or kind ("" for the whole pack), feature and its value -> number of chosen tasks."""
 
     def add(self, candidate: Candidate) -> None:
         """Add a chosen candidate to the counts."""
@@ -256,12 +179,80 @@ class SuiteBalance:
         """Return whether the pack's limits still allow this candidate."""
         return self._uses[candidate.task.group, "house", candidate.episode.house.name] < self._request.max_per_house
 
+    @abstractmethod
+    def cost(self, candidate: Candidate) -> tuple:
+        """Return the sort key of a candidate. The candidate with the smallest key is chosen next."""
+
+    @abstractmethod
+    def _keys(self, candidate: Candidate) -> list[tuple[str, ...]]:
+        """Return the keys under which a candidate is counted."""
+
+
+class FamilyBalance(Balance):
+    """Balance of a pack of families, over levels, strata, labels, categories and houses."""
+
+    def __init__(self, pool: Sequence[Candidate], request: PackRequest) -> None:
+        super().__init__(pool, request)
+        strata: dict[str, set[str]] = {family: set() for family in request.families}
+        for candidate in pool:
+            strata.setdefault(candidate.task.group, set()).add(candidate.stratum)
+        self._even_share = {family: request.per_family // max(len(found), 1) for family, found in strata.items()}
+        """Family -> number of episodes that each of its strata has if all have the same number."""
+
+    def _keys(self, candidate: Candidate) -> list[tuple[str, ...]]:
+        episode, facts = candidate.episode, candidate.draft.facts
+        common = [("category", facts.category), ("house", episode.house.name)]
+        keys = [("stratum", candidate.stratum), ("label", facts.category, facts.label or "")]
+        keys += [("turn", str(facts.is_seen_by_turning)), ("level", candidate.level or "")]
+        keys += [("thing", episode.house.name, episode.goal.object_id)]
+        whole = [*common, ("rooms", str(facts.rooms))]
+        return [*((episode.family, *key) for key in (*common, *keys)), *(("", *key) for key in whole)]
+
+    def takes(self, candidate: Candidate) -> bool:
+        """Return whether the pack's limits still allow this candidate."""
+        family, level, quotas = candidate.episode.family, candidate.level, self._request.level_quotas
+        if quotas and (level is None or self._uses[family, "level", level] >= quotas.get(level, 0)):
+            return False
+        is_search = not FAMILIES[family].visible_at_start and candidate.draft.facts.is_seen_by_turning
+        most_turned = int(FOUND_BY_TURNING * self._request.per_family)
+        return super().takes(candidate) and (not is_search or self._uses[family, "turn", "True"] < most_turned)
+
+    def cost(self, candidate: Candidate) -> tuple:
+        """Return the sort key of a candidate. The candidate with the smallest key is chosen next."""
+        episode, facts, family, used = candidate.episode, candidate.draft.facts, candidate.episode.family, self._uses
+        opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
+        lead = used[family, "label", facts.category, facts.label or ""]
+        turned, walked = (used[family, "turn", value] for value in ("True", "False"))
+        is_ahead = not FAMILIES[family].visible_at_start and turned >= FOUND_BY_TURNING * (turned + walked + 1)
+        return (
+            is_ahead and facts.is_seen_by_turning,  # limits that would otherwise be missed come first
+            0 if candidate.level is None else used[family, "level", candidate.level],
+            used[family, "stratum", candidate.stratum] >= self._even_share[family],
+            lead - used[family, "label", facts.category, opposite] if opposite else 0,
+            candidate.is_clear,
+            used[family, "stratum", candidate.stratum],
+            candidate.stratum,
+            not candidate.is_from_previous,
+            not candidate.is_approved,
+            used[family, "thing", episode.house.name, episode.goal.object_id],  # then variety
+            used[family, "category", facts.category],
+            used[family, "house", episode.house.name],
+            used["", "category", facts.category],
+            used["", "house", episode.house.name],
+            used["", "rooms", str(facts.rooms)],
+            *_by_chance(candidate, self._request.seed),
+        )
+
+
+class SuiteBalance(Balance):
+    """Balance of a pack of a suite: within each kind, over reasons and forms, acts, categories and houses."""
+
     def cost(self, candidate: Candidate) -> tuple:
         """Return the sort key of a candidate. The candidate with the smallest key is chosen next."""
         form, *variety = (self._uses[key] for key in self._keys(candidate))
         return (form, not candidate.is_approved, *variety, *_by_chance(candidate, self._request.seed))
 
-    def _keys(self, candidate: Candidate) -> list[tuple[str, str, str]]:
+    def _keys(self, candidate: Candidate) -> list[tuple[str, ...]]:
         episode, kind = candidate.episode, candidate.task.group
         answers = [answer for answer in candidate.task.answers if isinstance(answer, ClosureAnswer)]
         return [
@@ -273,33 +264,23 @@ class SuiteBalance:
         ]
 
 
-class ListBalance:
+class ListBalance(Balance):
     """Balance of a pack of lists of chores: the kinds and forms of their chores, houses and rooms."""
 
-    def __init__(self, request: PackRequest) -> None:
-        self._request = request
-        self._houses: Counter[tuple[str, str]] = Counter()
-        self._uses: Counter[str] = Counter()
-
-    def add(self, candidate: Candidate) -> None:
-        """Count a chosen candidate."""
-        house = candidate.episode.house.name
-        self._houses.update([(candidate.task.group, house), ("", house)])
-        self._uses.update(_chore_kinds(candidate))
-
-    def takes(self, candidate: Candidate) -> bool:
-        """Return whether the pack's limits allow a candidate."""
-        return self._houses[candidate.task.group, candidate.episode.house.name] < self._request.max_per_house
-
     def cost(self, candidate: Candidate) -> tuple:
-        """Return the sort key of a candidate; the smallest is chosen first."""
+        """Return the sort key of a candidate. The candidate with the smallest key is chosen next."""
         kinds = _chore_kinds(candidate)
         return (
             not candidate.is_approved,
-            sum(self._uses[kind] for kind in kinds) / len(kinds),
-            self._houses["", candidate.episode.house.name],
+            sum(self._uses["", "chore", kind] for kind in kinds) / len(kinds),
+            self._uses["", "house", candidate.episode.house.name],
             *_by_chance(candidate, self._request.seed),
         )
+
+    def _keys(self, candidate: Candidate) -> list[tuple[str, ...]]:
+        house = candidate.episode.house.name
+        chores = [("", "chore", kind) for kind in _chore_kinds(candidate)]
+        return [(candidate.task.group, "house", house), ("", "house", house), *chores]
 
 
 def _chore_kinds(candidate: Candidate) -> list[str]:
@@ -317,9 +298,7 @@ def select(pool: Sequence[Candidate], request: PackRequest) -> list[Candidate]:
 
     Raises TooFewDrafts if there are too few candidates.
     """
-    balance: Balance = FamilyBalance(pool, request)
-    if request.suite:
-        balance = ListBalance(request) if request.suite == CHORES_SUITE else SuiteBalance(request)
+    balance = {None: FamilyBalance, SUITE: SuiteBalance, CHORES_SUITE: ListBalance}[request.suite](pool, request)
     chosen: list[Candidate] = []
     missing: list[Missing] = []
     for group, quota in request.quotas.items():
