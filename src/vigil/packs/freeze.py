@@ -66,8 +66,8 @@ def freeze(
 def _contents(episodes: list[Episode], solutions: list[Solution], houses: list[House]) -> dict[str, bytes]:
     """Return path -> content for all files of a pack except the manifest."""
     return {
-        EPISODES: b"".join(_line(episode) for episode in episodes),
-        SOLUTIONS: b"".join(_line(solution) for solution in solutions),
+        EPISODES: dump_rows(episodes),
+        SOLUTIONS: dump_rows(solutions),
         **{f"{HOUSES}/{house.name}.json": canonical_json(house.data) + b"\n" for house in houses},
     }
 
@@ -82,8 +82,10 @@ def _check_input(episodes: list[Episode], houses: Mapping[str, House], suite: st
         check_episode_house(episode, houses[name])
 
 
-def _line(model: BaseModel) -> bytes:
-    return canonical_json(model.model_dump(mode="json")) + b"\n"
+def dump_rows(rows: Iterable[BaseModel | Mapping[str, Any]]) -> bytes:
+    """Return rows as lines of canonical JSON."""
+    dumped = (row.model_dump(mode="json") if isinstance(row, BaseModel) else row for row in rows)
+    return b"".join(canonical_json(row) + b"\n" for row in dumped)
 
 
 def check_can_freeze(folder: Path, name: str) -> None:

@@ -17,10 +17,9 @@ from vigil.authoring.review.reviews import Review, apply_reviews
 from vigil.authoring.review.validate import Finding
 from vigil.errors import EpisodeError
 from vigil.housegen.document import generators_of
-from vigil.packs.freeze import check_can_freeze, freeze
+from vigil.packs.freeze import check_can_freeze, dump_rows, freeze
 from vigil.packs.pack import CHORES_SUITE, Pack
 from vigil.packs.private import SEED_SHA256, is_secret, seed_sha256
-from vigil.protocol.house import canonical_json
 from vigil.scoring.levels import LEVELS_FILE, EpisodeLevel, dump_levels
 
 FACTS = "facts.jsonl"
@@ -54,13 +53,11 @@ def assemble(
     read = [file.read() for file in files]
     meta, extra = _common_facts(chosen, read, request), dict[str, bytes]()
     if request.suite:
-        answers = sorted((answer for each in chosen for answer in each.task.answers), key=lambda each: each.episode_id)
-        suite = SUITES[request.suite]
-        meta |= {"suite": suite.name, **suite.facts(answers)}
+        facts, extra = SUITES[request.suite].contents(answer for each in chosen for answer in each.task.answers)
+        meta |= facts
         meta |= {"reviews": {**meta["reviews"], "rejected": _count_rejected(read, reviews)}}
         if request.suite == CHORES_SUITE:
             meta |= {"rejected": rejected_by_rule(read, request, bad, tried)}
-        extra[suite.answers] = dump_rows(answer.model_dump(mode="json") for answer in answers)
     else:
         chosen.sort(key=lambda candidate: candidate.episode.id)
         meta |= _family_facts(chosen, read, request)
@@ -70,7 +67,7 @@ def assemble(
         extra[LEVELS_FILE] = dump_levels(levels[candidate.episode.id] for candidate in chosen)
     drafts = [draft for candidate in chosen for draft in candidate.task.drafts]
     houses = [house_in(files, name) for name in sorted({draft.episode.house.name for draft in drafts})]
-    facts = [
+    rows = [
         {"episode_id": draft.episode.id, **draft.facts.model_dump(mode="json"), **_requested_facts(candidate, request)}
         for candidate in chosen
         for draft in candidate.task.drafts
@@ -84,15 +81,10 @@ def assemble(
         version=request.version,
         description=request.description or (SUITES[request.suite].description if request.suite else ""),
         meta=meta | {"house_generator": generators_of(houses)},
-        extra={FACTS: dump_rows(facts), **extra},
+        extra={FACTS: dump_rows(rows), **extra},
     )
     write_card(pack)
     return pack, bad
-
-
-def dump_rows(rows: Iterable[Any]) -> bytes:
-    """Return rows as lines of canonical JSON."""
-    return b"".join(canonical_json(row) + b"\n" for row in rows)
 
 
 def _check_levels(pool: Sequence[Candidate], request: PackRequest) -> None:

@@ -1,6 +1,6 @@
 """The suites of episodes besides the families: how their drafts are made, and what their packs hold."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator
 
 from vigil.base.exported import loaded
+from vigil.packs.freeze import dump_rows
 from vigil.packs.pack import ANSWERS, CHORE_ANSWERS, CHORES_SUITE
 from vigil.protocol.goals import MAX_CHORES, MIN_CHORES
-from vigil.scoring.chore_answers import list_kind
-from vigil.scoring.closure import KINDS, SUITE
+from vigil.scoring.chore_answers import ListAnswer, list_kind
+from vigil.scoring.closure import KINDS, SUITE, ClosureAnswer
 
 if TYPE_CHECKING:
     from vigil.authoring.drafting.generation import Grammar
@@ -35,16 +36,17 @@ class Suite:
     answers: str
     """File with the answers of a pack."""
     facts_place: str
-    """Where the function is that takes a pack's answers and returns its manifest's entries about the suite."""
+    """Where the function is that takes a pack's answers and returns the manifest's entries about them."""
 
     @property
     def grammar(self) -> "Grammar":
         """The grammar that makes the suite's drafts."""
         return resolve_name(self.grammar_place)
 
-    def facts(self, answers: Sequence[Any]) -> dict[str, Any]:
-        """Return the manifest's entries about the suite, from a pack's answers."""
-        return loaded(self.facts_place)(answers)
+    def contents(self, answers: Iterable[ClosureAnswer | ListAnswer]) -> tuple[dict[str, Any], dict[str, bytes]]:
+        """Return the manifest's entries about the suite, and the files of the suite, for a pack with these answers."""
+        ordered = sorted(answers, key=lambda answer: answer.episode_id)
+        return {"suite": self.name, **loaded(self.facts_place)(ordered)}, {self.answers: dump_rows(ordered)}
 
 
 SUITES: dict[SuiteName, Suite] = {

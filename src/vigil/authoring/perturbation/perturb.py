@@ -23,7 +23,6 @@ from pydantic import BaseModel, ConfigDict
 import vigil
 from vigil.authoring.closure.twins import BrokenRule
 from vigil.authoring.language.referring import items_as_seen, without_repeats
-from vigil.authoring.packing.assemble import dump_rows
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.packing.suites import SUITES
 from vigil.authoring.packing.verify import (
@@ -52,7 +51,7 @@ MAX_TRIED = 12
 """Maximum number of changes of one task that are tried. The first change that passes the certification is used."""
 NO_OTHER: Mapping[Change, str] = {"wording": "no_other_form", "start": "no_near_start", "light": "no_lamp"}
 """Kind of change -> reason that is given for an episode for which there was nothing to try."""
-_COPIED = ("suite", "seed", SEED_SHA256, "asset_database_sha256", "house_sources")
+_COPIED = ("seed", SEED_SHA256, "asset_database_sha256", "house_sources")
 """Keys of the original pack's manifest whose values also hold for the perturbed pack."""
 
 
@@ -230,8 +229,9 @@ def _freeze(
     how: tuple[Perturbation, PerturbationSettings],
 ) -> Pack:
     (tasks, houses), (perturbation, settings) = content, how
-    answers = sorted((each for task in tasks for each in task.answers or ()), key=lambda each: each.episode_id)
+    answers = [each for task in tasks for each in task.answers or ()]
     suite = next((each for each in SUITES.values() if each.name == pack.manifest.suite), None)
+    suite_facts, extra = ({}, {}) if suite is None else suite.contents(answers)
     meta: dict[str, Any] = {key: pack.manifest.meta[key] for key in _COPIED if key in pack.manifest.meta}
     if settings.change == "light":
         meta.pop("house_sources", None)  # these have the hashes of the houses in their original light
@@ -240,7 +240,7 @@ def _freeze(
         "vigil": vigil.__version__,
         **({"is_robust": True} if settings.checks.is_robust else {}),
     }
-    meta |= {"perturbation": perturbation.model_dump()} | ({} if suite is None else suite.facts(answers))
+    meta |= {"perturbation": perturbation.model_dump(), **suite_facts}
     members = [
         (_unreviewed(episode, len(actions or ())), Solution(episode_id=episode.id, actions=actions or ()))
         for task in tasks
@@ -255,7 +255,7 @@ def _freeze(
         version=pack.manifest.version,
         description=f"{pack.name} with {WORDS[perturbation.change]} (seed {perturbation.seed}).",
         meta=meta,
-        extra={} if suite is None else {suite.answers: dump_rows(each.model_dump(mode="json") for each in answers)},
+        extra=extra,
     )
     write_card(frozen)
     return frozen

@@ -211,7 +211,7 @@ def _misplaced(goal: ObjectAtReceptacle, worlds: ControlWorlds, setup: Setup) ->
         return changed_setup(setup, thing.id, placement=placement)
 
     return [
-        ("the neighbour instead", [put(target, at) for at in placements_on_neighbours(things, receptacle, target)]),
+        ("the neighbour instead", [put(target, at) for at in placements_on_neighbours(scene, receptacle, target)]),
         ("the receptacle's look-alike instead", [
             put(target, at)
             for other in others[:1]

@@ -1,6 +1,6 @@
 """Wrong placements of a thing: on top of a receptacle instead of inside, inside instead of on top, or next to it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.base.geometry import Vec3
 from vigil.protocol.world import Placement
 from vigil.scene.geometry import body_box, box_distances
-from vigil.scene.supports import contents, ends_lying_on, level_surfaces
+from vigil.scene.supports import ancestors, contents, ends_lying_on, level_surfaces
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.placing import open_surfaces
 
@@ -37,25 +37,18 @@ def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Ite
     yield from found.values()
 
 
-def placements_on_neighbours(things: Mapping[str, Thing], receptacle: Thing, thing: Thing) -> Iterator[Placement]:
+def placements_on_neighbours(scene: Scene, receptacle: Thing, thing: Thing) -> Iterator[Placement]:
     """Yield placements of a thing on other receptacles, the nearest first, each as near to `receptacle` as possible."""
     found = [
         (away, other.id, place)
-        for other in things.values()
-        if _takes(other, thing) and receptacle.id not in (other.id, *_supports_of(things, other))
+        for other in scene.things.values()
+        if _takes(other, thing) and receptacle.id not in {each.id for each in (other, *ancestors(scene, other))}
         for away, place in _placements_near(other, receptacle, thing)
     ]
     nearest: dict[str, Placement] = {}
     for _, other, place in sorted(found, key=lambda each: each[:2]):
         nearest.setdefault(other, place)
     yield from list(nearest.values())[:MAX_NEIGHBOURS]
-
-
-def _supports_of(things: Mapping[str, Thing], thing: Thing) -> Iterator[str]:
-    """Yield the ids of the things below a thing, from its support down to the floor."""
-    while thing.parent is not None and thing.parent in things:
-        yield thing.parent
-        thing = things[thing.parent]
 
 
 def _takes(other: Thing, thing: Thing) -> bool:

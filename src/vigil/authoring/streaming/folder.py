@@ -15,7 +15,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 import vigil
-from vigil.authoring.packing.assemble import FACTS, dump_rows
+from vigil.authoring.packing.assemble import FACTS
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.packing.suites import SUITES
 from vigil.authoring.streaming.address import address_of, hidden_address_of
@@ -26,7 +26,7 @@ from vigil.base.json_lines import AppendFile, dump_line, parse_line
 from vigil.errors import SettingError
 from vigil.housegen.document import generators_of
 from vigil.packs.files import MANIFEST
-from vigil.packs.freeze import check_can_freeze, freeze
+from vigil.packs.freeze import check_can_freeze, dump_rows, freeze
 from vigil.packs.pack import Pack, manifest_of
 from vigil.packs.private import SEED_SHA256, seed_sha256
 from vigil.protocol.families import Family
@@ -144,12 +144,10 @@ def _freeze(
         "vigil": vigil.__version__,
         **seed_facts,
     }
-    extra, answers = {FACTS: dump_rows(facts)}, [item.answer for item in items if item.answer is not None]
+    extra: dict[str, bytes] = {}
     if header.suite is not None:
-        suite = SUITES[header.suite]
-        ordered = sorted(answers, key=lambda answer: answer.episode_id)
-        meta |= {"suite": suite.name, **suite.facts(ordered)}
-        extra[suite.answers] = dump_rows(answer.model_dump(mode="json") for answer in ordered)
+        suite_facts, extra = SUITES[header.suite].contents(item.answer for item in items if item.answer is not None)
+        meta |= suite_facts
     whole = out.with_name(f".{out.name}.whole")
     if whole.exists():
         shutil.rmtree(whole)
@@ -161,7 +159,7 @@ def _freeze(
         name=out.name,
         description=f"The first {len(items)} episodes of {header.stream}, for training. No number is published on it.",
         meta=meta,
-        extra=extra,
+        extra={FACTS: dump_rows(facts), **extra},
     )
     write_card(pack)
     if is_grown:
