@@ -161,7 +161,7 @@ def verify(
     loaded, database = _with_assets(pack, assets)
     with progress("verify") as show:
         settings = VerificationSettings(backend, database, worker_count(workers), robust)
-        findings = verify_pack(loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"))
+        findings = verify_pack(loaded, settings, log, lambda done, of, faulty: show(done, of, f"{faulty} faulty"))
     for finding in findings:
         print(finding)
     for (family, rule), count in sorted(_faulty_of(loaded, findings).items()):

@@ -9,7 +9,6 @@ from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, Famil
 from vigil.authoring.packing.assemble import assemble
 from vigil.authoring.packing.requests import PackRequest
 from vigil.authoring.packing.verify import (
-    VerificationProgress,
     VerificationSettings,
     candidate_checker,
     check_log_of,
@@ -71,11 +70,13 @@ def request(per_family: int) -> PackRequest:
 def test_what_was_tried_is_not_tried_again(
     drafts: DraftsFile, questions: list[Episode], tried: list[str], tmp_path: Path
 ) -> None:
-    said: list[VerificationProgress] = []
-    pack, bad = assemble(tmp_path / "a", [drafts], [], request(3), candidate_checker([drafts], ROBUST, said.append))
+    said: list[tuple[int, ...]] = []
+    pack, bad = assemble(
+        tmp_path / "a", [drafts], [], request(3), candidate_checker([drafts], ROBUST, lambda *now: said.append(now))
+    )
     assert set(tried) == {episode.id for episode in questions}
     assert {name: {found.rule for found in findings} for name, findings in bad.items()} == {tried[0]: {"robust"}}
-    assert said[-1].done == said[-1].of
+    assert said[-1][0] == said[-1][1]
     assert len(check_log_of(drafts).read_bytes().splitlines()) == 4
     tried.clear()
     again, bad_again = assemble(tmp_path / "b", [drafts], [], request(3), candidate_checker([drafts], ROBUST))

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from vigil.authoring.cards import rate_words, table_lines
 from vigil.authoring.packing.question_only import GuessScore, majority_guess, words_guess
 from vigil.authoring.packing.sidecar_files import SidecarFile, read_sidecar
 from vigil.base.versions import schema_validator
@@ -123,25 +124,27 @@ def baselines_table(found: Baselines) -> list[str]:
     """
     if found.lists:
         heads = ["agent", *LIST_RATES.values()]
-        rows = [
-            f"| {agent} | {' | '.join('' if rate is None else _percent(rate) for rate in rates.values())} |"
-            for agent, rates in found.lists.items()
-        ]
-        return [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}", *rows]
+        return table_lines(
+            heads,
+            (
+                [agent, *("" if rate is None else _percent(rate) for rate in rates.values())]
+                for agent, rates in found.lists.items()
+            ),
+        )
     families = [family for family in FAMILIES if any(family in scores for scores in found.agents.values())]
     heads = ["agent", "W [95 %]", "B [95 %]", "FR", "NR", "IL", *(f"{family} W/B" for family in families)]
-    lines = [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}"]
+    rows: list[list[str]] = []
     for agent, scores in found.agents.items():
         whole = scores["all"]
         cells = [f"{agent}{'' if agent in BLIND_AGENTS else ' (privileged)'}"]
-        cells += [_with_interval(whole, rate) for rate in ("W", "B")]
+        cells += [rate_words(whole.rates[rate], whole.intervals[rate]) for rate in ("W", "B")]
         cells += [_percent(whole.rates[rate]) for rate in ("FR", "NR", "IL")]
         cells += [
             f"{_percent(scores[family].rates['W'])} / {_percent(scores[family].rates['B'])}" if family in scores else ""
             for family in families
         ]
-        lines.append(f"| {' | '.join(cells)} |")
-    return lines
+        rows.append(cells)
+    return table_lines(heads, rows)
 
 
 def strongest_lines(found: Baselines) -> list[str]:
@@ -182,11 +185,6 @@ def _score(rates: Mapping[str, Any]) -> AgentScore:
 def _rounded(interval: Sequence[float]) -> tuple[float, float]:
     low, high = interval
     return round(low, 6), round(high, 6)
-
-
-def _with_interval(score: AgentScore, rate: str) -> str:
-    low, high = score.intervals[rate]
-    return f"{_percent(score.rates[rate])} [{100 * low:.0f}, {100 * high:.0f}]"
 
 
 def _percent(share: float) -> str:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from vigil.packs.pack import Pack
-from vigil.protocol.episode import Episode
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +26,12 @@ class PackDifference:
 
 def compare(a: Pack, b: Pack) -> PackDifference:
     """Return the differences of pack `b` from pack `a`."""
-    mine, theirs = {e.id: e for e in a.episodes}, {e.id: e for e in b.episodes}
+    mine, theirs = (
+        {each.id: {**each.model_dump(), "solution": pack.solutions.get(each.id)} for each in pack.episodes}
+        for pack in (a, b)
+    )
     both = sorted(mine.keys() & theirs.keys())
-    fields = {name: (*_fields(mine[name], theirs[name]), *_solution(a, b, name)) for name in both}
+    fields = {name: tuple(key for key, value in mine[name].items() if value != theirs[name].get(key)) for name in both}
     changed = {name: found for name, found in fields.items() if found}
     return PackDifference(
         only_a=tuple(sorted(mine.keys() - theirs.keys())),
@@ -37,12 +39,3 @@ def compare(a: Pack, b: Pack) -> PackDifference:
         changed=changed,
         same=len(both) - len(changed),
     )
-
-
-def _fields(a: Episode, b: Episode) -> list[str]:
-    before, after = a.model_dump(), b.model_dump()
-    return [name for name in before if before[name] != after[name]]
-
-
-def _solution(a: Pack, b: Pack, name: str) -> list[str]:
-    return ["solution"] if a.solutions.get(name) != b.solutions.get(name) else []

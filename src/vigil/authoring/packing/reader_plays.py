@@ -10,6 +10,7 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from vigil.authoring.cards import rate_words, table_lines
 from vigil.authoring.packing.sidecar_files import SidecarFile, read_sidecar
 from vigil.base.versions import schema_validator
 from vigil.packs.pack import Pack
@@ -81,11 +82,7 @@ def plays_table(found: ReaderPlays) -> list[str]:
     measures = ["W", "B"] if found.plays[0].C is None else ["C"]
     heads = ["", "plays", *(f"{measure} [95 %]" for measure in measures), *CAUSES]
     rows = [("all", found.plays), *((name, groups[name]) for name in sorted(groups, key=_order_key))]
-    return [
-        f"| {' | '.join(heads)} |",
-        f"|{'---|' * len(heads)}",
-        *(f"| {name} | {' | '.join(_cells(plays, measures))} |" for name, plays in rows),
-    ]
+    return table_lines(heads, ([name, *_cells(plays, measures)] for name, plays in rows))
 
 
 def _order_key(group: str) -> tuple[int, str]:
@@ -99,5 +96,4 @@ def _cells(plays: Sequence[ReaderPlay], measures: Iterable[str]) -> list[str]:
 
 
 def _share(found: Sequence[bool]) -> str:
-    low, high = wilson(sum(found), len(found))
-    return f"{100 * sum(found) / len(found):.1f} [{100 * low:.0f}, {100 * high:.0f}]"
+    return rate_words(sum(found) / len(found), wilson(sum(found), len(found)))

@@ -173,23 +173,15 @@ class EpisodeFindings(BaseModel):
         return [Finding(self.episode_id, rule, message) for rule, message in self.findings]
 
 
-@dataclass(frozen=True, slots=True)
-class VerificationProgress:
-    """Progress of a verification, in numbers of episodes."""
-
-    done: int
-    of: int
-    faulty: int
-
-
-OnVerified = Callable[[VerificationProgress], None]
+OnVerified = Callable[[int, int, int], None]
+"""Function that is called with numbers of episodes: those verified so far, all, and those with findings."""
 
 
 def verify_pack(
     pack: Pack,
     settings: VerificationSettings,
     log: Path | None = None,
-    on_progress: OnVerified = lambda progress: None,
+    on_progress: OnVerified = lambda done, of, faulty: None,
 ) -> list[Finding]:
     """Return the findings about a pack's episodes, sorted by episode and rule. If `log` exists, it is continued.
 
@@ -230,7 +222,7 @@ def check_log_of(file: DraftsFile) -> Path:
 
 
 def candidate_checker(
-    files: Sequence[DraftsFile], settings: VerificationSettings, on_verified: OnVerified = lambda progress: None
+    files: Sequence[DraftsFile], settings: VerificationSettings, on_verified: OnVerified = lambda done, of, faulty: None
 ) -> CandidateCheck:
     """Return a function that checks candidates from these drafts files, and returns the findings about those that fail.
 
@@ -257,7 +249,7 @@ def findings_of(
     house_of: Callable[[Episode], House],
     settings: VerificationSettings,
     log: Path | None = None,
-    on_progress: OnVerified = lambda progress: None,
+    on_progress: OnVerified = lambda done, of, faulty: None,
 ) -> list[EpisodeFindings]:
     """Return the findings about each episode. Findings in `log` are reused, and new findings are appended to it.
 
@@ -275,7 +267,7 @@ def findings_of(
             results += found
             if file is not None:
                 file.append(*map(dump_line, found))
-            on_progress(VerificationProgress(len(results), total, sum(bool(result.findings) for result in results)))
+            on_progress(len(results), total, sum(bool(result.findings) for result in results))
     return results
 
 

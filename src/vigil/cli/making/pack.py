@@ -47,7 +47,9 @@ class PackFreezer:
 
         levels = self._measured_levels(files, previous) if self._request.levels else None
         with progress("checks") as show:
-            check = candidate_checker(files, self._checks, lambda now: show(now.done, now.of, f"{now.faulty} left out"))
+            check = candidate_checker(
+                files, self._checks, lambda done, of, faulty: show(done, of, f"{faulty} left out")
+            )
             pack, bad = assemble(
                 self._out, files, self._reviews, self._request, check, previous=previous, levels=levels
             )
