@@ -10,7 +10,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -88,6 +88,9 @@ def _message(message: Message) -> dict[str, Any]:
 class SftWriter:
     """Writer of the format `sft`: one file of JSON lines, and one file for each picture."""
 
+    table: ClassVar = TRAIN_JSONL
+    has_corrections: ClassVar = True
+
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         (folder / IMAGES).mkdir()
@@ -108,6 +111,9 @@ class SftWriter:
 
 class ParquetRowWriter:
     """Writer of the format `parquet`: one file with a row group for each episode."""
+
+    table: ClassVar = TRAIN_PARQUET
+    has_corrections: ClassVar = True
 
     def __init__(self, folder: Path) -> None:
         self._writer = pq.ParquetWriter(folder / TRAIN_PARQUET, SCHEMA)

@@ -6,7 +6,7 @@ Source: https://huggingface.co/docs/lerobot/lerobot-dataset-v3, and the files th
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -38,6 +38,9 @@ class LeRobotWriter:
     A new file is begun if a file would become too large. Corrections must not be added, because policies imitate every
     row and must not imitate false reports.
     """
+
+    table: ClassVar = DATA_FILES
+    has_corrections: ClassVar = False
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

@@ -9,7 +9,7 @@ import json
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import Literal
 
 from vigil.agents.conversation import Conversation, Message
 from vigil.agents.frame_encoding import EncodedFrame, encode_frame
@@ -29,7 +29,6 @@ from vigil.sim import make_simulator
 
 Fault = Literal["premature_success", "wrong_state", "false_fail"]
 """What is wrong with a false report: success before the goal holds, the wrong state, or giving up a reached goal."""
-FAULTS: tuple[Fault, ...] = get_args(Fault)
 
 
 @dataclass(frozen=True, slots=True)

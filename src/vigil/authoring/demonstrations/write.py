@@ -5,15 +5,14 @@ import shutil
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, ClassVar, Literal, Protocol
 
 from vigil.authoring.cards import CARD, render_card
-from vigil.authoring.demonstrations.chat_rows import TRAIN_JSONL, TRAIN_PARQUET, ParquetRowWriter, SftWriter
+from vigil.authoring.demonstrations.chat_rows import ParquetRowWriter, SftWriter
 from vigil.authoring.demonstrations.columns import WORDS
-from vigil.authoring.demonstrations.lerobot import DATA_FILES, LeRobotWriter
+from vigil.authoring.demonstrations.lerobot import LeRobotWriter
 from vigil.authoring.demonstrations.play import Demonstrator, Example
 from vigil.authoring.streaming.address import is_stream, seed_in
 from vigil.authoring.streaming.folder import header_of
@@ -34,7 +33,14 @@ Format = Literal["sft", "parquet", "lerobot"]
 
 
 class RowWriter(Protocol):
-    """A writer of the files of one format."""
+    """A writer of the files of one format in a folder."""
+
+    table: ClassVar[str]
+    """Path of the file with the rows, or a pattern if there are several files."""
+    has_corrections: ClassVar[bool]
+    """Whether the rows include corrections (requests with a false report in addition to the correct answer)."""
+
+    def __init__(self, folder: Path) -> None: ...
 
     def add(self, examples: Sequence[Example]) -> None:
         """Write the examples of one episode."""
@@ -43,18 +49,6 @@ class RowWriter(Protocol):
     def close(self) -> None:
         """Complete and close the files."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class OutputFormat:
-    """A format of files for demonstrations."""
-
-    rows: Callable[[Path], RowWriter]
-    """Function that takes a folder and returns a writer of files in this folder."""
-    table: str
-    """Path of the file with the rows, or a pattern if there are several files."""
-    has_corrections: bool = True
-    """Whether the rows include corrections (requests with a false report in addition to the correct answer)."""
 
 
 def check_source(pack: str) -> None:
@@ -93,7 +87,7 @@ def write_demonstrations(
     chosen = FORMATS[form]
     rows, episodes, privileged = Counter[str](), Counter[str](), 0
     with _whole(out) as folder, closing(stream.items()) as items, closing(Demonstrator(profile, quality)) as player:
-        with closing(chosen.rows(folder)) as writer:
+        with closing(chosen(folder)) as writer:
             for item in islice(items, count):
                 found = player.examples(item, with_corrections=chosen.has_corrections)
                 writer.add(found)
@@ -143,8 +137,4 @@ def folder_readme(facts: Mapping[str, Any], table: str) -> str:
     )
 
 
-FORMATS: dict[Format, OutputFormat] = {
-    "sft": OutputFormat(SftWriter, TRAIN_JSONL),
-    "parquet": OutputFormat(ParquetRowWriter, TRAIN_PARQUET),
-    "lerobot": OutputFormat(LeRobotWriter, DATA_FILES, has_corrections=False),
-}
+FORMATS: dict[Format, type[RowWriter]] = {"sft": SftWriter, "parquet": ParquetRowWriter, "lerobot": LeRobotWriter}

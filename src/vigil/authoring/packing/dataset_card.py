@@ -5,17 +5,16 @@ pack. Its text comes from the template `vigil/authoring/templates/pack.md`.
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from vigil.authoring.cards import CARD, render_card
 from vigil.authoring.packing.baselines import baselines_table, guess_lines, read_baselines, strongest_lines
 from vigil.authoring.packing.reader_plays import plays_table, read_plays
 from vigil.packs.pack import Pack
 from vigil.packs.private import is_private
-from vigil.protocol.actions import SKILLS
-from vigil.protocol.episode import Solution
+from vigil.protocol.actions import SKILLS, Action
 from vigil.protocol.families import FAMILIES, Family
 from vigil.scoring.levels import LEVELS
 
@@ -72,35 +71,28 @@ def _sources(meta: Mapping[str, Any]) -> list[tuple[str, int]]:
     return sorted(Counter(named).items())
 
 
-_Value = TypeVar("_Value")
-
-
 def steps_of(pack: Pack) -> dict[Family, dict[str, float]]:
     """Return for each family the mean and the maximum number of steps of its solutions, and its step budget."""
-    lengths = _by_family(pack, lambda solution: len(solution.actions))
-    return {
-        family: {
-            "mean": round(sum(steps) / len(steps), 2),
-            "max": max(steps),
-            "budget": FAMILIES[family].max_steps,
-        }
-        for family, steps in lengths.items()
-    }
+    found: dict[Family, dict[str, float]] = {}
+    for family, solutions in _solutions(pack).items():
+        steps = [len(actions) for actions in solutions]
+        mean, budget = round(sum(steps) / len(steps), 2), FAMILIES[family].max_steps
+        found[family] = {"mean": mean, "max": max(steps), "budget": budget}
+    return found
 
 
 def skill_shares(pack: Pack) -> dict[Family, dict[str, float]]:
     """Return family -> skill -> share of the family's episodes whose solution uses the skill."""
-    used = _by_family(pack, lambda solution: {action.skill_name for action in solution.actions})
     found: dict[Family, dict[str, float]] = {}
-    for family, sets in used.items():
-        counts = Counter(skill for skills in sets for skill in skills)
-        found[family] = {skill: round(counts[skill] / len(sets), 4) for skill in sorted(counts)}
+    for family, solutions in _solutions(pack).items():
+        counts = Counter(skill for actions in solutions for skill in {action.skill_name for action in actions})
+        found[family] = {skill: round(counts[skill] / len(solutions), 4) for skill in sorted(counts)}
     return found
 
 
-def _by_family(pack: Pack, value_of: Callable[[Solution], _Value]) -> dict[Family, list[_Value]]:
-    """Return family -> the values of `value_of` for its solutions, in the usual order of families."""
-    found: dict[Family, list[_Value]] = {family: [] for family in FAMILIES}
+def _solutions(pack: Pack) -> dict[Family, list[tuple[Action, ...]]]:
+    """Return family -> the actions of each of its solutions, in the usual order of families."""
+    found: dict[Family, list[tuple[Action, ...]]] = {family: [] for family in FAMILIES}
     for episode in pack.episodes:
-        found[episode.family].append(value_of(pack.solutions[episode.id]))
+        found[episode.family].append(pack.solutions[episode.id].actions)
     return {family: listed for family, listed in found.items() if listed}

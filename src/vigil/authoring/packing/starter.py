@@ -83,15 +83,12 @@ class StarterSelection:
 
     episodes: list[Episode] = field(default_factory=list)
     solutions: list[Solution] = field(default_factory=list)
-    uses: Counter[str] = field(default_factory=Counter)
-    """House name -> number of its chosen episodes."""
-    family_uses: Counter[tuple[str, str]] = field(default_factory=Counter)
-    categories: Counter[str] = field(default_factory=Counter)
-    family_categories: Counter[tuple[str, str]] = field(default_factory=Counter)
+    uses: Counter[tuple[str, ...]] = field(default_factory=Counter)
+    """"house" or "category", its name, and maybe a family -> number of chosen episodes."""
 
     def takes(self, family: str, category: str) -> bool:
         """Return whether the limits allow an episode of this family about this category."""
-        return not self.family_categories[family, category] and self.categories[category] < CATEGORY_USES
+        return not self.uses["category", category, family] and self.uses["category", category] < CATEGORY_USES
 
     def add(self, episode: Episode, actions: tuple[Action, ...], category: str, house: House) -> None:
         """Add a valid episode, and give it its final id."""
@@ -99,10 +96,8 @@ class StarterSelection:
         episode_id = self._id(episode, category, house)
         self.episodes.append(episode.model_copy(update={"id": episode_id, "provenance": provenance}))
         self.solutions.append(Solution(episode_id=episode_id, actions=actions))
-        self.uses[episode.house.name] += 1
-        self.family_uses[episode.family, episode.house.name] += 1
-        self.categories[category] += 1
-        self.family_categories[episode.family, category] += 1
+        keys = ("house", episode.house.name), ("category", category)
+        self.uses.update([*keys, *((*key, episode.family) for key in keys)])
 
     def _id(self, episode: Episode, category: str, house: House) -> str:
         taken = {each.id for each in self.episodes}
@@ -117,7 +112,7 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
 
     Raises EpisodeError if no house yields an episode of some kind, SettingError if the folder is not empty.
     """
-    houses = starter_houses()
+    houses = [_house(index, spec) for index, spec in enumerate(HOUSES)]
     chosen = StarterSelection()
     for slot in QUOTAS:
         for number in range(slot.count):
@@ -135,22 +130,17 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
             "house_generator": generators_of(houses),
             "seed": SEED,
             "simulator": simulator.name,
-            "kinds": count_kinds(chosen.episodes),
+            "kinds": _count_kinds(chosen.episodes),
         },
     )
     write_card(pack)
     return pack
 
 
-def count_kinds(episodes: Iterable[Episode]) -> dict[str, int]:
+def _count_kinds(episodes: Iterable[Episode]) -> dict[str, int]:
     """Return text "FAMILY TEMPLATE SIZE" (size class of the target) -> number of such episodes."""
     kinds = [" ".join(filter(None, (e.family, e.provenance.template, e.target_size))) for e in episodes]
     return dict(sorted(Counter(kinds).items()))
-
-
-def starter_houses() -> list[House]:
-    """Return the houses of the starter pack."""
-    return [_house(index, spec) for index, spec in enumerate(HOUSES)]
 
 
 def _house(index: int, spec: str) -> House:
@@ -185,5 +175,7 @@ def _fill(
 
 def _in_order(slot: EpisodeQuota, houses: list[House], chosen: StarterSelection) -> list[House]:
     """Return the houses that may get another episode of the quota's family, those with the fewest episodes first."""
-    free = [house for house in houses if chosen.family_uses[slot.family, house.name] < PER_HOUSE_AND_FAMILY]
-    return sorted(free, key=lambda house: (chosen.uses[house.name], zlib.crc32(f"{slot.kind} {house.name}".encode())))
+    free = [house for house in houses if chosen.uses["house", house.name, slot.family] < PER_HOUSE_AND_FAMILY]
+    return sorted(
+        free, key=lambda house: (chosen.uses["house", house.name], zlib.crc32(f"{slot.kind} {house.name}".encode()))
+    )
