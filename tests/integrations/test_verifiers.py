@@ -16,7 +16,7 @@ from tests.support.tiny_pack import tiny_pack
 from tests.support.waiting import HANGS_AFTER_S
 from vigil.agents.conversation import Message
 from vigil.authoring.streaming.address import stream_version
-from vigil.authoring.streaming.background import HousePool
+from vigil.authoring.streaming.stream import HousePool
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack
 from vigil.runner.models.ask import with_retries

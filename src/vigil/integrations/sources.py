@@ -18,9 +18,8 @@ import numpy as np
 from cachetools import LRUCache
 
 from vigil.authoring.streaming.address import address_of, is_stream, seed_in
-from vigil.authoring.streaming.background import HousePool
 from vigil.authoring.streaming.houses import StreamHouse
-from vigil.authoring.streaming.stream import Stream, StreamItem
+from vigil.authoring.streaming.stream import HousePool, Stream, StreamItem
 from vigil.errors import SettingError
 from vigil.integrations.options import EpisodeOptions
 from vigil.packs.names import STREAM

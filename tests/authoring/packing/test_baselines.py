@@ -19,12 +19,13 @@ from vigil.authoring.packing.baselines import (
     broken_promises,
     guess_lines,
     list_baselines,
+    majority_guess,
     measured_baselines,
     read_baselines,
     strongest_lines,
+    words_guess,
 )
 from vigil.authoring.packing.dataset_card import skill_shares, steps_of
-from vigil.authoring.packing.question_only import majority_guess, words_guess
 from vigil.authoring.review.contact_sheets import COLUMNS, GAP, WIDTH, pick_sample, sheet_of
 from vigil.cli import app
 from vigil.errors import PackMismatch

@@ -14,10 +14,9 @@ from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.authoring.review.validate import Validator
 from vigil.authoring.streaming import houses, stream
 from vigil.authoring.streaming.address import address_of, is_stream, seed_in, stream_version
-from vigil.authoring.streaming.background import HousePool, SharedHouses
 from vigil.authoring.streaming.difficulty import difficulties_named, difficulty_of
 from vigil.authoring.streaming.houses import PACKAGED, StreamHouse, StreamHouseMaker, StreamSettings, is_packaged
-from vigil.authoring.streaming.stream import Stream
+from vigil.authoring.streaming.stream import HousePool, SharedHouses, Stream
 from vigil.errors import SettingError, SimulatorError
 from vigil.packs.freeze import freeze
 from vigil.packs.pack import Pack
@@ -109,7 +108,7 @@ def test_a_closed_stream_says_so() -> None:
 
 def test_no_process_outlives_a_reader_that_is_killed() -> None:
     program = (
-        "from vigil.authoring.streaming.background import HousePool\n"
+        "from vigil.authoring.streaming.stream import HousePool\n"
         "from vigil.authoring.streaming.houses import StreamSettings\n"
         "pool = HousePool(StreamSettings(7), 1); pool.ask(19)\n"
         "while not pool.pids(): pass\n"

@@ -2,19 +2,28 @@
 
 They are stored in the pack's folder in `baselines.json`. This file is not part of the pack's hash, because the
 baselines are measured on the frozen pack.
+
+Two baselines guess a queried state (SV) from the words of the question only. If the words reveal the answer, a pack
+does not measure sight. Chance is one half, because each question names two states.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import log
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from vigil.authoring.cards import rate_words, table_lines
-from vigil.authoring.packing.question_only import GuessScore, majority_guess, words_guess
 from vigil.authoring.packing.sidecar_files import SidecarFile, read_sidecar
 from vigil.base.versions import schema_validator
 from vigil.packs.pack import Pack
+from vigil.protocol.actions import Report, Status
+from vigil.protocol.episode import Episode, Solution
 from vigil.protocol.families import FAMILIES
+from vigil.protocol.goals import ReportStatus
+from vigil.scoring.rates import wilson
 
 BASELINES = "baselines.json"
 BASELINES_SCHEMA = 1
@@ -30,6 +39,9 @@ MAX_W_OF_A_BLIND_AGENT = 0.40
 MOST_BLIND_SKILL = 0.05
 """Maximum absolute skill over chance of claims by an agent that does not look. Packs promise not to exceed it."""
 RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other")
+PAIRS: dict[str, tuple[Status, Status]] = {"is_toggled": ("off", "on"), "is_open": ("closed", "open")}
+SAME_SCORE = 1e-12
+"""Difference below which two log probabilities count as equal."""
 
 
 class AgentScore(BaseModel):
@@ -54,6 +66,34 @@ class Baselines(SidecarFile):
     """Method of guessing a queried state without looking -> number of correct guesses, and number of all guesses."""
     lists: dict[str, dict[str, float | None]] = Field(default_factory=dict)
     """Agent -> its scores on lists of chores; empty for other packs."""
+
+
+@dataclass(frozen=True, slots=True)
+class GuessScore:
+    """The score of a method of guessing."""
+
+    hits: int
+    """Number of correct guesses."""
+    n: int
+    """Number of guesses."""
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % Wilson interval of the share of correct guesses."""
+        return wilson(self.hits, self.n)
+
+    @property
+    def is_chance(self) -> bool:
+        """Whether the interval contains one half or lies below it, i.e. the words do not seem to reveal the answer."""
+        return self.interval[0] <= 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class _Question:
+    words: frozenset[str]
+    pair: tuple[Status, Status]
+    label: Status
+    house: str
 
 
 def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], version: str) -> Baselines:
@@ -189,3 +229,51 @@ def _rounded(interval: Sequence[float]) -> tuple[float, float]:
 
 def _percent(share: float) -> str:
     return f"{100 * share:.1f}"
+
+
+def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
+    """Return the score of guessing, for each pair of labels (on/off, open/closed), the pack's more common label."""
+    questions = _questions(episodes, solutions)
+    counts = {
+        pair: Counter(question.label for question in questions if question.pair == pair) for pair in PAIRS.values()
+    }
+    return GuessScore(sum(max(found.values(), default=0) for found in counts.values()), len(questions))
+
+
+def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
+    """Return the score of naive Bayes on the words of the question, trained for each house on all other houses."""
+    questions = _questions(episodes, solutions)
+    hits = 0
+    for house in sorted({question.house for question in questions}):
+        known = [question for question in questions if question.house != house]
+        for question in questions:
+            if question.house == house:
+                alike = [other for other in known if other.pair == question.pair]
+                hits += _most_likely(question, alike) == question.label
+    return GuessScore(hits, len(questions))
+
+
+def _most_likely(question: _Question, known: Sequence[_Question]) -> Status:
+    """Return the label that is more likely given the words; if both are equally likely, the first of the pair."""
+    first, second = question.pair
+    least = _log_probability(question, first, known) + SAME_SCORE
+    return second if _log_probability(question, second, known) > least else first
+
+
+def _log_probability(question: _Question, label: Status, known: Sequence[_Question]) -> float:
+    having = [other for other in known if other.label == label]
+    seen = Counter(word for other in having for word in other.words)
+    prior = log((len(having) + 1) / (len(known) + 2))
+    return prior + sum(log((seen[word] + 1) / (len(having) + 2)) for word in sorted(question.words))
+
+
+def _questions(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> list[_Question]:
+    found: list[_Question] = []
+    for episode in episodes:
+        report = solutions[episode.id].actions[-1]
+        if isinstance(episode.goal, ReportStatus) and isinstance(report, Report):
+            words = frozenset(
+                episode.instruction.casefold().replace("?", " ").replace(".", " ").replace(",", " ").split()
+            )
+            found.append(_Question(words, PAIRS[episode.goal.state], report.status, episode.house.name))
+    return found

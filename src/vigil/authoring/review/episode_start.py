@@ -1,7 +1,6 @@
 """An episode at its start, with the facts that the rules (`rules.RULES`) need."""
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from functools import cached_property
 
 from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, mentions, resolve_mentions
@@ -57,14 +56,5 @@ class EpisodeStart:
 
     def at_reset(self, goal: Goal) -> GoalRow:
         """Return whether a goal about bound objects holds at the reset, and its progress."""
-        now = datetime.fromtimestamp(0, UTC)
-        record = EpisodeRecord(
-            run_id="",
-            episode_id=self.episode.id,
-            started=now,
-            ended=now,
-            initial=self.world,
-            steps=(),
-            end="fail_no_report",
-        )
+        record = EpisodeRecord.model_construct(episode_id=self.episode.id, initial=self.world, steps=())
         return check(goal, record).rows[0]
