@@ -73,10 +73,10 @@ class Demonstrator:
     def __init__(self, profile: Profile, quality: Quality = "default") -> None:
         self._profile = profile
         self._simulator = make_simulator("mujoco", assets=AssetDatabase.default(), quality=quality)
-        self._item: StreamItem | None = None
+        self._item: StreamItem
         self._phrases: dict[str, Phrase] = {}
         """Thing id -> the phrase for this thing in the instruction of the current episode."""
-        self._env = Env(self._simulator, lambda episode: self._now().house, profile)
+        self._env = Env(self._simulator, lambda episode: self._item.house, profile)
 
     def close(self) -> None:
         """Close the simulator."""
@@ -97,22 +97,18 @@ class Demonstrator:
         shown = self._demonstrations(actions, record)
         return [*shown, *self._corrections(shown, record)] if with_corrections else shown
 
-    def _now(self) -> StreamItem:
-        assert self._item is not None
-        return self._item
-
     def _record(self, answers: Sequence[str]) -> EpisodeRecord:
         """Play these answers without drawing frames, and return the record."""
-        self._env.reset(self._now().episode)
+        self._env.reset(self._item.episode)
         for answer in answers:
             self._env.step(Reply(text=answer))
         if self._env.end is None:
-            raise SimulatorError(f"Episode {self._now().episode.id!r}: the recorded solution does not end the episode.")
+            raise SimulatorError(f"Episode {self._item.episode.id!r}: the recorded solution does not end the episode.")
         return self._env.record()
 
     def _demonstrations(self, actions: Sequence[Action], record: EpisodeRecord) -> list[Example]:
         """Return one example for each action. Its picture is the frame before the action."""
-        episode, found = self._now().episode, list[Example]()
+        episode, found = self._item.episode, list[Example]()
         conversation = Conversation(self._profile, episode.instruction)
         observation = self._env.reset(episode)
         at_first = Feedback(too_far=False, path_blocked=False) if self._profile.has_feedback else None
@@ -127,7 +123,7 @@ class Demonstrator:
             example = Example(
                 episode_id=episode.id,
                 family=episode.family,
-                difficulty=self._now().difficulty,
+                difficulty=self._item.difficulty,
                 instruction=episode.instruction,
                 step=index + 1,
                 feedback=feedback or at_first,
@@ -154,11 +150,11 @@ class Demonstrator:
             hit = step.effect.hit if step.effect is not None else None
             if isinstance(step.action, InteractPixel) and hit is not None and hit in self._phrases:
                 return hit
-        return self._now().episode.goal.object_id
+        return self._item.episode.goal.object_id
 
     def _worded(self, action: Action, index: int, record: EpisodeRecord) -> tuple[Action, str]:
         """Return the action (a report gets a summary), and the thought before it, which follows from the frame."""
-        world, goal = record.worlds[index], self._now().episode.goal
+        world, goal = record.worlds[index], self._item.episode.goal
         about = self._subject_id(index, record)
         pixels = self._simulator.pixels_of(about)
         x = float(pixels[:, 0].mean()) if len(pixels) else None
@@ -170,7 +166,7 @@ class Demonstrator:
 
     def _corrections(self, shown: Sequence[Example], record: EpisodeRecord) -> list[Example]:
         """Return the corrections of an episode: requests with a false report in addition to the correct answer."""
-        goal, last = self._now().episode.goal, shown[-1]
+        goal, last = self._item.episode.goal, shown[-1]
         closing = record.steps[-1].action
         assert isinstance(closing, Report)
         if isinstance(goal, ReportStatus):
@@ -189,7 +185,7 @@ class Demonstrator:
         found: list[Example] = []
         for example, fault, false in wanted:
             before = [each.answer for each in shown[: example.step - 1]]
-            if not score(self._now().episode, self._record([*before, false])).B:
+            if not score(self._item.episode, self._record([*before, false])).B:
                 found.append(replace(example, rejected=false, fault=fault))
         return found
 

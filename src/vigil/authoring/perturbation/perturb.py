@@ -75,17 +75,6 @@ class PerturbationSettings:
         return hashlib.sha256(canonical_json(facts)).hexdigest()
 
 
-@dataclass(frozen=True, slots=True)
-class PerturbedTask:
-    """A perturbed task, or the reason why there is none."""
-
-    ids: tuple[str, ...]
-    """Ids of the task's episodes."""
-    task: VerificationTask | None
-    reason: str = ""
-    """The rule that the last change broke, or a value of `NO_OTHER`; empty if there is a task."""
-
-
 class PerturbedHouse(BaseModel):
     """A house with its perturbed tasks; a line of the file of finished houses."""
 
@@ -96,7 +85,9 @@ class PerturbedHouse(BaseModel):
     name: str
     document: dict[str, Any]
     """Document of the house, with other light if the change is light."""
-    tasks: tuple[PerturbedTask, ...]
+    tasks: tuple[VerificationTask, ...]
+    left_out: tuple[str, ...]
+    """For each episode that could not be perturbed, the rule that its last change broke, or a value of `NO_OTHER`."""
 
 
 class Perturber:
@@ -110,24 +101,33 @@ class Perturber:
         """Return a house with its perturbed tasks. If the change is light, the house has other light."""
         house = House(batch.name, batch.document)
         other = relit(house, self._settings.rng(batch.name)) if self._settings.change == "light" else house
-        tasks = tuple(
-            _left_out(task, NO_OTHER["light"]) if other is None else self._perturbed(task, other)
-            for task in batch.tasks
+        tasks, left_out = list[VerificationTask](), list[str]()
+        for task in batch.tasks:
+            made = NO_OTHER["light"] if other is None else self._perturbed(task, other)
+            if isinstance(made, str):
+                left_out += [made] * len(task.episodes)
+            else:
+                tasks.append(made)
+        return PerturbedHouse(
+            key=self._settings.key(batch),
+            name=batch.name,
+            document=(other or house).data,
+            tasks=tuple(tasks),
+            left_out=tuple(left_out),
         )
-        document = (other or house).data
-        return PerturbedHouse(key=self._settings.key(batch), name=batch.name, document=document, tasks=tasks)
 
-    def _perturbed(self, task: VerificationTask, house: House) -> PerturbedTask:
+    def _perturbed(self, task: VerificationTask, house: House) -> VerificationTask | str:
+        """Return a perturbed task, or the reason why there is none."""
         try:
             reason = NO_OTHER[self._settings.change]
             for changed in islice(self._changed(task, house), MAX_TRIED):
                 done, broken = self._certified(changed, house)
                 if broken is None:
-                    return PerturbedTask(tuple(each.id for each in task.episodes), done)
+                    return done
                 reason = broken
         except BrokenRule as broken:
             reason = broken.rule
-        return _left_out(task, reason)
+        return reason
 
     def _certified(self, task: VerificationTask, house: House) -> tuple[VerificationTask, str | None]:
         """Return a task with its solutions, and the first rule that it breaks; None if it breaks no rule."""
@@ -180,20 +180,14 @@ def perturb_pack(
         )
     log = out.with_name(f"{out.name}.perturb.jsonl")
     found = _perturbed_houses(log, house_batches(pack_tasks(pack), pack.house_of), settings, on_progress)
-    tasks = [task for each in found for task in each.tasks]
-    kept = [each.task for each in tasks if each.task is not None]
-    left_out = Counter(each.reason for each in tasks if each.task is None for _ in each.ids)
-    if not kept:
-        raise EpisodeError(f"Pack {pack.name!r}: no episode could be perturbed ({_counts(left_out)}).")
+    left_out = dict(sorted(Counter(reason for each in found for reason in each.left_out).items()))
+    if not any(each.tasks for each in found):
+        reasons = ", ".join(f"{reason} {count}" for reason, count in left_out.items())
+        raise EpisodeError(f"Pack {pack.name!r}: no episode could be perturbed ({reasons}).")
     perturbation = Perturbation(
-        of=pack.name,
-        sha256=pack.sha256,
-        change=settings.change,
-        seed=settings.seed,
-        left_out=dict(sorted(left_out.items())),
+        of=pack.name, sha256=pack.sha256, change=settings.change, seed=settings.seed, left_out=left_out
     )
-    houses = [House(each.name, each.document) for each in found]
-    made = _freeze(pack, out, name, (kept, houses), (perturbation, settings))
+    made = _freeze(pack, out, name, found, perturbation, settings)
     log.unlink()
     return made
 
@@ -225,10 +219,11 @@ def _freeze(
     pack: Pack,
     out: Path,
     name: str,
-    content: tuple[Sequence[VerificationTask], Sequence[House]],
-    how: tuple[Perturbation, PerturbationSettings],
+    found: Sequence[PerturbedHouse],
+    perturbation: Perturbation,
+    settings: PerturbationSettings,
 ) -> Pack:
-    (tasks, houses), (perturbation, settings) = content, how
+    tasks = [task for each in found for task in each.tasks]
     answers = [each for task in tasks for each in task.answers or ()]
     suite = next((each for each in SUITES.values() if each.name == pack.manifest.suite), None)
     suite_facts, extra = ({}, {}) if suite is None else suite.contents(answers)
@@ -250,7 +245,7 @@ def _freeze(
         out,
         [episode for episode, _ in members],
         [solution for _, solution in members],
-        houses,
+        [House(each.name, each.document) for each in found],
         name=name,
         version=pack.manifest.version,
         description=f"{pack.name} with {WORDS[perturbation.change]} (seed {perturbation.seed}).",
@@ -276,11 +271,3 @@ def _with(task: VerificationTask, **facts: Any) -> VerificationTask:
 def _unreviewed(episode: Episode, steps: int) -> Episode:
     provenance = episode.provenance.model_copy(update={"reviewed": None, "solution_steps": steps})
     return episode.model_copy(update={"provenance": provenance})
-
-
-def _left_out(task: VerificationTask, reason: str) -> PerturbedTask:
-    return PerturbedTask(tuple(each.id for each in task.episodes), None, reason)
-
-
-def _counts(left_out: Mapping[str, int]) -> str:
-    return ", ".join(f"{reason} {count}" for reason, count in sorted(left_out.items()))
