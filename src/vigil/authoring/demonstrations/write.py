@@ -44,11 +44,9 @@ class RowWriter(Protocol):
 
     def add(self, examples: Sequence[Example]) -> None:
         """Write the examples of one episode."""
-        ...
 
     def close(self) -> None:
         """Complete and close the files."""
-        ...
 
 
 def check_source(pack: str) -> None:
@@ -131,10 +129,8 @@ def _whole(out: Path) -> Iterator[Path]:
 
 def folder_readme(facts: Mapping[str, Any], table: str) -> str:
     """Return the text of the folder's README, which states these facts; `table` is the path of the rows."""
-    is_lerobot, profile = facts["format"] == "lerobot", facts["profile"]["name"]
-    return render_card(
-        "demonstrations", **{**facts, "profile": profile}, table=table, is_lerobot=is_lerobot, words=WORDS
-    )
+    shown = {**facts, "profile": facts["profile"]["name"], "is_lerobot": facts["format"] == "lerobot"}
+    return render_card("demonstrations", **shown, table=table, words=WORDS)
 
 
 FORMATS: dict[Format, type[RowWriter]] = {"sft": SftWriter, "parquet": ParquetRowWriter, "lerobot": LeRobotWriter}

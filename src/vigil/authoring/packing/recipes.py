@@ -40,13 +40,15 @@ MAX_STARTS = 1000
 
 
 class Recipe(BaseModel):
-    """The settings from which a pack in third-party houses is made, with references to these houses."""
+    """The settings from which a pack in third-party houses is made, with references to these houses.
+
+    `PackRequest` describes the fields that both have.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     schema_version: Annotated[int, schema_validator(RECIPE_SCHEMA)] = RECIPE_SCHEMA
     name: str = Field(pattern=NAME_PATTERN)
-    """Name of the pack."""
     houses_from: str = ""
     """Text that says where the dataset can be downloaded."""
     seed: int = Field(ge=0, lt=2**256)
@@ -55,31 +57,23 @@ class Recipe(BaseModel):
     max_per_house: int = Field(ge=1, le=MAX_LINES)
     backend: str
     asset_database_sha256: str | None = None
-    """Hash of AI2-THOR's asset database, from which things get their sizes; None if they have typical sizes."""
     versions: PackVersions
     made_with: dict[str, str]
     """Versions of Python and libraries with which the pack was made."""
     pack_sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     drafted_in: int | None = Field(default=None, ge=1)
-    """Number of houses, drawn by the seed, in which episodes are proposed first; None if all houses are used."""
     one_family_per_house: bool = False
-    """Whether each house gets only one family, in rotation."""
     levels: tuple[Level, ...] = ()
-    """Levels of difficulty into which each family is divided evenly; empty if levels do not matter."""
     is_robust: bool = False
-    """Whether episodes must also satisfy the robustness rules."""
     starts: int = Field(default=1, ge=1, le=MAX_STARTS)
-    """Number of start poses drawn for each draft; the hardest is used."""
     forms: Forms = "public"
-    """Sentence forms from which instructions are drawn: one of two halves (such as `public`), or all."""
     templates: tuple[str, ...] = Field(default=(), exclude_if=lambda names: not names)
-    """Kinds of episodes to draft. A family that has none of these kinds gets all its kinds. Written if not empty."""
+    """Written if not empty."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
     suite: SuiteName | None = None
     """Suite of the pack; `tasks` then replaces families and levels. None for a pack of families."""
     tasks: dict[TaskKind, int] = Field(default_factory=dict)
-    """Kind of task in the suite -> number of tasks of that kind."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1, max_length=MAX_LINES)
 
     @property

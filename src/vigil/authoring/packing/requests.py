@@ -9,7 +9,6 @@ from vigil.protocol.families import FAMILIES, Family, wanted_kinds
 from vigil.scoring.levels import Level
 
 MAX_PER_HOUSE = 3
-"""Maximum number of episodes of one family, or of tasks of one kind, in one house."""
 PER_FAMILY = 125
 
 
@@ -33,7 +32,7 @@ class PackRequest:
     """Whether the pack reveals only the hash of its seed."""
     backend: str = "mujoco"
     asset_database_sha256: str | None = None
-    """Hash of the asset database from which things get their sizes; None if they have typical sizes."""
+    """Hash of AI2-THOR's asset database from which things get their sizes; None if they have typical sizes."""
     levels: tuple[Level, ...] = ()
     """Levels of difficulty over which each family is divided evenly; empty if levels do not matter."""
     is_robust: bool = False
@@ -41,7 +40,7 @@ class PackRequest:
     forms: Forms = "public"
     """Sentence forms of new drafts: one of two halves (such as `public`), or all."""
     drafted_in: int | None = None
-    """Number of houses in which drafts are made first; None for all available houses."""
+    """Number of houses, drawn by the seed, in which drafts are made first; None for all available houses."""
     one_family_per_house: bool = False
     """Whether each house gets only one family, in rotation."""
     starts: int = 1
