@@ -125,8 +125,8 @@ class LeRobotWriter:
         tasks = pd.Index(list(self._tasks), dtype=object, name="task")
         pd.DataFrame({"task_index": range(len(tasks))}, index=tasks).to_parquet(self._folder / TASKS)
         numbers = {name: np.concatenate([each[name] for each in self._numbers]) for name in self._numbers[0]}
-        self._write_json(STATS, of_columns(numbers, CAMERA, self._pixels))
-        self._write_json(INFO, self._info())
+        for name, content in ((STATS, of_columns(numbers, CAMERA, self._pixels)), (INFO, self._info())):
+            (self._folder / name).write_text(json.dumps(content, indent=4) + "\n", encoding="utf-8")
 
     def _info(self) -> dict[str, Any]:
         return {
@@ -144,9 +144,6 @@ class LeRobotWriter:
             "video_path": None,
             "features": self._features,
         }
-
-    def _write_json(self, name: str, content: dict[str, Any]) -> None:
-        (self._folder / name).write_text(json.dumps(content, indent=4) + "\n", encoding="utf-8")
 
 
 def _place(file: int) -> dict[str, int]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.language.referring import LOOK_ALIKES
-from vigil.authoring.review.synthetic_records import SyntheticStep, changed_setup, record_of
+from vigil.authoring.review.synthetic_records import SyntheticStep, record_of
 from vigil.authoring.solving.primitive_actions import click
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose, floor_distance, yaw_towards
@@ -54,10 +54,6 @@ class ControlWorlds:
         """Return a list of one step, which has the world in a setup; None if the setup is impossible."""
         world = self.world(setup, pose)
         return None if world is None else [SyntheticStep(world)]
-
-    def changed(self, object_id: str, **facts: object) -> Setup:
-        """Return the episode's setup with changes to one object; `facts` are fields of `ObjectSetup`."""
-        return changed_setup(self.episode.setup, object_id, **facts)
 
     def from_reset(self, rows: list[SyntheticStep] | None, status: Status = "success") -> EpisodeRecord | None:
         """Return a record: the reset, the steps `rows`, and a report; None if `rows` is None."""

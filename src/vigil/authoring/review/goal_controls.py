@@ -136,7 +136,7 @@ def _attained(object_id: str, goal: Goal, worlds: ControlWorlds) -> list[Synthet
     """
     if isinstance(goal, ObjectInState):
         state = {"openness": float(goal.value)} if goal.state == "is_open" else {"is_toggled": goal.value}
-        return worlds.row(worlds.changed(object_id, **state))
+        return worlds.row(changed_setup(worlds.episode.setup, object_id, **state))
     return worlds.row(worlds.episode.setup.model_copy(update={"held": object_id}))
 
 
@@ -232,12 +232,11 @@ def _report_controls(goal: ReportStatus, worlds: ControlWorlds) -> ControlRecord
     label = last.status
     thing, is_toggle = worlds.target, goal.state == "is_toggled"
     other = {"is_toggled": not thing.is_toggled} if is_toggle else {"openness": 0.0 if label == "open" else 1.0}
-    changed = worlds.row(worlds.changed(thing.id, **other))
-    restored = worlds.row(worlds.episode.setup)
-    start = worlds.episode.start
+    setup, start = worlds.episode.setup, worlds.episode.start
+    changed, restored = worlds.row(changed_setup(setup, thing.id, **other)), worlds.row(setup)
     away = start.model_copy(update={"rotation": wrap_deg(start.rotation + 180.0)})
     yield "changed, and reported as changed", worlds.from_reset(changed, OTHER_LABEL[label])
     yield "changed, and reported as it was", worlds.from_reset(changed, label)
     twice = None if changed is None or restored is None else [*changed, *restored]
     yield "done and undone", worlds.from_reset(twice, label)
-    yield "reported with the back to it", worlds.from_reset(worlds.row(worlds.episode.setup, away), label)
+    yield "reported with the back to it", worlds.from_reset(worlds.row(setup, away), label)
