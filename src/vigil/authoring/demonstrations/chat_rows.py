@@ -21,28 +21,29 @@ from vigil.authoring.demonstrations.play import Example
 
 TRAIN_JSONL, TRAIN_PARQUET, IMAGES = "train.jsonl", "train.parquet", "images"
 _TEXTS = ("id", "episode_id", "family", "difficulty", "kind", "fault", "rejected")
-_MESSAGES = pa.list_(
-    pa.struct({"role": pa.string(), "content": pa.list_(pa.struct({"type": pa.string(), "text": pa.string()}))}.items())
-)
-_IMAGES = pa.list_(pa.struct({"bytes": pa.binary(), "path": pa.string()}.items()))
-_TEXT_FEATURE = {"dtype": "string", "_type": "Value"}
-FEATURES: dict[str, Any] = {
-    **dict.fromkeys(_TEXTS, _TEXT_FEATURE),
-    "step": {"dtype": "int64", "_type": "Value"},
-    "is_privileged": {"dtype": "bool", "_type": "Value"},
-    "messages": [{"role": _TEXT_FEATURE, "content": [{"type": _TEXT_FEATURE, "text": _TEXT_FEATURE}]}],
-    "images": [{"_type": "Image"}],
+_TEXT = {"dtype": "string", "_type": "Value"}
+COLUMNS: dict[str, tuple[pa.DataType, Any]] = {
+    **dict.fromkeys(_TEXTS, (pa.string(), _TEXT)),
+    "step": (pa.int64(), {"dtype": "int64", "_type": "Value"}),
+    "is_privileged": (pa.bool_(), {"dtype": "bool", "_type": "Value"}),
+    "messages": (
+        pa.list_(
+            pa.struct(
+                [
+                    ("role", pa.string()),
+                    ("content", pa.list_(pa.struct([("type", pa.string()), ("text", pa.string())]))),
+                ]
+            )
+        ),
+        [{"role": _TEXT, "content": [{"type": _TEXT, "text": _TEXT}]}],
+    ),
+    "images": (pa.list_(pa.struct([("bytes", pa.binary()), ("path", pa.string())])), [{"_type": "Image"}]),
 }
-"""Types of the columns, in the form that Hugging Face `datasets` stores in a file."""
+"""Column -> its Arrow type, and its type in the form that Hugging Face `datasets` stores in a file."""
+_FEATURES = {name: feature for name, (_, feature) in COLUMNS.items()}
 SCHEMA = pa.schema(
-    [
-        *((name, pa.string()) for name in _TEXTS),
-        ("step", pa.int64()),
-        ("is_privileged", pa.bool_()),
-        ("messages", _MESSAGES),
-        ("images", _IMAGES),
-    ],
-    metadata={"huggingface": json.dumps({"info": {"features": FEATURES}})},
+    [(name, kind) for name, (kind, _) in COLUMNS.items()],
+    metadata={"huggingface": json.dumps({"info": {"features": _FEATURES}})},
 )
 
 

@@ -54,8 +54,7 @@ def assemble(
     meta, extra = _common_facts(chosen, read, request), dict[str, bytes]()
     if request.suite:
         facts, extra = SUITES[request.suite].contents(answer for each in chosen for answer in each.task.answers)
-        meta |= facts
-        meta |= {"reviews": {**meta["reviews"], "rejected": _count_rejected(read, reviews)}}
+        meta |= {**facts, "reviews": {**meta["reviews"], "rejected": _count_rejected(read, reviews)}}
         if request.suite == CHORES_SUITE:
             meta |= {"rejected": rejected_by_rule(read, request, bad, tried)}
     else:

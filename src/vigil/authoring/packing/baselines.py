@@ -16,7 +16,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from vigil.authoring.cards import rate_words, table_lines
-from vigil.authoring.packing.sidecar_files import SidecarFile, read_sidecar
+from vigil.authoring.packing.sidecar_files import SidecarFile
 from vigil.base.versions import schema_validator
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Report, Status
@@ -154,7 +154,7 @@ def _limit(agent: str, family: str) -> float | None:
 
 def read_baselines(pack: Pack) -> Baselines | None:
     """Return the baselines of exactly this pack; None if there are none. Raises PackMismatch if the file is invalid."""
-    return read_sidecar(pack, BASELINES, Baselines, "Measure again.")
+    return Baselines.read(pack, BASELINES, "Measure again.")
 
 
 def baselines_table(found: Baselines) -> list[str]:

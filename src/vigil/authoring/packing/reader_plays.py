@@ -11,7 +11,7 @@ from typing import Annotated, Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.authoring.cards import rate_words, table_lines
-from vigil.authoring.packing.sidecar_files import SidecarFile, read_sidecar
+from vigil.authoring.packing.sidecar_files import SidecarFile
 from vigil.base.versions import schema_validator
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Status
@@ -71,7 +71,7 @@ class ReaderPlays(SidecarFile):
 
 def read_plays(pack: Pack) -> ReaderPlays | None:
     """Return the plays of exactly this pack; None if there are none. Raises PackMismatch if the file is invalid."""
-    return read_sidecar(pack, PLAYS, ReaderPlays, "Write it again, or remove it.")
+    return ReaderPlays.read(pack, PLAYS, "Write it again, or remove it.")
 
 
 def plays_table(found: ReaderPlays) -> list[str]:

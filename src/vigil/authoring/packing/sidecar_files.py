@@ -1,6 +1,6 @@
 """Sidecar files: files in a frozen pack's folder with results measured on the pack. They are not in its hash."""
 
-from typing import TypeVar
+from typing import Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -17,21 +17,18 @@ class SidecarFile(BaseModel):
     pack: str
     pack_sha256: str
 
+    @classmethod
+    def read(cls, pack: Pack, name: str, advice: str) -> Self | None:
+        """Return the content of a pack's file; None if the file is missing or is for another version of the pack.
 
-Sidecar = TypeVar("Sidecar", bound=SidecarFile)
-
-
-def read_sidecar(pack: Pack, name: str, form: type[Sidecar], advice: str) -> Sidecar | None:
-    """Return the content of a pack's sidecar file; None if the file is missing or is for another version of the pack.
-
-    Raises PackMismatch if the file is invalid; the message ends with `advice`.
-    """
-    path = pack.folder / name
-    if not path.exists():
-        return None
-    raw = read_file(resolve_inside(pack.folder, name, PackMismatch), repr(str(path)), PackMismatch)
-    try:
-        found = form.model_validate_json(raw)
-    except ValidationError as error:
-        raise PackMismatch(f"{str(path)!r}: {first_error(error)}. {advice}") from None
-    return found if found.pack_sha256 == pack.sha256 else None
+        Raises PackMismatch if the file is invalid; the message ends with `advice`.
+        """
+        path = pack.folder / name
+        if not path.exists():
+            return None
+        raw = read_file(resolve_inside(pack.folder, name, PackMismatch), repr(str(path)), PackMismatch)
+        try:
+            found = cls.model_validate_json(raw)
+        except ValidationError as error:
+            raise PackMismatch(f"{str(path)!r}: {first_error(error)}. {advice}") from None
+        return found if found.pack_sha256 == pack.sha256 else None

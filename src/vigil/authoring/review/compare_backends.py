@@ -147,21 +147,14 @@ def _with_visibility_of(a: EpisodeRecord, b: EpisodeRecord) -> EpisodeRecord:
     """Return record b, but with the facts about how objects are seen (`SEEN`) from record a."""
     if a.initial is None or b.initial is None:
         return b
-    steps = [
-        step.model_copy(update={"world": _world_with_visibility_of(other.world, step.world)})
-        for step, other in zip(b.steps, a.steps, strict=False)
-    ]
-    return b.model_copy(
-        update={"initial": _world_with_visibility_of(a.initial, b.initial), "steps": (*steps, *b.steps[len(steps) :])}
-    )
+    initial, *worlds = map(_world_with_visibility_of, a.worlds, b.worlds)
+    seen = [step.model_copy(update={"world": world}) for step, world in zip(b.steps, worlds, strict=False)]
+    return b.model_copy(update={"initial": initial, "steps": (*seen, *b.steps[len(seen) :])})
 
 
 def _world_with_visibility_of(a: WorldState, b: WorldState) -> WorldState:
-    objects = {
-        name: state.model_copy(update={fact: getattr(a.objects[name], fact) for fact in SEEN})
-        for name, state in b.objects.items()
-    }
-    return b.model_copy(update={"objects": objects})
+    facts = {name: {fact: getattr(a.objects[name], fact) for fact in SEEN} for name in b.objects}
+    return b.model_copy(update={"objects": {name: b.objects[name].model_copy(update=facts[name]) for name in facts}})
 
 
 def _effects(a: Effect | None, b: Effect | None) -> Iterator[UnequalFact]:
