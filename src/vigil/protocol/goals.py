@@ -245,6 +245,10 @@ STATE_LABELS: dict[StateQuery, tuple[StateLabel, StateLabel]] = {
     "is_open": ("open", "closed"),
 }
 """Kind of state -> its two labels: the label if the state is true, and the label if it is false."""
+OTHER_LABEL: dict[str, StateLabel] = {
+    label: other for pair in STATE_LABELS.values() for label, other in (pair, pair[::-1])
+}
+"""Label of a state -> the label of the opposite state."""
 
 
 def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float | None) -> StateLabel:

@@ -20,7 +20,7 @@ from vigil.authoring.streaming.stream import StreamItem
 from vigil.env import Env
 from vigil.errors import SimulatorError
 from vigil.protocol.actions import Action, Coordinates, InteractPixel, Look, Navigate, Reply, Report, Status
-from vigil.protocol.goals import STATE_LABELS, ReportStatus
+from vigil.protocol.goals import OTHER_LABEL, ReportStatus
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Quality
 from vigil.protocol.profile import Profile
 from vigil.records.record import EpisodeRecord
@@ -170,8 +170,7 @@ class Demonstrator:
         closing = record.steps[-1].action
         assert isinstance(closing, Report)
         if isinstance(goal, ReportStatus):
-            positive, negative = STATE_LABELS[goal.state]
-            other = negative if closing.status == positive else positive
+            other = OTHER_LABEL[closing.status]
             false = self._report(other, report_text(goal, self._phrases, other))
             return self._false_ones(shown, [(last, "wrong_state", false)])
         early = shown[zlib.crc32(last.episode_id.encode()) % (len(shown) - 1)]

@@ -19,6 +19,7 @@ from vigil.errors import EpisodeError
 from vigil.packs.pack import CHORES_SUITE
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
+from vigil.protocol.goals import OTHER_LABEL
 from vigil.scoring.chore_answers import ListAnswer
 from vigil.scoring.closure import SUITE, ClosureAnswer
 from vigil.scoring.levels import EpisodeLevel, Level
@@ -220,7 +221,7 @@ class FamilyBalance(Balance):
     def cost(self, candidate: Candidate) -> tuple:
         """Return the sort key of a candidate. The candidate with the smallest key is chosen next."""
         episode, facts, family, used = candidate.episode, candidate.draft.facts, candidate.episode.family, self._uses
-        opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
+        opposite = OTHER_LABEL.get(facts.label or "", "")
         lead = used[family, "label", facts.category, facts.label or ""]
         turned, walked = (used[family, "turn", value] for value in ("True", "False"))
         is_ahead = not FAMILIES[family].visible_at_start and turned >= FOUND_BY_TURNING * (turned + walked + 1)

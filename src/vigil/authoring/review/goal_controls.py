@@ -11,9 +11,9 @@ from vigil.authoring.review.control_worlds import ControlWorlds
 from vigil.authoring.review.placements import placements_in_openings, placements_on, placements_on_neighbours
 from vigil.authoring.review.synthetic_records import SyntheticStep, changed_setup
 from vigil.base.geometry import floor_distance, wrap_deg
-from vigil.protocol.actions import Report, Status
+from vigil.protocol.actions import Report
 from vigil.protocol.goals import (
-    STATE_LABELS,
+    OTHER_LABEL,
     AgentNearTarget,
     AllOf,
     Chores,
@@ -38,11 +38,6 @@ NEAR_OTHER_M = 1.2
 LOOK_M = (0.8, 2.5)
 """Minimum and maximum distance (m) from which the agent looks at the look-alike."""
 TRIED_NEIGHBOURS = 4
-OTHER_LABEL: dict[Status, Status] = {
-    **dict(STATE_LABELS.values()),
-    **{negative: positive for positive, negative in STATE_LABELS.values()},
-}
-
 ON_TOP_NOT_INSIDE, INSIDE_NOT_ON_TOP = "on top instead of inside", "within it instead of on it"
 
 ControlRecords = Iterator[tuple[str, EpisodeRecord | None]]

@@ -190,9 +190,10 @@ class Validator:
             return ValidationResult(judged, steps)
         worlds = ControlWorlds(self._simulator, self._view, episode, record)
         controls = tuple(NegativeControl(name, made) for name, made in controls_of_goal(episode.goal, worlds))
-        passed = (control.name for control in controls if scores_as_success(episode, control))
-        findings = (Finding(episode.id, "negative_controls_fail", name) for name in passed)
-        return ValidationResult(tuple(findings), steps, controls)
+        scored = ((made.name, score(episode, made.record)) for made in controls if made.record is not None)
+        passed = (name for name, outcome in scored if outcome.W or outcome.B)
+        findings = tuple(Finding(episode.id, "negative_controls_fail", name) for name in passed)
+        return ValidationResult(findings, steps, controls)
 
     def robustness(self, episode: Episode, house: House) -> tuple[Finding, ...]:
         """Return a finding for each rule of `vigil.authoring.review.robustness` that a valid episode breaks."""
@@ -295,11 +296,3 @@ def _thin_margins(episode: Episode, record: EpisodeRecord) -> Iterator[str]:
             yield f"step {step.index}: {action.intent} is refused ({effect.refusal})"
         elif away is not None and away > REACH_M - MARGIN_M:
             yield f"step {step.index}: {action.intent} from {away:.3f} m"
-
-
-def scores_as_success(episode: Episode, control: NegativeControl) -> bool:
-    """Return whether scoring wrongly counts a negative control as success (W or B)."""
-    if control.record is None:
-        return False
-    outcome = score(episode, control.record)
-    return outcome.W or outcome.B
