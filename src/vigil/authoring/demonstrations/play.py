@@ -19,7 +19,7 @@ from vigil.authoring.language.referring import Phrase
 from vigil.authoring.streaming.stream import StreamItem
 from vigil.env import Env
 from vigil.errors import SimulatorError
-from vigil.protocol.actions import Action, Coordinates, InteractPixel, Look, Navigate, Reply, Report, Status
+from vigil.protocol.actions import Action, InteractPixel, Look, Navigate, Reply, Report, Status
 from vigil.protocol.goals import OTHER_LABEL, ReportStatus
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Quality
 from vigil.protocol.profile import Profile
@@ -194,17 +194,8 @@ class Demonstrator:
     def _answer(self, action: Action, thought: str) -> str:
         """Return the reply with this action and thought, in the form that the profile requires."""
         arguments = action.model_dump(exclude={"skill_name", "raw_status"}, exclude_none=True)
-        if isinstance(action, InteractPixel):
+        if self._profile.coordinates != "pixel":  # the smallest numbers that are read back as the same pixel
             sizes = {"x": FRAME_WIDTH, "y": FRAME_HEIGHT}
-            arguments |= {
-                name: _coordinate(arguments[name], size, self._profile.coordinates)
-                for name, size in sizes.items()
-                if name in arguments
-            }
+            arguments |= {name: -(-arguments[name] * 1000 // size) for name, size in sizes.items() if name in arguments}
         said = {"thought": thought} if thought else {}
         return json.dumps({**said, "skill_name": action.skill_name, "arguments": arguments})
-
-
-def _coordinate(pixel: int, size: int, coordinates: Coordinates) -> int:
-    """Return a pixel as a coordinate of the profile: the smallest number that is read back as the same pixel."""
-    return pixel if coordinates == "pixel" else -(-pixel * 1000 // size)

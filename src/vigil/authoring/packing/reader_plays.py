@@ -91,9 +91,6 @@ def _order_key(group: str) -> tuple[int, str]:
 
 def _cells(plays: Sequence[ReaderPlay], measures: Iterable[str]) -> list[str]:
     causes = Counter(play.cause for play in plays)
-    shares = (_share([bool(getattr(play, measure)) for play in plays]) for measure in measures)
+    hits = (sum(bool(getattr(play, measure)) for play in plays) for measure in measures)
+    shares = (rate_words(count / len(plays), wilson(count, len(plays))) for count in hits)
     return [str(len(plays)), *shares, *(str(causes[cause]) for cause in CAUSES)]
-
-
-def _share(found: Sequence[bool]) -> str:
-    return rate_words(sum(found) / len(found), wilson(sum(found), len(found)))

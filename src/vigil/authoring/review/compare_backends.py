@@ -125,15 +125,12 @@ def differences(episode: Episode, a: EpisodeRecord, b: EpisodeRecord) -> Iterato
     last = min(len(a.steps), len(b.steps))
     verdicts = _verdict(episode, a), _verdict(episode, b)
     by_sight = _verdict(episode, _with_visibility_of(a, b)) == verdicts[0]
-    ends = ("end", "end", _end(a), _end(b)), ("verdict by sight" if by_sight else "verdict", "verdict", *verdicts)
-    yield from (BackendDifference(episode.id, last, *fact) for fact in ends if fact[2] != fact[3])
+    ends = [(each.end, len(each.steps), each.error.message if each.error else "") for each in (a, b)]
+    facts = ("end", "end", ends[0], ends[1]), ("verdict by sight" if by_sight else "verdict", "verdict", *verdicts)
+    yield from (BackendDifference(episode.id, last, *fact) for fact in facts if fact[2] != fact[3])
 
 
 UnequalFact = tuple[str, str, Any, Any]
-
-
-def _end(record: EpisodeRecord) -> tuple[str, int, str]:
-    return record.end, len(record.steps), record.error.message if record.error else ""
 
 
 def _verdict(episode: Episode, record: EpisodeRecord) -> tuple[Any, ...] | None:

@@ -139,7 +139,12 @@ class Stream:
             for house in made:
                 without_episode = 0 if house.drafts else without_episode + 1
                 if without_episode >= MAX_HOUSES_WITHOUT_EPISODE:
-                    raise SettingError(self._nothing_found())
+                    asked = self.settings
+                    raise SettingError(
+                        f"Stream {asked.label}: no episode of {', '.join(asked.families)} that is "
+                        f"{' or '.join(asked.difficulties)} in {MAX_HOUSES_WITHOUT_EPISODE} houses in a row. "
+                        "Ask for more families or difficulties."
+                    )
                 yield house
 
     def after(self, houses: int) -> "Stream | None":
@@ -179,14 +184,6 @@ class Stream:
         finally:
             self._pools.remove(pool)
             pool.close()
-
-    def _nothing_found(self) -> str:
-        asked = self.settings
-        return (
-            f"Stream {asked.label}: no episode of {', '.join(asked.families)} that is "
-            f"{' or '.join(asked.difficulties)} in {MAX_HOUSES_WITHOUT_EPISODE} houses in a row. "
-            "Ask for more families or difficulties."
-        )
 
 
 def items_in(houses: Iterable[StreamHouse]) -> Iterator[StreamItem]:
