@@ -6,7 +6,7 @@ makes the same bytes.
 
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -118,6 +118,7 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
         for number in range(slot.count):
             episode = _fill(slot, number, houses, chosen, simulator)
             report(f"{slot.family} {slot.kind}: {episode.house.name}: {episode.instruction}")
+    kinds = Counter(" ".join(filter(None, (e.family, e.provenance.template, e.target_size))) for e in chosen.episodes)
     pack = freeze(
         out,
         chosen.episodes,
@@ -130,17 +131,11 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
             "house_generator": generators_of(houses),
             "seed": SEED,
             "simulator": simulator.name,
-            "kinds": _count_kinds(chosen.episodes),
+            "kinds": dict(sorted(kinds.items())),  # text "FAMILY TEMPLATE SIZE" -> number of such episodes
         },
     )
     write_card(pack)
     return pack
-
-
-def _count_kinds(episodes: Iterable[Episode]) -> dict[str, int]:
-    """Return text "FAMILY TEMPLATE SIZE" (size class of the target) -> number of such episodes."""
-    kinds = [" ".join(filter(None, (e.family, e.provenance.template, e.target_size))) for e in episodes]
-    return dict(sorted(Counter(kinds).items()))
 
 
 def _house(index: int, spec: str) -> House:

@@ -68,10 +68,6 @@ class Rule:
     """Function that yields a message for each way in which an episode breaks the rule."""
 
 
-def _protocol(case: EpisodeStart) -> Faults:
-    yield from protocol_faults(case.episode)
-
-
 def _objects(case: EpisodeStart) -> Faults:
     for object_id in case.episode.bound_ids():
         thing = case.view.scene.things.get(object_id)
@@ -318,7 +314,9 @@ def _starts_out_of_view(family: Family) -> bool:
 
 RULES: dict[str, Rule] = {
     "protocol": Rule(
-        every_family, "the step budget and the camera's pitch at the start are those of the family", _protocol
+        every_family,
+        "the step budget and the camera's pitch at the start are those of the family",
+        lambda case: iter(protocol_faults(case.episode)),
     ),
     "objects_exist": Rule(every_family, "every bound object is in the scene", _objects),
     "start_free": Rule(every_family, "the body fits at the start", _start),
