@@ -6,12 +6,11 @@ from dataclasses import replace
 from vigil.authoring.review.synthetic_records import record_of
 from vigil.protocol.actions import ChoreClaim
 from vigil.protocol.episode import Episode
+from vigil.protocol.goals import OTHER_LABEL
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.chores import ListOutcome, score_list
 
 Claims = Mapping[int, ChoreClaim]
-OTHER: dict[ChoreClaim, ChoreClaim] = {"on": "off", "off": "on", "open": "closed", "closed": "open"}
-"""Label of a state -> the label of the opposite state."""
 
 
 def false_claims(solved: ListOutcome, episode: Episode, record: EpisodeRecord) -> Iterator[str]:
@@ -48,7 +47,7 @@ def wrong_claims(true: Claims) -> Iterator[tuple[str, Claims]]:
 
 
 def _opposite(claim: ChoreClaim) -> ChoreClaim:
-    return OTHER.get(claim, "fail" if claim == "success" else "success")
+    return OTHER_LABEL.get(claim, "fail" if claim == "success" else "success")
 
 
 def _differs(claims: Claims, true: Claims) -> bool:

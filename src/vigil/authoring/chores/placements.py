@@ -13,7 +13,6 @@ from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.families.si.drafts import placeless_phrase
 from vigil.authoring.families.sm.plans import SequencePlan, emptying, putting_in, rearranging
 from vigil.authoring.language.referring import Phrase
-from vigil.authoring.language.sentences import Sentences
 from vigil.authoring.language.wording import opening_phrase, pronoun_slots
 from vigil.authoring.review.containers import BELONGS_IN, not_found_by_opening
 from vigil.authoring.review.placements import placements_on
@@ -127,7 +126,7 @@ def _sentence(context: HouseContext, goal: ObjectAtReceptacle, target: Phrase, r
     """Return a random sentence that asks to put an object somewhere, without two places in direct succession."""
     sentences = PUT_INTO_ORDERS if goal.inside else PUT_ON_ORDERS
     if target != target.without_place:
-        sentences = Sentences(_unstacked(sentences.public), _unstacked(sentences.held_out))
+        sentences = sentences.with_halves(_unstacked)
     slots = pronoun_slots(context.thing(goal.object_id).category)
     return context.say(sentences, target=str(target), receptacle=str(receptacle), **slots)
 
@@ -190,7 +189,7 @@ def put_away(context: HouseContext) -> Proposals:
             words = {"target": str(phrases[0]), "receptacle": str(phrases[1]), "shut": shut, "whole": parts.whole}
             is_shut = ObjectInState(object_id=container.id, state="is_open", value=False)
             is_placed = phrases[0] != phrases[0].without_place
-            sentences = Sentences(_unstacked(PUT_AWAY.public), _unstacked(PUT_AWAY.held_out)) if is_placed else PUT_AWAY
+            sentences = PUT_AWAY.with_halves(_unstacked) if is_placed else PUT_AWAY
             sentence = context.say(sentences, **words)
             yield replace(found, form="put_away", sentence=sentence, chore=Chore(parts=(goal, is_shut)))
 
