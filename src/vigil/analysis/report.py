@@ -18,7 +18,6 @@ from vigil.analysis.measures.diagnosis import causes_of_closure, causes_of_rows
 from vigil.analysis.measures.paper import NOTE
 from vigil.analysis.measures.rows import combined_rows
 from vigil.analysis.measures.study import Study, sorted_by_b
-from vigil.analysis.paper_document import PREAMBLE, index_lines
 from vigil.analysis.plots.belief_figures import BELIEF_CAPTIONS, BELIEF_FIGURES
 from vigil.analysis.plots.chores_figures import CHORES_CAPTIONS, CHORES_FIGURES
 from vigil.analysis.plots.figures import FIGURES, figure_captions
@@ -29,15 +28,16 @@ from vigil.analysis.tables.chores_tables import HEADING as CHORES
 from vigil.analysis.tables.chores_tables import chores_tables
 from vigil.analysis.tables.closure_tables import HEADING as CLOSURE
 from vigil.analysis.tables.closure_tables import closure_tables
-from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, html_page
+from vigil.analysis.tables.page import template
+from vigil.analysis.tables.paper_index import ABSENT, PARTS, paper_index
 from vigil.analysis.tables.paper_index import HEADING as PAPER_HEADING
 from vigil.analysis.tables.paper_index import NAME as PAPER_INDEX
-from vigil.analysis.tables.paper_index import PARTS, paper_index
 from vigil.analysis.tables.paper_style import INTERVALS, paper_tables
 from vigil.analysis.tables.paper_style import TABLES as PAPER_TABLES
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
-from vigil.analysis.tables.table import Table
-from vigil.analysis.tables.text import LEGEND, csv_text, latex, latex_escaped, latex_text, markdown
+from vigil.analysis.tables.table import DASH, Table
+from vigil.analysis.tables.text import LEGEND, csv_text, latex, latex_escaped
+from vigil.base.glossary import RESULTS
 from vigil.errors import SettingError
 
 _Shown = TypeVar("_Shown")
@@ -94,6 +94,19 @@ class AnalysisReport:
             f"{run.name} ({_suite_name(run)}): {note.removesuffix('.')}." for run in self.suites for note in run.notes
         )
         return (*self.study.warnings, *stress)
+
+    @property
+    def summary(self) -> str:
+        """A sentence that counts the runs and their episodes, and names their packs."""
+        runs = [*self.study.runs, *self.suites]
+        packs: dict[str, set[str]] = {}
+        for run in runs:
+            packs.setdefault(run.header.spec.pack, set()).add(run.header.spec.pack_sha256[:12])
+        of = "pack" if sum(map(len, packs.values())) == 1 else "packs"
+        named = ", ".join(f"{name} ({' and '.join(sorted(hashes))})" for name, hashes in sorted(packs.items()))
+        episodes = sum(run.n for run in self.study.runs) + sum(len(run.outcomes) for run in self.suites)
+        shown = "run" if len(runs) == 1 else "runs"
+        return f"{len(runs)} {shown}, {episodes:,} scored episodes, {of} {named}."
 
     @property
     def causes(self) -> dict[str, tuple[str, ...]]:
@@ -195,27 +208,17 @@ def write_report(
 
 def markdown_report(report: AnalysisReport, figures: bool = True) -> str:
     """Return the whole report as Markdown. It refers to figures as files under `figures/`."""
-    parts = ["# VIGIL report", "", *_md_list("Read this first", report.warnings)]
-    parts += [_summary(report), "", *([f"## {CAUSES}", ""] if report.causes else [])]
-    for name, sentences in report.causes.items():
-        parts += _md_list(name, sentences)
-    parts += [*_md_list("What these numbers do and do not say", LIMITS), LEGEND, ""]
-    if figures:
-        for name in report.figures:
-            parts += [f"![{name}](figures/{name}.svg)", "", f"*{report.captions[name]}*", ""]
-    for heading, names in report.sections.items():
-        parts += [f"## {heading}", "", *(markdown(report.tables[name]) for name in names)]
-    return "\n".join(parts)
+    return _rendered(report, "report.md", pictures=report.figures if figures else ())
 
 
 def html_report(report: AnalysisReport) -> str:
     """Return the whole report as one self-contained page."""
-    sections = [
-        Section(heading, tuple(report.tables[name] for name in names)) for heading, names in report.sections.items()
-    ]
-    pictures = [PageFigure(name, drawn["svg"], report.captions[name]) for name, drawn in report.figures.items()]
-    notes = PageNotes(report.warnings, CAUSES, report.causes, LIMITS)
-    return html_page(Page(_summary(report), LEGEND, notes, sections, pictures))
+    return _rendered(report, "report.html", glossary=RESULTS)
+
+
+def _rendered(report: AnalysisReport, name: str, **facts: Any) -> str:
+    """Return the text of a report by the template `name`, which gets `facts` too."""
+    return template(name).render(report=report, causes_heading=CAUSES, limits=LIMITS, legend=LEGEND, **facts)
 
 
 def json_report(report: AnalysisReport) -> str:
@@ -262,7 +265,7 @@ def _files_of(report: AnalysisReport, form: Format, style: LatexStyle) -> Iterat
         case "latex":
             yield from ((f"tables/{name}.tex", latex(table)) for name, table in report.tables.items())
             yield from ((f"figures/{name}.pdf", drawn["pdf"]) for name, drawn in report.figures.items())
-            yield "report.tex", _latex_document(report)
+            yield "report.tex", _rendered(report, "report.tex")
         case "json":
             yield "report.json", json_report(report)
         case "csv":
@@ -274,95 +277,23 @@ def _files_of(report: AnalysisReport, form: Format, style: LatexStyle) -> Iterat
                 yield "rows.parquet", rows.to_parquet(index=False)
 
 
-def _latex_document(report: AnalysisReport) -> str:
-    lines = [
-        r"\documentclass[a4paper,landscape]{article}",
-        r"\usepackage[margin=2cm]{geometry}",
-        r"\usepackage{booktabs,graphicx,longtable,multicol}",
-        r"\usepackage[table]{xcolor}",
-        r"\definecolor{FRtint}{RGB}{251,224,207}\definecolor{NRtint}{RGB}{207,228,245}",
-        r"\begin{document}",
-        r"\begin{multicols}{2}",
-        r"\section*{VIGIL report}",
-        *_latex_list("Read this first", report.warnings),
-        latex_text(_summary(report)),
-        *([rf"\subsection*{{{CAUSES}}}"] if report.causes else []),
-        *(line for name, sentences in report.causes.items() for line in _latex_list(name, sentences)),
-        *_latex_list("What these numbers do and do not say", LIMITS),
-        latex_text(LEGEND),
-        r"\end{multicols}",
-        *(line for heading in report.sections for line in _latex_section(report, heading)),
-        r"\clearpage",
-        *(_latex_figure(name, report.captions[name]) for name in report.figures),
-        r"\end{document}",
-    ]
-    return "\n".join(lines) + "\n"
-
-
 def _paper_document(report: AnalysisReport, tables: Iterable[str]) -> str:
     """Return a document in two columns: an index, then the paper's tables and figures in its order, then all others."""
     of_paper = [part.place for part in PARTS]
     names = sorted(tables, key=lambda name: name.endswith(INTERVALS))
     pictures = sorted(report.figures, key=lambda name: of_paper.index(name) if name in of_paper else len(of_paper))
+    groups = (
+        [name for name in (*names, *pictures) if name in of_paper],
+        [name for name in names if name not in of_paper],
+        [name for name in pictures if name not in of_paper],
+    )
     captions = {name: report.captions[name] for name in pictures}
-    lines = index_lines(names, captions)
-    inputs = {name: rf"\input{{tables/{name}.tex}}" for name in names}
-    drawn = {name: _latex_figure(name, said, r"\textwidth", "figure*") for name, said in captions.items()}
-    for group in (
-        [text for name, text in inputs.items() if not name.endswith(INTERVALS)]
-        + [text for name, text in drawn.items() if name in of_paper],
-        [text for name, text in inputs.items() if name.endswith(INTERVALS)],
-        [text for name, text in drawn.items() if name not in of_paper],
-    ):
-        lines += [
-            text + (r"\clearpage" if at % FLOATS == 0 or at == len(group) else "") for at, text in enumerate(group, 1)
-        ]
-    return "\n".join([*PREAMBLE, r"\begin{document}", *lines, r"\end{document}"]) + "\n"
-
-
-def _latex_section(report: AnalysisReport, heading: str) -> Iterator[str]:
-    """Yield the LaTeX of the tables under a heading, and a line with the names of the tables without rows."""
-    named = {name: report.tables[name] for name in report.sections[heading]}
-    yield rf"\section*{{{latex_text(heading)}}}"
-    yield from (rf"\input{{tables/{name}.tex}}" for name, table in named.items() if table.rows)
-    unused = (name for name, table in named.items() if not table.rows)
-    empty = [rf"\texttt{{{latex_escaped(name)}}}\label{{tab:{name}}}" for name in unused]
-    if empty:
-        yield f"Tables that do not apply to any of these runs: {', '.join(empty)}."
-
-
-def _latex_figure(name: str, caption: str, width: str = r"\linewidth", kind: str = "figure") -> str:
-    size = rf"width={width},height=.85\textheight,keepaspectratio"
-    picture = rf"\includegraphics[{size}]{{figures/{name}.pdf}}"
-    labelled = rf"\caption{{{latex_text(caption)}}}\label{{fig:{name}}}"
-    return rf"\begin{{{kind}}}[{'t' if kind == 'figure*' else 'htbp'}]\centering{picture}{labelled}\end{{{kind}}}"
+    facts = {"parts": PARTS, "absent": ABSENT, "dash": latex_escaped(DASH), "intervals": INTERVALS, "floats": FLOATS}
+    return template("paper.tex").render(tables=names, captions=captions, groups=groups, **facts)
 
 
 def _suite_name(run: SuiteRun) -> str:
     return "closure stress" if isinstance(run, ClosureRun) else "lists of chores"
-
-
-def _summary(report: AnalysisReport) -> str:
-    runs = [*report.study.runs, *report.suites]
-    packs: dict[str, set[str]] = {}
-    for run in runs:
-        packs.setdefault(run.header.spec.pack, set()).add(run.header.spec.pack_sha256[:12])
-    of = "pack" if sum(map(len, packs.values())) == 1 else "packs"
-    named = ", ".join(f"{name} ({' and '.join(sorted(hashes))})" for name, hashes in sorted(packs.items()))
-    episodes = sum(run.n for run in report.study.runs) + sum(len(run.outcomes) for run in report.suites)
-    shown = "run" if len(runs) == 1 else "runs"
-    return f"{len(runs)} {shown}, {episodes:,} scored episodes, {of} {named}."
-
-
-def _md_list(heading: str, lines: tuple[str, ...]) -> list[str]:
-    return [f"**{heading}**", "", *(f"- {line}" for line in lines), ""] if lines else []
-
-
-def _latex_list(heading: str, lines: tuple[str, ...]) -> list[str]:
-    if not lines:
-        return []
-    items = (rf"\item {latex_text(line)}" for line in lines)
-    return [rf"\subsection*{{{latex_text(heading)}}}", r"\begin{itemize}", *items, r"\end{itemize}"]
 
 
 def _plain_value(value: Any) -> Any:

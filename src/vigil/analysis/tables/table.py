@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 from typing import Any, Literal
 
 from vigil.scoring.rates import Counts, Interval, Rate
@@ -54,6 +55,10 @@ class Table:
     columns: tuple[Column, ...]
     rows: tuple[TableRow, ...]
     notes: tuple[str, ...] = ()
+
+    def groups(self) -> list[tuple[str, list[TableRow]]]:
+        """Return the groups of rows that stand together, each with its heading; an empty heading is not shown."""
+        return [(group, list(rows)) for group, rows in groupby(self.rows, key=lambda row: row.group)]
 
     def cell(self, row: TableRow, column: Column) -> str:
         """Return the text that the table shows in this row and column."""

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from itertools import groupby
 from typing import TYPE_CHECKING
 
 from vigil.analysis.tables.paper_index import ABSENT
@@ -53,7 +52,7 @@ def markdown(table: Table) -> str:
     heads = [_md(column.heading) for column in table.columns]
     rules = ["---" if column.kind in ("text", "link") else "---:" for column in table.columns]
     lines += [f"| {' | '.join(heads)} |", f"|{'|'.join(rules)}|"]
-    for group, rows in groupby(table.rows, key=lambda row: row.group):
+    for group, rows in table.groups():
         if group:
             lines.append(f"| *{_md(group)}* |{' |' * (len(table.columns) - 1)}")
         lines += [f"| {' | '.join(_md_cell(table, row, column) for column in table.columns)} |" for row in rows]
@@ -168,7 +167,7 @@ def _tex_kind(table: Table, column: Column) -> str:
 
 
 def _tex_rows(table: Table, columns: Sequence[Column]) -> Iterator[str]:
-    for index, (group, rows) in enumerate(groupby(table.rows, key=lambda row: row.group)):
+    for index, (group, rows) in enumerate(table.groups()):
         if index:
             yield r"\midrule"
         if group:
