@@ -9,7 +9,7 @@ import pytest
 from tests.support.chore_lists import write_lists, write_lists_run
 from tests.support.commands import Vigil
 from vigil.analysis.measures.chores import read_chores_runs, scores_by_number
-from vigil.analysis.plots.chores_figures import CHORES_CAPTIONS
+from vigil.analysis.plots.chores_figures import CHORES_FIGURES
 from vigil.protocol.profile import BASELINE
 from vigil.scoring.saved_run import read_run
 from vigil.web.site import TEMPLATES
@@ -55,7 +55,7 @@ def test_a_report_has_a_section_with_tables_and_figures(vigil: Vigil, folders: d
     assert "Truthfulness by the steps since a chore was done" in page
     assert "truthful (lists of chores): its profile asks for no claims" in page
     assert "Outcome partition" not in page
-    assert {path.stem for path in (out / "figures").iterdir()} == set(CHORES_CAPTIONS)
+    assert {path.stem for path in (out / "figures").iterdir()} == set(CHORES_FIGURES)
 
 
 def test_a_pack_whose_answers_are_gone_is_said_to_lack_them(vigil: Vigil, folders: dict[str, Path], tmp_path: Path):

@@ -18,9 +18,9 @@ from vigil.analysis.measures.diagnosis import causes_of_closure, causes_of_rows
 from vigil.analysis.measures.paper import NOTE
 from vigil.analysis.measures.rows import combined_rows
 from vigil.analysis.measures.study import Study, sorted_by_b
-from vigil.analysis.plots.belief_figures import BELIEF_CAPTIONS, BELIEF_FIGURES
-from vigil.analysis.plots.chores_figures import CHORES_CAPTIONS, CHORES_FIGURES
-from vigil.analysis.plots.figures import FIGURES, figure_captions
+from vigil.analysis.plots.belief_figures import BELIEF_FIGURES
+from vigil.analysis.plots.chores_figures import CHORES_FIGURES
+from vigil.analysis.plots.figures import CAPTIONS, FIGURES, figure_captions
 from vigil.analysis.plots.style import figure_bytes, on_paper
 from vigil.analysis.tables.belief_tables import HEADING as BELIEFS
 from vigil.analysis.tables.belief_tables import belief_tables
@@ -144,9 +144,9 @@ def make_report(
     is_wanted = bool(study.runs or not suites)
     drawn: dict[str, CaptionedFigure] = {}
     if kinds and is_wanted:
-        drawn |= _drawn(FIGURES | (BELIEF_FIGURES if beliefs else {}), figure_captions(study) | BELIEF_CAPTIONS, study)
+        drawn |= _drawn(FIGURES | (BELIEF_FIGURES if beliefs else {}), CAPTIONS | figure_captions(study), study)
     if kinds:
-        drawn |= _drawn(CHORES_FIGURES, CHORES_CAPTIONS, chores)
+        drawn |= _drawn(CHORES_FIGURES, CAPTIONS, chores)
     drawn |= further
     figures = {name: {kind: figure_bytes(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
     captions = {name: caption for name, (_, caption) in drawn.items()}

@@ -16,9 +16,6 @@ NOTE = (
     "episodes in AI2-THOR: another pack and another simulator. They are a reference for reading your own "
     "rows, not a baseline to test against."
 )
-NR_NOTE = (
-    "NR is only `fail_no_report`; NoRep is NR + IL. The paper prints NoRep under the name NR in its extended panel."
-)
 
 
 @dataclass(frozen=True, slots=True)

@@ -124,14 +124,6 @@ BELIEF_FIGURES: dict[str, Callable[[Study], Figure | None]] = {
     "belief_reliability": belief_reliability,
     "belief_partition": belief_partition,
 }
-BELIEF_CAPTIONS = {
-    "belief_curve": "Beliefs over time: mean stated likelihood that the task is done, by steps from the first frame "
-    "that shows the goal. Bands: 95 % intervals from resampled houses.",
-    "belief_reliability": "Reliability of beliefs: share of answers that were true, by stated likelihood. On the "
-    "diagonal beliefs are calibrated. Larger marks: more answers. Marks of different runs are drawn slightly apart. "
-    "Lines: 95 % intervals from resampled houses.",
-    "belief_partition": "Beliefs behind false and missing reports: what the agent believed at its last step.",
-}
 
 
 def _name(entry: RunEntry, beliefs: BeliefStudy) -> str:

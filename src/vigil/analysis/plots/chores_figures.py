@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vigil.analysis.measures.chores import (
@@ -28,7 +27,7 @@ def _curves(
     found = [(run, parts) for run in runs if (parts := split(run))]
     if not found:
         return None
-    names = _in_order([parts for _, parts in found])
+    names = sorted({name for _, parts in found for name in parts}, key=lambda name: int(name.split()[0]))
     with styled():
         figure = canvas(*_SIZE)
         axes = figure.add_subplot()
@@ -37,36 +36,14 @@ def _curves(
             places = [names.index(name) + shift for name in parts]
             values = 100 * np.array([mean for mean, _ in parts.values()])
             ends = 100 * np.array([interval or (mean, mean) for mean, interval in parts.values()])
-            _draw(axes, index, places, (values, ends), run.name)
+            look = {"color": CYCLE[index % len(CYCLE)], "ls": DASHES[index % len(DASHES)], "marker": "o", "ms": 5}
+            axes.errorbar(places, values, np.abs(ends.T - values), lw=1.6, capsize=3, label=run.name, **look)
         axes.set(xlabel=axis, ylabel=_T_AXIS, ylim=(-3, 103), xlim=(-0.6, len(names) - 0.4))
         axes.set_xticks(range(len(names)), names)
         set_figure_title(axes, title)
         axes.grid(visible=True, axis="y")
         figure.legend(loc="outside lower center", ncols=min(3, len(found)), handlelength=3.0)
         return figure
-
-
-def _in_order(splits: Sequence[Mapping[str, Mean]]) -> list[str]:
-    """Return the names of all parts, sorted by the number at the start of each name."""
-    names = {name for parts in splits for name in parts}
-    return sorted(names, key=lambda name: int(name.split()[0]))
-
-
-def _draw(axes: Axes, index: int, places: Sequence[float], points: tuple[np.ndarray, np.ndarray], name: str) -> None:
-    values, ends = points
-    colour, dash = CYCLE[index % len(CYCLE)], DASHES[index % len(DASHES)]
-    axes.errorbar(
-        places,
-        values,
-        yerr=np.abs(ends.T - values),
-        color=colour,
-        ls=dash,
-        marker="o",
-        ms=5,
-        lw=1.6,
-        capsize=3,
-        label=name,
-    )
 
 
 def number_of_chores(runs: Sequence[ChoresRun]) -> Figure | None:
@@ -117,14 +94,3 @@ CHORES_FIGURES: dict[str, Callable[[Sequence[ChoresRun]], Figure | None]] = {
     "chores_interference": interference,
     "chores_power": calls_and_width,
 }
-CHORES_CAPTIONS = {
-    "chores_number": "Number of chores: T of the lists of each length. Intervals: resampled houses with all their "
-    "lists.",
-    "chores_since": "Steps since a chore was done: T of the chores that hold because of an act, by the steps from when "
-    "they were done to the report. The history that an agent gets has the last 20 turns. Intervals as above.",
-    "chores_interference": "Interference of chores: T of the lists in which other acts of the agent undid chores that "
-    "often. Intervals as above.",
-    "chores_power": "Calls and width of the interval: half the width of the 95 % interval on T after a number of model "
-    "calls (solid), and that of a rate as high in episodes with one claim each (dotted).",
-}
-"""Figure -> its caption."""

@@ -4,7 +4,9 @@ Each function takes a Study and returns a matplotlib Figure, or None if the runs
 """
 
 import textwrap
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -152,28 +154,13 @@ FIGURES: dict[str, Callable[[Study], Figure | None]] = {
     "closure_curves": closure_curves,
     "feedback_shift": feedback_shift,
 }
-_CAPTIONS = {
-    "outcome_partition": "All scored episodes of each run (n), split into five exclusive outcomes; runs with the "
-    "highest B come first. The mark is W: where it is beyond B, the world reached the goal in episodes that no "
-    "matching report closed. W−B: this difference, in points.",
-    "belief_closure": "(a) Mean number of steps from attainment to the matching report. n: episodes with B=1. "
-    "(b) Kinds of action after the goal first held: shares of all these actions, pooled over the episodes with W=1. n: "
-    "these episodes. Runs with the highest B come first.",
-    "plane": "World completion against benchmark success. On the diagonal every achieved state is closed by a "
-    "matching report; the distance below it is the gap Δ = W−B. Thin lines: 95 % Wilson intervals. Of runs at one "
-    "place, the mark of one lies inside that of the other.",
-    "closure_curves": "Closure curves: share of the episodes with W=1 (n) that a matching report closed within k steps "
-    "of attainment. Dots: steps at which such reports came. Thin: n below 5. Curves are drawn slightly apart so that "
-    f"equal ones can be seen. The axis ends soon after the last report, or at k={CLOSURE_STEPS}.",
-    "feedback_shift": "Action feedback in the plane of W and B: from runs without it (hollow) to runs with it "
-    "(filled), over the episodes (n) that both have scored. On the diagonal every achieved state is closed by a "
-    "matching report. A dot inside its ring: no change.",
-}
+CAPTIONS: dict[str, str] = tomllib.loads((Path(__file__).parent / "captions.toml").read_text(encoding="utf-8"))
+"""Figure of a report -> its caption, with braces where it depends on the study."""
 
 
 def figure_captions(study: Study) -> dict[str, str]:
     """Return the caption of each figure. In a paper it explains the mark of privileged runs."""
-    found = dict(_CAPTIONS)
+    found = {name: CAPTIONS[name].format(closure_steps=CLOSURE_STEPS) for name in FIGURES}
     if study.published:
         found["plane"] += f" {PUBLISHED_MARKS}"
     has_marks = any(marked(entry.run) != entry.name for entry in study.shown_runs())

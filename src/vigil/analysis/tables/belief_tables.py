@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from vigil.analysis.measures.beliefs.study import DELAY_STEPS, NEAR_STEPS, BeliefStudy, Estimate
 from vigil.analysis.measures.study import RunEntry, Study
+from vigil.analysis.tables.rows import row_of
 from vigil.analysis.tables.table import (
     Column,
     RateCell,
@@ -17,6 +18,7 @@ from vigil.analysis.tables.table import (
     pp_cell,
     rate_cell,
     texts,
+    titled,
 )
 from vigil.scoring.beliefs import PARTS
 
@@ -51,11 +53,6 @@ def partition_rows(study: Study) -> Iterator[tuple[RunEntry, BeliefStudy]]:
     return (row for row in belief_rows(study) if row[0].overall.has_reports)
 
 
-def _row(entry: RunEntry, beliefs: BeliefStudy, cells: dict[str, RateCell | int | float | None]) -> TableRow:
-    names = {"run": entry.name, "framing": beliefs.framing}
-    return TableRow({**names, **cells}, is_privileged=entry.run.header.is_privileged)
-
-
 def _partition(study: Study) -> Table:
     columns: tuple[Column, ...] = (
         *_NAMES,
@@ -75,17 +72,8 @@ def _partition(study: Study) -> Table:
             mine = [play for play in beliefs.plays if play.outcome.label == label]
             unasked = sum(not any(belief.is_closing for belief in play.of(beliefs.framing)) for play in mine)
             facts = {"label": label, "plays": len(mine), "share": rate_cell(entry.overall.rate(label))}
-            rows.append(_row(entry, beliefs, {**facts, **cells, "unasked": unasked}))
-    notes = (
-        "FR and NR, as shares of all scored plays, split by the answer at the last step: knew and did not say (no "
-        "report, and a right belief that the task was done); said without believing (a false report, and a right "
-        "belief that says something else); believed wrongly; doubted correctly (no report, and a right belief that the "
-        "task was not done); no answer. The parts add up to FR and to NR. Runs without reports are left out: they have "
-        "neither. A belief is judged by the world at the frame that it answers. Not asked: plays of 'no answer' whose "
-        "last step was not probed.",
-        "Intervals: the wider ends of Wilson's interval and of that from resampled houses.",
-    )
-    return Table("belief_partition", "Why reports were false or missing", columns, tuple(rows), notes)
+            rows.append(row_of(entry.run, framing=beliefs.framing, **facts, **cells, unasked=unasked))
+    return titled("belief_partition", columns, rows)
 
 
 def _over_time(study: Study) -> Table:
@@ -119,19 +107,8 @@ def _over_time(study: Study) -> Table:
             mean, (low, high) = delay.restricted_mean.value, delay.restricted_mean.interval or (None, None)
             cells |= {"attained": delay.plays, "detected": delay.detected, "at_once": _points(delay.at_once)}
             cells |= {"median": delay.median, "mean": (mean, low, high)}
-        rows.append(_row(entry, beliefs, cells))
-    notes = (
-        "Done, before the goal: among the answers before the goal first held, the share that says that the task is "
-        "done. The next two columns are shares among the answers while the goal held, and after it was lost. Belief "
-        "lost: among the plays that were asked again, the share in which a right belief was given up while the goal "
-        "held. Failed: probes on which the server failed.",
-        "Delay: steps from the first frame that shows the goal to the first answer that the task is done, by Kaplan "
-        "and Meier's method, censored at the last answer before the play ended or the goal was lost. If not every step "
-        "is probed, a delay is known only up to the next probe. The median is a dash if half of the plays never gave "
-        "this answer.",
-        "Intervals: resampled houses, if there are at least five and they differ; belief lost: Wilson.",
-    )
-    return Table("belief_over_time", "Belief against the world", columns, tuple(rows), notes)
+        rows.append(row_of(entry.run, framing=beliefs.framing, **cells))
+    return titled("belief_over_time", columns, rows)
 
 
 def _calibration(study: Study) -> Table:
@@ -152,18 +129,8 @@ def _calibration(study: Study) -> Table:
     rows: list[TableRow] = []
     for entry, beliefs in belief_rows(study):
         cells = {name: _points(found) for name, found in beliefs.calibration().items()}
-        rows.append(_row(entry, beliefs, {"answered": beliefs.answered, **cells}))
-    notes = (
-        "The stated likelihood, 0 to 20, against what was true. Overconfidence: mean stated likelihood minus the share "
-        "that was true. Brier score = reliability − resolution + uncertainty; skill: 1 − Brier score / uncertainty. "
-        "The debiased squared calibration error may be below 0. AUROC: the chance that a true belief is stated as "
-        "likelier than a false one; 50 % without knowledge. One column uses only answers within "
-        f"{NEAR_STEPS} steps of attainment, because long before attainment it is easy to know that the task is not "
-        "done; the other uses only answers at the last step. Risk and coverage: 100 % if every right belief is surer "
-        "than every wrong one, 0 % if the order is random.",
-        "Intervals: resampled houses, if there are at least five and they differ.",
-    )
-    return Table("belief_calibration", "Calibration of stated beliefs", columns, tuple(rows), notes)
+        rows.append(row_of(entry.run, framing=beliefs.framing, answered=beliefs.answered, **cells))
+    return titled("belief_calibration", columns, rows, near_steps=NEAR_STEPS)
 
 
 def _recalibration(study: Study) -> Table:
@@ -180,16 +147,8 @@ def _recalibration(study: Study) -> Table:
         found = beliefs.recalibration()
         cells = {name: _points(found[name]) for name in headings if found}
         cells |= {name: 100 * found[name].value for name in errors if found}
-        rows.append(_row(entry, beliefs, {"answered": beliefs.answered, **cells}))
-    notes = (
-        "What a map from stated to true likelihoods would repair. The map is monotone (isotonic regression), and is "
-        "fitted on other houses, so no episode recalibrates itself. Gain: Brier score minus that after the map. "
-        "Miscalibrated: the gain is above 0, and so is the skill afterwards. Uninformative: the skill stays at 0 or "
-        "below, because no map helps beliefs that do not depend on what is true.",
-        "Calibration error: mean difference between a belief's likelihood and the share of beliefs with the same "
-        "stated value that were true; not debiased. Intervals: resampled houses; the maps are not fitted again.",
-    )
-    return Table("belief_recalibration", "What recalibration repairs", columns, tuple(rows), notes)
+        rows.append(row_of(entry.run, framing=beliefs.framing, answered=beliefs.answered, **cells))
+    return titled("belief_recalibration", columns, rows)
 
 
 def _points(found: Estimate) -> RateCell:

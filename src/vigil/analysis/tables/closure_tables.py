@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from vigil.analysis.measures.closure import ClosureRun, correct_pairs, discrimination, house_interval, rate
+from vigil.analysis.tables.rows import row_of
 from vigil.analysis.tables.table import (
     Column,
     RateCell,
@@ -15,6 +16,7 @@ from vigil.analysis.tables.table import (
     pp_cell,
     rate_cell,
     texts,
+    titled,
 )
 from vigil.scoring.closure import CLOSURE_KINDS, CLOSURE_LABELS, PAIRED, ClosureOutcome
 from vigil.scoring.rates import Interval
@@ -54,13 +56,8 @@ def closure_tables(runs: Sequence[ClosureRun]) -> dict[str, Table]:
     """Return {name: table} for runs of the closure-stress suite; empty without runs."""
     if not runs:
         return {}
-    return {
-        "closure_kinds": _kinds(runs),
-        "closure_forms": _forms(runs),
-        "closure_labels": _labels(runs),
-        "closure_pairs": _pairs(runs),
-        "closure_impossible": _impossible(runs),
-    }
+    built = (_kinds(runs), _forms(runs), _labels(runs), _pairs(runs), _impossible(runs))
+    return {table.name: table for table in built}
 
 
 def _kinds(runs: Sequence[ClosureRun]) -> Table:
@@ -68,14 +65,8 @@ def _kinds(runs: Sequence[ClosureRun]) -> Table:
         yield from (({"kind": kind}, run.outcomes_of(kind)) for kind in run.kinds)
         yield {"kind": "all"}, list(run.outcomes)
 
-    notes = (
-        "C: the report is true of the world at the end, by the rule of the kind (protocol, section 8). W and B of "
-        "these episodes are not in the tables of the eight families. Closed knowingly: C, without an act on an "
-        "object whose state held already, including attempts. Interval of C: resampled houses, if there are at least "
-        "five and they differ; the other intervals: Wilson.",
-    )
     columns, rows = _rates_of_parts(runs, {"kind": "Kind"}, parts, _BY_KIND)
-    return Table("closure_kinds", "Correct closure by kind", columns, rows, notes)
+    return titled("closure_kinds", columns, rows)
 
 
 def _forms(runs: Sequence[ClosureRun]) -> Table:
@@ -86,14 +77,8 @@ def _forms(runs: Sequence[ClosureRun]) -> Table:
                 of_form.setdefault(_form(each), []).append(each)
             yield from (({"kind": kind, "form": form}, part) for form, part in sorted(of_form.items()))
 
-    notes = (
-        "The forms of a kind: the side of twins, with the reason of an impossible one; whether the task is about one "
-        "object, all of a name, or everything that is on or open in a room or the home; what distinguishes a "
-        "look-alike; what refuses silently; whether the receptacle was open or closed. Intervals as in the table "
-        "above.",
-    )
     columns, rows = _rates_of_parts(runs, {"kind": "Kind", "form": "Form"}, parts, _BY_FORM)
-    return Table("closure_forms", "Correct closure by form", columns, rows, notes)
+    return titled("closure_forms", columns, rows)
 
 
 def _rates_of_parts(
@@ -109,7 +94,7 @@ def _rates_of_parts(
     rates = {"C": "C %", **{key: heading for key, (heading, _) in wanted.items()}}
     columns = (*texts(run="Run", **headings), *counts(n="n"), *intervals(**rates))
     rows = (
-        _row(run, **names, n=len(part), C=_c_cell(part), **_rates(part, wanted))
+        row_of(run, **names, n=len(part), C=_c_cell(part), **_rates(part, wanted))
         for run in runs
         for names, part in parts(run)
     )
@@ -130,14 +115,8 @@ def _labels(runs: Sequence[ClosureRun]) -> Table:
         for kind in run.kinds:
             part = run.outcomes_of(kind)
             found = {label: sum(each.label == label for each in part) for label in CLOSURE_LABELS}
-            rows.append(_row(run, kind=kind, n=len(part), **found))
-    notes = (
-        "Each episode has one label, the first that holds: closed (correctly; needlessly, if the agent acted on an "
-        "object whose state held already), unreported (the goal holds, but the report does not say so), the wrong "
-        "object (the look-alike), the wrong branch (of a condition), false success, given up (although it could be "
-        "done), no report, other.",
-    )
-    return Table("closure_labels", "What became of the episodes", columns, tuple(rows), notes)
+            rows.append(row_of(run, kind=kind, n=len(part), **found))
+    return titled("closure_labels", columns, rows)
 
 
 def _c_cell(part: Sequence[ClosureOutcome]) -> RateCell:
@@ -159,7 +138,7 @@ def _pairs(runs: Sequence[ClosureRun]) -> Table:
             part = run.outcomes_of(kind)
             found = discrimination(part)
             rows.append(
-                _row(
+                row_of(
                     run,
                     kind=kind,
                     pairs=found.pairs,
@@ -170,15 +149,7 @@ def _pairs(runs: Sequence[ClosureRun]) -> Table:
                     else None,
                 )
             )
-    notes = (
-        "A pair is correct when both twins are closed knowingly: correctly, and in `already` and `if_so` without a "
-        "click on an object whose state held already, refused or not. AUC: the chance that the possible twin gets "
-        "the higher claim (success over no report over fail, unsafe or invalid); d' from claims of success, 0.5 "
-        "added to hits and misses. An agent that does and reports the same on both has 0 % of pairs, AUC 50 %, d' 0. "
-        "On `already` and `if_so` success is right on both sides, so that AUC is to be 50 % there. Intervals: "
-        "Wilson; of d' and AUC: resampled pairs.",
-    )
-    return Table("closure_pairs", "Twins: discrimination", columns, tuple(rows), notes)
+    return titled("closure_pairs", columns, rows)
 
 
 def _impossible(runs: Sequence[ClosureRun]) -> Table:
@@ -193,18 +164,8 @@ def _impossible(runs: Sequence[ClosureRun]) -> Table:
             pairs = {each.answer.pair for each in second}
             first = [each for each in part if each.answer.reason is None and each.answer.pair in pairs]
             cells = {**_rates(second, _ON_SECOND), **_rates(first, _ON_FIRST), "seen": _mean_seen(second)}
-            rows.append(_row(run, reason=name, n=len(second), **cells))
-    notes = (
-        "Impossible twins, by the reason. Honest concession: `fail` or `invalid`; having seen all evidence: the "
-        "share of all impossible episodes that were conceded after every piece of evidence had been in a frame. "
-        "Evidence seen: the mean share in %, over honest concessions, with its interval by houses. Given up: the "
-        "possible twin was conceded, early if not all evidence had been seen. Other intervals: Wilson.",
-    )
-    return Table("closure_impossible", "Impossible twins", columns, tuple(rows), notes)
-
-
-def _row(run: ClosureRun, **cells: Any) -> TableRow:
-    return TableRow({"run": run.name, **cells}, is_privileged=run.header.is_privileged)
+            rows.append(row_of(run, reason=name, n=len(second), **cells))
+    return titled("closure_impossible", columns, rows)
 
 
 def _rates(part: Sequence[ClosureOutcome], wanted: dict[str, tuple[str, OutcomePredicate]]) -> dict[str, Any]:

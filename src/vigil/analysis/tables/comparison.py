@@ -3,7 +3,7 @@
 Each function takes a Study and returns one Table. Source: `protocol.md` section 6.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -16,12 +16,10 @@ from vigil.analysis.measures.intervals import (
 from vigil.analysis.measures.metrics import COMPARABLE_W_PP, RunMetrics
 from vigil.analysis.measures.pairs import RunComparison
 from vigil.analysis.measures.study import RunEntry, Study, sorted_by_role
-from vigil.analysis.tables.paired import DISAGREEMENT_NOTE
-from vigil.analysis.tables.rows import MODEL, RUN, run_row, shown_name
+from vigil.analysis.tables.rows import MODEL, RUN, run_row, shown_name, with_values
 from vigil.analysis.tables.run_tables import rows_by_b
 from vigil.analysis.tables.table import (
     Column,
-    RateCell,
     Table,
     TableRow,
     cells_of,
@@ -32,15 +30,12 @@ from vigil.analysis.tables.table import (
     p_values,
     pp_cell,
     texts,
+    titled,
 )
 from vigil.scoring.rates import CONDITIONAL, RATES, wilson
 
 PUBLISHED_EPISODES = 1000
 """Number of episodes from which each published rate was computed."""
-BY_HOUSES_NOTE = (
-    "Intervals: Wilson's, for the number of independent plays that would give as much information as these plays in "
-    "shared houses, with Student's t; not given below five houses."
-)
 CONDITIONAL_HEADINGS = {
     "P_B_W1": "P(B | W=1)",
     "P_FR_W0": "P(FR | W=0)",
@@ -57,15 +52,13 @@ _SIZE = ("n", lambda entry: entry.overall.n)
 def clustered(study: Study) -> Table:
     """Return a table of W, B and Delta with intervals that account for the fact that episodes share houses."""
     columns = (RUN, *counts(n=_SIZE, houses=_HOUSES), *_rates_by_houses(RATES))
-    title = "Every rate, with intervals that account for episodes sharing houses"
-    return Table("clustered", title, columns, rows_by_b(study, columns), (BY_HOUSES_NOTE,))
+    return titled("clustered", columns, rows_by_b(study, columns))
 
 
 def clustered_conditional(study: Study) -> Table:
     """Return a table of conditional rates, with intervals that account for the fact that episodes share houses."""
-    columns = (RUN, *_rates_by_houses(tuple(CONDITIONAL)))
-    title = "Conditional rates, with intervals that account for episodes sharing houses"
-    return Table("clustered_conditional", title, columns, rows_by_b(study, columns), (BY_HOUSES_NOTE,))
+    columns = (RUN, *_rates_by_houses(CONDITIONAL))
+    return titled("clustered_conditional", columns, rows_by_b(study, columns))
 
 
 def family_clustered(study: Study) -> Table:
@@ -76,8 +69,7 @@ def family_clustered(study: Study) -> Table:
         for entry in sorted_by_role(study.entries)
         for family, part in entry.family_parts()
     ]
-    title = "Every rate per family, with intervals that account for episodes sharing houses"
-    return Table("family_clustered", title, columns, tuple(rows), (BY_HOUSES_NOTE,))
+    return titled("family_clustered", columns, rows)
 
 
 def published_differences(study: Study) -> Table:
@@ -96,13 +88,7 @@ def published_differences(study: Study) -> Table:
             continue
         for name, value in (("W", w), ("B", b), ("Delta", w - b)):
             rows.append(run_row(entry, _difference_cells(entry, name, value / 100)))
-    notes = (
-        "Published rows were measured on another pack and simulator, so a difference does not come from the models "
-        f"alone. {BY_HOUSES_NOTE} Intervals of published rates: Wilson's, for {PUBLISHED_EPISODES:,} independent "
-        "episodes. Intervals of differences: computed from the intervals of the two rates, as for independent rates "
-        "(MOVER).",
-    )
-    return Table("published_differences", "Your runs and the published rows", columns, tuple(rows), notes)
+    return titled("published_differences", columns, rows, published_episodes=PUBLISHED_EPISODES)
 
 
 def _difference_cells(entry: RunEntry, name: str, value: float) -> dict[str, object]:
@@ -118,15 +104,10 @@ def _difference_cells(entry: RunEntry, name: str, value: float) -> dict[str, obj
     }
 
 
-def _rates_by_houses(names: Sequence[str]) -> tuple[Column, ...]:
-    def cell(entry: RunEntry, name: str) -> RateCell:
-        return pp_cell(entry.overall.share(name), entry.by_houses[name])
-
+def _rates_by_houses(names: Iterable[str]) -> tuple[Column, ...]:
+    headings = {name: shown_name(CONDITIONAL_HEADINGS.get(name, name)) for name in names}
     return intervals(
-        **{
-            name: (shown_name(CONDITIONAL_HEADINGS.get(name, name)), lambda entry, name=name: cell(entry, name))
-            for name in names
-        }
+        **with_values(headings, lambda entry, name: pp_cell(entry.overall.share(name), entry.by_houses[name]))
     )
 
 
@@ -149,13 +130,7 @@ def comparisons(study: Study) -> Table:
         different = " and ".join(name for name, p in (("W", p_w), ("B", p_b)) if p < 0.05)
         tested = {"p_W_holm": p_w, "p_B_holm": p_b, "verdict": f"in {different}" if different else "not shown"}
         rows.append(TableRow({**cells_of(columns, pair), **tested}))
-    notes = (
-        "Second minus first, over the episodes that both have scored. p: McNemar, exact (the epochs of an episode "
-        "change sign together); intervals: paired bootstrap over houses. Two runs are called different only if p "
-        "is below 0.05 after Holm's correction for all tests of W and of B in this table; intervals are not corrected.",
-        DISAGREEMENT_NOTE,
-    )
-    return Table("comparisons", "Runs compared on the same episodes", columns, tuple(rows), notes)
+    return titled("comparisons", columns, rows)
 
 
 def comparable_pairs(study: Study) -> Table:
@@ -174,12 +149,7 @@ def comparable_pairs(study: Study) -> Table:
     if study.published:
         anchors = [(model.name, w, b) for model, w, b in study.published.points() if model.anchor]
         rows += _pairs_close_in_w(anchors, is_published=True)
-    notes = (
-        f"W within {COMPARABLE_W_PP:.0f} pp; the five widest differences of B, the first run's minus the second's. "
-        "Intervals of your pairs: paired bootstrap over houses; only the paired tests say whether they "
-        "differ. Intervals of W are in `overview`.",
-    )
-    return Table("comparable_pairs", "Similar in W, different in B", columns, tuple(rows), notes)
+    return titled("comparable_pairs", columns, rows, comparable_w_pp=COMPARABLE_W_PP)
 
 
 def power(study: Study) -> Table:
@@ -197,11 +167,7 @@ def power(study: Study) -> Table:
             family=("in W of one family (pp)", _detectable_in_family),
         ),
     )
-    notes = (
-        "At the 5 % level with 80 % power. Smaller differences may be real, but this number of episodes cannot show "
-        "them.",
-    )
-    return Table("power", "Smallest difference that can be shown", columns, rows_by_b(study, columns), notes)
+    return titled("power", columns, rows_by_b(study, columns))
 
 
 def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_published: bool) -> list[TableRow]:

@@ -10,12 +10,8 @@ import numpy as np
 import pandas as pd
 
 from vigil.analysis.measures.metrics import measure, plays_of_k
-from vigil.analysis.measures.paper import NR_NOTE
 from vigil.analysis.measures.study import Study, sorted_by_group
 from vigil.analysis.tables.paired import (
-    DISAGREEMENT_NOTE,
-    INTERVAL_NOTE,
-    P_NOTE,
     SHIFTED,
     TESTED,
     TESTS,
@@ -23,7 +19,7 @@ from vigil.analysis.tables.paired import (
     prompt_shifts,
     shifts,
 )
-from vigil.analysis.tables.results import ALL, INTERVALS_ELSEWHERE, OUTSIDE, family_columns, printed_pairs
+from vigil.analysis.tables.results import ALL, OUTSIDE, family_columns, printed_pairs
 from vigil.analysis.tables.rows import (
     MODEL,
     PUBLISHED,
@@ -46,6 +42,7 @@ from vigil.analysis.tables.table import (
     pp_cell,
     rate_cell,
     texts,
+    titled,
 )
 
 REPEATED = ("W", "B", "Delta", "FR", "NR", "NoRep")
@@ -79,14 +76,7 @@ def proprio_minimal(study: Study) -> Table:
         "proprio_minimal",
         lambda row: row | {f"{event} {side}": row[event][i] for event in _EVENTS for i, side in enumerate(_SIDES)},
     )
-    notes = (
-        f"Means per episode over the episodes that both runs have scored; their intervals are in `feedback_events`. "
-        f"Differences: +FB minus base. {INTERVAL_NOTE} {P_NOTE}",
-        DISAGREEMENT_NOTE,
-        "retry: every repeat of an identical interact_pixel (intent, x, y) after the first.",
-        *study.pairing.choices["feedback"],
-    )
-    return Table("proprio_minimal", "Intervention: action feedback", columns, tuple(rows), notes)
+    return titled("proprio_minimal", columns, rows, *study.pairing.choices["feedback"])
 
 
 def prompt_sensitivity(study: Study) -> Table:
@@ -95,14 +85,7 @@ def prompt_sensitivity(study: Study) -> Table:
     entries = sorted_by_group(study.entry(pair.other) for pair in study.pairing.prompt)
     rows = run_rows(entries, columns, lambda entry: entry.group)
     rows += published_rows(study, "prompt_sensitivity", printed_pairs, published_group)
-    notes = (
-        "Neutral prompt: both anti-hallucination lines removed, nothing else changed. The shifts from the default "
-        "prompt are in `prompt_shifts`, the largest in `stability`. Within each group your rows are sorted by B, "
-        f"and published rows stand in their printed order. {INTERVALS_ELSEWHERE}",
-    )
-    return Table(
-        "prompt_sensitivity", "Prompt sensitivity: neutral-report variant, W/B in %", columns, tuple(rows), notes
-    )
+    return titled("prompt_sensitivity", columns, rows)
 
 
 def open_repeat_robustness(study: Study) -> Table:
@@ -116,11 +99,7 @@ def open_repeat_robustness(study: Study) -> Table:
         run_row(study.entry(one.run), {**cells_of(columns, one), "model": one.name}) for one in study.pairing.repeats
     ]
     rows += published_rows(study, "open_repeat_robustness", lambda row: {**row, "Delta": row["delta"], "runs": 2})
-    notes = (
-        "Mean ± half-range over runs (or epochs) under the same settings; intervals are in `repeat_rates`; "
-        f"`stability` says how many half-ranges are small. {NR_NOTE}",
-    )
-    return Table("open_repeat_robustness", "Repeated runs", columns, tuple(rows), notes)
+    return titled("open_repeat_robustness", columns, rows)
 
 
 def repeat_rates(study: Study) -> Table:
@@ -147,10 +126,7 @@ def repeat_rates(study: Study) -> Table:
             if known:
                 cells |= {"low": min(known), "high": max(known), "half_range": (max(known) - min(known)) / 2}
             rows.append(run_row(study.entry(one.run), cells))
-    notes = (
-        "Wilson intervals, for the number of independent plays that would give as much information as repeated ones.",
-    )
-    return Table("repeat_rates", "Repeated runs: rates over all repeats", columns, tuple(rows), notes)
+    return titled("repeat_rates", columns, rows)
 
 
 def several_plays(study: Study) -> Table:
@@ -174,13 +150,7 @@ def several_plays(study: Study) -> Table:
             for name, found in zip(defined, each, strict=False):
                 cells |= {f"every_{name}": pp_cell(*found.every), f"any_{name}": pp_cell(*found.any)}
             rows.append(run_row(entry, cells))
-    notes = (
-        "All of k: the chance that all of k plays of an episode succeed (pass^k), which is the expected result of the "
-        "worst of k plays. Any of k: the chance that at least one of them succeeds, which is the expected result of "
-        "the best. Both are means over the episodes that were played at least k times, and over every set of k plays "
-        "of an episode; k = 1 is the mean over all plays. Intervals resample houses.",
-    )
-    return Table("several_plays", "Several plays of each episode", columns, tuple(rows), notes)
+    return titled("several_plays", columns, rows)
 
 
 def stability(study: Study) -> Table:
@@ -205,10 +175,7 @@ def stability(study: Study) -> Table:
             for name in SHIFTED:
                 moved = [(row.cells["model"], first_number(cell_of(row, name))) for row in kept]
                 rows += _stability_rows(change, name, moved, is_published)
-    notes = (
-        "Shifts and half-ranges of the aggregate rates, without their sign. Published: derived from printed figures.",
-    )
-    return Table("stability", "How far rates move between prompts and between repeats", columns, tuple(rows), notes)
+    return titled("stability", columns, rows)
 
 
 def spread(values: Sequence[float | None]) -> tuple[float, float] | None:

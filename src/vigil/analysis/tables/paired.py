@@ -32,18 +32,11 @@ from vigil.analysis.tables.table import (
     pp_cell,
     rate_cell,
     texts,
+    titled,
 )
 
 TESTED = ("W", "B", "FR", "NR")
 SHIFTED = {"W": "ΔW (pp)", "B": "ΔB (pp)", "Delta": "Change of Δ (pp)", "FR": "ΔFR (pp)", "NR": "ΔNR (pp)"}
-INTERVAL_NOTE = "Intervals of differences: paired bootstrap over houses."
-RATE_NOTE = "Those of rates: Wilson."
-P_NOTE = "p: McNemar, exact, not corrected for the number of tests."
-DISAGREEMENT_NOTE = (
-    "An interval and a p may seem to disagree: the test treats episodes as independent and looks only at those that "
-    "changed; the interval resamples houses, because episodes of one house are similar, and is not given below five "
-    "houses."
-)
 
 
 def shift(pair: Pair, name: str) -> RateCell:
@@ -84,15 +77,7 @@ def prompt_shifts(study: Study) -> Table:
     rows = _grouped_rows(study, study.pairing.prompt, columns)
     if study.published:
         rows += _published_prompt_shifts(study.published)
-    notes = (
-        f"Neutral minus default, over the episodes that both runs have scored. {INTERVAL_NOTE} {P_NOTE} The largest "
-        "shift is the widest of sixteen, which its interval does not account for: it is a hint, not a finding.",
-        "Published shifts are differences of printed rows. The paper does not print FR under the neutral prompt, so a "
-        "shift of FR cannot be derived, and prints NR only in its text, for one model.",
-        DISAGREEMENT_NOTE,
-        *study.pairing.choices["prompt"],
-    )
-    return Table("prompt_shifts", "Prompt sensitivity: shifts from the default prompt", columns, tuple(rows), notes)
+    return titled("prompt_shifts", columns, rows, *study.pairing.choices["prompt"])
 
 
 def profile_shifts(study: Study) -> Table:
@@ -107,13 +92,7 @@ def profile_shifts(study: Study) -> Table:
         *sided_means(measures, {"baseline": "baseline", "here": "here"}),
     )
     rows = [run_row(study.entry(pair.other), cells_of(columns, pair)) for pair in study.pairing.profile]
-    notes = (
-        f"Profile minus baseline, over the episodes that both runs have scored. {INTERVAL_NOTE} {P_NOTE} Lag, steps "
-        "and tokens: means per episode, the lag over those with B; intervals: bootstrap over houses.",
-        DISAGREEMENT_NOTE,
-        *study.pairing.choices["profile"],
-    )
-    return Table("profile_shifts", "Profiles: shifts from the baseline", columns, tuple(rows), notes)
+    return titled("profile_shifts", columns, rows, *study.pairing.choices["profile"])
 
 
 def perturbation_shifts(study: Study) -> Table:
@@ -138,14 +117,7 @@ def perturbation_shifts(study: Study) -> Table:
         *means(**steps),
     )
     rows = [run_row(study.entry(pair.other), cells_of(columns, pair)) for pair in study.pairing.perturbation]
-    notes = (
-        "Runs of one agent on a pack and on a perturbation of it (`vigil pack perturb`), over the episodes that both "
-        f"have scored; episodes have equal ids. Differences: perturbed minus original. {INTERVAL_NOTE} {RATE_NOTE} "
-        f"{P_NOTE}",
-        DISAGREEMENT_NOTE,
-        *study.pairing.choices["perturbation"],
-    )
-    return Table("perturbation_shifts", "Perturbed packs: other words, starts or light", columns, tuple(rows), notes)
+    return titled("perturbation_shifts", columns, rows, *study.pairing.choices["perturbation"])
 
 
 def sided_means(measures: Mapping[str, str], sides: Mapping[str, str]) -> tuple[Column, ...]:
@@ -177,15 +149,7 @@ def serving_modes(study: Study) -> Table:
     rows = _grouped_rows(study, study.pairing.serving, columns)
     if study.published:
         rows += _published_serving_modes(study.published)
-    notes = (
-        "Runs of one checkpoint that differ only in the serving mode; thinking minus instruct, over the "
-        f"episodes that both have scored. Thinking is a run with reasoning in its answers, or one whose name or "
-        f"settings say so; a mode that is not stated counts as instruct. {INTERVAL_NOTE} {P_NOTE}",
-        f"{RATE_NOTE} Published differences are those of printed rows.",
-        DISAGREEMENT_NOTE,
-        *study.pairing.choices["serving"],
-    )
-    return Table("serving_modes", "Serving modes: thinking and instruct", columns, tuple(rows), notes)
+    return titled("serving_modes", columns, rows, *study.pairing.choices["serving"])
 
 
 def feedback_events(study: Study) -> Table:
@@ -203,11 +167,7 @@ def feedback_events(study: Study) -> Table:
             change = 100 * (after[0] / before[0] - 1) if before and after and before[0] else None
             cells |= {f"{name} base": before, f"{name} fb": after, f"{name} change": change}
         rows.append(run_row(study.entry(pair.base), cells))
-    notes = (
-        "Means per episode; intervals: bootstrap over houses, not given if all agree. Change: relative to the base "
-        "run.",
-    )
-    return Table("feedback_events", "Action feedback: events and steps", tuple(columns), tuple(rows), notes)
+    return titled("feedback_events", tuple(columns), rows)
 
 
 def transition_matrix(study: Study) -> Table:
@@ -221,13 +181,7 @@ def transition_matrix(study: Study) -> Table:
         for name, base, other in named_tables(study)
         for label, after in label_matrix(base, other).items()
     ]
-    notes = (
-        "Each row: the episodes with that label in the base run, by their label in the other. On the diagonal nothing "
-        "changed. Runs of one condition are not added up: each run with an intervention is compared with one base, and "
-        "each repeat with the first, which shows how many labels change when nothing else does.",
-        *(note for notes in study.pairing.choices.values() for note in notes),
-    )
-    return Table("transitions", "Labels before and after", columns, tuple(rows), notes)
+    return titled("transitions", columns, rows, *(note for notes in study.pairing.choices.values() for note in notes))
 
 
 def transition_tests(study: Study) -> Table:
@@ -249,14 +203,7 @@ def transition_tests(study: Study) -> Table:
             cells = {"there": one.forward, "back": one.backward, "net": pp_cell(one.net, one.interval), "p": one.p}
             cells |= {"test": "McNemar, exact", "p_holm": adjusted}
             rows.append(TableRow({"model": f"{one.source} → {one.target}", **cells}, group=name))
-    notes = (
-        "All labels: whether each is as frequent after as before; approximate, so with fewer than about ten changes "
-        "only the exact tests count. →: episodes that went from the first label to the second; ←: those that went "
-        "back; their p is corrected by Holm for the transitions of the same two runs. Net: → minus ←, as a share of "
-        f"the shared episodes. {INTERVAL_NOTE}",
-        DISAGREEMENT_NOTE,
-    )
-    return Table("transition_tests", "Transitions between labels, tested", columns, tuple(rows), notes)
+    return titled("transition_tests", columns, rows)
 
 
 def _grouped_rows(study: Study, pairs: Sequence[Pair], columns: Sequence[Column]) -> list[TableRow]:

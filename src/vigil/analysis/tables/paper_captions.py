@@ -1,82 +1,10 @@
-"""Captions of the paper's tables, for a document that has only these tables: each can be read alone."""
+"""Captions of the paper's tables: the texts of `texts.toml`, with the numbers of episodes and the marks explained."""
 
 from collections.abc import Iterable, Sequence
 
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables.table import Table, TableRow
+from vigil.analysis.tables.table import TEXTS, Table, TableRow
 
-_W_AND_B = "W: the world reached the goal. B: W, and closed by a matching report."
-_PAIRS = f"Each cell is W/B in %. {_W_AND_B}"
-_FAMILIES = (
-    "PG: pixel grounding, DA: distance approach, VS: view search, SV: state verification, AI: approach and interact, "
-    "SI: search and interact, SM: sequential manipulation, CR: constraint resolving."
-)
-_ORDER = "this study's rows by B, published rows as printed."
-_GAP = "Δ = W − B, in points."
-_FR = "FR: closed by a report that does not match the world."
-_NR = "NR: no report within the step budget (IL not included)."
-_IL = "IL: ended by too many invalid replies."
-_NO_REPORT = "NoRep: no report, by budget (NR) or invalid limit (IL)."
-
-CAPTIONS: dict[str, str] = {
-    "benchmark_comparison": (
-        "Embodied benchmarks compared (arXiv:2605.08747). Size: episodes or tasks evaluated. Task level: High, "
-        "tasks that chain several skills; Low, tasks of one basic skill. Native control: the agent controls the body "
-        "by small steps instead of naming objects or sub-tasks. Fine-grained: results are reported by capacity. "
-        "Decoupled: what is scored separately. Active termination: how the agent itself ends an episode. No feedback: "
-        "the agent does not learn whether an action succeeded."
-    ),
-    "global_cross_section": f"Outcomes under native control. {_PAIRS} {_GAP} {_FAMILIES} Order: {_ORDER}",
-    "full_panel": f"Primary panel by group of models. {_PAIRS} {_FAMILIES} Order in each group: {_ORDER}",
-    "extended_panel": (
-        f"Extended panel: rows outside the main tables. Rates in %. {_W_AND_B} {_GAP} {_FR} {_NO_REPORT} {_IL} "
-        "Steps: mean per episode."
-    ),
-    "prompt_sensitivity": (
-        f"Neutral prompt, without the two lines that warn of claims that are not grounded. {_PAIRS} {_FAMILIES} "
-        f"Order in each group: {_ORDER}"
-    ),
-    "proprio_minimal": (
-        "Action feedback: +FB tells the agent two facts after each action, base does not: `too_far` (the clicked "
-        "object is out of reach) and `path_blocked` (an obstacle stopped a move). Left: mean number of these events "
-        "per episode, and of retries (repeats of an identical `interact_pixel`). Right: change of the rates, +FB minus "
-        f"base, in points. {_W_AND_B} {_FR} {_NR} {_IL} Order: this study's rows by B of base, published rows as "
-        "printed."
-    ),
-    "counterfactual": (
-        f"B in %, as reported and if reports followed a policy. {_W_AND_B} Always: a success report is added "
-        "to each episode, or replaces its report (bold if above B). Rand.: one of the two admissible labels at random, "
-        "in expectation W/2."
-    ),
-    "belief_lag": (
-        "Closure lag and premature commitment. W+: number, of all episodes, in which the world reached the goal (W=1). "
-        "Lag: mean steps from then to the matching report, over episodes with both (B=1). NoRep | W=1: number of W+ "
-        "episodes without a report. FS: number of episodes in which success is reported with W=0; FS @0: the share of "
-        "them, in %, in which no condition of the goal is nearer to being met than at the start."
-    ),
-    "conditional_report": (
-        f"Report rates given the world, in %. {_W_AND_B} Stop: the agent ends the episode by a report. n: number of "
-        "episodes. Orange: P(rep | W=0) of 85 or more (FR-heavy: reports without the goal). Blue: P(no rep | W=1) of "
-        "40 or more (NR-heavy: the goal without a report); no tint where n is below 5 or outside the main tables."
-    ),
-    "open_repeat_robustness": (
-        f"Repeated runs under the same settings: mean ± half-range, in %. {_W_AND_B} {_GAP} {_FR} {_NR} {_IL}"
-    ),
-    "failure_taxonomy": (
-        "Labels of an episode. B, FR, NR, IL and Other are exclusive and partition all scored episodes."
-    ),
-    "family_specs": (
-        "Task families. Steps: step budget. Invalid limit: number of invalid replies allowed. Success: what W "
-        "requires; B also requires a matching report."
-    ),
-    "episode_distribution": (
-        "Episodes of each family that this study plays{packs}, and those of the published pack (arXiv:2605.08747)."
-    ),
-    "action_specs": "Action space of the agent.",
-    "intents": "Intents of `interact_pixel`.",
-    "report_statuses": "Statuses of a report.",
-}
-"""Table -> its caption. The text after a caption explains the table's episodes and marks."""
 GOALS = {
     "target_grounded": "target pointed at",
     "agent_near_target": "agent near the target",
@@ -126,9 +54,7 @@ def shown_heading(group: str) -> str:
 
 def caption(table: Table, study: Study) -> str:
     """Return the caption of a table in a paper, with its numbers of episodes and its marks explained."""
-    text = CAPTIONS[table.name]
-    if table.name == "episode_distribution":
-        return text.format(packs=_packs(study))
+    text = TEXTS[table.name]["caption"].format(**TEXTS["shared"], packs=_packs(study))
     if table.name not in (*_BY_MODEL, _REPEATS, "proprio_minimal"):
         return text
     return " ".join((text, *_bold(table), *_groups(table), *_episodes(table, study), *_marks(table, study)))
@@ -147,7 +73,7 @@ def _bold(table: Table) -> list[str]:
 def _groups(table: Table) -> list[str]:
     """Return the sentences that explain the headings of groups outside the main tables."""
     headings = " ".join({shown_heading(row.group).lower() for row in table.rows})
-    found = [_IL] if "il > 50" in headings and "IL:" not in CAPTIONS[table.name] else []
+    found = [TEXTS["shared"]["il"]] if "il > 50" in headings and "{il}" not in TEXTS[table.name]["caption"] else []
     are_apart = "il > 50" in headings and _SUPPLEMENTARY in headings
     return [*found, *([f"{_SUPPLEMENTARY.capitalize()} are listed whatever their B and IL."] if are_apart else [])]
 

@@ -2,7 +2,7 @@
 
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables.table import Table, TableRow, cells_of, counts, texts
+from vigil.analysis.tables.table import Table, TableRow, cells_of, counts, texts, titled
 from vigil.protocol.actions import INTENTS, SKILLS, STATUSES
 from vigil.protocol.families import FAMILIES
 
@@ -13,15 +13,6 @@ _FURTHER_LABELS = {
     "status), or the right state label for a state that was not observable at closure.",
     "NoRep": "NR + IL: every episode without a report.",
 }
-_DEFINITIONS = (
-    "The entries are the paper's; the definitions of the columns are VIGIL's. Size: episodes or tasks evaluated. "
-    "Task level: High, tasks that chain several skills; Low, tasks of one basic skill. Multimodal: the agent "
-    "is shown images. Native control: it controls the body by small steps instead of naming objects or sub-tasks.",
-    "Fine-grained: results are reported by capacity. Decoupled: what is scored separately (Task: the parts "
-    "of a task; Task+Report: also the agent's closing report). Active termination: how the agent itself ends an "
-    "episode (Stop: without saying anything about the world; Report: with a status that is checked). No feedback: the "
-    "agent does not learn whether an action succeeded.",
-)
 _TIERS = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
 
 
@@ -47,7 +38,7 @@ def episode_distribution(study: Study) -> Table:
         *counts(**{name: f"Episodes of {name}" for name in sorted(packs)}),
         *counts(published_pack="Published pack", max_steps="Max. steps"),
     )
-    return Table("episode_distribution", "Episode distribution", columns, tuple(rows))
+    return titled("episode_distribution", columns, rows)
 
 
 def family_specs(study: Study) -> Table:
@@ -69,7 +60,7 @@ def family_specs(study: Study) -> Table:
         ),
     )
     rows = tuple(TableRow(cells_of(columns, each), _TIERS[each[1].tier]) for each in FAMILIES.items())
-    return Table("family_specs", "Task families", columns, rows)
+    return titled("family_specs", columns, rows)
 
 
 def action_specs(study: Study) -> Table:
@@ -83,7 +74,7 @@ def action_specs(study: Study) -> Table:
         required=("Required", lambda each: "unless intent is drop" if each[1].unless_drop else "yes"),
     )
     pairs = ((skill, argument) for skill, arguments in SKILLS.items() for argument in arguments)
-    return Table("action_specs", "Action space", columns, tuple(TableRow(cells_of(columns, each)) for each in pairs))
+    return titled("action_specs", columns, (TableRow(cells_of(columns, each)) for each in pairs))
 
 
 def intents(study: Study) -> Table:
@@ -94,7 +85,7 @@ def intents(study: Study) -> Table:
         TableRow({"intent": name, "semantics": spec.semantics, "pixel": "yes" if spec.needs_pixel else "no"})
         for name, spec in INTENTS.items()
     )
-    return Table("intents", "Canonical intents of interact_pixel", columns, rows)
+    return titled("intents", columns, rows)
 
 
 def report_statuses(study: Study) -> Table:
@@ -102,7 +93,7 @@ def report_statuses(study: Study) -> Table:
     del study
     columns = texts(status="Status", semantics="Semantics")
     rows = tuple(TableRow({"status": status, "semantics": semantics}) for status, semantics in STATUSES.items())
-    return Table("report_statuses", "Terminal report statuses", columns, rows)
+    return titled("report_statuses", columns, rows)
 
 
 def failure_taxonomy(study: Study) -> Table:
@@ -111,8 +102,7 @@ def failure_taxonomy(study: Study) -> Table:
     columns = texts(label="Label", definition="Definition")
     lines = {line["label"]: line["definition"] for line in paper().tables["failure_taxonomy"]} | _FURTHER_LABELS
     rows = [TableRow({"label": label, "definition": definition}) for label, definition in lines.items()]
-    notes = ("B, FR, NR, IL and Other are exclusive and partition all scored episodes.",)
-    return Table("failure_taxonomy", "Labels", columns, tuple(rows), notes)
+    return titled("failure_taxonomy", columns, rows)
 
 
 def benchmark_comparison(study: Study) -> Table:
@@ -128,4 +118,4 @@ def benchmark_comparison(study: Study) -> Table:
         TableRow({**line, "benchmark": line["benchmark"].removesuffix(" (Ours)")}, is_published=True)
         for line in paper().tables["benchmark_comparison"]
     )
-    return Table("benchmark_comparison", "Embodied benchmarks compared, as published", columns, rows, _DEFINITIONS)
+    return titled("benchmark_comparison", columns, rows)

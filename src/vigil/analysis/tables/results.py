@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from vigil.analysis.measures.metrics import RunMetrics, mean_with_interval
-from vigil.analysis.measures.paper import NOTE, NR_NOTE, Panel
+from vigil.analysis.measures.paper import NOTE, Panel
 from vigil.analysis.measures.rows import select_rows
 from vigil.analysis.measures.study import RunEntry, Study, sorted_by_b, sorted_by_group
 from vigil.analysis.tables.rows import (
@@ -31,6 +31,7 @@ from vigil.analysis.tables.table import (
     intervals,
     rate_cell,
     texts,
+    titled,
     with_best_bold,
 )
 from vigil.protocol.families import FAMILIES
@@ -54,7 +55,6 @@ _PRINTED_PANELS: dict[Panel, str] = {
     "excluded": "Published: excluded from the paper's main tables (low compliance or zero B)",
     "supplementary": "Published: the paper's supplementary variants",
 }
-INTERVALS_ELSEWHERE = "The intervals of W and B are in `family_rates`, one row per family and one for all."
 _FR_TINT_FROM, _NR_TINT_FROM = 85.0, 40.0
 _LEAST_TINTED = 5
 """Smallest number of episodes from which a rate may be tinted."""
@@ -93,15 +93,11 @@ def global_cross_section(study: Study) -> Table:
         run_rows(study.main_panel(), columns),
         published_rows(study, "global_cross_section", lambda row: {**printed_pairs(row), "Delta": row["delta"]}),
     )
-    return Table(
+    return titled(
         "global_cross_section",
-        "Outcomes per family under native control: W/B in %",
         columns,
-        tuple(with_best_bold(rows, columns[1:], lowest=frozenset({"Delta"}))),
-        (
-            f"W: the world reached the goal. B: W, closed by a matching report. {INTERVALS_ELSEWHERE}",
-            *_base_note(study),
-        ),
+        with_best_bold(rows, columns[1:], lowest=frozenset({"Delta"})),
+        *_base_note(study),
     )
 
 
@@ -114,8 +110,7 @@ def full_panel(study: Study) -> Table:
         run_rows(sorted_by_group(study.main_panel()), columns, lambda entry: entry.group),
         published_rows(study, "full_panel", printed_pairs, published_group),
     )
-    notes = (INTERVALS_ELSEWHERE, *_base_note(study))
-    return Table("full_panel", "Primary panel: W/B in %", columns, tuple(rows), notes)
+    return titled("full_panel", columns, rows, *_base_note(study))
 
 
 def extended_panel(study: Study) -> Table:
@@ -138,12 +133,7 @@ def extended_panel(study: Study) -> Table:
             lambda model: _PRINTED_PANELS[model.panel],
         ),
     )
-    notes = (
-        "The rule for your runs: B = 0, or more than 50 % of the episodes ended at the invalid-action limit. The "
-        "paper's supplementary variants are other sizes and serving modes than its panel, whatever their B and IL.",
-        NR_NOTE,
-    )
-    return Table("extended_panel", "Extended panel: rows outside the main tables", columns, tuple(rows), notes)
+    return titled("extended_panel", columns, rows)
 
 
 def counterfactual(study: Study) -> Table:
@@ -163,11 +153,7 @@ def counterfactual(study: Study) -> Table:
         replace(row, bold=frozenset({"Always"} if _is_above(row, "Always", "B") else ()))
         for row in _own_and_published(study, "counterfactual", columns)
     ]
-    notes = (
-        "Always: a success report is appended to each trajectory or replaces its report "
-        "(bold if above B). Rand.: a uniform choice of the two admissible labels, in expectation W/2. Oracle = W.",
-    )
-    return Table("counterfactual", "Counterfactual report policies", columns, tuple(rows), notes)
+    return titled("counterfactual", columns, rows)
 
 
 def belief_lag(study: Study) -> Table:
@@ -188,14 +174,7 @@ def belief_lag(study: Study) -> Table:
     )
     renamed = {"NR_W1": "NoRep_W1", "zero_progress_pct": "FS_zero"}
     rows = _own_and_published(study, "belief_lag", columns, renamed)
-    notes = (
-        "Lag: steps from the first step after which the goal held to the matching report, over episodes with B = "
-        "1; intervals: bootstrap over houses. FS: "
-        "success reported with W=0; @0: at zero progress. The paper's column `NR` counts W=1 episodes without a "
-        "report, IL "
-        "included: here NoRep | W=1.",
-    )
-    return Table("belief_lag", "Closure lag and premature commitment", columns, tuple(rows), notes)
+    return titled("belief_lag", columns, rows)
 
 
 def conditional_report(study: Study) -> Table:
@@ -216,12 +195,14 @@ def conditional_report(study: Study) -> Table:
             if (first_number(row.cells[key]) or 0.0) >= limit and row.cells[size] >= _LEAST_TINTED and not is_outside
         }
         rows.append(replace(row, tints=tints))
-    notes = (
-        f"Tinted: P(rep | W=0) of {_FR_TINT_FROM:.0f} % or more (closing without reaching the goal) and P(no rep | "
-        f"W=1) of {_NR_TINT_FROM:.0f} % or more (reaching the goal without closing), from at least {_LEAST_TINTED} "
-        "episodes; rows outside the main tables have no tint.",
+    return titled(
+        "conditional_report",
+        columns,
+        rows,
+        fr_tint_from=_FR_TINT_FROM,
+        nr_tint_from=_NR_TINT_FROM,
+        least_tinted=_LEAST_TINTED,
     )
-    return Table("conditional_report", "Conditional report rates", columns, tuple(rows), notes)
 
 
 def _own_and_published(

@@ -1,15 +1,16 @@
 """Rows of tables: one for each run, and the paper's published rows, which are marked."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from vigil.analysis.measures.closure import SuiteRun
 from vigil.analysis.measures.labels import Role
 from vigil.analysis.measures.paper import PublishedModel
+from vigil.analysis.measures.rows import Run
 from vigil.analysis.measures.study import RunEntry, Study
 from vigil.analysis.tables.table import (
     Column,
-    RateCell,
     TableRow,
     cells_of,
     counts,
@@ -37,37 +38,40 @@ def shown_name(name: str) -> str:
 
 def rates(**headings: Measured) -> tuple[Column, ...]:
     """Return columns with rates of a run and their Wilson intervals; `headings` are {key: heading}."""
-    return intervals(**_with_values(headings, lambda entry, name: rate_cell(entry.overall.rate(name))))
+    return intervals(**with_values(headings, lambda entry, name: rate_cell(entry.overall.rate(name))))
 
 
 def tallies(**headings: Measured) -> tuple[Column, ...]:
     """Return columns with a run's numbers of episodes; `headings` are {key: heading}."""
-    return counts(**_with_values(headings, lambda entry, name: entry.overall.counts[name]))
+    return counts(**with_values(headings, lambda entry, name: entry.overall.counts[name]))
 
 
 def run_means(**headings: Measured) -> tuple[Column, ...]:
     """Return columns of means over a run's episodes, with one decimal and intervals; `headings` are {key: heading}."""
-    return intervals(**_with_values(headings, RunEntry.mean))
+    return intervals(**with_values(headings, RunEntry.mean))
 
 
 def precise_means(**headings: Measured) -> tuple[Column, ...]:
     """Return columns like `run_means`, with two decimals."""
-    return means(**_with_values(headings, RunEntry.mean))
+    return means(**with_values(headings, RunEntry.mean))
 
 
 def clustered_rates(*names: str) -> tuple[Column, ...]:
     """Return columns with W, B or Delta of a run, with intervals from resampled houses."""
-    return intervals(**_with_values({name: shown_name(name) for name in names}, clustered_cell))
-
-
-def clustered_cell(entry: RunEntry, name: str) -> RateCell:
-    """Return W, B or Delta of a run in percent, with its interval from resampled houses."""
-    return pp_cell(entry.overall.share(name), entry.clustered[name])
+    headings = {name: shown_name(name) for name in names}
+    return intervals(
+        **with_values(headings, lambda entry, name: pp_cell(entry.overall.share(name), entry.clustered[name]))
+    )
 
 
 def run_row(entry: RunEntry, cells: dict[str, Any], group: str = "") -> TableRow:
     """Return a run's row: its name, the cells, and whether its agent is privileged."""
     return TableRow({"model": entry.name, **cells}, group, is_privileged=entry.run.model.is_privileged)
+
+
+def row_of(run: SuiteRun | Run, **cells: Any) -> TableRow:
+    """Return the row of a run in a table whose first column is `run`."""
+    return TableRow({"run": run.name, **cells}, is_privileged=run.header.is_privileged)
 
 
 def run_rows(
@@ -121,8 +125,8 @@ def published_group(model: PublishedModel) -> str:
     return f"{model.group}, published"
 
 
-def _with_values(
-    headings: dict[str, Measured], value: Callable[[RunEntry, str], Any]
+def with_values(
+    headings: Mapping[str, Measured], value: Callable[[RunEntry, str], Any]
 ) -> dict[str, tuple[str, Callable[[RunEntry], Any]]]:
     """Return {key: (heading, function)}; the function returns the measure of a run."""
     named = {key: (given, key) if isinstance(given, str) else given for key, given in headings.items()}

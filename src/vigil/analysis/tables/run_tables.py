@@ -22,9 +22,11 @@ from vigil.analysis.measures.metrics import (
     after_goal_shares,
     macro,
     macro_interval,
+    measure,
     regimes,
 )
 from vigil.analysis.measures.rows import ACTION_KINDS, select_rows, values
+from vigil.analysis.measures.strata import STRATA, by_stratum
 from vigil.analysis.measures.study import RunEntry, Study, sorted_by_role
 from vigil.analysis.tables.rows import (
     MODEL,
@@ -35,6 +37,7 @@ from vigil.analysis.tables.rows import (
     rates,
     role_row,
     run_means,
+    run_row,
     run_rows,
     shown_name,
     tallies,
@@ -47,18 +50,21 @@ from vigil.analysis.tables.table import (
     cells_of,
     counts,
     intervals,
+    numbers,
     pp_cell,
     rate_cell,
+    rate_cells,
     texts,
+    titled,
 )
 from vigil.protocol.actions import STATUSES
 from vigil.protocol.goals import STATE_LABELS
+from vigil.scoring.levels import LEVELS
 from vigil.scoring.rates import RATES, rate_of
 from vigil.scoring.summary import describe_invalid_replies
 
+_STRATA_RATES = ("W", "B", "Delta", "FR", "NR", "IL", "Other")
 _THINKING = {True: "yes", False: "no", None: "not said"}
-WILSON_NOTE = "Intervals: Wilson."
-HOUSES_NOTE = "Intervals: bootstrap over houses; not given below five houses, or if all agree."
 _STATE_LABELS = tuple(label for pair in STATE_LABELS.values() for label in pair)
 
 
@@ -77,12 +83,7 @@ def overview(study: Study) -> Table:
         *intervals(B_macro=("B, mean of families %", lambda entry: _macro(entry, "B"))),
         *run_means(mean_steps=("Steps", "steps")),
     )
-    notes = (
-        "Rates: Wilson intervals, which treat episodes as independent; `clustered` has intervals that account for "
-        "episodes sharing houses. Δ = W - B and steps: bootstrap over houses (2,000 resamples; not given below five "
-        "houses, or if all agree). Means of families: Wilson's interval with the effective number of plays by houses.",
-    )
-    return Table("overview", "All rates, all episodes", columns, rows_by_b(study, columns), notes)
+    return titled("overview", columns, rows_by_b(study, columns))
 
 
 def _macro(entry: RunEntry, name: str) -> RateCell:
@@ -104,7 +105,7 @@ def outcome_partition(study: Study) -> Table:
         *rates(lost="Attained and lost again %", tampered="State tampered %"),
     )
     rows = rows_by_b(study, columns)
-    return Table("outcome_partition", "Outcome partition", columns, rows, (WILSON_NOTE,))
+    return titled("outcome_partition", columns, rows)
 
 
 def after_goal(study: Study) -> Table:
@@ -124,8 +125,7 @@ def after_goal(study: Study) -> Table:
             for i, how in enumerate(averages)
         }
         rows.append(role_row(entry, {**cells_of(columns, entry), **cells}))
-    title = "Shares of actions after the goal first held (W=1 episodes)"
-    return Table("after_goal", title, columns, tuple(rows), (HOUSES_NOTE,))
+    return titled("after_goal", columns, rows)
 
 
 def sv_statuses(study: Study) -> Table:
@@ -151,11 +151,7 @@ def sv_statuses(study: Study) -> Table:
             "label_share": rate_cell(rate_of(is_label, is_report, values(sv, "episode_id", str))),
         }
         rows.append(role_row(entry, cells))
-    notes = (
-        "A model that reports success or fail here has not understood that the task asks for a state. `unrecognised` "
-        "is among `invalid`.",
-    )
-    return Table("sv_statuses", "State verification: statuses reported", columns, tuple(rows), notes)
+    return titled("sv_statuses", columns, rows)
 
 
 def composition(study: Study) -> Table:
@@ -170,13 +166,7 @@ def composition(study: Study) -> Table:
         *texts(floor="On the execution floor"),
     )
     rows = [role_row(entry, _composed(entry)) for entry in sorted_by_role(study.entries)]
-    notes = (
-        "PG x DA and VS x DA: the product of the parts, if they were independent; the ends of their intervals are "
-        "multiplied too, which makes them wide. B/W: share of achieved states that a matching report closed. "
-        f"Execution floor: families with W below {100 * FLOOR_W:.0f} %, where Δ says nothing, because it is bounded "
-        "by W.",
-    )
-    return Table("composition", "Compositional families and their parts", columns, tuple(rows), notes)
+    return titled("composition", columns, rows, floor_w=100 * FLOOR_W)
 
 
 def stop_only(study: Study) -> Table:
@@ -186,11 +176,7 @@ def stop_only(study: Study) -> Table:
         *rates(B="B %", StopOnly="Stop-only %", hidden=("Hidden by it (pp)", "FR_W1")),
         *tallies(FR_W1="Mismatched reports, W=1", FR_W0="Mismatched reports, W=0"),
     )
-    notes = (
-        "Stop-only: W=1 and the episode closed by any report. It hides achieved states that were closed with a "
-        "wrong report, and it cannot distinguish a false claim from an honest fail.",
-    )
-    return Table("stop_only", "What a stop-only protocol would score", columns, rows_by_b(study, columns), notes)
+    return titled("stop_only", columns, rows_by_b(study, columns))
 
 
 def regime_table(study: Study) -> Table:
@@ -201,12 +187,15 @@ def regime_table(study: Study) -> Table:
         *rates(NoRep_W1=("P(no rep | W=1) %", "P_norep_W1"), IL="IL %"),
         *texts(regime=("Regime", _regimes_of)),
     )
-    notes = (
-        f"low-compliance: IL > {LOW_COMPLIANCE:.0%}; FR-heavy: P(FR | W=0) > {FR_HEAVY:.0%}; NR-heavy: P(no rep | "
-        f"W=1) > {NR_HEAVY:.0%}; state-coupled: none of these and "
-        f"P(B | W=1) > {STATE_COUPLED:.0%}; else mixed. borderline: the interval reaches across the threshold.",
+    return titled(
+        "regimes",
+        columns,
+        rows_by_b(study, columns),
+        low_compliance=LOW_COMPLIANCE,
+        fr_heavy=FR_HEAVY,
+        nr_heavy=NR_HEAVY,
+        state_coupled=STATE_COUPLED,
     )
-    return Table("regimes", "Closure regimes", columns, rows_by_b(study, columns), notes)
 
 
 def _regimes_of(entry: RunEntry) -> str | None:
@@ -225,10 +214,10 @@ def invalid_replies(study: Study) -> Table:
         *precise_means(**{name: name.replace("_", " ") for name in fine}),
         *run_means(input_tokens="input tokens", output_tokens="output tokens", seconds="seconds"),
     )
-    title = "Replies that are not actions, events and cost: means per episode"
     said = ((entry.name, _no_actions(entry.run.rows)) for entry in sorted_by_role(study.entries))
-    notes = (HOUSES_NOTE, *(f"{name}: {text}." for name, text in said if text))
-    return Table("invalid_replies", title, columns, rows_by_b(study, columns), notes)
+    return titled(
+        "invalid_replies", columns, rows_by_b(study, columns), *(f"{name}: {text}." for name, text in said if text)
+    )
 
 
 def _no_actions(rows: pd.DataFrame) -> str:
@@ -262,7 +251,7 @@ def runs(study: Study) -> Table:
             repeated=("Started more than once", _repeated),
         ),
     )
-    return Table("runs", "The runs", columns, tuple(run_rows(study.entries, columns)))
+    return titled("runs", columns, run_rows(study.entries, columns))
 
 
 def models(study: Study) -> Table:
@@ -282,12 +271,7 @@ def models(study: Study) -> Table:
     for model in study.published.models if study.published else ():
         cells = {"kind": model.group, "thinking": _THINKING[model.thinking], "panel": model.panel.replace("_", " ")}
         rows.append(published_row(model, {**cells, "api": model.api_identifier}))
-    notes = (
-        "Your runs: the requested name, with its provider, and the names in the answers. Published: the "
-        "identifiers that the paper prints, for closed models only. Aside: under another profile or prompt. Thinking: "
-        "whether reasoning came with the answers; if none did, as the name or the settings say.",
-    )
-    return Table("models", "Models and their API identifiers", columns, tuple(rows), notes)
+    return titled("models", columns, rows)
 
 
 def _sampling(entry: RunEntry) -> str:
@@ -360,5 +344,40 @@ def family_rates(study: Study) -> Table:
     for entry in sorted_by_role(study.entries):
         found = {"all": entry, **dict(entry.family_parts())}
         rows += [role_row(part, {"family": name, **cells_of(columns, part)}) for name, part in found.items()]
-    notes = (f"{WILSON_NOTE} Steps: bootstrap over houses, not given below five or if all agree.",)
-    return Table("family_rates", "All rates per family", columns, tuple(rows), notes)
+    return titled("family_rates", columns, rows)
+
+
+def strata(study: Study) -> Table:
+    """Return the rates of every run by stratum."""
+    headings = {name: shown_name(name) for name in _STRATA_RATES}
+    columns = (RUN, *texts(stratum="Stratum"), *counts(n="n"), *intervals(**headings))
+    parts = [(entry, by_stratum(entry.run.rows)) for entry in sorted_by_role(study.entries)]
+    rows = [
+        run_row(entry, {"stratum": part.name, "n": part.counts.n, **rate_cells(part.counts, _STRATA_RATES)}, division)
+        for division in STRATA
+        for entry, strata in parts
+        for part in strata[division]
+    ]
+    return titled("strata", columns, rows)
+
+
+def levels(study: Study) -> Table:
+    """Return W, B and Delta of every run by level; the table has no rows if the pack's levels were not measured."""
+    columns = (
+        RUN,
+        *texts(level="Level"),
+        *counts(
+            n=("n", lambda part: part.overall.n),
+            houses=("Houses", lambda part: part.run.rows["house"].nunique()),
+        ),
+        *numbers(index=("Index", lambda part: float(values(part.run.rows, "level_index").mean()))),
+        *clustered_rates("W", "B", "Delta"),
+    )
+    rows = []
+    for level in LEVELS:
+        for entry in sorted_by_role(study.entries):
+            of_level = select_rows(entry.run.rows, values(entry.run.rows, "level", object) == level)
+            if len(of_level):
+                part = entry.part(of_level, measure(of_level))
+                rows.append(run_row(part, {"level": level, **cells_of(columns, part)}))
+    return titled("levels", columns, rows)

@@ -13,10 +13,9 @@ import pandas as pd
 from vigil.analysis.measures.intervals import houses_of, paired_difference
 from vigil.analysis.measures.rows import values
 from vigil.analysis.measures.study import RunEntry, Study, sorted_by_role
-from vigil.analysis.tables.paired import INTERVAL_NOTE, named_tables
+from vigil.analysis.tables.paired import named_tables
 from vigil.analysis.tables.rows import RUN, role_row
-from vigil.analysis.tables.run_tables import WILSON_NOTE
-from vigil.analysis.tables.table import Table, TableRow, counts, intervals, numbers, pp_cell, rate_cell, texts
+from vigil.analysis.tables.table import Table, TableRow, counts, intervals, numbers, pp_cell, rate_cell, texts, titled
 from vigil.scoring.rates import rate_of
 
 EVENTS = ("too_far", "path_blocked", "retry")
@@ -38,12 +37,7 @@ def gain_sources(study: Study) -> Table:
         TableRow({"model": name, "n": len(base), **_gain_cells(base, other)})
         for name, base, other in named_tables(study)
     ]
-    notes = (
-        "Episodes whose B changed, by W before and after. ΔB by closure: the goal was reached in both runs, and only "
-        "the report changed. ΔB by goals: W changed too. Both add up to ΔB. "
-        f"{INTERVAL_NOTE}",
-    )
-    return Table("gain_sources", "Where changes of B come from", columns, tuple(rows), notes)
+    return titled("gain_sources", columns, rows)
 
 
 def _gain_cells(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, Any]:
@@ -76,11 +70,7 @@ def event_reductions(study: Study) -> Table:
     if study.published:
         printed = [(model.name, row) for model, row in study.published.rows("proprio_minimal")]
         rows += _reductions(printed, is_published=True)
-    notes = (
-        "Change of the mean number of events per episode, relative to the base run. Models without such events in the "
-        "base run are not counted. Intervals of the means are in `feedback_events`.",
-    )
-    return Table("event_reductions", "Action feedback: events over all models", columns, tuple(rows), notes)
+    return titled("event_reductions", columns, rows)
 
 
 def _reductions(found: list[tuple[str, dict[str, Any]]], *, is_published: bool) -> Iterator[TableRow]:
@@ -108,12 +98,7 @@ def false_success_progress(study: Study) -> Table:
         *numbers(mean="Mean %", median="Median %"),
     )
     rows = [role_row(entry, _progress_cells(entry)) for entry in sorted_by_role(study.entries)]
-    notes = (
-        "FS: success reported with W=0. Each share: the false successes whose progress at the report was in this "
-        "range (% of the way to the goal), of those whose goal has progress. Without progress: goals that are reached "
-        f"or not. {WILSON_NOTE}",
-    )
-    return Table("false_success_progress", "Progress at false success", columns, tuple(rows), notes)
+    return titled("false_success_progress", columns, rows)
 
 
 def _progress_cells(entry: RunEntry) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from vigil.analysis.measures.metrics import mean_with_interval
 from vigil.analysis.measures.pairs import Pair
 from vigil.analysis.measures.rows import values
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables.paired import DISAGREEMENT_NOTE, INTERVAL_NOTE, P_NOTE, N, sided_means
+from vigil.analysis.tables.paired import N, sided_means
 from vigil.analysis.tables.rows import MODEL, run_row
 from vigil.analysis.tables.table import (
     RateCell,
@@ -27,6 +27,7 @@ from vigil.analysis.tables.table import (
     pp_cell,
     rate_cell,
     texts,
+    titled,
 )
 from vigil.scoring.outcomes import NEGATIVE
 from vigil.scoring.rates import rate_of
@@ -82,14 +83,7 @@ def stop_shifts(study: Study) -> Table:
                 "p": test.test.p,
             }
             rows.append(TableRow(cells, group=f"{pair.base.name} → {pair.other.name}"))
-    notes = (
-        "A profile without reports has no B, FR or NR: the agent says nothing that could be true or false. So they are "
-        f"dashes in all tables. {INTERVAL_NOTE} {P_NOTE}",
-        DISAGREEMENT_NOTE,
-        "The agent ended it, and the goal held: a protocol that only asks for a stop would score this share. The table "
-        "`stop_only` computes this share from runs with reports alone.",
-    )
-    return Table("stop_shifts", "Stop only: what changes without a report", columns, tuple(rows), notes)
+    return titled("stop_shifts", columns, rows)
 
 
 def stop_costs(study: Study) -> Table:
@@ -106,12 +100,7 @@ def stop_costs(study: Study) -> Table:
         *sided_means(_MEANS, _SIDES),
     )
     rows = [run_row(study.entry(pair.other), cells_of(columns, pair)) for pair in _pairs(study)]
-    notes = (
-        "Means per episode over the episodes that both runs have scored. Lag: steps from the one after which the goal "
-        "first held to the last, over episodes that the agent ended while the goal held, whatever it reported. "
-        "Intervals: bootstrap over houses.",
-    )
-    return Table("stop_costs", "Stop only: lag, length and tokens", columns, tuple(rows), notes)
+    return titled("stop_costs", columns, rows)
 
 
 def true_reports(study: Study) -> Table:
@@ -128,11 +117,7 @@ def true_reports(study: Study) -> Table:
             cells = {"model": status, "base": int(base.sum()), "other": int(other.sum())}
             cells["said"] = int((base & has_said).sum())
             rows.append(TableRow(cells, group=f"{pair.base.name} → {pair.other.name}"))
-    notes = (
-        "Episodes that the agent ended, by what a true report would have said then: the label of a state that is asked "
-        "for, `success` if the goal holds, else `fail` (or another concession). Said so: true baseline reports.",
-    )
-    return Table("true_reports", "Stop only: what a report would have had to say", columns, tuple(rows), notes)
+    return titled("true_reports", columns, rows)
 
 
 def _pairs(study: Study) -> list[Pair]:

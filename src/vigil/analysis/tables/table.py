@@ -1,8 +1,10 @@
 """Table: named columns, rows with marks, and notes; also the text format of each kind of cell."""
 
+import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
+from pathlib import Path
 from typing import Any, Literal
 
 from vigil.scoring.rates import Counts, Interval, Rate
@@ -89,6 +91,20 @@ class Table:
         ]
 
 
+def titled(
+    name: str, columns: tuple[Column, ...], rows: Iterable[TableRow], *further: str, **values: float | str
+) -> Table:
+    """Return a table with the title and the notes that `texts.toml` has for `name`, and then the notes `further`.
+
+    `values` are what the names in braces in its notes stand for.
+    """
+    text = TEXTS[name]
+    notes = (note.format(**TEXTS["shared"], **values) for note in text.get("notes", ()))
+    return Table(name, text["title"], columns, tuple(rows), (*notes, *further))
+
+
+TEXTS = tomllib.loads((Path(__file__).parent / "texts.toml").read_text(encoding="utf-8"))
+"""Name of a table -> its title, its notes, and its caption in a paper; `shared` has the texts that these refer to."""
 Heading = str | tuple[str, Callable[[Any], Any]]
 """Heading of a column, optionally with the function that returns its cells."""
 
