@@ -1,6 +1,6 @@
 """Strata: groups of a run's episodes, by size of the target, template, constraint, rooms of the house and distance."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,14 +32,13 @@ class Stratum:
 
 def by_stratum(rows: pd.DataFrame) -> dict[str, list[Stratum]]:
     """Return, for each criterion, the strata that have episodes."""
-    facts = rate_columns(rows)
-    found = {way: names_of(rows) for way, names_of in STRATA.items()}
-    return {
-        way: [
-            Stratum(name, count(rows_where(facts, names == name))) for name in sorted(set(names) - {""}, key=_sort_key)
-        ]
-        for way, names in found.items()
-    }
+    facts, of_family = rate_columns(rows), values(rows, "family", str)
+    found: dict[str, list[Stratum]] = {}
+    for way, (families, names_of) in STRATA.items():
+        names = np.where(np.isin(of_family, families), np.array(names_of(rows), dtype=object), "")
+        shown = sorted(set(names) - {""}, key=_sort_key)
+        found[way] = [Stratum(name, count(rows_where(facts, names == name))) for name in shown]
+    return found
 
 
 def _sort_key(name: str) -> tuple[int, str]:
@@ -50,52 +49,36 @@ def _sort_key(name: str) -> tuple[int, str]:
     return known.index(word) if word in known else len(known), name
 
 
-def _is_of_family(rows: pd.DataFrame, *families: Family) -> np.ndarray:
-    return np.isin(values(rows, "family", str), families)
-
-
-def _names_where(wanted: np.ndarray, names: list[str]) -> np.ndarray:
-    """Return the names of the episodes for which `wanted` is true, and an empty name for the others."""
-    return np.where(wanted, np.array(names, dtype=object), "")
-
-
-def _size(rows: pd.DataFrame) -> np.ndarray:
+def _sizes(rows: pd.DataFrame) -> list[str]:
     """Return the size class of each target. Some categories have a fixed class; for others, the pack states it."""
     pairs = zip(values(rows, "target", object), values(rows, "target_size", object), strict=True)
-    sizes = [SIZE_OF_CATEGORY.get(target, size) or "" for target, size in pairs]
-    return _names_where(_is_of_family(rows, *_BY_SIZE), sizes)
+    return [SIZE_OF_CATEGORY.get(target, size) or "" for target, size in pairs]
 
 
-def _template(rows: pd.DataFrame) -> np.ndarray:
+def _templates(rows: pd.DataFrame) -> list[str]:
     pairs = zip(values(rows, "family", str), values(rows, "template", object), strict=True)
-    names = [f"{family} {template}" if template else "" for family, template in pairs]
-    return _names_where(_is_of_family(rows, *_BY_TEMPLATE), names)
+    return [f"{family} {template}" if template else "" for family, template in pairs]
 
 
-def _rooms(rows: pd.DataFrame) -> np.ndarray:
-    rooms = values(rows, "rooms")
-    return _names_where(np.isfinite(rooms), [f"{count:.0f}" for count in rooms])
+def _constraints(rows: pd.DataFrame) -> list[str]:
+    return list(values(rows, "template", object))
 
 
-def _distance(rows: pd.DataFrame) -> np.ndarray:
-    distances = values(rows, "distance_m")
-    return _names_where(np.isfinite(distances), [distance_band(distance_m) for distance_m in distances])
+def _rooms(rows: pd.DataFrame) -> list[str]:
+    return [f"{rooms:.0f}" if np.isfinite(rooms) else "" for rooms in values(rows, "rooms")]
 
 
-def _constraint(rows: pd.DataFrame) -> np.ndarray:
-    return _names_where(_is_of_family(rows, *_CONSTRAINED), list(values(rows, "template", object)))
+def _distances(rows: pd.DataFrame) -> list[str]:
+    return [distance_band(distance_m) if np.isfinite(distance_m) else "" for distance_m in values(rows, "distance_m")]
 
 
-def _distance_of_some(rows: pd.DataFrame) -> np.ndarray:
-    return np.where(_is_of_family(rows, *_BY_DISTANCE), _distance(rows), "")
-
-
-STRATA: dict[str, Callable[[pd.DataFrame], np.ndarray]] = {
-    f"Target size ({', '.join(_BY_SIZE)})": _size,
-    f"Template ({', '.join(_BY_TEMPLATE)})": _template,
-    f"Constraint ({', '.join(_CONSTRAINED)})": _constraint,
-    "Rooms of the house (all families)": _rooms,
-    f"Distance from start to target ({', '.join(_BY_DISTANCE)})": _distance_of_some,
-    "Distance from start to target (all families)": _distance,
+STRATA: dict[str, tuple[Sequence[Family], Callable[[pd.DataFrame], list[str]]]] = {
+    f"Target size ({', '.join(_BY_SIZE)})": (_BY_SIZE, _sizes),
+    f"Template ({', '.join(_BY_TEMPLATE)})": (_BY_TEMPLATE, _templates),
+    f"Constraint ({', '.join(_CONSTRAINED)})": (_CONSTRAINED, _constraints),
+    "Rooms of the house (all families)": (tuple(FAMILIES), _rooms),
+    f"Distance from start to target ({', '.join(_BY_DISTANCE)})": (_BY_DISTANCE, _distances),
+    "Distance from start to target (all families)": (tuple(FAMILIES), _distances),
 }
-"""Criterion -> function that returns the name of each episode's stratum; empty for an episode without a stratum."""
+"""Criterion -> families to which it applies, and the function that returns the name of each episode's stratum; the name
+is empty for an episode without a stratum."""
