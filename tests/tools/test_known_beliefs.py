@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tools.known_beliefs import AGENTS, KnownAgent, estimates, study_of, truths
-from vigil.analysis.measures.beliefs.recalibration import recalibrated
-from vigil.analysis.measures.beliefs.scores import counts_of
+from vigil.analysis.measures.beliefs.scores import counts_of, recalibrated
 from vigil.analysis.measures.beliefs.study import BeliefStudy, Estimate
 from vigil.scoring.rates import Interval, Rate
 

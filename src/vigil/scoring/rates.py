@@ -5,7 +5,7 @@ an outcome), so that a thousand episodes take hardly longer than one. Source: `p
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -130,6 +130,15 @@ def rate_of(hits: np.ndarray, among: np.ndarray, episodes: np.ndarray) -> Rate:
     both, (_, index) = hits & among, np.unique(episodes, return_inverse=True)
     of_hits, of_trials = (np.bincount(index, weights=mask).astype(int).tolist() for mask in (both, among))
     return Rate(int(both.sum()), int(among.sum()), effective_sample_size(of_hits, of_trials))
+
+
+def rate_of_plays(plays: Iterable[tuple[str, bool]]) -> Rate:
+    """Return the rate of hits over plays, each given as (episode id, whether it is a hit)."""
+    by_episode: dict[str, list[bool]] = {}
+    for name, is_hit in plays:
+        by_episode.setdefault(name, []).append(is_hit)
+    hits, sizes = [sum(each) for each in by_episode.values()], [len(each) for each in by_episode.values()]
+    return Rate(sum(hits), sum(sizes), effective_sample_size(hits, sizes))
 
 
 def count(columns: Columns) -> Counts:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
-from vigil.analysis.measures.closure import SuiteRun, in_order, name_of, notes_of
+from vigil.analysis.measures.closure import SuiteRun, read_in_order
 from vigil.analysis.measures.intervals import (
     CONFIDENCE,
     MIN_CLUSTERS,
@@ -24,7 +24,7 @@ from vigil.packs.pack import CHORES_SUITE, manifest_of
 from vigil.scoring.chore_answers import ListAnswer, answer_of, list_answers
 from vigil.scoring.chores import CHORE_LABELS, WITHOUT_CLAIMS, ChoreOutcome, ListOutcome, score_list
 from vigil.scoring.rates import Interval
-from vigil.scoring.saved_run import SavedRun, read_run
+from vigil.scoring.saved_run import SavedRun
 
 SINCE_EDGES = (0, 10, 20, 40, 80)
 """Lower ends of classes of chores, by the number of steps since the chore was done. 20 is the length (turns) of the
@@ -73,16 +73,12 @@ def read_chores_runs(folders: Sequence[Path], pack: str | Path | None = None) ->
 
     Raises RecordError, PackMismatch or EpisodeError.
     """
-    unique = sorted({folder.resolve() for folder in folders})
-    return in_order([_read_run(read_run(folder, pack)) for folder in unique])
+    return read_in_order(folders, pack, _scored)
 
 
-def _read_run(run: SavedRun) -> ChoresRun:
-    outcomes = tuple(score_lists(run, list_answers(run.pack_folder)))
-    notes = notes_of(run, len(outcomes))
-    if not run.header.spec.profile.has_claims:
-        notes = (f"{WITHOUT_CLAIMS}.", *notes)
-    return ChoresRun(name_of(run), run.header, outcomes, run.table.planned, notes)
+def _scored(run: SavedRun) -> ChoresRun:
+    caveats = () if run.header.spec.profile.has_claims else (f"{WITHOUT_CLAIMS}.",)
+    return ChoresRun.of(run, score_lists(run, list_answers(run.pack_folder)), *caveats)
 
 
 def scores_by_number(run: SavedRun) -> dict[str, dict[str, Any]] | None:
@@ -92,7 +88,7 @@ def scores_by_number(run: SavedRun) -> dict[str, dict[str, Any]] | None:
     """
     if manifest_of(run.pack_folder).suite != CHORES_SUITE:
         return None
-    played = _read_run(run)
+    played = _scored(run)
     sizes = sorted({len(each.chores) for each in played.outcomes})
     parts = {str(size): tuple(each for each in played.outcomes if len(each.chores) == size) for size in sizes}
     return {name: replace(played, outcomes=part).scores() for name, part in {**parts, "all": played.outcomes}.items()}

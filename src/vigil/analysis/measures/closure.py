@@ -8,12 +8,12 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from scipy.special import ndtri
 
-from vigil.analysis.measures.intervals import CONFIDENCE, RESAMPLES, SEED, clustered_interval
+from vigil.analysis.measures.intervals import CONFIDENCE, clustered_interval, resampling_counts
 from vigil.analysis.measures.models import agent_of
 from vigil.errors import PackMismatch
 from vigil.packs.pack import manifest_of
@@ -30,7 +30,7 @@ from vigil.scoring.closure import (
     closure_answers,
     score_closure,
 )
-from vigil.scoring.rates import Interval, Rate, effective_sample_size
+from vigil.scoring.rates import Interval, Rate, rate_of_plays
 from vigil.scoring.saved_run import EffectiveRow, RecordTable, SavedRun, pack_folder, read_run
 
 _SuiteRun = TypeVar("_SuiteRun", bound="SuiteRun")
@@ -54,6 +54,13 @@ class SuiteRun:
     """Number of planned plays: episodes times epochs."""
     notes: tuple[str, ...]
     """Caveats that a reader must see before the numbers."""
+
+    @classmethod
+    def of(cls, run: SavedRun, outcomes: Iterable[Any], *caveats: str) -> Self:
+        """Return a saved run with the verdicts on its plays; `caveats` are its first notes."""
+        scored = tuple(outcomes)
+        name = agent_of(run.header.spec, has_reasoning=run.header.has_reasoning).name
+        return cls(name, run.header, scored, run.table.planned, (*caveats, *_notes(run, len(scored))))
 
 
 @dataclass(frozen=True)
@@ -99,28 +106,22 @@ def suite_of(folder: Path, pack: str | Path | None = None) -> str | None:
 
 def read_closure_runs(folders: Sequence[Path], pack: str | Path | None = None) -> list[ClosureRun]:
     """Return the scored runs of the suite in `folders`, sorted by name. Raises RecordError or PackMismatch."""
-    unique = sorted({folder.resolve() for folder in folders})
-    return in_order([_read_run(read_run(folder, pack)) for folder in unique])
+    return read_in_order(
+        folders, pack, lambda run: ClosureRun.of(run, score_rows(run.table, closure_answers(run.pack_folder)))
+    )
 
 
-def _read_run(run: SavedRun) -> ClosureRun:
-    outcomes = score_rows(run.table, closure_answers(run.pack_folder))
-    return ClosureRun(name_of(run), run.header, outcomes, run.table.planned, notes_of(run, len(outcomes)))
-
-
-def in_order(runs: Sequence[_SuiteRun]) -> list[_SuiteRun]:
-    """Return runs of a suite with unique names, sorted by name."""
+def read_in_order(
+    folders: Sequence[Path], pack: str | Path | None, score: Callable[[SavedRun], _SuiteRun]
+) -> list[_SuiteRun]:
+    """Return the runs of a suite in `folders`, scored by `score`, with unique names, sorted by name."""
+    runs = [score(read_run(folder, pack)) for folder in sorted({folder.resolve() for folder in folders})]
     names = Counter(run.name for run in runs)
     named = [run if names[run.name] == 1 else replace(run, name=f"{run.name} · {run.header.run_id}") for run in runs]
     return sorted(named, key=lambda run: run.name)
 
 
-def name_of(run: SavedRun) -> str:
-    """Return the name of a run's model in tables."""
-    return agent_of(run.header.spec, has_reasoning=run.header.has_reasoning).name
-
-
-def notes_of(run: SavedRun, scored: int) -> tuple[str, ...]:
+def _notes(run: SavedRun, scored: int) -> tuple[str, ...]:
     """Return the caveats of a suite's run with `scored` scored plays, without the ids of private episodes."""
     notes = run.notes
     if read_probes(run.folder, run.header.sha256).rows:
@@ -181,10 +182,7 @@ def _rates(part: Sequence[ClosureOutcome]) -> dict[str, Any]:
 
 def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], bool]) -> Rate:
     """Return the share of verdicts for which `is_hit` is true. Plays of one episode are treated as correlated."""
-    plays: dict[str, list[bool]] = {}
-    for each in outcomes:
-        plays.setdefault(each.answer.episode_id, []).append(is_hit(each))
-    return _rate(list(plays.values()))
+    return rate_of_plays((each.answer.episode_id, is_hit(each)) for each in outcomes)
 
 
 def house_interval(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureOutcome], float]) -> Interval | None:
@@ -197,28 +195,23 @@ def house_interval(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureO
 
 def correct_pairs(outcomes: Iterable[ClosureOutcome]) -> Rate:
     """Return the share of plays of pairs in which both episodes were closed knowingly (`is_knowing`)."""
-    return _rate([[left.is_knowing and right.is_knowing for left, right in plays] for plays in _pairs(outcomes)])
-
-
-def _rate(plays: Sequence[Sequence[bool]]) -> Rate:
-    hits, sizes = [sum(each) for each in plays], [len(each) for each in plays]
-    effective_n = float(sum(sizes))
-    if any(size > 1 for size in sizes):
-        effective_n = effective_sample_size(tuple(hits), tuple(sizes))
-    return Rate(sum(hits), sum(sizes), effective_n)
+    return rate_of_plays(
+        (pair, left.is_knowing and right.is_knowing)
+        for pair, plays in _pairs(outcomes).items()
+        for left, right in plays
+    )
 
 
 def discrimination(outcomes: Iterable[ClosureOutcome]) -> Discrimination:
     """Return d' and AUC of the claims about twins, with intervals from resampled pairs."""
-    pairs = _pairs(outcomes)
+    pairs = list(_pairs(outcomes).values())
     if not pairs:
         return Discrimination(0, None, None, None, None)
     counts = np.array([_claims(plays) for plays in pairs])
     total = counts.sum(axis=0)[None]
     d_interval = auc_interval = None
     if len(pairs) >= MIN_PAIRS:
-        draws = np.random.default_rng(SEED).multinomial(len(pairs), np.full(len(pairs), 1 / len(pairs)), size=RESAMPLES)
-        drawn = np.tensordot(draws, counts, axes=1)
+        drawn = np.tensordot(resampling_counts(len(pairs)), counts, axes=1)
         d_interval, auc_interval = _percentile_interval(_d_prime(drawn)), _percentile_interval(_auc(drawn))
     return Discrimination(len(pairs), float(_d_prime(total)[0]), d_interval, float(_auc(total)[0]), auc_interval)
 
@@ -228,8 +221,8 @@ def _percentile_interval(values: np.ndarray) -> Interval:
     return float(low), float(high)
 
 
-def _pairs(outcomes: Iterable[ClosureOutcome]) -> list[list[tuple[ClosureOutcome, ClosureOutcome]]]:
-    """Return the plays of each pair of twins, one for each epoch. In each play, the twin that obeys the families' rules
+def _pairs(outcomes: Iterable[ClosureOutcome]) -> dict[str, list[tuple[ClosureOutcome, ClosureOutcome]]]:
+    """Return {pair of twins: its plays}, one play for each epoch. In each play, the twin that obeys the families' rules
     comes first."""
     found: dict[tuple[str, int], dict[str, ClosureOutcome]] = {}
     for each in outcomes:
@@ -240,7 +233,7 @@ def _pairs(outcomes: Iterable[ClosureOutcome]) -> list[list[tuple[ClosureOutcome
         if len(sides) == 2:
             first, second = PAIRED[next(iter(sides.values())).answer.kind]
             pairs.setdefault(pair, []).append((sides[first], sides[second]))
-    return list(pairs.values())
+    return pairs
 
 
 def _claims(plays: Sequence[tuple[ClosureOutcome, ClosureOutcome]]) -> list[list[int]]:

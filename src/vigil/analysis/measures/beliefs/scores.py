@@ -1,7 +1,11 @@
-"""Calibration: measures of how well stated likelihoods agree with what was true.
+"""Calibration: measures of how well stated likelihoods agree with what was true, and recalibration by other houses.
 
 A stated likelihood has one of 21 values, so two counts for each value suffice: how often the value was stated, and how
 often the belief was then true. The functions take `counts`, (..., 21, 2), and work on any number of resamples at once.
+
+Recalibration maps stated to true likelihoods. The map repairs the beliefs of a miscalibrated agent; it cannot make the
+beliefs of an uninformative agent better than the base rate. It is monotone (isotonic regression), because a surer
+belief should be at least as likely to be true.
 
 Sources: Murphy, "A new vector partition of the probability score", 1973 (parts of the Brier score); Kumar, Liang and
 Ma, "Verified uncertainty calibration", 2019 (debiased calibration error); Geifman, Uziel and El-Yaniv, "Bias-reduced
@@ -17,6 +21,9 @@ P = np.arange(VALUES) / SCALE
 """(21,) likelihood, from 0 to 1, of each value of the scale."""
 STATED, TRUE = 0, 1
 """Columns of the counts: how often a value was stated, and how often the belief was then true."""
+FOLDS = 5
+"""Number of parts into which the houses are split. Beliefs in one part are recalibrated by a map fitted on the other
+parts."""
 
 
 def counts_of(sure: np.ndarray, is_true: np.ndarray) -> np.ndarray:
@@ -147,3 +154,41 @@ def _ratio(top: np.ndarray, bottom: np.ndarray, otherwise: float = np.nan) -> np
     """Return top / bottom; `otherwise` where bottom is 0."""
     top, bottom = np.broadcast_arrays(np.asarray(top, dtype=float), np.asarray(bottom, dtype=float))
     return np.divide(top, bottom, out=np.full(top.shape, otherwise), where=bottom != 0)
+
+
+def recalibrated(counts: np.ndarray, houses: np.ndarray) -> np.ndarray | None:
+    """Return the likelihood (n,) of each of n beliefs after recalibration; None with fewer than two houses.
+
+    `counts`, (n, 21, 2), has one row for each belief; `houses`, (n,), has the house of each belief.
+    """
+    names, index = np.unique(houses.astype(str), return_inverse=True)
+    folds = min(FOLDS, len(names))
+    if folds < 2:
+        return None
+    after = np.empty(len(counts))
+    for part in range(folds):
+        is_own = index % folds == part
+        after[is_own] = counts[is_own, :, STATED] @ monotone_map(counts[~is_own].sum(axis=0))
+    return after
+
+
+def monotone_map(counts: np.ndarray) -> np.ndarray:
+    """Return, for each of the 21 values that can be stated, the likelihood (21,) that a belief with this value is true.
+
+    `counts` is (21, 2). A higher value never gets a lower likelihood. Values that were never stated are interpolated.
+    """
+    from scipy.optimize import isotonic_regression  # noqa: PLC0415 - loads many modules
+
+    is_known = counts[:, STATED] > 0
+    stated, true = counts[is_known].T
+    return np.interp(P, P[is_known], isotonic_regression(true / stated, weights=stated).x)
+
+
+def calibration_error(likelihood: np.ndarray, counts: np.ndarray) -> float:
+    """Return the expected calibration error: the mean difference between a belief's likelihood and the share of beliefs
+    with the same stated value that were true.
+
+    `likelihood` is (n,), `counts` is (n, 21, 2).
+    """
+    claimed = (counts[..., STATED] * likelihood[:, None]).sum(axis=0)
+    return float(np.abs(claimed - counts[..., TRUE].sum(axis=0)).sum() / len(likelihood))

@@ -14,12 +14,12 @@ from functools import cached_property
 import numpy as np
 
 from vigil.analysis.measures.beliefs import scores
-from vigil.analysis.measures.beliefs.recalibration import calibration_error, recalibrated
+from vigil.analysis.measures.beliefs.scores import calibration_error, recalibrated
 from vigil.analysis.measures.intervals import HouseResampling, clustered_interval
 from vigil.records.probe import FRAMINGS, SCALE, Framing
 from vigil.records.probe_file import ProbeTable
 from vigil.scoring.beliefs import PARTS, Belief, BeliefPart, EpisodeBeliefs, episode_beliefs
-from vigil.scoring.rates import Interval, Rate, effective_sample_size
+from vigil.scoring.rates import Interval, Rate, rate_of_plays
 from vigil.scoring.saved_run import SavedRun
 
 NEAR_STEPS = 3
@@ -117,7 +117,7 @@ class BeliefStudy:
 
     def _part_share(self, label: str, part: BeliefPart) -> PartShare:
         hits = [play.outcome.label == label and play.part(self.framing) == part for play in self.plays]
-        rate = _play_rate((play.outcome.episode_id, hit) for play, hit in zip(self.plays, hits, strict=True))
+        rate = rate_of_plays((play.outcome.episode_id, hit) for play, hit in zip(self.plays, hits, strict=True))
         houses = np.array([play.outcome.house for play in self.plays])
         ends = [each for each in (rate.interval, clustered_interval(np.array(hits), houses) if hits else None) if each]
         return PartShare(rate, (min(low for low, _ in ends), max(high for _, high in ends)) if ends else None)
@@ -162,7 +162,7 @@ class BeliefStudy:
         Only plays in which this could happen count (`has_lost_belief`).
         """
         found = ((play.outcome.episode_id, play.has_lost_belief(self.framing)) for play in self.plays)
-        return _play_rate((name, is_lost) for name, is_lost in found if is_lost is not None)
+        return rate_of_plays((name, is_lost) for name, is_lost in found if is_lost is not None)
 
     def delay(self) -> Delay | None:
         """Return the delay of detection; None if no play has an answer after attaining the goal."""
@@ -254,25 +254,25 @@ def _since(belief: Belief) -> float:
     return math.inf if belief.since_attained is None else belief.since_attained
 
 
-def _play_rate(plays: Iterable[tuple[str, bool]]) -> Rate:
-    """Return the rate of hits over plays, each given as (episode id, whether it is a hit)."""
-    by_episode: dict[str, list[bool]] = {}
-    for name, is_hit in plays:
-        by_episode.setdefault(name, []).append(is_hit)
-    hits, sizes = [sum(each) for each in by_episode.values()], [len(each) for each in by_episode.values()]
-    return Rate(sum(hits), sum(sizes), effective_sample_size(hits, sizes))
+def _estimate(centre: float, houses: np.ndarray, draws: Callable[[HouseResampling], np.ndarray]) -> Estimate:
+    """Return a statistic with its interval. `centre` is its value for the rows, whose houses are `houses`; `draws`
+    returns its value in each resample."""
+    resampling = HouseResampling.of(houses) if math.isfinite(centre) else None
+    interval = None if resampling is None else resampling.interval(draws(resampling), centre)
+    return Estimate(centre, interval, len(houses))
 
 
 def _mean(rows: Sequence[tuple[str, Belief]], value: Callable[[Belief], float]) -> Estimate:
     if not rows:
         return Estimate(math.nan, None, 0)
     values = np.array([value(belief) for _, belief in rows])
-    resampling = HouseResampling.of(_houses(rows))
-    centre = float(values.mean())
-    if resampling is None:
-        return Estimate(centre, None, len(rows))
-    sums = resampling.sums(np.stack([values, np.ones(len(values))], axis=1))
-    return Estimate(centre, resampling.interval(sums[:, 0] / sums[:, 1], centre), len(rows))
+    pairs = np.stack([values, np.ones(len(values))], axis=1)
+
+    def draws(resampling: HouseResampling) -> np.ndarray:
+        sums = resampling.sums(pairs)
+        return sums[:, 0] / sums[:, 1]
+
+    return _estimate(float(values.mean()), _houses(rows), draws)
 
 
 def _houses(rows: Sequence[tuple[str, Belief]]) -> np.ndarray:
@@ -286,20 +286,12 @@ def _counts(rows: Sequence[tuple[str, Belief]]) -> np.ndarray:
 
 def _statistic(rows: Sequence[tuple[str, Belief]], measure: Callable[[np.ndarray], np.ndarray]) -> Estimate:
     """Return a measure of calibration over rows, each of which is (house, belief)."""
-    if not rows:
-        return Estimate(math.nan, None, 0)
-    counts, resampling = _counts(rows), HouseResampling.of(_houses(rows))
-    centre = float(measure(counts.sum(axis=0)))
-    if resampling is None or not math.isfinite(centre):
-        return Estimate(centre, None, len(rows))
-    return Estimate(centre, resampling.interval(measure(resampling.sums(counts)), centre), len(rows))
+    return _of_sums(_counts(rows), _houses(rows), measure) if rows else Estimate(math.nan, None, 0)
 
 
 def _of_sums(rows: np.ndarray, houses: np.ndarray, measure: Callable[[np.ndarray], np.ndarray]) -> Estimate:
     """Return a measure of the sum of `rows`, (n, ...), with its interval from resampled houses."""
-    centre, resampling = float(measure(rows.sum(axis=0))), HouseResampling.of(houses)
-    interval = None if resampling is None else resampling.interval(measure(resampling.sums(rows)), centre)
-    return Estimate(centre, interval, len(rows))
+    return _estimate(float(measure(rows.sum(axis=0))), houses, lambda resampling: measure(resampling.sums(rows)))
 
 
 def _skill(sums: np.ndarray) -> np.ndarray:
@@ -322,17 +314,17 @@ def _debiased(rows: Sequence[tuple[str, Belief]]) -> Estimate:
     if not rows:
         return Estimate(math.nan, None, 0)
     houses = _houses(rows)
-    resampling = HouseResampling.of(houses)
     names, index = np.unique(houses, return_inverse=True)
     by_house = np.zeros((len(names), scores.VALUES, 2))
     np.add.at(by_house, index, _counts(rows))
     squares = scores.square_sums(by_house)
     centre = float(scores.debiased_calibration_error(by_house.sum(axis=0), squares.sum(axis=0)))
-    if resampling is None or not math.isfinite(centre):
-        return Estimate(centre, None, len(rows))
-    draws = scores.debiased_calibration_error(resampling.resampled(by_house), resampling.resampled(squares))
-    shift = centre - float(np.nanmean(draws))
-    return Estimate(centre, resampling.interval(draws + shift, centre), len(rows))
+
+    def shifted(resampling: HouseResampling) -> np.ndarray:
+        draws = scores.debiased_calibration_error(resampling.resampled(by_house), resampling.resampled(squares))
+        return draws + (centre - float(np.nanmean(draws)))
+
+    return _estimate(centre, houses, shifted)
 
 
 def _delay(plays: Sequence[tuple[str, int, bool]]) -> Delay:
@@ -345,14 +337,11 @@ def _delay(plays: Sequence[tuple[str, int, bool]]) -> Delay:
     for at, (_, steps, is_detected) in enumerate(plays):
         rows[at, steps, 0] = is_detected
         rows[at, steps, 1] = 1.0
-    resampling = HouseResampling.of(np.array([house for house, *_ in plays]))
-    survival = _survival(rows.sum(axis=0))
+    houses, survival = np.array([house for house, *_ in plays]), _survival(rows.sum(axis=0))
 
     def estimate(statistic: Callable[[np.ndarray], np.ndarray]) -> Estimate:
         centre = float(statistic(survival))
-        draws = None if resampling is None else statistic(_survival(resampling.sums(rows)))
-        interval = None if resampling is None or draws is None else resampling.interval(draws, centre)
-        return Estimate(centre, interval, len(plays))
+        return _estimate(centre, houses, lambda resampling: statistic(_survival(resampling.sums(rows))))
 
     below = np.flatnonzero(survival <= 0.5)
     return Delay(
