@@ -199,13 +199,7 @@ def _interface(axes: Axes, layout: _Layout) -> None:
         left = 2 + place * (width + gap)
         axes.add_patch(FancyBboxPatch((left, bottom), width, high, boxstyle=shape, fc="white", ec=colour, lw=1.6))
         axes.text(
-            left + 0.6,
-            bottom + high - 1.4,
-            head,
-            fontsize=text_pt(9.5),
-            fontweight="bold",
-            color=colour,
-            va="center",
+            left + 0.6, bottom + high - 1.4, head, fontsize=text_pt(9.5), fontweight="bold", color=colour, va="center"
         )
         said = _wrapped(text, _letters(width - 0.8, 7.8), 5)
         axes.text(left + 0.6, bottom + high - 2.9, said, fontsize=text_pt(7.8), va="top", linespacing=1.4)

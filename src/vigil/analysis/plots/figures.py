@@ -227,12 +227,7 @@ def _lags(axes: Axes, entries: Sequence[RunEntry]) -> None:
         axes.barh(row, lag, height=0.6, color=GREY)
         n = entry.overall.counts["B"]
         axes.annotate(
-            f"{lag:.1f}  (n={n})",
-            (lag, row),
-            (4, 0),
-            textcoords="offset points",
-            va="center",
-            fontsize=text_pt(7.5),
+            f"{lag:.1f}  (n={n})", (lag, row), (4, 0), textcoords="offset points", va="center", fontsize=text_pt(7.5)
         )
     longest = max((entry.overall.means["lag"] or 0.0 for entry in entries), default=0.0)
     axes.set_xlim(0, 1.55 * longest + 0.3)

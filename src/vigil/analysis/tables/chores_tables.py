@@ -98,10 +98,7 @@ def _scores(runs: Sequence[ChoresRun]) -> Table:
 
 
 def _labels(runs: Sequence[ChoresRun]) -> Table:
-    columns = (
-        *texts(run="Run"),
-        *counts(n="n", **{label: label.replace("_", " ") for label in CHORE_LABELS}),
-    )
+    columns = (*texts(run="Run"), *counts(n="n", **{label: label.replace("_", " ") for label in CHORE_LABELS}))
     rows = [
         row_of(
             run,
@@ -158,11 +155,7 @@ def _split(runs: Sequence[ChoresRun], name: str, first: str, split: Callable[[Ch
 
 
 def _itemising(runs: Sequence[ChoresRun]) -> Table:
-    headings = {
-        "status_true": "Status true, pp",
-        "W": "W, pp",
-        "W_share": "W share, pp",
-    }
+    headings = {"status_true": "Status true, pp", "W": "W, pp", "W_share": "W share, pp"}
     columns = (
         *texts(run="Run", itemised="With claims"),
         *counts(n="Lists"),

@@ -135,10 +135,7 @@ def comparisons(study: Study) -> Table:
 
 def comparable_pairs(study: Study) -> Table:
     """Return pairs of rows that have similar W but different B; your own and published rows are not mixed in a pair."""
-    columns = (
-        *texts(first="Higher B", second="Lower B", W="W % of both"),
-        *intervals(dW="ΔW (pp)", dB="ΔB (pp)"),
-    )
+    columns = (*texts(first="Higher B", second="Lower B", W="W % of both"), *intervals(dW="ΔW (pp)", dB="ΔB (pp)"))
     own = [
         (e.name, in_percent(e.overall.share("W")) or 0.0, in_percent(e.overall.share("B")) or 0.0)
         for e in study.main_runs()

@@ -11,24 +11,9 @@ import pandas as pd
 
 from vigil.analysis.measures.metrics import measure, plays_of_k
 from vigil.analysis.measures.study import Study, sorted_by_group
-from vigil.analysis.tables.paired import (
-    SHIFTED,
-    TESTED,
-    TESTS,
-    N,
-    prompt_shifts,
-    shifts,
-)
+from vigil.analysis.tables.paired import SHIFTED, TESTED, TESTS, N, prompt_shifts, shifts
 from vigil.analysis.tables.results import ALL, OUTSIDE, family_columns, printed_pairs
-from vigil.analysis.tables.rows import (
-    MODEL,
-    PUBLISHED,
-    published_group,
-    published_rows,
-    run_row,
-    run_rows,
-    shown_name,
-)
+from vigil.analysis.tables.rows import MODEL, PUBLISHED, published_group, published_rows, run_row, run_rows, shown_name
 from vigil.analysis.tables.table import (
     Column,
     Table,

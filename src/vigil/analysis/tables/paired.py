@@ -47,9 +47,7 @@ def shift(pair: Pair, name: str) -> RateCell:
 
 def shifts(names: Iterable[str]) -> tuple[Column, ...]:
     """Return columns with the differences of a pair's rates: other run minus base run, with intervals."""
-    return intervals(
-        **{f"d{name}": (SHIFTED[name], lambda pair, name=name: shift(pair, name)) for name in names},
-    )
+    return intervals(**{f"d{name}": (SHIFTED[name], lambda pair, name=name: shift(pair, name)) for name in names})
 
 
 N = Column("n", "n", "count", lambda pair: len(pair.tables()[0]))
@@ -172,10 +170,7 @@ def feedback_events(study: Study) -> Table:
 
 def transition_matrix(study: Study) -> Table:
     """Return how many episodes changed from each label to each other label, for every pair of runs and every repeat."""
-    columns = (
-        *texts(model="Label before"),
-        *counts(n="n", **{label: f"{label} after" for label in LABELS}),
-    )
+    columns = (*texts(model="Label before"), *counts(n="n", **{label: f"{label} after" for label in LABELS}))
     rows = [
         TableRow({"model": label, "n": sum(after.values()), **after}, group=name)
         for name, base, other in named_tables(study)

@@ -9,16 +9,7 @@ from vigil.analysis.measures.labels import Role
 from vigil.analysis.measures.paper import PublishedModel
 from vigil.analysis.measures.rows import Run
 from vigil.analysis.measures.study import RunEntry, Study
-from vigil.analysis.tables.table import (
-    Column,
-    TableRow,
-    cells_of,
-    counts,
-    intervals,
-    means,
-    pp_cell,
-    rate_cell,
-)
+from vigil.analysis.tables.table import Column, TableRow, cells_of, counts, intervals, means, pp_cell, rate_cell
 
 MODEL, RUN = Column("model", "Model", "text"), Column("model", "Run", "text")
 PUBLISHED = "Published: the paper's own pack and simulator"

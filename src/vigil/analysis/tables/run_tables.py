@@ -366,10 +366,7 @@ def levels(study: Study) -> Table:
     columns = (
         RUN,
         *texts(level="Level"),
-        *counts(
-            n=("n", lambda part: part.overall.n),
-            houses=("Houses", lambda part: part.run.rows["house"].nunique()),
-        ),
+        *counts(n=("n", lambda part: part.overall.n), houses=("Houses", lambda part: part.run.rows["house"].nunique())),
         *numbers(index=("Index", lambda part: float(values(part.run.rows, "level_index").mean()))),
         *clustered_rates("W", "B", "Delta"),
     )

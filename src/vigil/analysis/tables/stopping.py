@@ -76,12 +76,7 @@ def stop_shifts(study: Study) -> Table:
             cells = {
                 key: rate_cell(rate_of(hits, everything, episodes)) for key, hits in (("base", base), ("other", other))
             }
-            cells |= {
-                "model": name,
-                "n": len(base),
-                "shift": pp_cell(test.difference, test.interval),
-                "p": test.test.p,
-            }
+            cells |= {"model": name, "n": len(base), "shift": pp_cell(test.difference, test.interval), "p": test.test.p}
             rows.append(TableRow(cells, group=f"{pair.base.name} → {pair.other.name}"))
     return titled("stop_shifts", columns, rows)
 
