@@ -8,7 +8,7 @@ from markupsafe import Markup, escape
 
 from vigil.analysis.tables.paper_index import ABSENT
 from vigil.analysis.tables.table import WITH_INTERVAL, Column, Table, TableRow
-from vigil.analysis.tables.text import CODE, NO_ROWS, latex_escaped, latex_text, markdown, marked_cell
+from vigil.analysis.tables.text import CODE, NO_ROWS, TEXT, marked_cell
 from vigil.base.glossary import term_of
 from vigil.base.markup import finalize
 
@@ -18,7 +18,7 @@ _INTERVAL = re.compile(r"(.*) (\[.*\])")
 def template(name: str) -> Template:
     """Return a template of a report by its file name. In Markdown and LaTeX, `<< >>` and `<% %>` mark what is filled
     in."""
-    return (_HTML if name.endswith(".html") else _TEXT).get_template(name)
+    return (_HTML if name.endswith(".html") else TEXT).get_template(name)
 
 
 def html_table(table: Table) -> Markup:
@@ -51,16 +51,11 @@ def _data_uri(svg: bytes) -> str:
     return f"data:image/svg+xml;base64,{base64.b64encode(svg).decode()}"
 
 
-_LOADER = PackageLoader("vigil.analysis.tables")
 _HTML = Environment(
-    loader=_LOADER, autoescape=True, undefined=StrictUndefined, finalize=finalize, keep_trailing_newline=True
-)
-_HTML.filters |= {"anchor": _anchor, "data_uri": _data_uri, "html_table": html_table, "prose": prose, "term": term_of}
-_TEXT = Environment(
-    *("<%", "%>", "<<", ">>", "<#", "#>"),
-    loader=_LOADER,
+    loader=PackageLoader("vigil.analysis.tables"),
+    autoescape=True,
     undefined=StrictUndefined,
-    trim_blocks=True,
+    finalize=finalize,
     keep_trailing_newline=True,
 )
-_TEXT.filters |= {"escaped": latex_escaped, "markdown": markdown, "tex": latex_text}
+_HTML.filters |= {"anchor": _anchor, "data_uri": _data_uri, "html_table": html_table, "prose": prose, "term": term_of}

@@ -1,8 +1,9 @@
 """Text: tables as Markdown and LaTeX."""
 
 import re
-from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from vigil.analysis.tables.paper_index import ABSENT
 from vigil.analysis.tables.table import Column, Table, TableRow
@@ -48,17 +49,7 @@ NO_ROWS = "No rows: this table does not apply to any of these runs."
 
 def markdown(table: Table) -> str:
     """Return a table as GitHub's Markdown, with its title as a heading."""
-    lines = [f"### {table.title}", "", f"`{table.name}`", ""]
-    heads = [_md(column.heading) for column in table.columns]
-    rules = ["---" if column.kind in ("text", "link") else "---:" for column in table.columns]
-    lines += [f"| {' | '.join(heads)} |", f"|{'|'.join(rules)}|"]
-    for group, rows in table.groups():
-        if group:
-            lines.append(f"| *{_md(group)}* |{' |' * (len(table.columns) - 1)}")
-        lines += [f"| {' | '.join(_md_cell(table, row, column) for column in table.columns)} |" for row in rows]
-    if not table.rows:
-        lines += ["", f"*{NO_ROWS}*"]
-    return "\n".join([*lines, *(line for note in table.notes for line in ("", note))]) + "\n"
+    return TEXT.get_template("table.md").render(table=table, cell=_md_cell, no_rows=NO_ROWS)
 
 
 def latex(table: Table) -> str:
@@ -66,22 +57,7 @@ def latex(table: Table) -> str:
 
     It may span pages. Columns that do not fit the line are in further parts below, which repeat the first columns.
     """
-    caption = rf"\caption{{{latex_text(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}} \\"
-    lines = [r"{\setlength{\tabcolsep}{2pt}\setlength{\LTcapwidth}{\linewidth}\fontsize{7}{8.4}\selectfont"]
-    for index, columns in enumerate(_blocks(table)):
-        heads = " & ".join(latex_escaped(column.heading) for column in columns) + r" \\"
-        continued = rf"\multicolumn{{{len(columns)}}}{{l}}{{\emph{{{latex_escaped(table.title)}, continued}}}} \\"
-        lines += [
-            *([r"\addtocounter{table}{-1}"] if index else []),
-            rf"\begin{{longtable}}{{{''.join(_tex_kind(table, column) for column in columns)}}}",
-            continued if index else caption,
-            *(r"\toprule", heads, r"\midrule", r"\endfirsthead"),
-            *(r"\toprule", heads, r"\midrule", r"\endhead"),
-            *_tex_rows(table, columns),
-            r"\bottomrule",
-            r"\end{longtable}",
-        ]
-    return "\n".join([*lines, "}"]) + "\n"
+    return TEXT.get_template("table.tex").render(table=table, blocks=_blocks(table), kind=_tex_kind, cell=_tex_cell)
 
 
 def _blocks(table: Table) -> list[list[Column]]:
@@ -166,16 +142,6 @@ def _tex_kind(table: Table, column: Column) -> str:
     return rf"p{{{WRAPPED_PT:.0f}pt}}" if is_wrapped and column.kind == "text" else "l"
 
 
-def _tex_rows(table: Table, columns: Sequence[Column]) -> Iterator[str]:
-    for index, (group, rows) in enumerate(table.groups()):
-        if index:
-            yield r"\midrule"
-        if group:
-            yield rf"\multicolumn{{{len(columns)}}}{{l}}{{\emph{{{latex_escaped(group)}}}}} \\"
-        for row in rows:
-            yield " & ".join(_tex_cell(table, row, column) for column in columns) + r" \\"
-
-
 def _tex_cell(table: Table, row: TableRow, column: Column) -> str:
     text = latex_escaped(marked_cell(table, row, column))
     if column.kind == "link" and text != ABSENT:
@@ -187,3 +153,14 @@ def _tex_cell(table: Table, row: TableRow, column: Column) -> str:
     if column.key in row.tints:
         text = rf"\cellcolor{{{row.tints[column.key]}tint}}{text}"
     return rf"\textcolor{{gray}}{{{text}}}" if row.is_published else text
+
+
+TEXT = Environment(
+    *("<%", "%>", "<<", ">>", "<#", "#>"),
+    loader=PackageLoader("vigil.analysis.tables"),
+    undefined=StrictUndefined,
+    trim_blocks=True,
+    keep_trailing_newline=True,
+)
+"""Templates of Markdown and LaTeX."""
+TEXT.filters |= {"escaped": latex_escaped, "markdown": markdown, "md": _md, "tex": latex_text}
