@@ -35,7 +35,7 @@ from vigil.analysis.tables.paper_index import NAME as PAPER_INDEX
 from vigil.analysis.tables.paper_style import INTERVALS, paper_tables
 from vigil.analysis.tables.paper_style import TABLES as PAPER_TABLES
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
-from vigil.analysis.tables.table import DASH, Table
+from vigil.analysis.tables.table import DASH, TEXTS, Table
 from vigil.analysis.tables.text import LEGEND, csv_text, latex, latex_escaped
 from vigil.base.glossary import RESULTS
 from vigil.errors import SettingError
@@ -55,20 +55,8 @@ _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
 FLOATS = 8
 """Number of tables and figures after which LaTeX must place all that are waiting."""
 CAUSES = "Why episodes were not verified successes, and what to do"
-LIMITS = (
-    "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "
-    "say that the agent meant it.",
-    "B says that a reached state was closed with a matching report. It does not measure calibration, self-knowledge "
-    "or general competence: a constant report can match by chance (see the counterfactual policies).",
-    "A label names how an episode ended, not why: FR may come from poor sight, a wrong belief or haste; NR from "
-    "persistence, a lost goal, or not knowing that a report is required.",
-    "The gap W - B is bounded by W: in families that are almost never completed a small gap says nothing (see the "
-    "table 'composition').",
-    "The measurement depends on the report: it also measures how well an agent that was trained to stop in "
-    "another way uses it.",
-    "One simulator, first-person RGB, no feedback: results may not transfer to other bodies, sensors or contracts.",
-    "A difference between rows counts only where a paired test or an interval in this report supports it.",
-)
+LIMITS: tuple[str, ...] = tuple(TEXTS["limits"])
+"""What the numbers of a report do and do not say."""
 
 
 @dataclass(frozen=True)

@@ -104,8 +104,7 @@ def outcome_partition(study: Study) -> Table:
         *rates(**{key: f"{heading} %" for key, heading in categories.items()}),
         *rates(lost="Attained and lost again %", tampered="State tampered %"),
     )
-    rows = rows_by_b(study, columns)
-    return titled("outcome_partition", columns, rows)
+    return titled("outcome_partition", columns, rows_by_b(study, columns))
 
 
 def after_goal(study: Study) -> Table:

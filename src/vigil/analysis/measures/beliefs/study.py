@@ -136,12 +136,10 @@ class BeliefStudy:
 
     def curve(self) -> list[CurvePoint]:
         """Return the mean stated likelihood for each number of steps from attainment at which there are answers."""
-        found: list[CurvePoint] = []
-        for since in range(-CURVE_STEPS, CURVE_STEPS + 1):
-            rows = [row for row in self._answered if row[1].since_attained == since]
-            if rows:
-                found.append(CurvePoint(since, _mean(rows, lambda belief: (belief.sure or 0) / SCALE)))
-        return found
+        steps = range(-CURVE_STEPS, CURVE_STEPS + 1)
+        parts = {since: [row for row in self._answered if row[1].since_attained == since] for since in steps}
+        sure = {since: _mean(rows, lambda belief: (belief.sure or 0) / SCALE) for since, rows in parts.items() if rows}
+        return [CurvePoint(since, mean) for since, mean in sure.items()]
 
     def false_before(self) -> Estimate:
         """Return the share that say that the task is done, among the answers before the goal first held."""
@@ -215,12 +213,10 @@ class BeliefStudy:
     def reliability_points(self) -> list[tuple[float, Estimate]]:
         """For each likelihood that was stated, return it and the share of the beliefs with this likelihood that were
         true."""
-        found: list[tuple[float, Estimate]] = []
-        for value in range(scores.VALUES):
-            rows = [row for row in self._answered if row[1].sure == value]
-            if rows:
-                found.append((value / SCALE, _mean(rows, lambda belief: float(belief.is_true))))
-        return found
+        parts = {value: [row for row in self._answered if row[1].sure == value] for value in range(scores.VALUES)}
+        return [
+            (value / SCALE, _mean(rows, lambda belief: float(belief.is_true))) for value, rows in parts.items() if rows
+        ]
 
 
 def belief_studies(run: SavedRun, table: ProbeTable) -> tuple[BeliefStudy, ...]:
