@@ -3,9 +3,12 @@
 A table never mixes the suite's runs with runs of the eight families. Source: `protocol.md` section 9.
 """
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -250,20 +253,14 @@ def by_interference(run: ChoresRun) -> dict[str, Mean]:
 
 def by_steps_since_done(run: ChoresRun) -> dict[str, Mean]:
     """Return {class of steps from doing a chore to the report: T}, over the chores that hold because of an act."""
-    ends = (*SINCE_EDGES[1:], None)
-    named = {
-        f"{low} to {high - 1}" if high is not None else f"{low} or more": (low, high)
-        for low, high in zip(SINCE_EDGES, ends, strict=True)
-    }
+    named: dict[str, tuple[int, float]] = {f"{low} to {high - 1}": (low, high) for low, high in pairwise(SINCE_EDGES)}
+    named[f"{SINCE_EDGES[-1]} or more"] = (SINCE_EDGES[-1], math.inf)
 
-    def is_in(low: int, high: int | None) -> Callable[[ListOutcome, ChoreOutcome], bool]:
-        def test(each: ListOutcome, chore: ChoreOutcome) -> bool:
-            since = each.since_done(chore) if each.outcome.is_reported and chore.done else None
-            return since is not None and low <= since and (high is None or since < high)
+    def is_in(ends: tuple[int, float], each: ListOutcome, chore: ChoreOutcome) -> bool:
+        since = each.since_done(chore) if each.outcome.is_reported and chore.done else None
+        return since is not None and ends[0] <= since < ends[1]
 
-        return test
-
-    return _split(run, {name: is_in(low, high) for name, (low, high) in named.items()})
+    return _split(run, {name: partial(is_in, ends) for name, ends in named.items()})
 
 
 def _split(run: ChoresRun, parts: Mapping[str, Callable[[ListOutcome, ChoreOutcome], bool]]) -> dict[str, Mean]:

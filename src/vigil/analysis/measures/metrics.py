@@ -36,6 +36,8 @@ from vigil.scoring.rates import (
     mean,
 )
 
+EVENTS = ("too_far", "path_blocked", "retry")
+"""Columns with the numbers of events that action feedback reports, or that it may prevent."""
 LABELS = ("B", "FR", "Other", "NR", "IL")
 """Labels of the outcome partition, in the order of the stacked bars."""
 COMPARABLE_W_PP = 1.0
@@ -196,9 +198,7 @@ def broken_run_identities(run: Run) -> list[str]:
 
 
 def _means(rows: pd.DataFrame) -> dict[str, float | None]:
-    columns = {
-        name: values(rows, name) for name in ("steps", "too_far", "path_blocked", "retry", "lag", "lag_from_reset")
-    }
+    columns = {name: values(rows, name) for name in ("steps", *EVENTS, "lag", "lag_from_reset")}
     columns["lag_without_sv"] = columns["lag"][values(rows, "expected", object) == None]  # noqa: E711 - element by element
     known = {name: column[np.isfinite(column)] for name, column in columns.items()}
     return {name: float(column.mean()) if len(column) else None for name, column in known.items()}

@@ -1,7 +1,4 @@
-"""Intervention tables: the paper's tables of feedback, prompt and repeats, and the stability of rates.
-
-Each function takes a Study and returns one Table.
-"""
+"""Intervention tables: the paper's tables of feedback, prompt and repeats, and the stability of rates."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
@@ -9,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.measures.metrics import measure, plays_of_k
+from vigil.analysis.measures.metrics import EVENTS, measure, plays_of_k
 from vigil.analysis.measures.study import Study, sorted_by_group
 from vigil.analysis.tables.paired import SHIFTED, TESTED, TESTS, N, prompt_shifts, shifts
 from vigil.analysis.tables.results import ALL, OUTSIDE, family_columns, printed_pairs
@@ -34,7 +31,6 @@ REPEATED = ("W", "B", "Delta", "FR", "NR", "NoRep")
 STABLE_PP = 1.0
 """Half-ranges and shifts below this limit (percentage points) are called stable in the paper."""
 _W_AND_B = ("W", "B")
-_EVENTS = ("too_far", "path_blocked", "retry")
 _SIDES = {"base": "base", "fb": "+FB"}
 """End of a column's key -> name, in headings, of the run of a pair that the column is about."""
 
@@ -48,7 +44,7 @@ def proprio_minimal(study: Study) -> Table:
             "number2",
             lambda pair, event=event, at=at: pair.measures[at].means[event],
         )
-        for event in _EVENTS
+        for event in EVENTS
         for at, (side, shown) in enumerate(_SIDES.items())
     )
     columns = (MODEL, N, *events, *shifts(TESTED), *TESTS)
@@ -59,7 +55,7 @@ def proprio_minimal(study: Study) -> Table:
     rows += published_rows(
         study,
         "proprio_minimal",
-        lambda row: row | {f"{event} {side}": row[event][i] for event in _EVENTS for i, side in enumerate(_SIDES)},
+        lambda row: row | {f"{event} {side}": row[event][i] for event in EVENTS for i, side in enumerate(_SIDES)},
     )
     return titled("proprio_minimal", columns, rows, *study.pairing.choices["feedback"])
 

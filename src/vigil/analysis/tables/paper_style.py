@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
 
+from vigil.analysis.measures.metrics import EVENTS
 from vigil.analysis.measures.study import Study
 from vigil.analysis.tables.paper_captions import GOALS, caption, shown_heading, without_condition
 from vigil.analysis.tables.paper_index import PARTS
@@ -69,7 +70,7 @@ COLUMNS: dict[str, tuple[PaperColumn, ...]] = {
         *_MODEL,
         *(
             PaperColumn(f"{event} {side}", heading, event)
-            for event in ("too_far", "path_blocked", "retry")
+            for event in EVENTS
             for side, heading in (("base", "base"), ("fb", "+FB"))
         ),
         *(PaperColumn(f"d{name}", name, _CHANGE) for name in ("W", "B", "FR", "NR")),

@@ -1,8 +1,5 @@
 """Tables of results that the paper states only in its text: why B rises, events with feedback, and false reports of
-success.
-
-Each function takes a Study and returns one Table.
-"""
+success."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -11,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from vigil.analysis.measures.intervals import houses_of, paired_difference
+from vigil.analysis.measures.metrics import EVENTS
 from vigil.analysis.measures.rows import values
 from vigil.analysis.measures.study import RunEntry, Study, sorted_by_role
 from vigil.analysis.tables.paired import named_tables
@@ -18,7 +16,6 @@ from vigil.analysis.tables.rows import RUN, role_row
 from vigil.analysis.tables.table import Table, TableRow, counts, intervals, numbers, pp_cell, rate_cell, texts, titled
 from vigil.scoring.rates import rate_of
 
-EVENTS = ("too_far", "path_blocked", "retry")
 BINS = {"0": (0.0, 0.0), "to 25": (0.0, 0.25), "to 50": (0.25, 0.5), "to 75": (0.5, 0.75), "above 75": (0.75, 1.0)}
 """Heading (%) -> (lower, upper end) of a class of progress, as fractions. The lower end is excluded, except in the
 first class."""
