@@ -21,9 +21,9 @@ def template(name: str) -> Template:
     return (_HTML if name.endswith(".html") else TEXT).get_template(name)
 
 
-def html_table(table: Table) -> Markup:
+def html_table(table: Table) -> str:
     """Return a table as HTML: a section with a heading, the table in a box that scrolls, and its notes."""
-    return Markup(template("table.html").render(table=table, cell=_content, no_rows=NO_ROWS))
+    return template("table.html").render(table=table, cell=_content, no_rows=NO_ROWS)
 
 
 def prose(sentence: str) -> Markup:
