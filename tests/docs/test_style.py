@@ -5,13 +5,14 @@ import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
+TEXTS = sorted((ROOT / "src" / "vigil" / "analysis").rglob("*.toml"))
 FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 TEXT_OF_HELP = ("help", "short_help", "epilog")
 FENCE = re.compile(r"^\s*(```|~~~)")
@@ -80,6 +81,16 @@ def prose_of_module(path: Path) -> Iterator[Text]:
                 yield from (Text(path, value.lineno, "message", text) for text in _texts(value))
 
 
+def prose_of_texts(path: Path) -> Iterator[Text]:
+    """Yield the texts of a TOML file."""
+    values: list[Any] = [tomllib.loads(path.read_text(encoding="utf-8"))]
+    for value in values:
+        if isinstance(value, str):
+            yield Text(path, 1, "message", _without_code(value))
+        elif isinstance(value, dict | list):
+            values += value.values() if isinstance(value, dict) else value
+
+
 def _is_property(node: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     return any("property" in ast.unparse(decorator) for decorator in node.decorator_list)
 
@@ -125,6 +136,13 @@ def test_a_pattern_finds_its_example_alone(one: Rejected) -> None:
 
 def test_the_pages_are_in_plain_words() -> None:
     found = hits([text for path in PAGES for text in prose_of_page(path)])
+    assert not found, "\n".join(found)
+
+
+def test_the_texts_of_reports_are_in_plain_words() -> None:
+    texts = [text for path in TEXTS for text in prose_of_texts(path)]
+    assert texts
+    found = hits(texts)
     assert not found, "\n".join(found)
 
 

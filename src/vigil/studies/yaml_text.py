@@ -30,6 +30,14 @@ _Loader.yaml_implicit_resolvers = {
 _Loader.add_implicit_resolver("tag:yaml.org,2002:bool", re.compile("(?:true|false)$"), list("tf"))
 
 
+class _TextLoader(yaml.BaseLoader):
+    """Loader that reads every value as text, except that an empty value and `null` are None."""
+
+
+_TextLoader.add_implicit_resolver("tag:yaml.org,2002:null", re.compile("(?:null|~|)$"), ["n", "~", ""])
+_TextLoader.add_constructor("tag:yaml.org,2002:null", lambda loader, node: None)
+
+
 @dataclass(frozen=True)
 class YamlText:
     """The values in a YAML file, with the line of every key and item."""
@@ -53,9 +61,12 @@ def place_text(place: Place) -> str:
     return "".join(parts).removeprefix(".")
 
 
-def read_yaml(path: Path) -> YamlText:
-    """Return the values in a YAML file. Raises SettingError if the file cannot be read, or has duplicate keys or
-    aliases."""
+def read_yaml(path: Path, *, is_text: bool = False) -> YamlText:
+    """Return the values in a YAML file; with `is_text`, numbers stay texts, so that an id of digits is not changed.
+
+    Raises SettingError if the file cannot be read, or has duplicate keys or aliases.
+    """
+    loader = _TextLoader if is_text else _Loader
     try:
         raw = path.read_bytes()
     except OSError as error:
@@ -67,8 +78,8 @@ def read_yaml(path: Path) -> YamlText:
     try:
         text = raw.decode()
         _check_structure(path, text)
-        root = yaml.compose(text, _Loader)
-        value = yaml.load(text, _Loader)
+        root = yaml.compose(text, loader)
+        value = yaml.load(text, loader)
     except UnicodeDecodeError as error:
         raise SettingError(
             f"{str(path)!r} is not UTF-8 text: byte {error.start} is invalid. Save it as UTF-8."

@@ -43,7 +43,7 @@ def read_decisions(path: Path | None) -> dict[str, EntryDecision]:
         raise SettingError(
             f"--decisions {str(path)!r} does not exist. Give an existing file; docs/leaderboard.md shows an example."
         )
-    text = read_yaml(path)
+    text = read_yaml(path, is_text=True)
     try:
         found = _File.model_validate(text.value).decisions
     except ValidationError as error:
