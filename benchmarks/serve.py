@@ -25,9 +25,8 @@ import uvicorn
 from vigil.errors import VigilError
 from vigil.integrations.serve.app import make_app
 from vigil.integrations.serve.client import RemoteEnvironment, SessionEnded
-from vigil.integrations.serve.host import open_host
+from vigil.integrations.serve.host import open_host, plan_serving
 from vigil.integrations.serve.patience import server_config
-from vigil.integrations.serve.planning import plan_serving
 from vigil.integrations.serve.settings import ServeSettings
 from vigil.runner.workers.pool import LiveEpisode
 from vigil.web.site import Address

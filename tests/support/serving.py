@@ -16,17 +16,16 @@ import uvicorn
 
 from tests.support.waiting import HANGS_AFTER_S, wait_until
 from tests.support.web_server import Site, WebAnswer
-from vigil.integrations.serve import host as host_module
 from vigil.integrations.serve.app import make_app
-from vigil.integrations.serve.host import Host, open_host
+from vigil.integrations.serve.host import Host, open_host, plan_serving
 from vigil.integrations.serve.messages import SESSION_HEADER
 from vigil.integrations.serve.patience import server_config
-from vigil.integrations.serve.planning import plan_serving
 from vigil.integrations.serve.settings import ServeSettings
 from vigil.packs.pack import Pack
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool
 from vigil.runner.workers.worker import EpisodeWorker
+from vigil.web import live_play
 from vigil.web.site import Address
 
 TURN = '{"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": 90}}'
@@ -106,7 +105,7 @@ def open_served(pack: Pack, folder: Path, **changes: Any) -> Host:
     settings = ServeSettings(
         **{"name": "ada", "log_dir": folder, "backend": "fake", "workers": 1, "frame_interval_seconds": 0, **changes}
     )
-    with mock.patch.object(host_module, "SimulatorPool", ThreadPool):
+    with mock.patch.object(live_play, "SimulatorPool", ThreadPool):
         return open_host(plan_serving(str(pack.folder), settings), settings)
 
 

@@ -38,9 +38,8 @@ def serve(
     import uvicorn
 
     from vigil.integrations.serve.app import make_app
-    from vigil.integrations.serve.host import open_host
+    from vigil.integrations.serve.host import open_host, plan_serving
     from vigil.integrations.serve.patience import server_config
-    from vigil.integrations.serve.planning import plan_serving
     from vigil.web.site import Address
 
     address = Address(host, port, token)

@@ -6,13 +6,12 @@ import secrets
 import time
 from collections import deque
 from collections.abc import Coroutine
-from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from vigil.agents.frame_pacing import FramePacer
-from vigil.errors import SettingError, SimulatorError, VigilError
+from vigil.errors import SettingError, VigilError
 from vigil.integrations.rewards import Shaping, reward_parts, verdict_of
 from vigil.integrations.serve.journal import SESSIONS_FILE, Begun, Journal, hashed
 from vigil.integrations.serve.messages import ClientReply, SessionError, View
@@ -23,10 +22,11 @@ from vigil.protocol.episode import Episode
 from vigil.records.record import EpisodeRecord, Key
 from vigil.runner.plan import RunPlan
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.workers.messages import Assignment, EncodedObservation
-from vigil.runner.workers.players import error_record
-from vigil.runner.workers.pool import LiveEpisode, SimulatorPool, worker_count
-from vigil.web.play_session import random_order
+from vigil.runner.settings import RunSettings
+from vigil.runner.shared_settings import PackName
+from vigil.runner.workers.messages import Assignment
+from vigil.runner.workers.pool import SimulatorPool
+from vigil.web.live_play import LivePlay, open_live_run, plan_live_run, random_order
 
 RECONNECT_SECONDS = 60
 """Time in seconds in which a client may reconnect after its connection broke."""
@@ -37,21 +37,16 @@ _FAILED = SessionError(503, "EXECUTION_ERROR", "The environment failed. Repeat t
 _FULL = SessionError(503, "CAPACITY_REACHED", "All sessions are in use. Try again in a few seconds.")
 
 
-@dataclass(slots=True, eq=False)
-class Session:
+@dataclass(slots=True, eq=False, kw_only=True)
+class Session(LivePlay):
     """One episode that a client is playing."""
 
     hash: str
     """Hash of the session's token."""
-    live: LiveEpisode
     pacer: FramePacer
     ends: float
     """Time (monotonic clock, s) at which the episode's time limit is reached."""
     lock: asyncio.Lock = field(default_factory=asyncio.Lock)
-    moment: int = 0
-    seen: EncodedObservation | None = None
-    since: float = 0.0
-    """Time (monotonic clock, s) at which the client got the current frame."""
     timer: asyncio.TimerHandle | None = None
 
     @property
@@ -101,7 +96,6 @@ class Host:
             session = self._add(one.session, assignment, one.replies)
             async with session.lock:
                 await self._start(session)
-                session.moment = len(one.replies)
         self._broken = []
 
     async def open(self, index: int | None = None) -> tuple[str, View] | None:
@@ -160,9 +154,14 @@ class Host:
         return key
 
     def _add(self, token_hash: str, assignment: Assignment, replies: list[Reply]) -> Session:
-        live = self._pool.live(assignment, replies)
-        ends = time.monotonic() + self.settings.episode_seconds
-        session = Session(token_hash, live, FramePacer(self.settings.frame_interval_seconds), ends)
+        session = Session(
+            live=self._pool.live(assignment, replies),
+            run_id=self._folder.header.run_id,
+            moment=len(replies),
+            hash=token_hash,
+            pacer=FramePacer(self.settings.frame_interval_seconds),
+            ends=time.monotonic() + self.settings.episode_seconds,
+        )
         self._sessions[token_hash] = session
         return session
 
@@ -219,44 +218,31 @@ class Host:
             return self._shown(session)
 
     async def _start(self, session: Session) -> EpisodeRecord | None:
-        try:
-            return self._count(session, await session.live.begin())
-        except SimulatorError as error:
-            return self._fail(session, error)
+        return self._count(session, await session.begin())
 
     async def _advance(self, session: Session, reply: Reply) -> EpisodeRecord | None:
         """Carry out a reply. Return the record if the reply ended the episode. Raises SessionError if the simulator
         failed."""
         self._journal.add(session.hash, reply)
-        session.moment += 1
-        try:
-            record = self._count(session, await session.live.advance(reply))
-        except SimulatorError as error:
-            record = self._fail(session, error)
+        record = self._count(session, await session.advance(reply))
         if record is not None and record.error is not None:
             raise _FAILED
         return record
 
-    def _fail(self, session: Session, error: SimulatorError) -> EpisodeRecord | None:
-        run_id = self._folder.header.run_id
-        return self._count(session, error_record(session.live.assignment, run_id, error, datetime.now(UTC)))
-
-    def _count(self, session: Session, answer: EncodedObservation | EpisodeRecord) -> EpisodeRecord | None:
-        if isinstance(answer, EncodedObservation):
-            session.seen, session.since = answer, time.monotonic()
+    def _count(self, session: Session, record: EpisodeRecord | None) -> EpisodeRecord | None:
+        """Write the record of an episode that has ended; wait for the client's reply if it has not."""
+        if record is None:
             self._wait_for_reply(session)
             return None
-        session.seen = None
         self._sessions.pop(session.hash, None)
         if session.timer is not None:
             session.timer.cancel()
-        session.live.close()
-        self._folder.append(answer)
-        if answer.error is not None:
-            _LOG.error("An episode ended as an error: %s", answer.error.message)
+        self._folder.append(record)
+        if record.error is not None:
+            _LOG.error("An episode ended as an error: %s", record.error.message)
         if self.is_finished:
             self._folder.note_end()
-        return answer
+        return record
 
     def _wait_for_reply(self, session: Session) -> None:
         session.since = time.monotonic()
@@ -313,6 +299,20 @@ async def _without_details(work: Coroutine[Any, Any, _T]) -> _T:
         raise _FAILED from None
 
 
+def plan_serving(pack: PackName, settings: ServeSettings) -> RunPlan:
+    """Return the plan of the run that a server records. Raises InputError."""
+    shared = {one.name for one in fields(settings)} & {one.name for one in fields(RunSettings)}
+    run_settings = {"pack": pack, **{name: getattr(settings, name) for name in shared}}
+    plan = plan_live_run(run_settings, f"remote:{settings.name}", "remote", settings.log_dir)
+    if plan.spec.profile.row.declares_criteria:
+        raise SettingError(
+            f"Profile {settings.profile!r} asks a question before the first frame, which `vigil serve` cannot do. "
+            "Choose another profile."
+        )
+    interval = {"frame_interval_seconds": settings.frame_interval_seconds}
+    return replace(plan, spec=plan.spec.model_copy(update=interval))
+
+
 def open_host(plan: RunPlan, settings: ServeSettings) -> Host:
     """Return the host of a new or continued run. Raises InputError, or SimulatorError if no simulator starts."""
     if settings.training and plan.pack.manifest.suite == CHORES_SUITE:
@@ -320,15 +320,4 @@ def open_host(plan: RunPlan, settings: ServeSettings) -> Host:
             "--training works only with packs of the families, but this pack contains lists of chores. Leave out "
             "--training."
         )
-    execution = plan.execution
-    folder = RunFolder.create_or_resume(execution.folder, plan.spec, plan.pack.episodes, execution.input_paths)
-    frames = folder.frames if execution.save_frames else None
-    worker = replace(plan.worker, run_id=folder.header.run_id, frames=frames)
-    pool = SimulatorPool(worker, worker_count(execution.workers), timeout_s=execution.timeout_s, logs=folder.logs)
-    try:
-        folder.note_facts(pool.facts(Assignment(plan.episodes[0])))
-        return Host(plan, settings, folder, pool)
-    except BaseException:
-        pool.close()
-        folder.close()
-        raise
+    return open_live_run(plan, lambda folder, pool: Host(plan, settings, folder, pool))

@@ -10,9 +10,10 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
-from vigil.base.json_lines import AppendFile, dump_line, parse_line
+from vigil.base.json_lines import dump_line
 from vigil.protocol.actions import Reply
 from vigil.records.record import Key
+from vigil.web.live_play import open_journal
 
 SESSIONS_FILE = "sessions.jsonl"
 
@@ -50,23 +51,15 @@ class Journal:
 
     def __init__(self, path: Path) -> None:
         """Open or create the file. Raises RecordError if it is damaged or another server writes to it."""
-        self._file = AppendFile(path)
+        self._file, lines = open_journal(path, _Line)
         self.begun: dict[str, Begun] = {}
         """Hash of a token -> its session, for the sessions that were in the file when it was opened."""
-        try:
-            for line in self._file.lines.complete:
-                self._read(parse_line(line, _Line, f"Journal {str(path)!r}", "Choose another --log-dir."))
-        except BaseException:
-            self._file.close()
-            raise
-        self._file.repair_tail()
-
-    def _read(self, line: _Line) -> None:
-        if line.begins is not None:
-            episode_id, epoch, attempt = line.begins
-            self.begun[line.session] = Begun(line.session, (episode_id, epoch), attempt, line.started)
-        elif line.reply is not None and line.session in self.begun:
-            self.begun[line.session].replies.append(line.reply)
+        for line in lines:
+            if line.begins is not None:
+                episode_id, epoch, attempt = line.begins
+                self.begun[line.session] = Begun(line.session, (episode_id, epoch), attempt, line.started)
+            elif line.reply is not None and line.session in self.begun:
+                self.begun[line.session].replies.append(line.reply)
 
     def begin(self, session: str, key: Key, attempt: int) -> None:
         """Write the beginning of a session. Raises RecordError."""
