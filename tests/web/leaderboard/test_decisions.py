@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from vigil.errors import SettingError
-from vigil.web.leaderboard.decisions import read_decisions
+from vigil.web.leaderboard.build import read_decisions
 
 
 def decisions(folder: Path, run: str, more: str = "") -> Path:

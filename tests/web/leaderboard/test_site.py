@@ -19,10 +19,9 @@ from vigil.packs.pack import Pack
 from vigil.records.record import EPISODES_FILE, ProviderFacts, read_header
 from vigil.records.record_file import read_records
 from vigil.scoring.saved_run import read_run
-from vigil.web.leaderboard.boards import boards_of, history_of
+from vigil.web.leaderboard.boards import boards_of, history_of, signs_between
 from vigil.web.leaderboard.build import build_site
 from vigil.web.leaderboard.checking import CheckedEntry
-from vigil.web.leaderboard.comparisons import signs_between
 from vigil.web.leaderboard.measures import Figures
 from vigil.web.leaderboard.metadata import check_value, read_metadata
 from vigil.web.leaderboard.pages import SiteContent, write_site

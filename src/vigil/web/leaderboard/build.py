@@ -5,22 +5,48 @@ import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
 from vigil.base.files import read_file
 from vigil.base.json_files import is_array, is_object, read_json
 from vigil.errors import SettingError, shorten
 from vigil.runner.verify_run import OnProgress
+from vigil.studies.yaml_text import read_yaml
+from vigil.web.leaderboard.boards import copied_plays, signs_between
 from vigil.web.leaderboard.bundle import MAX_ZIP_BYTES
-from vigil.web.leaderboard.bundle_checks import BundleChecks
-from vigil.web.leaderboard.cache import Cache, Cached
+from vigil.web.leaderboard.bundle_checks import BundleChecks, Cached
 from vigil.web.leaderboard.checking import CheckedEntry, known_packs
-from vigil.web.leaderboard.comparisons import copied_plays, signs_between
-from vigil.web.leaderboard.decisions import EntryDecision, read_decisions
+from vigil.web.leaderboard.metadata import Line, Tier, reason
 from vigil.web.leaderboard.pages import DATA, LogLine, SiteContent, write_site
 from vigil.web.leaderboard.settings import BuildSettings
 
 MAX_NAME_CHARS = 80
+
+
+class EntryDecision(BaseModel):
+    """A decision about the entry of one run."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    run: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{12}$")] = Field(description="id of the entry")
+    status: Literal["accepted", "refused", "withdrawn"]
+    why: Annotated[str, StringConstraints(min_length=1, max_length=1000)]
+    by: Line
+    date: date
+    tier: Tier | None = None
+    """Tier that the maintainers vouch for; None to use the tier that the check proves."""
+    bundle: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")] | None = None
+    """SHA-256 of the bundle that the decision accepts, if several bundles contain the same run."""
+
+
+class _Decisions(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    decisions: tuple[EntryDecision, ...]
 
 
 @dataclass
@@ -42,19 +68,15 @@ class SiteBuild:
             return
         entry = found.entry
         decision = self.decisions.get(entry.id)
-        if (why := self._is_other_bundle(entry, decision)) is not None:
-            self.log.append(LogLine(name, entry.id, "refused by the check", why))
+        status, why, tier = "not decided yet", "It passed the check; the maintainers have not decided.", entry.tier
+        if (refusal := self._is_other_bundle(entry, decision)) is not None:
+            status, why = "refused by the check", refusal
+        elif decision is not None:
+            status, why = decision.status, f"{decision.why} ({decision.by}, {decision.date})"
+            tier = decision.tier or tier
+        self.log.append(LogLine(name, entry.id, status, why))
+        if status not in ("accepted", "not decided yet"):
             return
-        if decision is not None:
-            by = f"{decision.why} ({decision.by}, {decision.date})"
-            self.log.append(LogLine(name, entry.id, decision.status, by))
-            if decision.status != "accepted":
-                return
-        else:
-            self.log.append(
-                LogLine(name, entry.id, "not decided yet", "It passed the check; the maintainers have not decided.")
-            )
-        tier = entry.tier if decision is None or decision.tier is None else decision.tier
         self.entries.append(entry.model_copy(update={"tier": tier}))
         if found.pages is not None:
             self.pages[entry.id] = found.pages
@@ -90,13 +112,7 @@ def build_site(
     out = Path(os.path.realpath(out))  # a link stays, and its folder gets the site
     if os.path.lexists(out) and (not out.is_dir() or (any(out.iterdir()) and not (out / DATA).exists())):
         raise SettingError(f"{str(out)!r} exists, but is not the site of a leaderboard. Give another --out.")
-    cache = Cache(
-        settings.cache or out.with_name(f"{out.name}-cache"),
-        settings.frames,
-        settings.shown_plays,
-        settings.asset_database,
-    )
-    checks = BundleChecks(cache, known_packs(settings.packs), settings)
+    checks = BundleChecks(settings.cache or out.with_name(f"{out.name}-cache"), known_packs(settings.packs), settings)
     builder = SiteBuild(read_decisions(settings.decisions))
     earlier = _earlier_rows(settings.earlier)
     for path, found in zip(bundles, checks.check(bundles, on_progress), strict=True):
@@ -129,3 +145,22 @@ def _earlier_rows(path: Path | None) -> list[dict[str, str]]:
     except (ValueError, KeyError, TypeError) as error:
         raise SettingError(f"--earlier {str(path)!r} is not the entries.json of a site: {error}.") from None
     return [{name: str(value) for name, value in row.items()} for row in rows]
+
+
+def read_decisions(path: Path | None) -> dict[str, EntryDecision]:
+    """Return {id of an entry: decision}. Raises SettingError that names the line of an invalid decision."""
+    if path is None:
+        return {}
+    if not path.is_file():
+        raise SettingError(
+            f"--decisions {str(path)!r} does not exist. Give an existing file; docs/leaderboard.md shows an example."
+        )
+    text = read_yaml(path, is_text=True)
+    try:
+        found = _Decisions.model_validate(text.value).decisions
+    except ValidationError as error:
+        raise text.error(tuple(error.errors()[0]["loc"]), f"{reason(error)}.") from None
+    for index, decision in enumerate(found):
+        if decision.run in {other.run for other in found[:index]}:
+            raise text.error(("decisions", index), f"there are two decisions about {decision.run}. Remove one of them.")
+    return {decision.run: decision for decision in found}

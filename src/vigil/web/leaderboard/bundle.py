@@ -136,7 +136,12 @@ def unpack_bundle(path: Path, folder: Path) -> Entry:
         entry = Entry.model_validate_json(data)
     except ValidationError as error:
         raise RecordError(f"{ENTRY_FILE} of the bundle is not valid: {_shown(first_error(error))}") from None
-    _check_hashes(entry, hashes)
+    found = {name: sha256 for name, sha256 in hashes.items() if name != ENTRY_FILE}
+    for name in sorted(found.keys() | entry.files.keys()):
+        if found.get(name) != entry.files.get(name):
+            raise RecordError(
+                f"{_shown(name)} does not have the hash in {ENTRY_FILE}: the file was changed, added or removed"
+            )
     _check_header(read_header(folder), entry)
     return entry
 
@@ -201,15 +206,6 @@ def _unpack(bundle: zipfile.ZipFile, info: zipfile.ZipInfo, out: Path) -> str:
             digest.update(block)
             target.write(block)
     return digest.hexdigest()
-
-
-def _check_hashes(entry: Entry, hashes: Mapping[str, str]) -> None:
-    found = {name: sha256 for name, sha256 in hashes.items() if name != ENTRY_FILE}
-    for name in sorted(found.keys() | entry.files.keys()):
-        if found.get(name) != entry.files.get(name):
-            raise RecordError(
-                f"{_shown(name)} does not have the hash in {ENTRY_FILE}: the file was changed, added or removed"
-            )
 
 
 def _check_header(header: RunHeader, entry: Entry) -> None:

@@ -138,16 +138,14 @@ class CandidateRun:
     def conclude(self, found: Verification | Exception) -> tuple[CheckedEntry, Measures]:
         """Return the run as an entry with its measures, after its verification. Raises RecordError that says why the
         run is not a valid entry, or SimulatorError if it could not be played again."""
+        header, metadata = self.run.header, self.metadata
         with _hiding_ids(self.pack):
             if isinstance(found, Exception):
                 raise found
-            return self._entry(found)
-
-    def _entry(self, found: Verification) -> tuple[CheckedEntry, Measures]:
-        if lost := [each for each in found.differences if each.fact == "simulator"]:
-            raise SimulatorError(f"The run could not be played again: {lost[0]}.")
-        _refuse_if([f"{each}." for each in found.differences], "playing the run again gave other results")
-        measures, header, metadata = measures_of(self.run, self.pack), self.run.header, self.metadata
+            if lost := [each for each in found.differences if each.fact == "simulator"]:
+                raise SimulatorError(f"The run could not be played again: {lost[0]}.")
+            _refuse_if([f"{each}." for each in found.differences], "playing the run again gave other results")
+            measures = measures_of(self.run, self.pack)
         entry = CheckedEntry(
             metadata=metadata,
             header=header,
@@ -177,22 +175,6 @@ def verify_candidates(
         asset_database=settings.asset_database,
     )
     return verify_runs([each.run for each in candidates], verify, on_progress=on_progress)
-
-
-def check_run(
-    folder: Path,
-    metadata: EntryMetadata,
-    packs: Mapping[str, Path],
-    settings: CheckSettings,
-    on_progress: OnProgress = lambda _done, _total: None,
-) -> tuple[CheckedEntry, Measures]:
-    """Play a run's replies again, and return the run as an entry with its measures.
-
-    Raises RecordError that says why the run is not a valid entry, or SimulatorError if it could not be checked.
-    """
-    candidate = CandidateRun.read(folder, metadata, packs)
-    (found,) = verify_candidates([candidate], settings, on_progress)
-    return candidate.conclude(found)
 
 
 def _pack_of(header: RunHeader, packs: Mapping[str, Path]) -> Pack:

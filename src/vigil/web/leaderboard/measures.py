@@ -48,6 +48,7 @@ _TABLES = (
     "invalid_replies",
     "models",
 )
+_OF_PLAY = ("episode_id", "epoch", "attempt", "house", "family", "W", "closed", "end", "reported", "steps")
 _DIGITS = 6
 """Number of decimals to which figures are rounded. The check accepts differences up to `TOLERANCE`."""
 TOLERANCE = 2e-6
@@ -178,23 +179,9 @@ def _plays(
             if step.frame_sha256 is not None:
                 frames.update(step.frame_sha256.encode())
                 count += 1
-        rows.append(
-            {
-                "episode_id": outcome.episode_id,
-                "epoch": outcome.epoch,
-                "attempt": outcome.attempt,
-                "house": outcome.house,
-                "family": outcome.family,
-                "W": outcome.W,
-                "closed": closed[key],
-                "end": outcome.end,
-                "reported": outcome.reported,
-                "steps": outcome.steps,
-                "input_tokens": record.tokens.input,
-                "output_tokens": record.tokens.output,
-                **reader.facts(record),
-            }
-        )
+        tokens = {"input_tokens": record.tokens.input, "output_tokens": record.tokens.output}
+        facts = {name: closed[key] if name == "closed" else getattr(outcome, name) for name in _OF_PLAY}
+        rows.append({**facts, **tokens, **reader.facts(record)})
     return pd.DataFrame(rows), Frames(count=count, sha256=frames.hexdigest()), dict(reader.timing_faults)
 
 

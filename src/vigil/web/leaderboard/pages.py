@@ -3,7 +3,7 @@
 import json
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,7 +18,7 @@ from vigil.errors import RecordError
 from vigil.web import site
 from vigil.web.drawing import RenderService
 from vigil.web.export import Links, embedded, episode_page, page_name
-from vigil.web.leaderboard.boards import Board, boards_of, history_of, history_row
+from vigil.web.leaderboard.boards import Board, Ranked, boards_of, history_of, history_row
 from vigil.web.leaderboard.checking import CheckedEntry
 from vigil.web.leaderboard.measures import COLUMNS
 from vigil.web.library import Library
@@ -122,40 +122,9 @@ def write_site(content: SiteContent, out: Path) -> None:
     _write_data(content, ranks, out)
 
 
-def _write_data(content: SiteContent, ranks: Mapping[str, tuple[Board, Any]], out: Path) -> None:
-    rows = []
-    for board, ranked in ranks.values():
-        entry = ranked.entry
-        rows.append(
-            {
-                "id": entry.id,
-                "rank": ranked.rank,
-                "to_next": None if ranked.to_next is None else ranked.to_next.sentence,
-                **{name: getattr(board, name) for name in ("pack", "pack_sha256", "profile", "tier", "division")},
-                "agent": entry.header.spec.agent,
-                "agent_kind": entry.header.spec.agent_kind,
-                "answered_as": entry.header.answering_models,
-                "prompt_sha256": entry.header.spec.prompt_policy_sha256,
-                "versions": entry.header.spec.versions.model_dump(),
-                "vigil": entry.header.package_version,
-                "plays": len(entry.plays),
-                "attempts": int(entry.plays["attempt"].sum()),
-                "thinking": entry.thinking,
-                "tokens": {
-                    "input": entry.tokens.input,
-                    "output": entry.tokens.output,
-                    "unknown": entry.tokens.unreported,
-                },
-                "cost": entry.cost,
-                "regimes": entry.regimes,
-                "signs": content.signs_of(entry),
-                "checked": entry.checked,
-                "bundle_sha256": entry.bundle_sha256,
-                "metadata": entry.metadata.model_dump(mode="json"),
-                "figures": entry.figures,
-            }
-        )
-    log = [{"bundle": line.bundle, "entry": line.entry, "status": line.status, "why": line.why} for line in content.log]
+def _write_data(content: SiteContent, ranks: Mapping[str, tuple[Board, Ranked]], out: Path) -> None:
+    rows = [_data_of(content, *each) for each in ranks.values()]
+    log = [asdict(line) for line in content.log]
     history = [*(history_row(entry) for entry in content.entries), *content.earlier]
     document = {"schema_version": SCHEMA, "entries": rows, "log": log, "history": history}
     (out / DATA).write_text(
@@ -166,7 +135,11 @@ def _write_data(content: SiteContent, ranks: Mapping[str, tuple[Board, Any]], ou
         {
             "model_name": row["metadata"]["model_name"],
             **{name: row[name] for name in columns},
-            **{f"{name}{part}": value for name, figure in row["figures"].items() for part, value in _ends(figure)},
+            **{
+                f"{name}{part}": value
+                for name, figure in row["figures"].items()
+                for part, value in zip(("", ".low", ".high"), figure, strict=True)
+            },
         }
         for row in rows
     ]
@@ -178,8 +151,33 @@ def _write_data(content: SiteContent, ranks: Mapping[str, tuple[Board, Any]], ou
         plays.to_parquet(out / "plays.parquet", index=False)
 
 
-def _ends(figure: Sequence[float | None]) -> list[tuple[str, float | None]]:
-    return list(zip(("", ".low", ".high"), figure, strict=True))
+def _data_of(content: SiteContent, board: Board, ranked: Ranked) -> dict[str, Any]:
+    """Return what the site's data say about an entry."""
+    entry, header = ranked.entry, ranked.entry.header
+    tokens = {"input": entry.tokens.input, "output": entry.tokens.output, "unknown": entry.tokens.unreported}
+    return {
+        "id": entry.id,
+        "rank": ranked.rank,
+        "to_next": None if ranked.to_next is None else ranked.to_next.sentence,
+        **{name: getattr(board, name) for name in ("pack", "pack_sha256", "profile", "tier", "division")},
+        "agent": header.spec.agent,
+        "agent_kind": header.spec.agent_kind,
+        "answered_as": header.answering_models,
+        "prompt_sha256": header.spec.prompt_policy_sha256,
+        "versions": header.spec.versions.model_dump(),
+        "vigil": header.package_version,
+        "plays": len(entry.plays),
+        "attempts": int(sum(entry.plays["attempt"])),
+        "thinking": entry.thinking,
+        "tokens": tokens,
+        "cost": entry.cost,
+        "regimes": entry.regimes,
+        "signs": content.signs_of(entry),
+        "checked": entry.checked,
+        "bundle_sha256": entry.bundle_sha256,
+        "metadata": entry.metadata.model_dump(mode="json"),
+        "figures": entry.figures,
+    }
 
 
 def _parts(board: Board, kind: str) -> list[str]:
@@ -222,11 +220,7 @@ def _y(share: float) -> float:
 
 def _filters(entries: Sequence[CheckedEntry]) -> dict[str, list[str]]:
     """Return {name of a filter: its values}. A filter with only one value is left out."""
-    found = {
-        "weights": sorted({entry.metadata.weights for entry in entries}),
-        "thinking": sorted({entry.thinking for entry in entries}),
-        "profile": sorted({entry.profile for entry in entries}),
-        "tier": sorted({entry.tier for entry in entries}),
-        "division": sorted({entry.division for entry in entries}),
-    }
+    names = ("thinking", "profile", "tier", "division")
+    found = {"weights": sorted({entry.metadata.weights for entry in entries})}
+    found |= {name: sorted({getattr(entry, name) for entry in entries}) for name in names}
     return {name: values for name, values in found.items() if len(values) > 1}

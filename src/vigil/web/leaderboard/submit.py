@@ -9,7 +9,7 @@ from vigil.records.probe_file import PROBES_FILE
 from vigil.records.record import EPISODES_FILE, HEADER_FILE, RunHeader, read_header
 from vigil.scoring.saved_run import pack_folder
 from vigil.web.leaderboard.bundle import MEMBERS, Entry, sha256_of, without_paths, write_bundle
-from vigil.web.leaderboard.checking import CheckedEntry, OnProgress, check_run, known_packs
+from vigil.web.leaderboard.checking import CandidateRun, CheckedEntry, OnProgress, known_packs, verify_candidates
 from vigil.web.leaderboard.metadata import EntryMetadata
 from vigil.web.leaderboard.settings import CheckSettings
 
@@ -38,7 +38,9 @@ def submit_run(
     header = check_places(run, out)
     packs = known_packs((pack_folder(header, pack),))
     try:
-        entry, measures = check_run(run, metadata, packs, settings, on_progress)
+        candidate = CandidateRun.read(run, metadata, packs)
+        (found,) = verify_candidates([candidate], settings, on_progress)
+        entry, measures = candidate.conclude(found)
     except RecordError as fault:
         raise RecordError(f"{str(run)!r} cannot be submitted: {str(fault).removesuffix('.')}.") from None
     check_revealed(header.spec.pack, entry.is_private, "A bundle has every record of the run, which", reveals=reveals)
