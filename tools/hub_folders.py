@@ -19,7 +19,7 @@ import yaml
 
 from vigil.errors import InputError, SettingError
 from vigil.integrations.exports.every_eval_ever.folder import write_results
-from vigil.integrations.exports.every_eval_ever.publisher import Publisher
+from vigil.integrations.exports.options import Publisher
 from vigil.packs.pack import Pack, packaged_names
 from vigil.packs.private import check_revealed, is_private
 from vigil.records.record import read_header

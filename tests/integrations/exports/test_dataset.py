@@ -15,7 +15,7 @@ from vigil.analysis.measures.columns import without_answer_key
 from vigil.analysis.measures.rows import combined_rows, read_runs
 from vigil.errors import SettingError
 from vigil.integrations.exports.dataset import write_dataset
-from vigil.integrations.exports.disclosure import Disclosure
+from vigil.integrations.exports.options import Disclosure
 from vigil.integrations.exports.steps import EXTRA_COLUMNS, STEP_COLUMNS, columns_with
 from vigil.protocol.actions import Reply
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile

@@ -11,11 +11,9 @@ import pytest
 
 from tests.support.published_runs import PUBLISHED, EpisodeScript, Write, good, records_of, small_records
 from vigil.errors import SettingError
-from vigil.integrations.exports.disclosure import Disclosure
-from vigil.integrations.exports.every_eval_ever.aggregate import METRICS
+from vigil.integrations.exports.every_eval_ever.aggregate import METRICS, identity_of, model_info
 from vigil.integrations.exports.every_eval_ever.folder import write_results
-from vigil.integrations.exports.every_eval_ever.identity import identity_of, model_info
-from vigil.integrations.exports.every_eval_ever.publisher import Publisher
+from vigil.integrations.exports.options import Disclosure, Publisher
 from vigil.protocol.actions import Reply, Usage
 from vigil.protocol.families import Family
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile

@@ -12,8 +12,7 @@ from vigil.cli.arguments import Epoch
 from vigil.cli.progress import read_runs_shown
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
-from vigil.integrations.exports.disclosure import Disclosure
-from vigil.integrations.exports.every_eval_ever.publisher import Publisher
+from vigil.integrations.exports.options import Disclosure, Publisher
 from vigil.runner.shared_settings import AssetFile
 
 if TYPE_CHECKING:

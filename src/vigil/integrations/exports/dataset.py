@@ -6,7 +6,7 @@ from pathlib import Path
 from vigil.analysis.measures.columns import COLUMNS, without_answer_key
 from vigil.analysis.measures.rows import Run, combined_rows
 from vigil.errors import SettingError
-from vigil.integrations.exports.disclosure import NO_DISCLOSURE, Disclosure
+from vigil.integrations.exports.options import NO_DISCLOSURE, Disclosure
 from vigil.integrations.exports.steps import columns_with, has_frames, write_steps
 from vigil.packs.private import check_revealed
 from vigil.scoring.saved_run import read_run
@@ -118,14 +118,8 @@ def _card(runs: Sequence[Run], extra: Collection[str], *, has_key: bool) -> str:
 
 def _run_description(run: Run) -> str:
     spec = run.header.spec
-    rates = (
-        ", ".join(
-            f"{name} {100 * run.rows[name].mean():.1f} %"
-            for name in (("W", "B") if spec.profile.row.has_report else "W")
-        )
-        if run.n
-        else "no rates"
-    )
+    names = ("W", "B") if spec.profile.row.has_report else ("W",)
+    rates = ", ".join(f"{name} {100 * run.rows[name].mean():.1f} %" for name in names) if run.n else "no rates"
     agent = " ".join(spec.agent.split())
     return (
         f"- `{run.name}`: agent `{agent}`, pack `{spec.pack}` (SHA-256 {spec.pack_sha256[:12]}...), "

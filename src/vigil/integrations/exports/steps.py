@@ -9,9 +9,12 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from vigil.integrations.exports.step_facts import arguments_of, steps_with_feedback
+from vigil.protocol.actions import AnyAction
+from vigil.protocol.observation import Feedback
+from vigil.protocol.profile import Profile
+from vigil.protocol.world import Effect
 from vigil.records.reasoning_file import reasoning_by_step
-from vigil.records.record import FRAMES_FOLDER, Key, StepRecord
+from vigil.records.record import FRAMES_FOLDER, EpisodeRecord, Key, StepRecord
 from vigil.runner.workers.frames import FrameStore
 from vigil.scoring.saved_run import SavedRun
 
@@ -79,14 +82,12 @@ def columns_with(extra: Collection[str]) -> dict[str, tuple[pa.DataType, str]]:
 def _schema(extra: Collection[str]) -> pa.Schema:
     """Return the schema, with the metadata by which the library `datasets` recognises the column of images."""
     kinds = {name: kind for name, (kind, _) in columns_with(extra).items()}
-    features = {name: _feature(kind) for name, kind in kinds.items()}
+    dtypes = {name: "float64" if kind == pa.float64() else str(kind) for name, kind in kinds.items()}
+    features = {
+        name: {"_type": "Image"} if kind == IMAGE else {"dtype": dtypes[name], "_type": "Value"}
+        for name, kind in kinds.items()
+    }
     return pa.schema(kinds, metadata={"huggingface": json.dumps({"info": {"features": features}})})
-
-
-def _feature(kind: pa.DataType) -> dict[str, str]:
-    if kind == IMAGE:
-        return {"_type": "Image"}
-    return {"dtype": "float64" if kind == pa.float64() else str(kind), "_type": "Value"}
 
 
 def _rows_of(run: SavedRun, name: str, key: Key, extra: Collection[str]) -> Iterator[_Row]:
@@ -131,3 +132,18 @@ def _reply_cells(step: StepRecord) -> _Row:
         "seconds": reply.seconds,
         "frame_sha256": step.frame_sha256,
     }
+
+
+def steps_with_feedback(record: EpisodeRecord, profile: Profile) -> Iterator[tuple[Feedback | None, StepRecord]]:
+    """Yield each step with the feedback that was shown with its frame; the feedback is None if the profile has none."""
+    for before, step in zip([None, *record.steps], record.steps, strict=False):
+        shown = None
+        if before is not None and profile.has_feedback:
+            effect = before.effect or Effect()
+            shown = Feedback(too_far=effect.too_far, path_blocked=effect.path_blocked)
+        yield shown, step
+
+
+def arguments_of(action: AnyAction) -> dict[str, object]:
+    """Return the arguments of a parsed action. The coordinates of clicks are in pixels of the frame."""
+    return action.model_dump(exclude={"skill_name"}, exclude_none=True)

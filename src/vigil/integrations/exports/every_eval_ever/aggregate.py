@@ -1,48 +1,96 @@
-"""Aggregate file: the rates of a run, overall and by family, with their intervals and the conditions of the run."""
+"""Aggregate file: the rates of a run, overall and by family, with their intervals and the conditions of the run.
 
+The conditions name the run's model in the schema's terms: its developer, and how it was served. Both may be unknown.
+"""
+
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
-from vigil.integrations.exports.every_eval_ever.identity import Identity, model_info
-from vigil.integrations.exports.every_eval_ever.publisher import Publisher
-from vigil.integrations.exports.every_eval_ever.samples import SCHEMA_VERSION, Heading, has_exact_prompt
+from vigil.analysis.measures.models import GROUPS, known_group
+from vigil.errors import SettingError
+from vigil.integrations.exports.every_eval_ever.samples import SCHEMA_VERSION, has_exact_prompt
+from vigil.integrations.exports.options import Publisher
 from vigil.packs.pack import manifest_of
 from vigil.protocol.actions import SKILLS
 from vigil.protocol.families import FAMILIES
 from vigil.protocol.prompt import policy_text
-from vigil.records.record import RunHeader
+from vigil.records.record import AgentKind, RunHeader
+from vigil.runner.models.access import is_own_address
+from vigil.runner.models.providers import ModelName, parse_model_name
 from vigil.scoring.saved_run import SavedRun
 from vigil.scoring.summary import LIBRARY_REPLIES, RunScores, summarise
 
 _Json = dict[str, Any]
 _GENERATION_ARGS = ("temperature", "top_p", "top_k", "max_tokens")
 """Sampling settings that the schema has fields for; other settings are exported as additional details."""
+_OF_PROFILE = ("coordinates", "reply_policy", "history_turns", "image_format", "system_role")
 
 
-@dataclass(frozen=True, slots=True)
-class Metric:
+class Metric(NamedTuple):
     """Description of a rate, in the fields of the schema."""
 
     name: str
     description: str
-    lower_is_better: bool
+    lower_is_better: bool = True
     kind: str = "rate"
 
 
 METRICS: Mapping[str, Metric] = {
     "W": Metric("World completion", "the goal holds in the simulator's hidden state at the end", False, "pass_rate"),
-    "B": Metric(
-        "Benchmark success",
-        "the goal holds, and the agent closed with a matching report",
-        False,
-        "pass_rate",
-    ),
-    "FR": Metric("False report", "the agent closed with a report that does not match", True),
-    "NR": Metric("No report", "the agent never reported; the step budget ran out", True),
-    "IL": Metric("Invalid limit", "the episode ended by too many invalid replies", True),
-    "Delta": Metric("W - B", "the goal holds, but the agent did not close with a matching report", True),
+    "B": Metric("Benchmark success", "the goal holds, and the agent closed with a matching report", False, "pass_rate"),
+    "FR": Metric("False report", "the agent closed with a report that does not match"),
+    "NR": Metric("No report", "the agent never reported; the step budget ran out"),
+    "IL": Metric("Invalid limit", "the episode ended by too many invalid replies"),
+    "Delta": Metric("W - B", "the goal holds, but the agent did not close with a matching report"),
 }
+MAKERS: Mapping[str, str] = {
+    "openai": "openai",
+    "anthropic": "anthropic",
+    "google": "google",
+    "doubao": "bytedance",
+    "qwen": "Qwen",
+    "zhipu": "zai-org",
+    "minimax": "MiniMaxAI",
+    "moonshot": "moonshotai",
+    "deepseek": "deepseek-ai",
+    "mistral": "mistralai",
+    "grok": "xai",
+}
+"""Provider that serves only models of one developer -> the developer's name in the Every Eval Ever database."""
+ENGINES = frozenset({"vllm", "sglang", "ollama", "lmstudio", "llama-cpp"})
+"""Names of those providers that are inference engines, which users run themselves."""
+NO_MODELS: Mapping[AgentKind, str] = {
+    "privileged": "an agent that sees hidden state",
+    "scripted": "a scripted agent",
+    "human": "a person",
+    "exec": "a program, which may be anything",
+    "remote": "a player at the other end of a connection, which may be anything",
+}
+_COMPONENT = re.compile(r'[^\s<>"\\|?*\x00-\x1f/]([^<>"\\|?*\x00-\x1f/]*[^\s<>"\\|?*\x00-\x1f/.])?(?<!\.)')
+"""Pattern of a folder name that is valid on any operating system."""
+_RESERVED = frozenset({"data", "unknown"})
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """The developer and name under which the database lists a model."""
+
+    developer: str
+    name: str
+    """The model's name without the developer."""
+    served_name: ModelName
+
+    @property
+    def id(self) -> str:
+        """The model's id, written as on a model hub: developer/name."""
+        return f"{self.developer}/{self.name}"
+
+    @property
+    def folders(self) -> list[str]:
+        """The folder names of the developer and of the model, derived from the id as in the database."""
+        return [name.replace("/", "_").replace(":", "_") for name in (self.developer, self.name)]
 
 
 def remarks(run: SavedRun, scores: RunScores) -> list[str]:
@@ -65,12 +113,14 @@ def remarks(run: SavedRun, scores: RunScores) -> list[str]:
     return said
 
 
-def aggregate(run: SavedRun, heading: Heading, identity: Identity, publisher: Publisher, scores: RunScores) -> _Json:
+def aggregate(
+    run: SavedRun, heading: Mapping[str, str], identity: Identity, publisher: Publisher, scores: RunScores
+) -> _Json:
     """Return the content of the aggregate file, except its date and the location of its samples."""
     header = run.header
     return {
         "schema_version": SCHEMA_VERSION,
-        "evaluation_id": heading.evaluation_id,
+        "evaluation_id": heading["evaluation_id"],
         "evaluation_timestamp": str(header.started.timestamp()),
         "source_metadata": {
             "source_name": "VIGIL",
@@ -91,13 +141,14 @@ def aggregate(run: SavedRun, heading: Heading, identity: Identity, publisher: Pu
     }
 
 
-def _results(run: SavedRun, heading: Heading, scores: RunScores) -> Iterator[_Json]:
+def _results(run: SavedRun, heading: Mapping[str, str], scores: RunScores) -> Iterator[_Json]:
     summary = summarise(scores)
     scopes = {"overall": summary["overall"], **summary["families"]}
     same = {"source_data": _source_data(run), "generation_config": _generation_config(run.header)}
+    title = heading["evaluation_name"]
     for scope, rates in scopes.items():
         family = FAMILIES[scope].name if scope in FAMILIES else ""
-        name = f"{heading.evaluation_name} {scope}" if family else heading.evaluation_name
+        name = f"{title} {scope}" if family else title
         for key, metric in METRICS.items() if rates["episodes"] else ():
             yield {
                 "evaluation_result_id": f"{scope}/{key}",
@@ -156,31 +207,22 @@ def _generation_config(header: RunHeader) -> _Json:
         known["prompt_template"] = policy_text(profile)
     if (reasons := _has_reasoned(header)) is not None:
         known["reasoning"] = reasons
+    tools = [
+        {"name": skill, "parameters": {argument.name: argument.description for argument in arguments}}
+        for skill, arguments in SKILLS.items()
+    ]
     return {
-        "generation_args": {**known, "agentic_eval_config": {"available_tools": _tools()}},
+        "generation_args": {**known, "agentic_eval_config": {"available_tools": tools}},
         "additional_details": _as_texts(
             profile=profile.name,
             prompt_variant=profile.prompt_variant,
             prompt_sha256=spec.prompt_policy_sha256,
-            coordinates=profile.coordinates,
-            reply_policy=profile.reply_policy,
-            history_turns=profile.history_turns,
-            image_format=profile.image_format,
-            system_role=profile.system_role,
+            **{name: getattr(profile, name) for name in _OF_PROFILE},
             thinking=spec.thinking,
             **others,
-            epochs=spec.epochs,
-            simulator=spec.simulator,
-            render_quality=spec.render_quality,
+            **{name: getattr(spec, name) for name in ("epochs", "simulator", "render_quality")},
         ),
     }
-
-
-def _tools() -> list[_Json]:
-    return [
-        {"name": skill, "parameters": {argument.name: argument.description for argument in arguments}}
-        for skill, arguments in SKILLS.items()
-    ]
 
 
 def _has_reasoned(header: RunHeader) -> bool | None:
@@ -193,3 +235,58 @@ def _has_reasoned(header: RunHeader) -> bool | None:
 def _as_texts(**facts: object) -> dict[str, str]:
     """Return those facts that are not None, as strings: the schema allows no other type for details."""
     return {name: str(fact) for name, fact in facts.items() if fact is not None}
+
+
+def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
+    """Return the identity of a run's model. `developer` replaces the developer that the model's name states, if any.
+
+    Raises SettingError.
+    """
+    spec = header.spec
+    if spec.agent_kind != "model":
+        raise SettingError(
+            f"Run {header.run_id!r} was played by {NO_MODELS[spec.agent_kind]} ({spec.agent}), but Every Eval Ever "
+            "has only results of models. Leave this run out, or export it with --format parquet or hf."
+        )
+    served_name = parse_model_name(spec.agent)
+    maker, _, rest = served_name.name.rpartition("/")
+    if developer is None and maker.strip("/"):
+        developer, rest = served_name.name.split("/", 1)
+    if developer is None and _deployment(header, served_name) == "externally_managed":
+        developer = MAKERS.get(served_name.prefix.partition("/")[0])
+    found = Identity(developer or "", rest, served_name)
+    is_valid = all(_COMPONENT.fullmatch(each) and each.casefold() not in _RESERVED for each in found.folders)
+    if "/" in found.developer or not is_valid:
+        raise SettingError(
+            f"Run {header.run_id!r}: Every Eval Ever sorts results by developer and model, and {spec.agent!r} does "
+            "not name both. Name the developer of the model, e.g. --developer Qwen."
+        )
+    return found
+
+
+def model_info(header: RunHeader, identity: Identity) -> dict[str, Any]:
+    """Return the description of a run's model, in the fields of the schema."""
+    provider, deployment = identity.served_name.provider, _deployment(header, identity.served_name)
+    info: dict[str, Any] = {"name": header.spec.agent, "id": identity.id, "developer": identity.developer}
+    if deployment == "externally_managed":
+        info["inference_platform"] = provider.title
+    if identity.served_name.prefix in ENGINES:
+        info["inference_engine"] = {"name": provider.title}
+    weights = {GROUPS[1]: "open_weights", GROUPS[2]: "closed_weights"}
+    group = known_group(identity.name)
+    details = {
+        "deployment_type": deployment,
+        "model_availability": weights.get(group, "unknown") if group else "unknown",
+    }
+    if header.answering_models:
+        details["answered_as"] = ", ".join(header.answering_models)
+    return {**info, "additional_details": details}
+
+
+def _deployment(header: RunHeader, served_name: ModelName) -> Literal["self_deployed", "externally_managed", "unknown"]:
+    """Return who ran the server, inferred from the provider and the base URL."""
+    if served_name.prefix in ENGINES:
+        return "self_deployed"
+    address = header.spec.base_url
+    is_home = served_name.is_known and (address is None or is_own_address(address, served_name.provider))
+    return "externally_managed" if served_name.provider.hosts and is_home else "unknown"

@@ -10,14 +10,11 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path, PurePosixPath
 
 from vigil.errors import SettingError
-from vigil.integrations.exports.disclosure import NO_DISCLOSURE, Disclosure
-from vigil.integrations.exports.every_eval_ever.aggregate import aggregate, remarks
-from vigil.integrations.exports.every_eval_ever.identity import identity_of
-from vigil.integrations.exports.every_eval_ever.publisher import Publisher
-from vigil.integrations.exports.every_eval_ever.samples import Heading, sample_lines
+from vigil.integrations.exports.every_eval_ever.aggregate import aggregate, identity_of, remarks
+from vigil.integrations.exports.every_eval_ever.samples import JOINED_METRIC, SCHEMA_VERSION, sample_lines
+from vigil.integrations.exports.options import NO_DISCLOSURE, Disclosure, Publisher
 from vigil.packs.pack import manifest_of
 from vigil.packs.private import is_private
-from vigil.records.record import RunHeader
 from vigil.scoring.saved_run import SavedRun, read_run
 from vigil.scoring.summary import RunScores
 
@@ -78,8 +75,17 @@ def _files(
 ) -> dict[PurePosixPath, bytes]:
     identity = identity_of(run.header, publisher.developer)
     ended = str(max(run.table.record((row.episode_id, row.epoch)).ended for row in scores.outcomes).timestamp())
-    heading = Heading(f"{COLLECTION}/{identity.id}/{ended}", identity.id, f"VIGIL {run.header.spec.pack}")
-    stem, folder = _uuid_of(run.header), PurePosixPath("data", COLLECTION, *identity.folders)
+    heading = {
+        "schema_version": SCHEMA_VERSION,
+        "evaluation_id": f"{COLLECTION}/{identity.id}/{ended}",
+        "model_id": identity.id,
+        "evaluation_name": f"VIGIL {run.header.spec.pack}",
+        "evaluation_result_id": JOINED_METRIC,
+    }
+    header = run.header
+    facts = f"{header.run_id}\n{header.started.isoformat()}\n{header.spec.model_dump_json()}"
+    stem = uuid.UUID(bytes=hashlib.sha256(facts.encode()).digest()[:16], version=4)  # always the same for a run
+    folder = PurePosixPath("data", COLLECTION, *identity.folders)
     result = aggregate(run, heading, identity, publisher, scores)
     result["retrieved_timestamp"] = ended
     written: dict[PurePosixPath, bytes] = {}
@@ -96,9 +102,3 @@ def _files(
         }
     text = json.dumps(result, ensure_ascii=False, allow_nan=False, indent=1)
     return {folder / f"{stem}.json": f"{text}\n".encode(), **written}
-
-
-def _uuid_of(header: RunHeader) -> uuid.UUID:
-    """Return a run's UUID. It is computed from the run's header, so that it is always the same."""
-    facts = f"{header.run_id}\n{header.started.isoformat()}\n{header.spec.model_dump_json()}"
-    return uuid.UUID(bytes=hashlib.sha256(facts.encode()).digest()[:16], version=4)

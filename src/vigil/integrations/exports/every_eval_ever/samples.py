@@ -2,12 +2,11 @@
 
 import hashlib
 import json
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from vigil.integrations.exports.disclosure import NO_DISCLOSURE, Disclosure
-from vigil.integrations.exports.step_facts import arguments_of, steps_with_feedback
+from vigil.integrations.exports.options import NO_DISCLOSURE, Disclosure
+from vigil.integrations.exports.steps import arguments_of, steps_with_feedback
 from vigil.protocol.actions import Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.prompt import frame_stub, policy_sha256, system_prompt
@@ -19,31 +18,25 @@ from vigil.scoring.saved_run import SavedRun
 SCHEMA_VERSION = "0.3.0"
 JOINED_METRIC = "overall/B"
 """Name of the aggregate file's result whose value is the mean of the samples' scores."""
+_METADATA = (
+    *("family", "tier", "house", "template", "target_size", "goal_kind", "epoch", "attempt", "end", "label"),
+    *("subtype", "W", "W_strict", "reported"),
+)
 _Json = dict[str, Any]
 
 
-@dataclass(frozen=True, slots=True)
-class Heading:
-    """Fields that all samples of a run share, named as in the schema."""
-
-    schema_version: str = field(default=SCHEMA_VERSION, init=False)
-    evaluation_id: str
-    model_id: str
-    evaluation_name: str
-    evaluation_result_id: str = field(default=JOINED_METRIC, init=False)
-
-
-def sample_lines(run: SavedRun, heading: Heading, disclosure: Disclosure = NO_DISCLOSURE) -> Iterator[str]:
+def sample_lines(run: SavedRun, heading: Mapping[str, str], disclosure: Disclosure = NO_DISCLOSURE) -> Iterator[str]:
     """Yield a line of JSON for each scored episode, sorted by episode and epoch.
 
-    Non-ASCII characters are escaped, because some readers also end a line at other characters than the newline.
+    `heading` has the fields that all samples of a run share, named as in the schema. Non-ASCII characters are escaped,
+    because some readers also end a line at other characters than the newline.
     """
     for key in sorted(run.table.rows):
         outcome = run.table.rows[key].outcome
         if outcome is not None:
             has_key = disclosure.answer_key
             sample = _sample(run.table.episodes[key[0]], run.table.record(key), outcome, run.header.spec, has_key)
-            yield json.dumps({**asdict(heading), **sample}, allow_nan=False, separators=(",", ":"))
+            yield json.dumps({**heading, **sample}, allow_nan=False, separators=(",", ":"))
 
 
 def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: RunSpec, has_key: bool) -> _Json:
@@ -53,6 +46,8 @@ def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: Run
     # The report that matches a reached goal; that of a queried state is part of the answer key.
     reference = ["success"] if outcome.expected is None else [outcome.expected] if has_key else []
     calls = sum(step.action is not None for step in record.steps)
+    used, made = outcome.input_tokens, outcome.output_tokens
+    usage = {"input_tokens": used, "output_tokens": made, "total_tokens": used + made}
     return {
         "sample_id": episode.id,
         "sample_hash": hashlib.sha256("".join([task, *reference]).encode()).hexdigest(),
@@ -67,9 +62,9 @@ def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: Run
             "num_turns": outcome.steps,
             "tool_calls_count": calls,
         },
-        "token_usage": _token_usage(record, outcome),
+        "token_usage": usage if any(step.reply.usage for step in record.steps) else None,
         "performance": {"generation_time_ms": round(1000 * sum(step.reply.seconds for step in record.steps), 3)},
-        "metadata": _metadata(outcome),
+        "metadata": {name: str(value) for name in _METADATA if (value := getattr(outcome, name)) is not None},
     }
 
 
@@ -115,16 +110,3 @@ def _attribution(record: EpisodeRecord, last: int) -> list[_Json]:
             "is_terminal": True,
         }
     ]
-
-
-def _token_usage(record: EpisodeRecord, outcome: Outcome) -> _Json | None:
-    if not any(step.reply.usage for step in record.steps):
-        return None
-    used, made = outcome.input_tokens, outcome.output_tokens
-    return {"input_tokens": used, "output_tokens": made, "total_tokens": used + made}
-
-
-def _metadata(outcome: Outcome) -> dict[str, str]:
-    names = ("family", "tier", "house", "template", "target_size", "goal_kind", "epoch", "attempt", "end", "label")
-    facts = {name: getattr(outcome, name) for name in (*names, "subtype", "W", "W_strict", "reported")}
-    return {name: str(value) for name, value in facts.items() if value is not None}

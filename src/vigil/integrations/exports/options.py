@@ -1,11 +1,27 @@
-"""Publisher of results: facts that the database requires and a run does not contain."""
+"""Options of exports: which hidden facts they include, and the facts about the publisher of results."""
 
 from dataclasses import dataclass, fields
 from typing import Annotated, Literal
 
 from vigil.base.settings import Setting, check_settings
+from vigil.packs.private import REVEAL_HELP
 
-Relationship = Literal["first_party", "third_party", "collaborative", "other"]
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Disclosure:
+    """Which hidden facts to include in an export; none by default."""
+
+    answer_key: Annotated[
+        bool,
+        Setting(
+            "Include the answer key: targets, correct labels, and the step at which each goal first held. "
+            "For the formats hf and every-eval-ever."
+        ),
+    ] = False
+    reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP)] = False
+
+
+NO_DISCLOSURE = Disclosure()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -17,7 +33,7 @@ class Publisher:
         str, Setting("Organization that ran the evaluation, stated in the results of --format every-eval-ever.")
     ] = "unknown"
     relationship: Annotated[
-        Relationship,
+        Literal["first_party", "third_party", "collaborative", "other"],
         Setting(
             "Relationship of that organization to the model's developer, stated in the results of "
             "--format every-eval-ever."
