@@ -77,12 +77,9 @@ EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
         (
             "integrations.options",
             "integrations.gymnasium.env",
-            "integrations.gymnasium.options",
             "integrations.rewards",
             "integrations.verifiers.env",
-            "integrations.verifiers.config",
-            "integrations.trl.episodes",
-            "integrations.trl.options",
+            "integrations.verifiers.taskset",
             "integrations.trl.environments",
             "integrations.trl.processors",
         ),

@@ -27,7 +27,7 @@ from vigil.authoring.streaming.stream import Stream
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import PackMismatch, SettingError, SimulatorError
 from vigil.integrations import sources
-from vigil.integrations.gymnasium.action_spaces import StructuredActions
+from vigil.integrations.gymnasium.spaces import StructuredActions
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import SKILLS, STATUSES, Coordinates, ParsedReply
 from vigil.protocol.episode import Provenance

@@ -148,7 +148,7 @@ def test_an_error_is_raised_with_where_it_was_and_the_vector_goes_on(vector: Sha
     vector.reset(seed=0)
     with pytest.raises(SettingError, match="a string, not int") as raised:
         vector.step((TURN, TURN, 3))
-    assert "action_spaces.py" in raised.value.__notes__[0]
+    assert "gymnasium/spaces.py" in raised.value.__notes__[0]
     with pytest.raises(SettingError, match="no episode 'nowhere'"):
         vector.reset(options={"episode_id": "nowhere"})
     with pytest.raises(AttributeError, match="no_such_thing"):

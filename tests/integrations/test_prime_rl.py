@@ -24,6 +24,7 @@ import pytest
 from vigil.env import Env
 from vigil.integrations.doctor import REPLIES, decode_patches
 from vigil.integrations.verl import VerlOptions
+from vigil.integrations.verl.rows import source_of_options
 from vigil.protocol.actions import Reply
 from vigil.sim import make_simulator
 
@@ -264,7 +265,7 @@ def array_of(tensor: Any) -> np.ndarray:
 def frames_of(row: Any) -> tuple[list[np.ndarray], Any]:
     """Return the frames and the record of the row's episode with the fixed replies, played without prime-rl."""
     options = VerlOptions.of({name: value for name, value in taskset_of("train").items() if name != "id"} | HOUSES)
-    source = options.source()
+    source = source_of_options(options)
     try:
         now = source.of_row(row.id, row.house)
     finally:

@@ -35,8 +35,8 @@ from vigil.integrations import chat_client  # noqa: E402
 from vigil.integrations import verifiers as integration  # noqa: E402
 from vigil.integrations.chat_client import chat_sender  # noqa: E402
 from vigil.integrations.rewards import ListRates  # noqa: E402
-from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig  # noqa: E402
 from vigil.integrations.verifiers.examine import examine_verifiers  # noqa: E402
+from vigil.integrations.verifiers.taskset import VigilTaskConfig, VigilTasksetConfig  # noqa: E402
 
 PAGE = (Path(__file__).parents[2] / "docs" / "verifiers.md").read_text(encoding="utf-8")
 DA, SV, AI = "tiny-DA-000", "tiny-SV-002", "tiny-AI-003"

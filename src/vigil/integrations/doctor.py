@@ -18,12 +18,10 @@ from vigil.agents.conversation import Conversation, Message
 from vigil.agents.frame_encoding import decode_frame, encode_frame
 from vigil.env import Env
 from vigil.errors import RecordError, SettingError
-from vigil.integrations.options import EpisodeOptions
 from vigil.integrations.sources import SampledEpisode
 from vigil.integrations.trl import Episodes, VigilReplies, protocol_processor, valid_replies
 from vigil.protocol.profile import Profile
 from vigil.records.record import EpisodeRecord
-from vigil.sim import make_simulator
 from vigil.sim.protocol import Simulator
 
 REPLIES = (
@@ -68,7 +66,7 @@ def examine_trl(options: dict[str, Any], group: int, processor: Any = None) -> I
         row, members = episodes.rows()[0], [episodes.environment() for _ in range(group)]
         played = [_played_by(member, row) for member in members]
         first, now, condition = played[0], members[0].episode, episodes.options.condition
-        yield from _examine_group(played, now, condition, lambda: _simulator(episodes.options))
+        yield from _examine_group(played, now, condition, episodes.options.make_simulator)
         conversation = list(_messages(first, now, condition))
         shown = [message.text for message in conversation if message.role == "user"]
         yield same("texts next to frames", first.texts, shown)
@@ -95,13 +93,9 @@ def examine_gymnasium(options: dict[str, Any], group: int) -> Iterator[CheckResu
                 frames.append(observation["frame"])
                 observation, reward, *_ = env.step(reply)
             played.append(Seen(frames, [], float(reward), env._env.record()))
-        yield from _examine_group(played, env._now, env._options.condition, lambda: _simulator(env._options))
+        yield from _examine_group(played, env._now, env._options.condition, env._options.make_simulator)
     finally:
         env.close()
-
-
-def _simulator(options: EpisodeOptions) -> Simulator:
-    return make_simulator(options.backend, assets=options.assets, quality=options.quality)
 
 
 def _played_by(member: Any, row: dict[str, Any]) -> Seen:
@@ -130,13 +124,15 @@ def _examine_group(
     yield CheckResult("members see the same frames", all(each == hashes[0] for each in hashes), "")
     yield same("replies", [step.reply.text for step in first.record.steps], list(REPLIES))
     with Env(simulator(), lambda _: now.house, condition) as env:
+        fault = ""
         try:
             env.reset(now.episode)
             for step in first.record.steps:
                 env.replay(step)
-            yield CheckResult("record repeats on a new simulator", True, f"{len(first.record.steps)} steps")
         except RecordError as error:
-            yield CheckResult("record repeats on a new simulator", False, str(error))
+            fault = str(error)
+        detail = fault or f"{len(first.record.steps)} steps"
+        yield CheckResult("record repeats on a new simulator", not fault, detail)
     rewards = [seen.reward for seen in played]
     yield CheckResult("rewards are equal", len(set(rewards)) == 1, ", ".join(f"{reward:g}" for reward in rewards))
 
@@ -162,23 +158,16 @@ def _examine_processor(processor: Any, seen: Seen, conversation: Sequence[Messag
     yield same("text of the conversation", [changed.apply_chat_template([*tools, plain[-1]])], [wanted])
     batch = changed.apply_chat_template(plain, tokenize=True, return_dict=True, return_tensors="np")
     if "image_grid_thw" not in batch:
-        yield CheckResult(
-            "pictures",
-            False,
-            "this processor's pictures are not in the layout of Qwen-VL, the only one that is supported",
-        )
+        why = "this processor's pictures are not in the layout of Qwen-VL, the only one that is supported"
+        yield CheckResult("pictures", False, why)
         return
     decoded = decode_patches(changed.image_processor, batch["pixel_values"], batch["image_grid_thw"])
     yield CheckResult("pictures arrive", len(decoded) == len(seen.frames), f"{len(decoded)} of {len(seen.frames)}")
     errors = np.array([[_distance(picture, frame) for frame in seen.frames] for picture in decoded])
-    nearest = (
-        errors.argmin(axis=1).tolist() == list(range(len(decoded))) and errors.diagonal().max() < MAX_PICTURE_ERROR
-    )
-    height, width = decoded[0].shape[:2]
-    worst = float(errors.diagonal().max())
-    yield CheckResult(
-        "pictures are the frames, in order", nearest, f"{width} x {height} pixels, error at most {worst:.3f}"
-    )
+    (height, width), worst = decoded[0].shape[:2], float(errors.diagonal().max())
+    nearest = errors.argmin(axis=1).tolist() == list(range(len(decoded))) and worst < MAX_PICTURE_ERROR
+    detail = f"{width} x {height} pixels, error at most {worst:.3f}"
+    yield CheckResult("pictures are the frames, in order", nearest, detail)
 
 
 def _parts(message: Message) -> list[dict[str, Any]]:

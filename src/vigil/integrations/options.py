@@ -1,21 +1,24 @@
-"""Options that the environments of Gymnasium, verifiers and TRL have in common."""
+"""Options of the environments and data sets for Gymnasium, verifiers, TRL and verl."""
 
 from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, Field, ValidationError, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator
 
 from vigil.assets.database import AssetDatabase
 from vigil.authoring.streaming.address import is_stream
 from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
 from vigil.errors import SettingError, did_you_mean, first_error
+from vigil.integrations.rewards import Shaping
+from vigil.packs.private import REVEAL_HELP
 from vigil.protocol.actions import Coordinates, ReplyPolicy
 from vigil.protocol.families import Family, parse_families
 from vigil.protocol.observation import Quality
 from vigil.protocol.profile import Profile
 from vigil.protocol.profiles.rows import PROFILE_NAMES, PROFILES
-from vigil.sim import BACKENDS
+from vigil.sim import BACKENDS, make_simulator
+from vigil.sim.protocol import Simulator
 
 _PROFILES = {
     name: full for name, full in PROFILE_NAMES.items() if PROFILES[full].is_papers or PROFILES[full].has_claims
@@ -92,6 +95,10 @@ class EpisodeOptions(BaseModel):
         """Asset database with the sizes of objects. Raises SettingError if it is invalid."""
         return AssetDatabase.from_file(None if self.asset_database is None else Path(self.asset_database))
 
+    def make_simulator(self) -> Simulator:
+        """Return a simulator with these options. Raises SettingError or SimulatorError."""
+        return make_simulator(self.backend, assets=self.assets, quality=self.quality)
+
     @classmethod
     def of(cls, given: dict[str, Any]) -> Self:
         """Return the options with these names and values.
@@ -109,6 +116,61 @@ class EpisodeOptions(BaseModel):
         """Profile under which episodes are played."""
         names = Profile.model_fields.keys() & type(self).model_fields.keys()
         return Profile(name=PROFILE_NAMES[self.profile], **{name: getattr(self, name) for name in names})
+
+
+class GymnasiumOptions(Shaping, EpisodeOptions):
+    """Options that select the episodes, and determine their observations, actions and rewards."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    OWNER: ClassVar[str] = "Vigil-v0"
+
+    workers: int = Field(
+        1, ge=0, description="number of background processes that make a stream's episodes; with 0, `reset` makes them"
+    )
+    actions: Literal["text", "structured"] = Field(
+        "text", description="form of an action: `text` (a reply's text) or `structured` (a dict of numbers)"
+    )
+    frames: bool = Field(True, description="whether an observation has the frame; if not, only `render()` draws frames")
+    evaluator: bool = Field(False, description="whether `info` has the outcome when an episode ends")
+
+
+class RowOptions(EpisodeOptions):
+    """Options of a data set whose rows name episodes."""
+
+    limit: int | None = Field(
+        None, ge=1, description="number of episodes: drawn evenly from a pack's families, or the first ones of a stream"
+    )
+    reveal_private_pack: bool = Field(False, description=REVEAL_HELP.removesuffix(".").lower())
+
+
+class TrlOptions(Shaping, RowOptions):
+    """Options that select the episodes, and determine their observations, actions and rewards."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    OWNER: ClassVar[str] = "Episodes"
+    PROFILES: ClassVar[Collection[str]] = frozenset(
+        name for name, full in PROFILE_NAMES.items() if PROFILES[full].is_append_only
+    )
+
+    profile: str = Field(
+        "image_history_all", description="profile: `image_history_all`, because in TRL a conversation can only grow"
+    )
+    actions: Literal["text", "tools"] = Field(
+        "text",
+        description="form of an action: `text` (the replies of `vigil run`) or `tools` (calls of the four skills, in "
+        "the form of the model's own chat template)",
+    )
+    workers: int = Field(1, ge=0, description="number of background processes that make a stream's houses")
+
+
+class VerlOptions(Shaping, RowOptions):
+    """Options that select the episodes, and determine their observations, replies and rewards."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    OWNER: ClassVar[str] = "The agent loop"
+
+    stream_workers: int = Field(1, ge=0, description="number of background processes that make a stream's houses")
+    workers: int = Field(1, ge=1, description="number of simulator processes of each agent-loop worker")
 
 
 def check_names(given: Iterable[str], known: Iterable[str], owner: str) -> None:

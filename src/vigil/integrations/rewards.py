@@ -1,7 +1,6 @@
 """Reward of a finished episode: B, with optional shaping that is off by default."""
 
 from dataclasses import dataclass
-from typing import Annotated
 
 from pydantic import BaseModel, Field
 
@@ -22,45 +21,36 @@ CONFIDENCE = "confidence"
 class Shaping(BaseModel):
     """Options that shape the reward in addition to B."""
 
-    world_reward: Annotated[
-        float,
-        Field(
-            allow_inf_nan=False, description="reward added at the end if the goal holds (W), with or without a report"
-        ),
-    ] = 0.0
-    honest_fail_reward: Annotated[
-        float,
-        Field(
-            allow_inf_nan=False,
-            description="reward added if the goal does not hold and the report says `fail`, `unsafe` or `invalid`",
-        ),
-    ] = 0.0
-    claim_reward: Annotated[
-        float,
-        Field(
-            allow_inf_nan=False,
-            description="reward for a list of chores, multiplied by the share of its chores that are closed correctly: "
-            "done and claimed as done, or conceded because they cannot be done",
-        ),
-    ] = 0.0
-    lag_penalty: Annotated[
-        float,
-        Field(
-            ge=0,
-            allow_inf_nan=False,
-            description="penalty for each step between reaching the goal and reporting it; only if B holds",
-        ),
-    ] = 0.0
-    calibration_weight: Annotated[
-        float,
-        Field(
-            ge=0,
-            le=1,
-            allow_inf_nan=False,
-            description="weight of the penalty (p - B)^2, where p is the `confidence` from 0 to 1 in the report's "
-            "`cognitive_state`; without a confidence, the penalty is the whole weight",
-        ),
-    ] = 0.0
+    world_reward: float = Field(
+        default=0.0,
+        allow_inf_nan=False,
+        description="reward added at the end if the goal holds (W), with or without a report",
+    )
+    honest_fail_reward: float = Field(
+        default=0.0,
+        allow_inf_nan=False,
+        description="reward added if the goal does not hold and the report says `fail`, `unsafe` or `invalid`",
+    )
+    claim_reward: float = Field(
+        default=0.0,
+        allow_inf_nan=False,
+        description="reward for a list of chores, multiplied by the share of its chores that are closed correctly: "
+        "done and claimed as done, or conceded because they cannot be done",
+    )
+    lag_penalty: float = Field(
+        default=0.0,
+        ge=0,
+        allow_inf_nan=False,
+        description="penalty for each step between reaching the goal and reporting it; only if B holds",
+    )
+    calibration_weight: float = Field(
+        default=0.0,
+        ge=0,
+        le=1,
+        allow_inf_nan=False,
+        description="weight of the penalty (p - B)^2, where p is the `confidence` from 0 to 1 in the report's "
+        "`cognitive_state`; without a confidence, the penalty is the whole weight",
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,10 +21,10 @@ from vigil.authoring.streaming.address import address_of, is_stream, seed_in
 from vigil.authoring.streaming.houses import StreamHouse
 from vigil.authoring.streaming.stream import HousePool, Stream, StreamItem
 from vigil.errors import SettingError
-from vigil.integrations.options import EpisodeOptions
+from vigil.integrations.options import EpisodeOptions, RowOptions
 from vigil.packs.names import STREAM
 from vigil.packs.pack import CHORES_SUITE, Pack, Selection, find_pack, manifest_sha256
-from vigil.packs.private import is_private, is_secret
+from vigil.packs.private import check_revealed, is_private, is_secret
 from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
 from vigil.protocol.house import House
 from vigil.runner.workers.messages import Assignment, WorkerPlan
@@ -97,15 +97,13 @@ class PackSource:
         """Yield the selected episodes, in order of their ids."""
         return map(TaskRow, self._episodes)
 
-    async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Return what a simulator worker needs to play the episode with that id. Raises SettingError."""
-        del house
-        return Assignment(self._pack.episode(episode_id))
+    async def assignment(self, episode_id: str, house: int | None) -> tuple[Assignment, ListAnswer | None]:
+        """Return what a simulator worker needs to play the episode with that id, and the answer of a list of chores.
 
-    def answer(self, episode_id: str, house: int | None) -> ListAnswer | None:
-        """Return the answer of a list of chores; None for other episodes."""
+        Raises SettingError.
+        """
         del house
-        return self._answers.get(episode_id)
+        return Assignment(self._pack.episode(episode_id)), self._answers.get(episode_id)
 
     def close(self) -> None:
         """Do nothing."""
@@ -169,24 +167,18 @@ class StreamSource:
         """Yield the episodes, and cache their houses for players in this process."""
         return islice(self._rows(), self._limit)
 
-    async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Return what a simulator worker needs to play an episode. If its house is not cached, it is first made in the
-        background.
+    async def assignment(self, episode_id: str, house: int | None) -> tuple[Assignment, ListAnswer | None]:
+        """Return what a simulator worker needs to play an episode, and the answer of a list of chores.
 
-        Raises SettingError or SimulatorError.
+        If the house is not cached, it is first made in the background. Raises SettingError or SimulatorError.
         """
         made = await asyncio.shield(asyncio.wrap_future(self._future_house(episode_id, house)))
         found = self._episode_in(made, episode_id)
-        return Assignment(found.episode, house=found.house)
+        return Assignment(found.episode, house=found.house), found.answer
 
     def of_row(self, episode_id: str, house: int | None) -> SampledEpisode:
         """Return an episode, waiting for its house if it is not cached. Raises SettingError or SimulatorError."""
         return self._episode_in(self._future_house(episode_id, house).result(), episode_id)
-
-    def answer(self, episode_id: str, house: int | None) -> ListAnswer | None:
-        """Return the answer of a list of chores; None for other episodes. Call `assignment` first."""
-        answers = () if house is None or house not in self._houses else self._houses[house].result().answers
-        return next((answer for answer in answers if answer.episode_id == episode_id), None)
 
     def close(self) -> None:
         """End the background processes."""
@@ -255,6 +247,19 @@ def source_of(options: EpisodeOptions, workers: int, limit: int | None = None) -
     pack = _cached_pack(folder.resolve(), manifest_sha256(folder))
     pack.check_assets(options.assets)
     return PackSource(pack, Selection(families=tuple(options.family), limit=limit))
+
+
+def row_source(
+    options: RowOptions, workers: int, by: str, what: str = "The data set and the logs of a trainer"
+) -> EpisodeSource:
+    """Return the source of the rows of a data set; `workers` as for `source_of`.
+
+    Raises PackMismatch or SettingError, also if `what` would reveal a private pack; the message then names `by`, the
+    option that allows it.
+    """
+    source = source_of(options, workers, options.limit)
+    check_revealed(source.public_name, source.is_private, what, reveals=options.reveal_private_pack, by=by)
+    return source
 
 
 def bounded_rows(source: EpisodeSource) -> Iterator[TaskRow]:

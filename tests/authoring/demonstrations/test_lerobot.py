@@ -17,7 +17,7 @@ from vigil.authoring.demonstrations import lerobot
 from vigil.authoring.demonstrations.columns import ACTION_NAMES, numbers_of
 from vigil.authoring.demonstrations.write import write_demonstrations
 from vigil.authoring.streaming.stream import Stream, StreamItem
-from vigil.integrations.gymnasium.action_spaces import StructuredActions
+from vigil.integrations.gymnasium.spaces import StructuredActions
 from vigil.protocol.actions import INTENTS, Action, InteractPixel, ParsedReply, Report
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
 from vigil.protocol.replies import read_reply

@@ -16,8 +16,8 @@ except ModuleNotFoundError:
     ) from None
 
 from vigil.integrations.gymnasium.env import VigilEnv
-from vigil.integrations.gymnasium.options import GymnasiumOptions
 from vigil.integrations.gymnasium.vector import SharedProcessVectorEnv, make_vector
+from vigil.integrations.options import GymnasiumOptions
 
 __all__ = ["ENV_ID", "GymnasiumOptions", "SharedProcessVectorEnv", "VigilEnv", "make_vector"]
 

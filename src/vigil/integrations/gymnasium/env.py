@@ -4,6 +4,8 @@ Observations contain only what an agent may see; the reward and, in evaluator mo
 come from the hidden world.
 """
 
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import partial
 from typing import Any
 
@@ -13,16 +15,13 @@ from gymnasium.spaces import Box, Dict, MultiBinary, Space
 
 from vigil.env import Env
 from vigil.errors import SettingError, SimulatorError
-from vigil.integrations.gymnasium.action_spaces import StructuredActions, TextActions
-from vigil.integrations.gymnasium.instruction_space import InstructionText
-from vigil.integrations.gymnasium.options import GymnasiumOptions
-from vigil.integrations.gymnasium.prefetch import Prefetcher
-from vigil.integrations.options import check_names
+from vigil.integrations.gymnasium.spaces import InstructionText, StructuredActions, TextActions
+from vigil.integrations.options import GymnasiumOptions, check_names
 from vigil.integrations.rewards import ListRates, reward_parts, verdict_of
-from vigil.integrations.sources import SampledEpisode, source_of
+from vigil.integrations.sources import EpisodeSource, SampledEpisode, source_of
+from vigil.protocol.house import House
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
 from vigil.records.record import EpisodeRecord
-from vigil.sim import make_simulator
 
 FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)
 INSTRUCTION_BLOCK = 256
@@ -52,8 +51,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         self._made = partial(type(self), render_mode, **options)
         self._options = GymnasiumOptions.of(options)
         self._source = source_of(self._options, self._options.workers)
-        assets = self._options.assets
-        self._simulator = make_simulator(self._options.backend, assets=assets, quality=self._options.quality)
+        self._simulator = self._options.make_simulator()
         self._ahead = Prefetcher(self._source, self._simulator.prepare)
         self._drawn: SampledEpisode | None = None
         self._env = Env(self._simulator, lambda _: self._now.house, self._options.condition)
@@ -179,3 +177,48 @@ def _failure(record: EpisodeRecord) -> SimulatorError:
     """Return the error to raise for an episode that the simulator could not play."""
     message = record.error.message if record.error else ""
     return SimulatorError(f"The simulator failed in episode {record.episode_id!r}; call reset(). The cause: {message}")
+
+
+class Prefetcher:
+    """A thread that chooses the next episode and builds its house while the current episode is played.
+
+    A vector steps its environments together. If an environment built a house during a step, all others would wait. The
+    choice of episodes depends only on the seed, not on the speed of the thread.
+    """
+
+    def __init__(self, source: EpisodeSource, prepare: Callable[[House], None]) -> None:
+        """Take episodes from `source`. Another thread calls `prepare` with each house, so that the house loads faster
+        later."""
+        self._source, self._prepare = source, prepare
+        self._thread = ThreadPoolExecutor(1, "next-episode")
+        self._next: Future[SampledEpisode] | None = None
+
+    def next_episode(self, rng: np.random.Generator, *, is_seeded: bool) -> SampledEpisode:
+        """Return the next episode, and start preparing the episode after it.
+
+        `is_seeded` says whether `rng` was just seeded. If an error occurred while the episode that is now due was
+        prepared, raises this error.
+        """
+        pending, self._next = self._next or self._start_next(rng, is_seeded=is_seeded), None
+        found = pending.result()
+        self._next = self._start_next(rng, is_seeded=False)
+        return found
+
+    def discard(self) -> None:
+        """Wait until the next episode is prepared, and discard it."""
+        if self._next is not None and not self._next.cancel():
+            wait([self._next])
+        self._next = None
+
+    def close(self) -> None:
+        """End the thread."""
+        self.discard()
+        self._thread.shutdown()
+
+    def _start_next(self, rng: np.random.Generator, *, is_seeded: bool) -> Future[SampledEpisode]:
+        return self._thread.submit(self._prepared, self._source.draw(rng, is_seeded=is_seeded))
+
+    def _prepared(self, wanted: Callable[[], SampledEpisode]) -> SampledEpisode:
+        sampled = wanted()
+        self._prepare(sampled.house)
+        return sampled

@@ -8,9 +8,8 @@ The trainer gets `Dataset.from_list(episodes.rows())`, `environment_factory=epis
 `reward_funcs=[valid_replies]` (docs/trl.md). Nothing here needs TRL.
 """
 
-from vigil.integrations.trl.environments import Environment, VigilReplies, VigilSkills, valid_replies
-from vigil.integrations.trl.episodes import Episodes
-from vigil.integrations.trl.options import TrlOptions
+from vigil.integrations.options import TrlOptions
+from vigil.integrations.trl.environments import Environment, Episodes, VigilReplies, VigilSkills, valid_replies
 from vigil.integrations.trl.processors import protocol_processor
 
 __all__ = [

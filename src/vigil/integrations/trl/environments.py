@@ -1,4 +1,6 @@
-"""Environments of TRL's trainers: an object for each rollout, whose public methods are the tools of the model.
+"""Rows of a data set for TRL's trainers, and the environments that play the episodes which the rows name.
+
+An environment is an object for each rollout, whose public methods are the tools of the model.
 
 TRL calls `reset` with a row of the data set, calls the tool that the model asks for, shows the model what the tool
 returns, and asks for the reward at the end. An environment is plain Python and does not need TRL.
@@ -6,20 +8,20 @@ returns, and asks for the reward at the end. An environment is plain Python and 
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from PIL import Image
 
 from vigil.env import Env
 from vigil.errors import PackMismatch, SimulatorError
+from vigil.integrations.options import TrlOptions
 from vigil.integrations.rewards import reward_parts, verdict_of
-from vigil.integrations.sources import EpisodeSource, SampledEpisode
-from vigil.integrations.trl.options import TrlOptions
+from vigil.integrations.sources import EpisodeSource, SampledEpisode, bounded_rows, row_source
 from vigil.protocol.actions import Intent, LookDirection, NavigateMode, Reply, Status
 from vigil.protocol.observation import Observation
-from vigil.protocol.prompt import frame_stub
+from vigil.protocol.prompt import frame_stub, system_prompt
 from vigil.records.record import EpisodeRecord, StepRecord
-from vigil.sim import make_simulator
 
 EPISODE_OVER = "The episode is over."
 """What a tool returns after the end of an episode."""
@@ -35,8 +37,7 @@ class Environment:
 
     def __init__(self, source: EpisodeSource, options: TrlOptions) -> None:
         self._source, self._options = source, options
-        simulator = make_simulator(options.backend, assets=options.assets, quality=options.quality)
-        self._env = Env(simulator, lambda _: self._now.house, options.condition)
+        self._env = Env(options.make_simulator(), lambda _: self._now.house, options.condition)
         self._drawn: SampledEpisode | None = None
         self._turn = 0
 
@@ -182,6 +183,47 @@ class VigilSkills(Environment):
         return self._step(json.dumps({"skill_name": skill, "arguments": arguments}))
 
 
+class Episodes:
+    """Episodes of a stream or a pack: rows that name episodes, and environments that play them.
+
+    All rollouts of a group get the same row, so they play the same episode.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Take the fields of `TrlOptions` as `options`. Raises SettingError or PackMismatch if they are invalid."""
+        self.options = TrlOptions.of(options)
+        self.source = row_source(self.options, self.options.workers, by="reveal_private_pack=True")
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return one row for each episode, with the prompt and the episode's id. A row does not contain the goal.
+
+        Raises SettingError if the stream is endless.
+        """
+        prompt_of = partial(system_prompt, profile=self.options.condition)
+        return [
+            {
+                # The first frame is added to the last message when an environment is reset.
+                "prompt": [
+                    {"role": "system", "content": [{"type": "text", "text": prompt_of(episode.instruction)}]},
+                    {"role": "user", "content": []},
+                ],
+                "episode_id": episode.id,
+                "house": house,
+                "source": self.source.name,
+            }
+            for episode, house in bounded_rows(self.source)
+        ]
+
+    def environment(self) -> Environment:
+        """Return a new environment. Give this method to a trainer as its `environment_factory`."""
+        kind = VigilReplies if self.options.actions == "text" else VigilSkills
+        return kind(self.source, self.options)
+
+    def close(self) -> None:
+        """End the background processes of a stream."""
+        self.source.close()
+
+
 def valid_replies(completions: Sequence[Any], environments: Sequence[Environment], **_: Any) -> list[float]:
     """Return the share of valid replies of each rollout, as a reward function of TRL. Give it the weight 0.
 
@@ -191,16 +233,11 @@ def valid_replies(completions: Sequence[Any], environments: Sequence[Environment
     for messages, environment in zip(completions, environments, strict=True):
         last = messages[-1]
         if last["role"] == "assistant" and not last.get("tool_calls") and environment.record is None:
-            environment._step(_text_of(last["content"]))
-    return [_valid_share(environment.steps) for environment in environments]
-
-
-def _valid_share(steps: Sequence[StepRecord]) -> float:
-    return sum(step.invalid is None for step in steps) / len(steps) if steps else 0.0
-
-
-def _text_of(content: str | Content) -> str:
-    return content if isinstance(content, str) else "".join(part.get("text") or "" for part in content)
+            content = last["content"]
+            text = content if isinstance(content, str) else "".join(part.get("text") or "" for part in content)
+            environment._step(text)
+    valid = [[step.invalid is None for step in environment.steps] for environment in environments]
+    return [sum(each) / len(each) if each else 0.0 for each in valid]
 
 
 def _failure(record: EpisodeRecord) -> str:

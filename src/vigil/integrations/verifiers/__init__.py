@@ -16,8 +16,7 @@ except ModuleNotFoundError:
         name="verifiers",
     ) from None
 
-from vigil.integrations.verifiers.env import VigilVerifiersEnv, load_environment
-from vigil.integrations.verifiers.harness import VigilHarness
+from vigil.integrations.verifiers.env import VigilHarness, VigilVerifiersEnv, load_environment
 from vigil.integrations.verifiers.taskset import VigilTaskset
 
 __all__ = ["VigilHarness", "VigilTaskset", "VigilVerifiersEnv", "load_environment"]

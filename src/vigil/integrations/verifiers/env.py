@@ -1,26 +1,80 @@
-"""The verifiers environment: episodes in simulator workers, each played by one agent."""
+"""The verifiers environment: episodes in simulator workers, each played by one agent.
+
+The agent's harness sends the messages of `vigil run` through a server that records them.
+"""
 
 import asyncio
-from typing import Any
+from collections.abc import Awaitable, Callable
+from typing import Any, cast
 
-import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports] - an extra
+from openai import AsyncOpenAI
 from pydantic import ValidationError
 
+from vigil.agents.agent import REPLY_SECONDS
 from vigil.errors import PackMismatch, SettingError, VigilError
+from vigil.integrations.chat_client import chat_sender
 from vigil.integrations.options import check_names, invalid_option
 from vigil.integrations.rewards import Verdict, verdict_of
 from vigil.integrations.sources import worker_plan
-from vigil.integrations.verifiers.config import TASKSET_ID, VigilEnvConfig, VigilTaskConfig, VigilTasksetConfig
-from vigil.integrations.verifiers.harness import VigilHarness
-from vigil.integrations.verifiers.taskset import VigilData, VigilTaskset
-from vigil.runner.models.ask import Ask
+from vigil.integrations.verifiers.taskset import (
+    TASKSET_ID,
+    VigilData,
+    VigilEnvConfig,
+    VigilTaskConfig,
+    VigilTaskset,
+    VigilTasksetConfig,
+    store_verdict,
+)
+from vigil.runner.models.ask import Ask, with_retries
+from vigil.runner.retries import RetryPolicy
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.players import ModelPlayer
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 
 RUN_ID = "verifiers"
+PlayTask = Callable[[VigilData, Ask], Awaitable[Verdict]]
+"""Function that plays an episode with a model. Raises VigilError if the episode could not be finished."""
 _REWARDS = VigilTaskConfig.model_fields.keys() - vf.TaskConfig.model_fields.keys()
 _OPTIONS = VigilTasksetConfig.model_fields.keys() - vf.TasksetConfig.model_fields.keys() | _REWARDS
+
+
+class VigilHarness(vf.Harness[vf.HarnessConfig]):
+    """Harness that plays in this process. Each turn sends a request with the prompt, the text history and the frame."""
+
+    EXECUTES_CODE = False
+    NEEDS_CONTAINER = False
+    play: PlayTask | None = None
+    """Function that plays an episode; set by the environment, which owns the simulators."""
+
+    async def launch(
+        self,
+        ctx: vf.ModelContext,
+        trace: vf.Trace,
+        runtime: vf.Runtime,
+        endpoint: str,
+        secret: str,
+        mcp_urls: dict[str, str],
+        data: vf.TaskData,
+    ) -> vf.ProgramResult:
+        """Play the episode that `data` names, and store the verdict in the trace.
+
+        Raises HarnessError if the episode could not be finished.
+        """
+        if self.play is None:
+            raise vf.HarnessError("VIGIL's episodes need VIGIL's environment: leave out --env.id.")
+        if data.system_prompt is not None:
+            raise vf.HarnessError(
+                "VIGIL's system prompt is part of its protocol: leave out --env.taskset.system-prompt, and do not "
+                "limit the agent's network."
+            )
+        async with AsyncOpenAI(base_url=endpoint, api_key=secret, max_retries=0, timeout=REPLY_SECONDS) as client:
+            ask = with_retries(chat_sender(client, ctx.model), RetryPolicy())
+            try:
+                store_verdict(trace, await self.play(cast(VigilData, data), ask))
+            except VigilError as error:
+                raise vf.HarnessError(str(error)) from error
+        return vf.ProgramResult(exit_code=0, stdout="", stderr="")
 
 
 class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
@@ -68,11 +122,10 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
             )
         if self._pool is None:
             raise SettingError("The simulators are not running: play inside `async with env.serving():`.")
-        assignment = await source.assignment(str(data.id), data.house)
+        assignment, answer = await source.assignment(str(data.id), data.house)
         record = await ModelPlayer(self._pool, condition, ask, RUN_ID).play(assignment)
         if record.error is not None:
             raise VigilError(f"{record.error.boundary}: {record.error.message}")
-        answer = source.answer(str(data.id), data.house)
         return verdict_of(record, assignment.episode, condition, answer)
 
 

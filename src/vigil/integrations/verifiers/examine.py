@@ -24,7 +24,6 @@ from vigil.integrations.verifiers.env import VigilVerifiersEnv, load_environment
 from vigil.protocol.actions import Reply
 from vigil.protocol.profile import Profile
 from vigil.records.record import EpisodeRecord
-from vigil.sim import make_simulator
 
 Parts = tuple[str, ...]
 """A message as its role, its text, and its picture as a `data:` URI if it has one."""
@@ -42,8 +41,7 @@ def examine_verifiers(options: dict[str, Any], group: int) -> Iterator[CheckResu
     yield CheckResult("rollouts end", not wrong, wrong[0][:80] if wrong else f"{len(traces)} members")
     if wrong:
         return
-    simulator = make_simulator(config.backend, assets=config.assets, quality=config.quality)
-    with Env(simulator, lambda _: now.house, config.condition) as alone:
+    with Env(config.make_simulator(), lambda _: now.house, config.condition) as alone:
         wanted, record = _requests(alone, now, config.condition)
     ids = {trace.task.data.id for trace in traces}
     yield CheckResult("group plays one episode", ids == {now.episode.id}, f"{len(traces)} members, {len(ids)} episodes")

@@ -2,22 +2,70 @@
 
 from collections.abc import Iterator
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
-import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
+import verifiers.v1 as vf  # pyright: ignore[reportMissingImports] - an extra
+from pydantic import Field, field_validator
 
-from vigil.integrations.rewards import CONFIDENCE, ListRates, Verdict, reward_parts
-from vigil.integrations.sources import source_of
-from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig
-from vigil.packs.private import check_revealed
+from vigil.authoring.streaming.address import is_stream, seed_in
+from vigil.errors import VigilError
+from vigil.integrations.options import RowOptions
+from vigil.integrations.rewards import CONFIDENCE, ListRates, Shaping, Verdict, reward_parts
+from vigil.integrations.sources import row_source
+from vigil.packs.pack import find_pack
+from vigil.protocol.profile import ImageFormat, PromptVariant, SystemRole
 from vigil.scoring.outcomes import Outcome
 
+TASKSET_ID = "vigil-verifiers"
+"""Id by which the library `verifiers` finds the environment, in the module `vigil_verifiers`."""
 OUTCOME, LIST = "outcome", "list"
 """Keys under which a trace stores the verdict on the episode and the verdict on its chores."""
 LABELS = ("FR", "NR", "IL", "Other")
 """Labels of outcomes that are reported as metrics."""
 REVEAL_OPTION = "--env.taskset.reveal-private-pack true"
 """Option that allows the use of a private pack."""
+
+
+class VigilTaskConfig(vf.TaskConfig, Shaping):
+    """Options that shape the reward in addition to B."""
+
+
+class VigilTasksetConfig(vf.TasksetConfig, RowOptions):
+    """Options that select the episodes, and determine their observations and replies.
+
+    In Python they are fields of the configuration; on the command line of `verifiers` they are `--env.taskset.*`.
+    """
+
+    task: VigilTaskConfig = VigilTaskConfig()
+    stream_workers: int = Field(1, ge=0, description="number of background processes that make a stream's episodes")
+    prompt_variant: PromptVariant = Field(
+        "default", description="wording of the system prompt: `default` or `neutral_report`"
+    )
+    image_format: ImageFormat = Field("png", description="how frames are sent: `png` or `jpeg`")
+    system_role: SystemRole = Field(
+        "system", description="role of the system prompt: `system`, or `user` for models without that role"
+    )
+    workers: int | None = Field(None, ge=1, description="number of simulator processes; one for each CPU if unset")
+
+    @field_validator("pack")
+    @classmethod
+    def _pack(cls, given: str | Path) -> str | Path:
+        try:
+            if is_stream(given):
+                seed_in(str(given))
+            else:
+                find_pack(given)
+        except VigilError as error:
+            raise ValueError(str(error)) from None
+        return given
+
+
+class VigilEnvConfig(vf.EnvConfig):
+    """Configuration of the environment and of its only agent, the model."""
+
+    agent: vf.AgentConfig = vf.AgentConfig(runtime=vf.SubprocessConfig())
+    """Configuration of the agent. Nothing runs in its sandbox; the simulators are processes of the environment."""
 
 
 class VigilData(vf.TaskData):
@@ -69,14 +117,7 @@ class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
 
     def __init__(self, config: VigilTasksetConfig) -> None:
         super().__init__(config)
-        self.source = source_of(config, config.stream_workers, config.limit)
-        check_revealed(
-            self.source.public_name,
-            self.source.is_private,
-            "What verifiers keeps of its rollouts",
-            reveals=config.reveal_private_pack,
-            by=REVEAL_OPTION,
-        )
+        self.source = row_source(config, config.stream_workers, REVEAL_OPTION, "What verifiers keeps of its rollouts")
         self.INFINITE = self.source.is_endless
 
     def load(self) -> Iterator[VigilTask]:

@@ -3,6 +3,7 @@
 `VigilAgentLoop` is in the module `agent_loop`, which needs verl; the rows do not need it.
 """
 
-from vigil.integrations.verl.rows import VerlOptions, write_rows
+from vigil.integrations.options import VerlOptions
+from vigil.integrations.verl.rows import write_rows
 
 __all__ = ["VerlOptions", "write_rows"]

@@ -20,9 +20,10 @@ from verl.utils.profiler import simple_timer  # pyright: ignore[reportMissingImp
 from vigil.agents.conversation import Message
 from vigil.agents.frame_encoding import decode_frame
 from vigil.errors import PackMismatch, VigilError
+from vigil.integrations.options import VerlOptions
 from vigil.integrations.rewards import reward_parts, verdict_of
 from vigil.integrations.sources import worker_plan
-from vigil.integrations.verl.rows import AGENT, VerlOptions
+from vigil.integrations.verl.rows import AGENT, source_of_options
 from vigil.protocol.actions import Reply
 from vigil.runner.models.ask import Ask
 from vigil.runner.workers.players import ModelPlayer
@@ -33,7 +34,7 @@ class PlayedEpisodes:
     """Episodes with the simulators that play them. All rollouts of a process share them."""
 
     def __init__(self, options: VerlOptions) -> None:
-        self._options, self._source = options, options.source()
+        self._options, self._source = options, source_of_options(options)
         self._pool = SimulatorPool(worker_plan(self._source, options, AGENT), options.workers)
 
     async def play(self, row: Mapping[str, Any], ask: Ask) -> dict[str, float]:
@@ -48,12 +49,11 @@ class PlayedEpisodes:
                 "Write the rows with the same options and the same version of VIGIL."
             )
         house = None if house is None else int(house)
-        assignment = await self._source.assignment(episode_id, house)
+        assignment, answer = await self._source.assignment(episode_id, house)
         record = await ModelPlayer(self._pool, condition, ask, AGENT).play(assignment)
         if record.error is not None:
             raise VigilError(f"{record.error.boundary}: {record.error.message}")
-        verdict = verdict_of(record, assignment.episode, condition, self._source.answer(episode_id, house))
-        return reward_parts(verdict, self._options)
+        return reward_parts(verdict_of(record, assignment.episode, condition, answer), self._options)
 
 
 @lru_cache

@@ -1,15 +1,17 @@
-"""Action spaces of the Gymnasium environment, and the conversion of their actions to replies.
+"""Spaces of the Gymnasium environment: of instructions, and of actions with their conversion to replies.
 
 An action of either space becomes the text of a reply, which `vigil.env` parses like the reply of a model.
 """
 
 import json
 import string
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any, overload
 
 import numpy as np
 from gymnasium.spaces import Box, Dict, Discrete, Space, Text
+from gymnasium.vector.utils import read_from_shared_memory
 
 from vigil.errors import SettingError
 from vigil.protocol.actions import INTENTS, MAX_TURN_DEG, SKILLS, Argument, Coordinates, Reply
@@ -101,3 +103,37 @@ def _value(argument: Argument, numbers: Mapping[str, float]) -> Any:
             return numbers[argument.name]
         case _:
             return ""
+
+
+class InstructionText(Text):
+    """Space of instructions: a text space for instructions that change, also in asynchronous vectors.
+
+    Gymnasium 1.4 reads the value of a `Text` space from shared memory only once, when the vector is made, and would
+    return this first value forever. For this space, Gymnasium uses a function that reads the value again for every
+    observation.
+    """
+
+
+class _Current(Sequence[str]):
+    """View of the texts that are currently in shared memory; its deep copy is a tuple of the texts at that moment."""
+
+    def __init__(self, read: Callable[[], Any]) -> None:
+        self._read = read
+
+    @overload
+    def __getitem__(self, index: int) -> str: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[str]: ...
+    def __getitem__(self, index: int | slice) -> str | Sequence[str]:
+        return self._read()[index]
+
+    def __len__(self) -> int:
+        return len(self._read())
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> tuple[str, ...]:
+        return self._read()
+
+
+@read_from_shared_memory.register(InstructionText)
+def _read(space: InstructionText, shared_memory: Any, n: int = 1) -> Any:
+    return _Current(partial(read_from_shared_memory.dispatch(Text), space, shared_memory, n))
