@@ -20,7 +20,7 @@ from vigil.cli import main as vigil_main
 from vigil.records.record import EPISODES_FILE
 from vigil.records.record_file import read_records
 from vigil.runner import inspect_task  # noqa: F401 - imported before the forks, which are quicker for it
-from vigil.web.play_session import JOURNAL
+from vigil.web.play import JOURNAL
 
 EPISODES = 8
 AGENT = """

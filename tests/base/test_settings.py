@@ -10,7 +10,7 @@ from vigil.base.settings import Setting, check_settings, declared_settings
 from vigil.errors import SettingError
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings
-from vigil.web.play_session import PlaySettings
+from vigil.web.play import PlaySettings
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ from vigil.errors import RecordError
 from vigil.integrations.exports.dataset import write_dataset
 from vigil.records.reasoning_file import MAX_CHARS, REASONING_FILE, read_reasoning, reasoning_by_step
 from vigil.runner.run import RunResult, run_pack
-from vigil.web.frames import episode_of, episode_timeline
 from vigil.web.library import Library
+from vigil.web.timeline import episode_of, episode_timeline
 
 pytestmark = INSPECT
 SECRET_THOUGHT = "I reason that the box is red"

@@ -25,8 +25,7 @@ from vigil.web.drawing import RenderService
 from vigil.web.export import export_site
 from vigil.web.films.film import LAST_S, STEP_S
 from vigil.web.library import Library
-from vigil.web.play import make_play
-from vigil.web.play_session import PlaySettings, open_play_session
+from vigil.web.play import PlaySettings, make_play, open_play_session
 from vigil.web.review import ReviewSession, ReviewSet, make_review
 from vigil.web.view import make_view
 

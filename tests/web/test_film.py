@@ -31,9 +31,9 @@ from vigil.web.films.plan import (
     TARGET,
     FilmPlan,
 )
-from vigil.web.frames import episode_of, episode_timeline
 from vigil.web.library import Library
 from vigil.web.plan import floor_plan_of
+from vigil.web.timeline import episode_of, episode_timeline
 
 RED, BLUE = (200, 30, 30), (30, 60, 190)
 

@@ -31,8 +31,8 @@ from vigil.runner.workers.messages import RenderSettings
 from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.sim import make_simulator
 from vigil.web.drawing import RenderService
-from vigil.web.frames import Frame, frame_of
 from vigil.web.library import Library
+from vigil.web.timeline import Frame, frame_of
 from vigil.web.view import make_view
 
 

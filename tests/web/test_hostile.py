@@ -14,8 +14,7 @@ from tests.support.web_server import Site, served
 from vigil.packs.pack import Pack
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
-from vigil.web.play import make_play
-from vigil.web.play_session import PlaySession, PlaySettings, open_play_session
+from vigil.web.play import PlaySession, PlaySettings, make_play, open_play_session
 from vigil.web.review import ReviewSession, ReviewSet, make_review
 
 ATTACK = """async ([base, path, body]) => {

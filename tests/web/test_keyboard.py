@@ -9,8 +9,7 @@ from vigil.packs.pack import Pack
 from vigil.records.record_file import read_records
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
-from vigil.web.play import make_play
-from vigil.web.play_session import PlaySettings, open_play_session
+from vigil.web.play import PlaySettings, make_play, open_play_session
 from vigil.web.review import ReviewSession, ReviewSet, make_review
 
 

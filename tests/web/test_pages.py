@@ -18,10 +18,10 @@ from vigil.records.record import ForkPoint, ForkSource, read_header
 from vigil.records.record_file import read_records
 from vigil.runner.workers.frames import frame_sha256
 from vigil.scoring.saved_run import RecordTable
-from vigil.web.forks import branches_of, continued_play
-from vigil.web.frames import episode_timeline
 from vigil.web.library import Library
 from vigil.web.site import TEMPLATES
+from vigil.web.timeline import episode_timeline
+from vigil.web.view import branches_of, continued_play
 
 
 def test_the_table_of_runs_is_sorted_and_filtered(view: Site) -> None:

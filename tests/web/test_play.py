@@ -17,8 +17,7 @@ from vigil.records.record_file import read_records
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.scoring.outcomes import score
 from vigil.web.live_play import random_order
-from vigil.web.play import make_play
-from vigil.web.play_session import JOURNAL, PlaySettings, open_play_session
+from vigil.web.play import JOURNAL, PlaySettings, make_play, open_play_session
 
 TURN = '{"skill_name": "navigate", "arguments": {"mode": "turn_left", "magnitude": 90}}'
 POINT = '{"skill_name": "interact_pixel", "arguments": {"intent": "ground", "x": 320, "y": 300}}'

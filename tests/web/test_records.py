@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.narrowing import present
 from tests.support.web_server import served
 from vigil.packs.files import MANIFEST
 from vigil.packs.pack import Pack
@@ -114,7 +115,7 @@ def test_a_run_that_grows_has_nothing_left_out_and_one_that_was_cut_has(runs: Pa
     header = json.loads((folder / "run.json").read_text())
     (folder / "run.json").write_text(json.dumps({**header, "ended": None}))
     (row,) = sorted_run_rows(library.runs(), "", "B", descending=True)
-    assert (row.left_out, row.complete) == (0, f"{len(pack.episodes) - 1}/{len(pack.episodes)}")
+    assert (row.left_out, present(row.rates)["complete"]) == (0, f"{len(pack.episodes) - 1}/{len(pack.episodes)}")
 
 
 def test_a_run_is_opened_without_reading_the_others(runs: Path, pack: Pack) -> None:

@@ -21,8 +21,7 @@ from vigil.runner.workers.messages import RenderSettings
 from vigil.web import phrases
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
-from vigil.web.play import make_play
-from vigil.web.play_session import PlaySettings, open_play_session
+from vigil.web.play import PlaySettings, make_play, open_play_session
 from vigil.web.view import make_view
 
 LONG = "openai-api/local/Qwen/Qwen3-VL-235B-A22B-Thinking-FP8"

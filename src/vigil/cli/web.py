@@ -103,8 +103,7 @@ def play(
 ) -> None:
     """Example: vigil play --pack starter --player ada --limit 10"""
     from vigil.packs.pack import manifest_of
-    from vigil.web.play import make_play
-    from vigil.web.play_session import open_play_session
+    from vigil.web.play import make_play, open_play_session
     from vigil.web.site import Address
 
     address = Address(host, port, token)

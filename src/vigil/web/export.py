@@ -4,25 +4,24 @@ import base64
 import hashlib
 import io
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from markupsafe import Markup
 from PIL import Image
 
 from vigil.base.glossary import RESULTS
-from vigil.errors import RecordError, SettingError
+from vigil.errors import SettingError
 from vigil.packs.pack import manifest_of
 from vigil.packs.private import check_revealed, is_private
 from vigil.records.record import Key
 from vigil.web.drawing import RenderService
 from vigil.web.films.film import FilmFrame, film_frames_of, gif, mp4, webp
-from vigil.web.frames import episode_of, episode_timeline, frames_of
 from vigil.web.library import LibraryRun
 from vigil.web.plan import try_film_plan, try_plan
 from vigil.web.site import STATIC, TEMPLATES
 from vigil.web.tables import run_values
+from vigil.web.timeline import episode_of, episode_timeline, frames_of
 
 JPEG_QUALITY = 86
 NO_FRAME = {"is_recorded": None, "note": "This frame was not saved and cannot be drawn again."}
@@ -31,8 +30,7 @@ FilmForm = Literal["gif", "webp", "mp4"]
 _FILMS: dict[FilmForm, Callable[[Sequence[FilmFrame]], bytes]] = {"gif": gif, "webp": webp, "mp4": mp4}
 
 
-@dataclass(frozen=True, slots=True)
-class Links:
+class Links(NamedTuple):
     """Links of a page to other pages of its site; a standalone page does not have links."""
 
     home: str | None = None
@@ -96,12 +94,11 @@ def export_site(
     `out` is not empty, or if the pack is private and `reveals` is false.
     """
     _check_private(run, reveals=reveals)
-    if run.table is None or run.header is None:
-        raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
+    _, _, table = run.parts()
     if out.exists() and any(out.iterdir()):
         raise SettingError(f"Folder {str(out)!r} is not empty; export into a new one.")
     (out / EPISODES_FOLDER).mkdir(parents=True, exist_ok=True)
-    values = run_values(run, run.table)
+    values = run_values(run, table)
     index = TEMPLATES.get_template("run_alone.html").render(
         title=run.name,
         **values,
@@ -110,7 +107,7 @@ def export_site(
         episode_link=lambda episode_id, epoch: f"{EPISODES_FOLDER}/{page_name(episode_id, epoch)}",
         **embedded(_script("filter.js")),
     )
-    keys = sorted(run.table.rows)
+    keys = sorted(table.rows)
     names = [page_name(*key) for key in keys]
     for key, before, name, after in zip(keys, [None, *names], names, [*names[1:], None], strict=False):
         text = episode_page(run, key, render_service, Links("../index.html", before, after), reveals=reveals)

@@ -7,7 +7,7 @@ even through links, with two exceptions: packs that come with VIGIL, and the pac
 import hashlib
 import re
 import threading
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from itertools import chain, count
@@ -93,8 +93,8 @@ class LibraryRun:
     """Lock that is held while the run is read."""
     _closure_scores: "ClosureScores" = field(default_factory=dict, repr=False, compare=False)
     """Cached verdicts on rows of the closure-stress suite."""
-    _cached_scores: tuple[RecordTable, tuple[int, int], RunScores, dict] | None = None
-    _cached_chores: tuple[RecordTable, tuple[int, int], dict[str, dict[str, Any]] | None] | None = None
+    _cache: dict[str, tuple[RecordTable, tuple[int, int], Any]] = field(default_factory=dict, repr=False, compare=False)
+    """Name of a result -> the table and its stamp from which the result was computed, and the result."""
 
     @property
     def name(self) -> str:
@@ -103,12 +103,19 @@ class LibraryRun:
 
     def scores_and_summary(self, table: RecordTable) -> tuple[RunScores, dict]:
         """Return all verdicts on the rows in `table`, and their summary; cached until the file changes."""
+
+        def compute() -> tuple[RunScores, dict]:
+            scores = table.scores()
+            return scores, summarise(scores)
+
+        return self._cached("scores", table, compute)
+
+    def _cached(self, name: str, table: RecordTable, compute: Callable[[], Any]) -> Any:
         with self.lock:
-            known = self._cached_scores
+            known = self._cache.get(name)
             if known is None or known[0] is not table or known[1] != table.stamp:
-                scores = table.scores()
-                known = self._cached_scores = (table, table.stamp, scores, summarise(scores))
-            return known[2], known[3]
+                known = self._cache[name] = (table, table.stamp, compute())
+            return known[2]
 
     def closure(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
         """Return C (correct closures) and related rates by kind; None for packs that are not of the closure-stress
@@ -126,12 +133,8 @@ class LibraryRun:
 
         if self.pack is None or self.header is None:
             return None
-        with self.lock:
-            known = self._cached_chores
-            if known is None or known[0] is not table or known[1] != table.stamp:
-                scores = scores_by_number(SavedRun(self.folder, self.header, self.pack.folder, table))
-                known = self._cached_chores = (table, table.stamp, scores)
-            return known[2]
+        run = SavedRun(self.folder, self.header, self.pack.folder, table)
+        return self._cached("chores", table, lambda: scores_by_number(run))
 
     @property
     def version(self) -> str:
@@ -150,6 +153,12 @@ class LibraryRun:
         """Caveats that a reader must see before this run's numbers."""
         notes = self.header.notes if self.header else ()
         return notes if self.table is None else (*notes, *self.table.notes)
+
+    def parts(self) -> tuple[RunHeader, LibraryPack, RecordTable]:
+        """Return the header, the pack and the rows. Raises RecordError if the run cannot be read."""
+        if self.header is None or self.pack is None or self.table is None:
+            raise RecordError(f"Run {self.slug!r} cannot be read: {self.fault}")
+        return self.header, self.pack, self.table
 
     @property
     def frames(self) -> FrameStore:

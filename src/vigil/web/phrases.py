@@ -79,26 +79,19 @@ def effect_words(effect: Effect | None) -> str:
     """Return in words what the simulator did with an action. This is hidden from the agent."""
     if effect is None:
         return ""
-    parts: list[str] = []
-    if effect.hit:
-        parts.append(f"hit {effect.hit}")
-    if effect.moved_m:
-        parts.append(f"moved {effect.moved_m:.2f} m")
-    if effect.turned_deg:
-        parts.append(f"turned {effect.turned_deg:+.0f}°")
-    if effect.pitched_deg:
-        parts.append(f"pitched {effect.pitched_deg:+.0f}°")
-    if effect.too_far:
-        parts.append("too far")
-    if effect.path_blocked:
-        parts.append("path blocked" + (f" by {effect.blocked_by}" if effect.blocked_by else ""))
-    if effect.refusal and effect.refusal not in ("too_far", "path_blocked"):
-        parts.append(f"refused: {effect.refusal.replace('_', ' ')}")
-    if effect.changed:
-        parts.append(f"changed {', '.join(effect.changed)}")
-    if effect.capped:
-        parts.append("magnitude capped")
-    return "; ".join(parts) or "nothing happened"
+    refusal = "" if effect.refusal in ("too_far", "path_blocked") else (effect.refusal or "").replace("_", " ")
+    parts = {
+        f"hit {effect.hit}": effect.hit,
+        f"moved {effect.moved_m:.2f} m": effect.moved_m,
+        f"turned {effect.turned_deg:+.0f}°": effect.turned_deg,
+        f"pitched {effect.pitched_deg:+.0f}°": effect.pitched_deg,
+        "too far": effect.too_far,
+        "path blocked" + (f" by {effect.blocked_by}" if effect.blocked_by else ""): effect.path_blocked,
+        f"refused: {refusal}": refusal,
+        f"changed {', '.join(effect.changed)}": effect.changed,
+        "magnitude capped": effect.capped,
+    }
+    return "; ".join(words for words, applies in parts.items() if applies) or "nothing happened"
 
 
 def verdict_words(outcome: Outcome) -> list[str]:

@@ -1,4 +1,4 @@
-"""Tables and charts of runs as plain values for templates: rates, shares of outcomes, and flips between two runs."""
+"""Tables and charts of runs as plain values for templates: rates, shares of outcomes, and comparisons of two runs."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -7,11 +7,11 @@ from typing import Any, get_args
 
 import numpy as np
 
-from vigil.analysis.measures.intervals import PairedTest, paired_test
-from vigil.protocol.families import FAMILIES, Family
+from vigil.analysis.measures.intervals import paired_test
+from vigil.protocol.families import FAMILIES
 from vigil.records.costs import describe_costs
 from vigil.scoring.outcomes import Label, Outcome
-from vigil.scoring.rates import Rate, count, outcome_columns
+from vigil.scoring.rates import count, outcome_columns
 from vigil.scoring.saved_run import RecordTable
 from vigil.scoring.summary import RunScores
 from vigil.web.library import LibraryRun
@@ -28,9 +28,7 @@ class RunRow:
 
     run: LibraryRun
     rates: dict[str, Any] | None
-    complete: str
-    errors: int
-    left_out: int
+    left_out: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,32 +61,22 @@ class Bar:
     segments: tuple[Segment, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class EpisodeCounts:
-    """Progress of a run, in numbers of episodes."""
+def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> dict[str, Any]:
+    """Return a run's progress in numbers of episodes, and a text about its cost so far, empty if that is unknown.
 
-    played: int
-    """Number of episodes that were scored or ended as an error."""
-    planned: int
-    counts: dict[str, int]
-    """"W" (the goal holds at the end) or an outcome's label -> number of episodes for which it applies."""
-    errors: int
-    cost: str
-    """Text about the cost; empty if the cost is unknown."""
-
-
-def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> EpisodeCounts:
-    """Return a run's progress and its cost so far."""
+    `played` counts episodes that were scored or ended as an error; `counts` has the number for W and for each label.
+    """
     outcomes, tokens = scores.outcomes, table.tokens
     labels = Counter(outcome.label for outcome in outcomes)
+    played = len(outcomes) + len(scores.errors)
     is_known = run.prices is not None or tokens.total.reported
-    return EpisodeCounts(
-        played=len(outcomes) + len(scores.errors),
-        planned=max(table.planned, len(outcomes) + len(scores.errors)),
-        counts={"W": sum(outcome.W for outcome in outcomes), **{label: labels[label] for label in LABELS}},
-        errors=len(scores.errors),
-        cost=describe_costs(run.prices, tokens) if is_known else "",
-    )
+    return {
+        "played": played,
+        "planned": max(table.planned, played),
+        "counts": {"W": sum(outcome.W for outcome in outcomes), **{label: labels[label] for label in LABELS}},
+        "errors": len(scores.errors),
+        "cost": describe_costs(run.prices, tokens) if is_known else "",
+    }
 
 
 def sorted_run_rows(runs: Iterable[LibraryRun], family: str, sort: str, descending: bool) -> list[RunRow]:
@@ -120,14 +108,11 @@ def default_comparison(groups: Sequence[RunGroup]) -> tuple[str, ...]:
 
 def _run_row(run: LibraryRun, family: str) -> RunRow:
     if run.table is None:
-        return RunRow(run, None, "", 0, 0)
+        return RunRow(run, None)
     _, summary = run.scores_and_summary(run.table)
     rates = summary["families"].get(family) if family else summary["overall"]
     is_cut = run.table.partial_line_number is not None and run.header is not None and run.header.ended is not None
-    left_out = len(run.table.left_out) + is_cut
-    if rates is None:
-        return RunRow(run, None, "", 0, left_out)
-    return RunRow(run, rates, rates["complete"], rates["errors"], left_out)
+    return RunRow(run, rates, len(run.table.left_out) + is_cut)
 
 
 def run_values(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
@@ -150,9 +135,8 @@ def run_values(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
 def make_bars(scores: RunScores) -> list[Bar]:
     """Return the bars that divide episodes by their outcomes: one bar for all episodes, then one for each family."""
     outcomes = scores.outcomes
-    families = [family for family in FAMILIES if any(outcome.family == family for outcome in outcomes)]
-    groups = [("all", outcomes), *((family, [o for o in outcomes if o.family == family]) for family in families)]
-    return [_bar(name, group) for name, group in groups]
+    by_family = {family: [each for each in outcomes if each.family == family] for family in FAMILIES}
+    return [_bar("all", outcomes), *(_bar(family, some) for family, some in by_family.items() if some)]
 
 
 def _bar(name: str, outcomes: Sequence[Outcome]) -> Bar:
@@ -167,64 +151,37 @@ def _bar(name: str, outcomes: Sequence[Outcome]) -> Bar:
     return Bar(name, len(outcomes), tuple(segments))
 
 
-@dataclass(frozen=True, slots=True)
-class Flip:
-    """One episode, with its outcomes in two runs."""
+def compare_runs(a: RunScores, b: RunScores, family: str) -> dict[str, Any]:
+    """Return the comparison of two runs on the episodes that both have scored.
 
-    episode_id: str
-    epoch: int
-    family: Family
-    a: Outcome
-    b: Outcome
-
-
-@dataclass(frozen=True, slots=True)
-class PairedRate:
-    """W or B of each of two runs, over the episodes that both have scored, with the test of the difference."""
-
-    name: str
-    a: Rate
-    b: Rate
-    paired: PairedTest
-
-
-@dataclass(frozen=True, slots=True)
-class FlipTable:
-    """Comparison of two runs on the episodes that both have scored."""
-
-    shared: int
-    only_a: int
-    only_b: int
-    rates: list[PairedRate]
-    gained: dict[str, list[Flip]]
-    """Verdict (W or B) -> episodes for which it is false in the first run and true in the second."""
-    lost: dict[str, list[Flip]]
+    `rates` has W and B of both with the test of the difference; `gained` and `lost` have, for each of these verdicts,
+    the outcomes in both runs of the episodes for which it is true only in the second run, or only in the first.
+    """
+    first = {(o.episode_id, o.epoch): o for o in a.outcomes if not family or o.family == family}
+    second = {(o.episode_id, o.epoch): o for o in b.outcomes if not family or o.family == family}
+    pairs = [(first[key], second[key]) for key in sorted(first.keys() & second.keys())]
+    names = ("W", "B") if all(o.has_report for o in (*first.values(), *second.values())) else ("W",)
+    return {
+        "shared": len(pairs),
+        "only_a": len(first.keys() - second.keys()),
+        "only_b": len(second.keys() - first.keys()),
+        "rates": _paired_rates(*zip(*pairs, strict=True)) if pairs else [],
+        "gained": {
+            name: [pair for pair in pairs if getattr(pair[1], name) and not getattr(pair[0], name)] for name in names
+        },
+        "lost": {
+            name: [pair for pair in pairs if getattr(pair[0], name) and not getattr(pair[1], name)] for name in names
+        },
+    }
 
 
-def _paired(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[PairedRate]:
-    """Return W and B of two runs on the same plays."""
+def _paired_rates(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[dict[str, Any]]:
+    """Return W and B of two runs on the same plays, with the test of the difference."""
     of_first, of_second = count(outcome_columns(first)), count(outcome_columns(second))
     episodes, houses = (np.array([getattr(each, name) for each in first]) for name in ("episode_id", "house"))
     found = []
     for name in ("W", "B") if of_first.has_reports and of_second.has_reports else ("W",):
         ours, theirs = (np.array([getattr(each, name) for each in side]) for side in (first, second))
         paired = paired_test(ours, theirs, episodes=episodes, houses=houses)
-        found.append(PairedRate(name, of_first.rate(name), of_second.rate(name), paired))
+        found.append({"name": name, "sides": (of_first.rate(name), of_second.rate(name)), "paired": paired})
     return found
-
-
-def flipped_episodes(a: RunScores, b: RunScores, family: str) -> FlipTable:
-    """Compare two runs: return the episodes whose verdict flipped between them, in either direction."""
-    first = {(o.episode_id, o.epoch): o for o in a.outcomes if not family or o.family == family}
-    second = {(o.episode_id, o.epoch): o for o in b.outcomes if not family or o.family == family}
-    shared = sorted(first.keys() & second.keys())
-    names = ("W", "B") if all(o.has_report for o in (*first.values(), *second.values())) else ("W",)
-    flips = [Flip(*key, first[key].family, first[key], second[key]) for key in shared]
-    return FlipTable(
-        shared=len(shared),
-        only_a=len(first.keys() - second.keys()),
-        only_b=len(second.keys() - first.keys()),
-        rates=_paired([first[key] for key in shared], [second[key] for key in shared]) if shared else [],
-        gained={name: [f for f in flips if getattr(f.b, name) and not getattr(f.a, name)] for name in names},
-        lost={name: [f for f in flips if getattr(f.a, name) and not getattr(f.b, name)] for name in names},
-    )

@@ -81,7 +81,9 @@ class RemoteEnvironment:
 
     def _post(self, path: str, body: Any, session: str = "") -> dict[str, Any]:
         retrying = Retrying(
-            retry=retry_if_exception(_is_temporary),
+            retry=retry_if_exception(
+                lambda error: isinstance(error, ServerFault) and (error.status in (0, 429) or error.status >= 500)
+            ),
             stop=stop_after_delay(self._patience_s),
             wait=wait_exponential(multiplier=0.5, max=10),
             reraise=True,
@@ -102,10 +104,6 @@ class RemoteEnvironment:
             raise ServerFault(f"{self.url} answered {error.code}: {said}", error.code) from None
         except (OSError, http.client.HTTPException, ValueError) as error:
             raise ServerFault(f"{self.url} cannot be reached or does not answer: {error}.") from None
-
-
-def _is_temporary(error: BaseException) -> bool:
-    return isinstance(error, ServerFault) and (error.status in (0, 429) or error.status >= 500)
 
 
 class RemoteEpisode:

@@ -95,7 +95,7 @@ class Host:
             assignment = Assignment(episode, epoch=epoch, attempt=one.attempt, started=one.started)
             session = self._add(one.session, assignment, one.replies)
             async with session.lock:
-                await self._start(session)
+                self._count(session, await session.begin())
         self._broken = []
 
     async def open(self, index: int | None = None) -> tuple[str, View] | None:
@@ -187,7 +187,7 @@ class Host:
             try:
                 self._journal.begin(session.hash, key, assignment.attempt)
                 attempts.begin(key)
-                record = await self._start(session)
+                record = self._count(session, await session.begin())
             except VigilError:
                 self._sessions.pop(session.hash, None)
                 raise
@@ -216,9 +216,6 @@ class Host:
                 return View(session.episode.instruction, self.profile, session.moment, None, self._reward(record))
             self._wait_for_reply(session)
             return self._shown(session)
-
-    async def _start(self, session: Session) -> EpisodeRecord | None:
-        return self._count(session, await session.begin())
 
     async def _advance(self, session: Session, reply: Reply) -> EpisodeRecord | None:
         """Carry out a reply. Return the record if the reply ended the episode. Raises SessionError if the simulator
