@@ -211,9 +211,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         asked = [
             (seeds[shard.part], shard_options, None if mask is None else mask[shard.part]) for shard in self._shards
         ]
-        infos: dict[str, Any] = {}
-        for shard, found in zip(self._shards, self._call_all(Environments.reset_some, asked), strict=True):
-            infos = self._with_infos(infos, shard, found)
+        infos = self._joined(self._call_all(Environments.reset_some, asked))
         return self._seen(), infos
 
     def step(self, actions: Any) -> StepResult:
@@ -223,9 +221,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         """
         each = list(iterate(self.action_space, actions))
         answers = self._call_all(Environments.step_all, [(each[shard.part],) for shard in self._shards])
-        infos: dict[str, Any] = {}
-        for shard, answer in zip(self._shards, answers, strict=True):
-            infos = self._with_infos(infos, shard, answer[-1])
+        infos = self._joined([answer[-1] for answer in answers])
         rewards, terminated, truncated = (np.concatenate([answer[i] for answer in answers]) for i in range(3))
         return self._seen(), rewards, terminated, truncated, infos
 
@@ -298,9 +294,12 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
             raise SettingError(f"reset_mask is {given!r}: give {self.num_envs} booleans, at least one of them true.")
         return mask
 
-    def _with_infos(self, infos: dict[str, Any], shard: EnvShard, found: dict[int, dict[str, Any]]) -> dict[str, Any]:
-        for number, info in found.items():
-            infos = self._add_info(infos, info, shard.part.start + number)
+    def _joined(self, found: Sequence[Infos]) -> dict[str, Any]:
+        """Return the infos of all processes, as Gymnasium joins them."""
+        infos: dict[str, Any] = {}
+        for shard, of_shard in zip(self._shards, found, strict=True):
+            for number, info in of_shard.items():
+                infos = self._add_info(infos, info, shard.part.start + number)
         return infos
 
     def _seen(self) -> Any:

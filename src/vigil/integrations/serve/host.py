@@ -34,6 +34,7 @@ _T = TypeVar("_T")
 _LOG = logging.getLogger(__name__)
 _GONE = SessionError(410, "SESSION_ERROR", "There is no such session, or it has ended. Begin another one (reset).")
 _FAILED = SessionError(503, "EXECUTION_ERROR", "The environment failed. Repeat the request, or begin a session.")
+_INVALID_REPLY = SessionError(422, "VALIDATION_ERROR", "The reply is not valid: /schema describes valid replies.")
 _FULL = SessionError(503, "CAPACITY_REACHED", "All sessions are in use. Try again in a few seconds.")
 
 
@@ -206,9 +207,7 @@ class Host:
             try:
                 reply = given.reply(time.monotonic() - session.since)
             except ValueError:
-                raise SessionError(
-                    422, "VALIDATION_ERROR", "The reply is not valid: /schema describes valid replies."
-                ) from None
+                raise _INVALID_REPLY from None
             session.pacer.begin()
             record = await self._advance(session, reply)
             await asyncio.sleep(session.pacer.left)
@@ -243,13 +242,9 @@ class Host:
 
     def _wait_for_reply(self, session: Session) -> None:
         session.since = time.monotonic()
-        left = session.ends - session.since
-        if left < self.settings.reply_seconds:
-            self._abandon_after(session, left, "used up the episode's time")
-        else:
-            self._abandon_after(
-                session, self.settings.reply_seconds, f"did not answer for {self.settings.reply_seconds} s"
-            )
+        left, allowed = session.ends - session.since, self.settings.reply_seconds
+        how = "used up the episode's time" if left < allowed else f"did not answer for {allowed} s"
+        self._abandon_after(session, min(left, allowed), how)
 
     def _abandon_after(self, session: Session, seconds: float, how: str) -> None:
         if session.timer is not None:

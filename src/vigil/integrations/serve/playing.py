@@ -10,7 +10,7 @@ from functools import partial
 
 from pydantic import ValidationError
 
-from vigil.agents.agent import Agent, Closeable
+from vigil.agents.agent import Closeable
 from vigil.agents.conversation import Conversation
 from vigil.agents.frame_encoding import decode_frame
 from vigil.agents.registry import is_exec, make_agent
@@ -88,20 +88,16 @@ def _play_with_agent(plan: RemotePlan, session: _Session) -> None:
     try:
         while (episode := session.next()) is not None:
             with session.counting():
-                _play(agent, episode, profile)
+                agent.start(episode.instruction)
+                seen: EncodedObservation | None = episode.first
+                while seen is not None:
+                    draw = partial(decode_frame, seen.picture.data)
+                    seen = episode.step(agent.act(Observation(draw, seen.feedback, seen.cues)), profile)
             if is_exec(plan.agent) and not plan.keep_program and isinstance(agent, Closeable):
                 agent.close()
     finally:
         if isinstance(agent, Closeable):
             agent.close()
-
-
-def _play(agent: Agent, episode: RemoteEpisode, profile: Profile) -> None:
-    agent.start(episode.instruction)
-    seen: EncodedObservation | None = episode.first
-    while seen is not None:
-        draw = partial(decode_frame, seen.picture.data)
-        seen = episode.step(agent.act(Observation(draw, seen.feedback, seen.cues)), profile)
 
 
 async def _play_with_model(plan: RemotePlan, endpoint: Endpoint, session: _Session) -> None:
