@@ -22,11 +22,10 @@ from vigil.scoring.saved_run import read_run
 from vigil.web.leaderboard.boards import boards_of, history_of, signs_between
 from vigil.web.leaderboard.build import build_site
 from vigil.web.leaderboard.checking import CheckedEntry
-from vigil.web.leaderboard.measures import Figures
+from vigil.web.leaderboard.measures import Figures, PlayReader, own_signs
 from vigil.web.leaderboard.metadata import check_value, read_metadata
 from vigil.web.leaderboard.pages import SiteContent, write_site
 from vigil.web.leaderboard.settings import BuildSettings
-from vigil.web.leaderboard.signs import PlayReader, own_signs
 from vigil.web.leaderboard.submit import submit_run
 
 PLAYS = Path(__file__).parents[3] / "docs" / "packs" / "plays"

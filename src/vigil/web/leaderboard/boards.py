@@ -11,9 +11,8 @@ from itertools import pairwise
 from vigil.analysis.measures.intervals import PairedTest, holm, independent_difference, paired_test
 from vigil.packs.names import stem_of, version_of
 from vigil.web.leaderboard.checking import CheckedEntry
-from vigil.web.leaderboard.measures import figure_text
+from vigil.web.leaderboard.measures import MIN_REPLIES, figure_text
 from vigil.web.leaderboard.metadata import TIERS, Division, Tier
-from vigil.web.leaderboard.signs import MIN_REPLIES
 
 LEVEL = 0.05
 _KEY = ["episode_id", "epoch"]

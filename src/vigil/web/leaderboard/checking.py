@@ -19,10 +19,9 @@ from vigil.runner.settings import VerifySettings
 from vigil.runner.verify_run import OnProgress, Verification, simulation_of, verify_runs
 from vigil.scoring.saved_run import SavedRun, read_run
 from vigil.web.leaderboard.bundle import Entry
-from vigil.web.leaderboard.measures import RANKED_BY, Figures, Measures, changed_figures, measures_of
+from vigil.web.leaderboard.measures import RANKED_BY, Figures, Measures, changed_figures, measures_of, own_signs
 from vigil.web.leaderboard.metadata import Division, EntryMetadata, Tier, division_of, reasons_against
 from vigil.web.leaderboard.settings import CheckSettings
-from vigil.web.leaderboard.signs import own_signs
 
 MAX_LISTED = 3
 """Maximum number of differences that a refusal lists."""
