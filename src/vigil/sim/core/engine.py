@@ -11,7 +11,7 @@ import numpy as np
 
 from vigil.base.geometry import Pose, Vec3
 from vigil.scene.things import Scene
-from vigil.sim.scene_editor import CameraImage, CameraView, Layer
+from vigil.sim.cameras import CameraImage, CameraView, Layer
 
 BEARS_OPEN = 1
 """Bit of `RayHits.roles`: the part that was hit shows whether the thing is open."""
