@@ -7,7 +7,6 @@ import numpy as np
 
 from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.scene.geometry import bounding_box, convex_hull
-from vigil.scene.things import Thing
 from vigil.sim.thor.units import BODY_HEIGHT_M, from_thor, to_thor
 from vigil.thor.actions.action import Action
 from vigil.thor.base.agents import agent_between
@@ -15,7 +14,7 @@ from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
 from vigil.thor.base.paths import shortest_walk
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.sight import points_of, visibility_of
-from vigil.thor.base.targets import cast_ray, first_met, need_interactable, of_type
+from vigil.thor.base.targets import cast_ray, first_met, need_interactable
 from vigil.thor.base.world import World, agent_position
 
 UNLIMITED_M = 1e6
@@ -35,9 +34,9 @@ def _reachable(
     return [to_thor(place._replace(y=BODY_HEIGHT_M)) for place in places if yaw or world.is_on_grid(place)]
 
 
-def _hull(thing: Thing) -> list[list[float]]:
+def _hull(world: World, objectId: str) -> list[list[float]]:
     """Return the corners (x, z) of the convex hull of a thing's box on the floor plane, anticlockwise."""
-    return convex_hull(points_of(thing)[:, [0, 2]]).tolist()
+    return convex_hull(points_of(world.thing(objectId))[:, [0, 2]]).tolist()
 
 
 def _hulls(
@@ -46,7 +45,7 @@ def _hulls(
     if objectIds is not None and objectTypes is not None:
         raise bad_argument("give objectIds or objectTypes, not both")
     wanted = world.things() if objectIds is None else [world.thing(name) for name in objectIds]
-    return {each.id: _hull(each) for each in wanted if objectTypes is None or each.category in objectTypes}
+    return {each.id: _hull(world, each.id) for each in wanted if objectTypes is None or each.category in objectTypes}
 
 
 def _interactable_poses(
@@ -172,7 +171,11 @@ def _path(
     allowedError: float | None = None,
     **_: object,
 ) -> dict[str, Any]:
-    thing = world.thing(objectId) if objectId is not None else of_type(world, objectType or "")
+    if objectId is None:
+        objectId = next((thing.id for thing in world.things() if thing.category == objectType), None)
+    if objectId is None:
+        raise bad_argument(f"No object of type {objectType} in the scene!")
+    thing = world.thing(objectId)
     start = (position or world.agent.position)._replace(y=0.0)
     reach = max(allowedError or 0.0, world.settings.visibility_distance, _NEAR_OBJECT_M)
     half = float(np.linalg.norm([thing.asset.size.x, thing.asset.size.z])) / 2
@@ -184,6 +187,18 @@ def _in_view(world: World, maxDistance: float | None = None, visibilityScheme: s
     world.need_house()
     seen = visibility_of(_seeing(world, maxDistance), world.things())
     return [name for name, found in seen.items() if found.visible]
+
+
+def _point_in_frame(world: World, x: float, y: float) -> dict[str, float]:
+    return to_thor(cast_ray(world, x, y)[1] or Vec3(0.0, 0.0, 0.0))
+
+
+def _visibility_points(world: World, objectId: str) -> list[dict[str, float]]:
+    return [to_thor(Vec3(*point)) for point in points_of(world.thing(objectId)).tolist()]
+
+
+def _distance(world: World, objectId: str) -> float:
+    return bounding_box(world.thing(objectId)).floor_distance(world.agent.position)
 
 
 def _map_view(world: World) -> dict[str, Any]:
@@ -200,10 +215,15 @@ def _map_view(world: World) -> dict[str, Any]:
     }
 
 
+_ID = "string objectId"
+_PLACES = "float gridSize, int maxStepCount, bool directionsRelativeAgent"
+_POSITIONS = f"{_ID}, list positions"
 _RAY = "Vector3 origin, Vector3 destination"
 _POSES = "list positions, list rotations, list horizons, list standings, float maxDistance, int maxPoses"
 _PATH = "string objectId, string objectType, Vector3 position, Vector3 rotation, float allowedError"
+_PATH_TO_POINT = "Vector3 position, Vector3 target, float allowedError"
 _NEAR = "paths follow a grid of 0.125 m, straightened where possible; THOR's follow a mesh"
+_NEAR_OBJECT = f"{_NEAR}; the path ends near the object, whether or not the object is seen from there"
 _POINTS = "an object's points are a lattice in the box of each part; THOR's assets have chosen points"
 _OUTLINES = "outlines are those of the boxes of an object's parts"
 _GRID = (
@@ -211,69 +231,21 @@ _GRID = (
     "go; the held object never collides"
 )
 
-ACTIONS = tuple(
-    replace(each, only_reads=True)
-    for each in (
-        Action(
-            "GetReachablePositions",
-            _reachable,
-            "float gridSize, int maxStepCount, bool directionsRelativeAgent",
-            lacks=_GRID,
-        ),
-        Action("GetInteractablePoses", _interactable_poses, f"string objectId, {_POSES}", "objectId", lacks=_POINTS),
-        Action(
-            "PositionsFromWhichItemIsInteractable",
-            _interactable_positions,
-            "string objectId, list positions",
-            "objectId",
-            lacks=_POINTS,
-        ),
-        Action("GetObjectInFrame", _object_in_frame, "float x, float y, bool checkVisible", "x y"),
-        Action(
-            "GetCoordinateFromRaycast",
-            lambda world, x, y: to_thor(cast_ray(world, x, y)[1] or Vec3(0.0, 0.0, 0.0)),
-            "float x, float y",
-            "x y",
-        ),
-        Action("PerformRaycast", _raycast, _RAY, "origin destination"),
-        Action("GetObjectHitFromRaycast", _hit_object, _RAY, "origin destination"),
-        Action(
-            "GetShortestPath",
-            _path,
-            _PATH,
-            "objectId | objectType",
-            lacks=f"{_NEAR}; the path ends near the object, whether or not the object is seen from there",
-        ),
-        Action(
-            "GetShortestPathToPoint",
-            _path_to_point,
-            "Vector3 position, Vector3 target, float allowedError",
-            "target",
-            lacks=_NEAR,
-        ),
-        Action(
-            "GetVisibilityPoints",
-            lambda world, objectId: [to_thor(Vec3(*point)) for point in points_of(world.thing(objectId)).tolist()],
-            "string objectId",
-            "objectId",
-            lacks=_POINTS,
-        ),
-        Action("Get2DSemanticHulls", _hulls, "list objectIds, list objectTypes", lacks=_OUTLINES),
-        Action(
-            "Get2DSemanticHull",
-            lambda world, objectId: _hull(world.thing(objectId)),
-            "string objectId",
-            "objectId",
-            lacks=_OUTLINES,
-        ),
-        Action("GetVisibleObjects", _in_view, "float maxDistance, string visibilityScheme", lacks=_POINTS),
-        Action("GetMapViewCameraProperties", _map_view),
-        Action(
-            "DistanceToObject",
-            lambda world, objectId: bounding_box(world.thing(objectId)).floor_distance(world.agent.position),
-            "string objectId",
-            "objectId",
-            lacks="the distance to the object's box",
-        ),
-    )
+_READS = (
+    Action("GetReachablePositions", _reachable, _PLACES, lacks=_GRID),
+    Action("GetInteractablePoses", _interactable_poses, f"{_ID}, {_POSES}", "objectId", lacks=_POINTS),
+    Action("PositionsFromWhichItemIsInteractable", _interactable_positions, _POSITIONS, "objectId", lacks=_POINTS),
+    Action("GetObjectInFrame", _object_in_frame, "float x, float y, bool checkVisible", "x y"),
+    Action("GetCoordinateFromRaycast", _point_in_frame, "float x, float y", "x y"),
+    Action("PerformRaycast", _raycast, _RAY, "origin destination"),
+    Action("GetObjectHitFromRaycast", _hit_object, _RAY, "origin destination"),
+    Action("GetShortestPath", _path, _PATH, "objectId | objectType", lacks=_NEAR_OBJECT),
+    Action("GetShortestPathToPoint", _path_to_point, _PATH_TO_POINT, "target", lacks=_NEAR),
+    Action("GetVisibilityPoints", _visibility_points, _ID, "objectId", lacks=_POINTS),
+    Action("Get2DSemanticHulls", _hulls, "list objectIds, list objectTypes", lacks=_OUTLINES),
+    Action("Get2DSemanticHull", _hull, _ID, "objectId", lacks=_OUTLINES),
+    Action("GetVisibleObjects", _in_view, "float maxDistance, string visibilityScheme", lacks=_POINTS),
+    Action("GetMapViewCameraProperties", _map_view),
+    Action("DistanceToObject", _distance, _ID, "objectId", lacks="the distance to the object's box"),
 )
+ACTIONS = tuple(replace(each, only_reads=True) for each in _READS)

@@ -1,6 +1,6 @@
 """Actions that move the held object relative to the agent, or push an object, which then slides without physics."""
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -40,11 +40,9 @@ def _move(world: World, ahead: float = 0.0, right: float = 0.0, up: float = 0.0,
     world.editor.move_hand(Vec3(right, up, ahead), held.rotation)
 
 
-def _mover(right: float, up: float, ahead: float) -> Callable[..., None]:
-    def move(world: World, moveMagnitude: float = 0.1, **_: object) -> None:
-        _move(world, ahead * moveMagnitude, right * moveMagnitude, up * moveMagnitude)
-
-    return move
+def _move_along(way: Vec3, world: World, moveMagnitude: float = 0.1, **_: object) -> None:
+    right, up, ahead = (moveMagnitude * share for share in way)
+    _move(world, ahead, right, up)
 
 
 def _move_delta(world: World, x: float = 0.0, y: float = 0.0, z: float = 0.0, **_: object) -> None:
@@ -96,15 +94,8 @@ def _slide(world: World, thing: Thing, yaw: float, force: float) -> None:
         put_at(world, thing.id, reached, thing.rotation)
 
 
-def _directional(world: World, moveMagnitude: float, pushAngle: float = 0.0, **asked: Any) -> None:
+def _push_from(world: World, moveMagnitude: float = 100.0, pushAngle: float = 0.0, **asked: Any) -> None:
     _push(world, world.agent.rotation + pushAngle, moveMagnitude, **asked)
-
-
-def _pusher(turned: float) -> Callable[..., None]:
-    def push(world: World, moveMagnitude: float = 100.0, **asked: Any) -> None:
-        _push(world, world.agent.rotation + turned, moveMagnitude, **asked)
-
-    return push
 
 
 def _throw(world: World, moveMagnitude: float, **asked: Any) -> None:
@@ -140,45 +131,31 @@ _XYZ = "float x, float y, float z, bool autoSimulation"
 _PASSES_THROUGH = "the held object never collides, and is drawn at its usual place in the image"
 _SLIDES = "the object slides up to 1 m (0.01 m for 1 N on 1 kg) and stops at obstacles and edges; nothing falls or tips"
 _WAYS = {
-    "Ahead": (0.0, 0.0, 1.0),
-    "Back": (0.0, 0.0, -1.0),
-    "Left": (-1.0, 0.0, 0.0),
-    "Right": (1.0, 0.0, 0.0),
-    "Up": (0.0, 1.0, 0.0),
-    "Down": (0.0, -1.0, 0.0),
+    "Ahead": Vec3(0.0, 0.0, 1.0),
+    "Back": Vec3(0.0, 0.0, -1.0),
+    "Left": Vec3(-1.0, 0.0, 0.0),
+    "Right": Vec3(1.0, 0.0, 0.0),
+    "Up": Vec3(0.0, 1.0, 0.0),
+    "Down": Vec3(0.0, -1.0, 0.0),
 }
+_PUSH, _PUSHED = f"{AT}, float moveMagnitude", "objectId moveMagnitude | x y moveMagnitude"
+_THROW = "float moveMagnitude, bool forceAction, bool autoSimulation"
+_TOUCH = "float x, float y, Vector3 direction, float moveMagnitude, float handDistance, bool autoSimulation"
+_THROWN = f"the object is dropped, and then pushed: {_SLIDES}"
 
 ACTIONS = (
     Action("MoveHeldObject", _move, _BY, lacks=_PASSES_THROUGH),
     *(
-        Action(f"{start}{name}", _mover(*way), _MOVE, lacks=_PASSES_THROUGH)
+        Action(f"{start}{name}", partial(_move_along, way), _MOVE, lacks=_PASSES_THROUGH)
         for start in ("MoveHeldObject", "MoveHand")
         for name, way in _WAYS.items()
     ),
     Action("MoveHandDelta", _move_delta, _XYZ, lacks=_PASSES_THROUGH),
     Action("RotateHeldObject", _turn, "float pitch, float yaw, float roll, Vector3 rotation", lacks=_PASSES_THROUGH),
     Action("RotateHand", _turn_hand, _XYZ, lacks=_PASSES_THROUGH),
-    Action(
-        "DirectionalPush",
-        _directional,
-        f"{AT}, float moveMagnitude, float pushAngle",
-        "objectId moveMagnitude | x y moveMagnitude",
-        lacks=_SLIDES,
-    ),
-    Action(
-        "ThrowObject",
-        _throw,
-        "float moveMagnitude, bool forceAction, bool autoSimulation",
-        "moveMagnitude",
-        lacks=f"the object is dropped, and then pushed: {_SLIDES}",
-    ),
-    Action("PushObject", _pusher(0.0), f"{AT}, float moveMagnitude", WHICH, lacks=_SLIDES),
-    Action("PullObject", _pusher(180.0), f"{AT}, float moveMagnitude", WHICH, lacks=_SLIDES),
-    Action(
-        "TouchThenApplyForce",
-        _touch,
-        "float x, float y, Vector3 direction, float moveMagnitude, float handDistance, bool autoSimulation",
-        "x y",
-        lacks=_SLIDES,
-    ),
+    Action("DirectionalPush", _push_from, f"{_PUSH}, float pushAngle", _PUSHED, lacks=_SLIDES),
+    Action("ThrowObject", _throw, _THROW, "moveMagnitude", lacks=_THROWN),
+    Action("PushObject", _push_from, _PUSH, WHICH, lacks=_SLIDES),
+    Action("PullObject", partial(_push_from, pushAngle=180.0), _PUSH, WHICH, lacks=_SLIDES),
+    Action("TouchThenApplyForce", _touch, _TOUCH, "x y", lacks=_SLIDES),
 )

@@ -1,6 +1,6 @@
 """Actions on objects: opening, switching, picking up and putting down."""
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -76,22 +76,19 @@ def _close(world: World, **asked: Any) -> None:
     _set_open(world, 0.0, **asked)
 
 
-def _toggler(*, on: bool) -> Callable[..., None]:
-    def toggle(world: World, **asked: Any) -> None:
-        thing, _, forced = target_of(world, **asked)
-        word = "on" if on else "off"
-        if not thing.is_toggleable:
-            raise ActionFailed(_error_text(world, "not_toggleable", thing))
-        if on and world.flags.get(thing.id, {}).get("isBroken"):
-            raise ActionFailed("Target is broken and cannot be Toggled On!")
-        if thing.is_toggled == on:
-            raise ActionFailed(f"can't toggle object {word} if it's already {word}!")
-        if forced:
-            world.apply_changes({thing.id: ObjectSetup(is_toggled=on)})
-        elif world.editor.apply_intent("activate" if on else "deactivate", thing.id, thing.position).refusal:
-            raise ActionFailed("Target must be closed to Toggle On!")
-
-    return toggle
+def _toggle(world: World, *, on: bool, **asked: Any) -> None:
+    thing, _, forced = target_of(world, **asked)
+    word = "on" if on else "off"
+    if not thing.is_toggleable:
+        raise ActionFailed(_error_text(world, "not_toggleable", thing))
+    if on and world.flags.get(thing.id, {}).get("isBroken"):
+        raise ActionFailed("Target is broken and cannot be Toggled On!")
+    if thing.is_toggled == on:
+        raise ActionFailed(f"can't toggle object {word} if it's already {word}!")
+    if forced:
+        world.apply_changes({thing.id: ObjectSetup(is_toggled=on)})
+    elif world.editor.apply_intent("activate" if on else "deactivate", thing.id, thing.position).refusal:
+        raise ActionFailed("Target must be closed to Toggle On!")
 
 
 def _pick_up(world: World, **asked: Any) -> str:
@@ -194,8 +191,8 @@ _LIES_AT_ONCE = "the object is at rest at once; with forceAction it lies below t
 ACTIONS = (
     Action("OpenObject", _open, _OPEN, WHICH, lacks=_AT_ONCE),
     Action("CloseObject", _close, _OPEN, WHICH, lacks=_AT_ONCE),
-    Action("ToggleObjectOn", _toggler(on=True), AT, WHICH, lacks=_NO_BURNERS),
-    Action("ToggleObjectOff", _toggler(on=False), AT, WHICH, lacks=_NO_BURNERS),
+    Action("ToggleObjectOn", partial(_toggle, on=True), AT, WHICH, lacks=_NO_BURNERS),
+    Action("ToggleObjectOff", partial(_toggle, on=False), AT, WHICH, lacks=_NO_BURNERS),
     Action("PickupObject", _pick_up, f"{AT}, bool manualInteract, bool stationary", WHICH, lacks=_NO_STACKS),
     Action("PutObject", _put, _PUT, WHICH, lacks=_NEAREST),
     *(

@@ -1,7 +1,7 @@
 """Actions that move the agent: walking, turning, looking, teleporting and crouching."""
 
 import math
-from collections.abc import Callable
+from functools import partial
 
 from vigil.base.geometry import Pose, Vec3, rotate_floor, wrap_deg
 from vigil.sim.thor.units import BODY_HEIGHT_M
@@ -32,14 +32,11 @@ def _walk(world: World, right: float, ahead: float) -> None:
     world.editor.stand(pose.model_copy(update={"position": end}))
 
 
-def _mover(right: float, ahead: float) -> Callable[..., None]:
-    def move(world: World, moveMagnitude: float | None = None, **_: object) -> None:
-        length = world.settings.grid_size if moveMagnitude is None else moveMagnitude
-        if length <= 0.0:
-            raise invalid_operation("moveMagnitude must be > 0")
-        _walk(world, right * length, ahead * length)
-
-    return move
+def _move(right: float, ahead: float, world: World, moveMagnitude: float | None = None, **_: object) -> None:
+    length = world.settings.grid_size if moveMagnitude is None else moveMagnitude
+    if length <= 0.0:
+        raise invalid_operation("moveMagnitude must be > 0")
+    _walk(world, right * length, ahead * length)
 
 
 def _move_agent(world: World, ahead: float = 0.0, right: float = 0.0, **_: object) -> None:
@@ -48,36 +45,29 @@ def _move_agent(world: World, ahead: float = 0.0, right: float = 0.0, **_: objec
     _walk(world, right, ahead)
 
 
-def _turner(sign: float) -> Callable[..., None]:
-    def turn(world: World, degrees: float | None = None, **_: object) -> None:
-        turn_deg = sign * (world.settings.rotate_step_degrees if degrees is None else degrees)
-        if turn_deg == 0.0:
-            raise invalid_operation("Rotate action requires degrees to be set to a number other than 0")
-        pose = world.agent
-        turned = wrap_deg(pose.rotation + turn_deg)
-        if world.settings.snap_to_grid:
-            turned = wrap_deg(round(turned / RIGHT_ANGLE) * RIGHT_ANGLE)
-        world.editor.stand(pose.model_copy(update={"rotation": turned}))
-
-    return turn
+def _turn(sign: float, world: World, degrees: float | None = None, **_: object) -> None:
+    turn_deg = sign * (world.settings.rotate_step_degrees if degrees is None else degrees)
+    if turn_deg == 0.0:
+        raise invalid_operation("Rotate action requires degrees to be set to a number other than 0")
+    pose = world.agent
+    turned = wrap_deg(pose.rotation + turn_deg)
+    if world.settings.snap_to_grid:
+        turned = wrap_deg(round(turned / RIGHT_ANGLE) * RIGHT_ANGLE)
+    world.editor.stand(pose.model_copy(update={"rotation": turned}))
 
 
-def _looker(*, down: bool) -> Callable[..., None]:
-    def look(world: World, degrees: float = 0.0, **_: object) -> None:
-        if degrees < 0.0:
-            raise invalid_operation(f"{degrees} is not valid, degrees must be >= 0")
-        if not math.isclose(degrees * 10, round(degrees * 10), abs_tol=1e-6):
-            raise invalid_operation(f"{degrees} is not valid, degrees must be a multiple of 0.1")
-        pose, settings = world.agent, world.settings
-        turn_deg = degrees or FREE_LOOK_DEG
-        horizon = round(pose.horizon + (turn_deg if down else -turn_deg), 6)
-        if down and horizon > settings.looks_down:
-            raise ActionFailed(f"can't look down beyond {settings.looks_down:g} degrees below the forward horizon")
-        if not down and horizon < -settings.looks_up:
-            raise ActionFailed(f"can't look up beyond {settings.looks_up:g} degrees above the forward horizon")
-        world.editor.stand(pose.model_copy(update={"horizon": horizon}))
-
-    return look
+def _look(sign: float, world: World, degrees: float = 0.0, **_: object) -> None:
+    if degrees < 0.0:
+        raise invalid_operation(f"{degrees} is not valid, degrees must be >= 0")
+    if not math.isclose(degrees * 10, round(degrees * 10), abs_tol=1e-6):
+        raise invalid_operation(f"{degrees} is not valid, degrees must be a multiple of 0.1")
+    pose, settings = world.agent, world.settings
+    horizon = round(pose.horizon + sign * (degrees or FREE_LOOK_DEG), 6)
+    if sign > 0.0 and horizon > settings.looks_down:
+        raise ActionFailed(f"can't look down beyond {settings.looks_down:g} degrees below the forward horizon")
+    if sign < 0.0 and horizon < -settings.looks_up:
+        raise ActionFailed(f"can't look up beyond {settings.looks_up:g} degrees above the forward horizon")
+    world.editor.stand(pose.model_copy(update={"horizon": horizon}))
 
 
 def _rotate_look(world: World, rotation: Vec3 | None = None, horizon: float = 0.0, **_: object) -> None:
@@ -133,16 +123,13 @@ def _check_pose(world: World, pose: Pose) -> None:
         raise invalid_operation(f"Collided with something, or outside of the rooms, at ({x:.4f}, {z:.4f})")
 
 
-def _upright(*, standing: bool) -> Callable[[World], None]:
-    def change(world: World) -> None:
-        pose = world.agent
-        if world.settings.is_locobot:
-            raise ActionFailed("A locobot cannot stand or crouch")
-        if pose.standing == standing:
-            raise ActionFailed(f"Already {'standing' if standing else 'crouching'}")
-        world.editor.stand(pose.model_copy(update={"standing": standing}))
-
-    return change
+def _stand(world: World, *, standing: bool) -> None:
+    pose = world.agent
+    if world.settings.is_locobot:
+        raise ActionFailed("A locobot cannot stand or crouch")
+    if pose.standing == standing:
+        raise ActionFailed(f"Already {'standing' if standing else 'crouching'}")
+    world.editor.stand(pose.model_copy(update={"standing": standing}))
 
 
 _MOVE = "float moveMagnitude, float noise, bool forceAction, bool snapToGrid, bool manualInteract"
@@ -152,33 +139,25 @@ _LOOK = "float degrees, bool manualInteract"
 _POSE = "Vector3 position, float x, float y, float z, Vector3 rotation, float horizon, bool standing, bool forceAction"
 _NO_NOISE = "noise and forceAction do nothing; the held object never collides"
 _NO_HAND = "the held object never collides"
+_NO_LIMITS = "the limits of the head's pitch are not checked"
+_POSTURE_STAYS = "without `standing` the agent stands or crouches as before"
 
 ACTIONS = (
-    Action("MoveAhead", _mover(0.0, 1.0), _MOVE, lacks=_NO_NOISE),
-    Action("MoveBack", _mover(0.0, -1.0), _MOVE, lacks=_NO_NOISE),
-    Action("MoveRight", _mover(1.0, 0.0), _MOVE, lacks=_NO_NOISE),
-    Action("MoveLeft", _mover(-1.0, 0.0), _MOVE, lacks=_NO_NOISE),
+    Action("MoveAhead", partial(_move, 0.0, 1.0), _MOVE, lacks=_NO_NOISE),
+    Action("MoveBack", partial(_move, 0.0, -1.0), _MOVE, lacks=_NO_NOISE),
+    Action("MoveRight", partial(_move, 1.0, 0.0), _MOVE, lacks=_NO_NOISE),
+    Action("MoveLeft", partial(_move, -1.0, 0.0), _MOVE, lacks=_NO_NOISE),
     Action("MoveAgent", _move_agent, _MOVE_AGENT, lacks="the agent arrives at once, whatever the speed"),
-    Action("RotateRight", _turner(1.0), _TURN, lacks=_NO_HAND),
-    Action("RotateLeft", _turner(-1.0), _TURN, lacks=_NO_HAND),
-    Action("RotateAgent", _turner(1.0), _TURN, "degrees", lacks=_NO_HAND),
-    Action("LookUp", _looker(down=False), _LOOK),
-    Action("LookDown", _looker(down=True), _LOOK),
-    Action(
-        "RotateLook",
-        _rotate_look,
-        "Vector3 rotation, float horizon",
-        takes_anything=True,
-        lacks="the limits of the head's pitch are not checked",
-    ),
+    Action("RotateRight", partial(_turn, 1.0), _TURN, lacks=_NO_HAND),
+    Action("RotateLeft", partial(_turn, -1.0), _TURN, lacks=_NO_HAND),
+    Action("RotateAgent", partial(_turn, 1.0), _TURN, "degrees", lacks=_NO_HAND),
+    Action("LookUp", partial(_look, -1.0), _LOOK),
+    Action("LookDown", partial(_look, 1.0), _LOOK),
+    Action("RotateLook", _rotate_look, "Vector3 rotation, float horizon", takes_anything=True, lacks=_NO_LIMITS),
     Action("Teleport", _teleport, _POSE, lacks=_NO_HAND),
     Action(
-        "TeleportFull",
-        _teleport,
-        _POSE,
-        "position rotation horizon | x y z rotation horizon",
-        lacks="without `standing` the agent stands or crouches as before",
+        "TeleportFull", _teleport, _POSE, "position rotation horizon | x y z rotation horizon", lacks=_POSTURE_STAYS
     ),
-    Action("Crouch", _upright(standing=False)),
-    Action("Stand", _upright(standing=True)),
+    Action("Crouch", partial(_stand, standing=False)),
+    Action("Stand", partial(_stand, standing=True)),
 )

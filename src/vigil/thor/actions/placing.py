@@ -135,33 +135,19 @@ def _tops(world: World, above: set[str], point: Vec3) -> list[tuple[float, str]]
 
 
 _NO_CHECK = "whether the place is free is not checked"
+_NO_COPIES = "one pose for each object, because copies are not made; nothing falls"
+_PLACE = "string objectId, Vector3 position, Vector3 rotation, bool forceKinematic"
+_POSES = "list objectPoses, bool placeStationary, bool enablePhysicsJitter, bool forceRigidbodySleep, bool skipMoveable"
 _TELEPORT = (
     "string objectId, Vector3 position, list positions, Vector3 rotation, float x, float y, float z, bool forceAction, "
     "bool forceKinematic, bool allowTeleportOutOfHand, bool makeUnbreakable"
 )
+_TELEPORTED = "objectId position | objectId positions | objectId x y z"
 
 ACTIONS = (
-    Action(
-        "PlaceObjectAtPoint",
-        place_at_point,
-        "string objectId, Vector3 position, Vector3 rotation, bool forceKinematic",
-        "objectId position",
-        lacks=_NO_CHECK,
-    ),
-    Action(
-        "TeleportObject",
-        _teleport_object,
-        _TELEPORT,
-        "objectId position | objectId positions | objectId x y z",
-        lacks=_NO_CHECK,
-    ),
-    Action(
-        "SetObjectPoses",
-        _set_poses,
-        "list objectPoses, bool placeStationary, bool enablePhysicsJitter, bool forceRigidbodySleep, bool skipMoveable",
-        "objectPoses",
-        lacks="one pose for each object, because copies are not made; nothing falls",
-    ),
+    Action("PlaceObjectAtPoint", place_at_point, _PLACE, "objectId position", lacks=_NO_CHECK),
+    Action("TeleportObject", _teleport_object, _TELEPORT, _TELEPORTED, lacks=_NO_CHECK),
+    Action("SetObjectPoses", _set_poses, _POSES, "objectPoses", lacks=_NO_COPIES),
     Action("RemoveFromScene", _remove, "string objectId, list objectIds", "objectId | objectIds"),
     Action("DisableObject", _remove, "string objectId", "objectId"),
     Action("EnableObject", _enable, "string objectId", "objectId"),

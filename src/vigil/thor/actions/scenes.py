@@ -17,10 +17,8 @@ def _initialize(world: World, **sent: Any) -> dict[str, float]:
     world.settings = settings_of(sent, world.settings.screen_width, world.settings.screen_height)
     if world.has_house:
         place_agents(world)
-    return {
-        "cameraNearPlane": world.settings.camera_near_plane,
-        "cameraFarPlane": world.settings.camera_far_plane,
-    }
+    settings = world.settings
+    return {"cameraNearPlane": settings.camera_near_plane, "cameraFarPlane": settings.camera_far_plane}
 
 
 def _resolution(world: World, x: int, y: int) -> None:
@@ -94,6 +92,8 @@ _CAMERA = (
     "float fieldOfView, float orthographicSize, float nearClippingPlane, float farClippingPlane, bool orthographic, "
     "any skyboxColor, any antiAliasing"
 )
+_ADDED = f"Vector3 position, Vector3 rotation, {_CAMERA}"
+_UPDATED = f"OptionalVector3 position, OptionalVector3 rotation, {_CAMERA}, int thirdPartyCameraId"
 _NO_CAMERA = (
     "no sky colours or clipping planes; orthographic images are drawn from 40 m away, so that objects far above "
     "the floor look a little larger"
@@ -107,19 +107,8 @@ ACTIONS = (
     Action("ChangeResolution", _resolution, "int x, int y", "x y"),
     Action("ChangeQuality", _nothing, "string quality", lacks="the engine's option `--render-quality` decides"),
     Action("ChangeOpenSpeed", _nothing, "float x", "x", lacks="objects open at once, whatever the speed"),
-    Action(
-        "AddThirdPartyCamera",
-        _add_camera,
-        f"Vector3 position, Vector3 rotation, {_CAMERA}",
-        "position rotation",
-        lacks=_NO_CAMERA,
-    ),
-    Action(
-        "UpdateThirdPartyCamera",
-        _update_camera,
-        f"OptionalVector3 position, OptionalVector3 rotation, {_CAMERA}, int thirdPartyCameraId",
-        lacks=_NO_CAMERA,
-    ),
+    Action("AddThirdPartyCamera", _add_camera, _ADDED, "position rotation", lacks=_NO_CAMERA),
+    Action("UpdateThirdPartyCamera", _update_camera, _UPDATED, lacks=_NO_CAMERA),
     Action("SetObjectFilter", _filter_objects, "list objectIds", "objectIds"),
     Action("ResetObjectFilter", _filter_objects),
     Action("EmphasizeObject", _emphasize, "string objectId", "objectId", lacks=_STILL_COVERED),

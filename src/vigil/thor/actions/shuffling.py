@@ -72,6 +72,12 @@ def _show(world: World, house: House) -> None:
     world.house = house
 
 
+def _reset_looks(world: World) -> None:
+    world.need_house()
+    assert world.first_house is not None
+    _show(world, world.first_house)
+
+
 def _materials(world: World, inRoomTypes: list[str] | None = None, **splits: bool) -> dict[str, Any]:
     uses = {name: splits.get(name, name in _usual_splits(world.scene_name)) for name in SPLITS}
     uses[SPLITS[3]] &= uses[SPLITS[0]]  # external materials come with those for training
@@ -161,12 +167,6 @@ def _tint(rng: Random, hues: tuple[float, float], saturations: tuple[float, floa
     return {"r": red, "g": green, "b": blue}
 
 
-def _reset_looks(world: World) -> None:
-    world.need_house()
-    assert world.first_house is not None
-    _show(world, world.first_house)
-
-
 def _seed(world: World, seed: int) -> None:
     world.random = Random(seed)
 
@@ -176,24 +176,18 @@ _SPAWN = (
     "int randomSeed, bool forceVisible, int numPlacementAttempts, bool placeStationary, list excludedObjectIds, "
     "list excludedReceptacles, list numDuplicatesOfType, bool allowFloor, bool allowMoveable"
 )
+_SPAWNED = (
+    "objects stay where no place is found; no copies are made, and nothing is put on the floor; with forceVisible, "
+    "nothing is put into objects that open"
+)
+_LIGHT = "list brightness, list hue, list saturation, bool randomizeColor, bool synchronized"
 _ROOMS_ONLY = "only walls and floors change; objects stay as they are; all splits have the same materials"
 
 ACTIONS = (
-    Action(
-        "InitialRandomSpawn",
-        _spawn,
-        _SPAWN,
-        lacks="objects stay where no place is found; no copies are made, and nothing is put on the floor; with "
-        "forceVisible, nothing is put into objects that open",
-    ),
+    Action("InitialRandomSpawn", _spawn, _SPAWN, lacks=_SPAWNED),
     Action("RandomizeMaterials", _materials, f"{_TRAIN}, list inRoomTypes", lacks=_ROOMS_ONLY),
     Action("RandomizeColors", _colours, takes_anything=True, lacks="only walls change; objects stay as they are"),
-    Action(
-        "RandomizeLighting",
-        _lighting,
-        "list brightness, list hue, list saturation, bool randomizeColor, bool synchronized",
-        lacks="only the lights of rooms change, not lamps",
-    ),
+    Action("RandomizeLighting", _lighting, _LIGHT, lacks="only the lights of rooms change, not lamps"),
     Action("ResetMaterials", _reset_looks),
     Action("ResetColors", _reset_looks),
     Action("ResetLighting", _reset_looks, lacks="materials and colours are reset, too"),

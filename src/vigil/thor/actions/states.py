@@ -1,6 +1,6 @@
 """Actions that set the flags of objects: sliced, cooked, dirty, filled, used up and broken. Shapes stay as they are."""
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from vigil.protocol.world import ObjectSetup
@@ -14,20 +14,17 @@ from vigil.thor.base.world import World
 LIQUIDS = ("water", "coffee", "wine")
 
 
-def _setter(flag: str, *, value: bool = True) -> Callable[..., None]:
-    def change(world: World, fillLiquid: str | None = None, **asked: Any) -> None:
-        thing, _, _ = target_of(world, **asked)
-        if flag == "isFilledWithLiquid" and value and fillLiquid not in LIQUIDS:
-            raise ActionFailed(f"fillLiquid {fillLiquid!r} is not one of {', '.join(LIQUIDS)}")
-        need_property(thing, flag)
-        if flag == "isBroken" and thing.id in world.unbreakable:
-            raise ActionFailed(f"{thing.id} is unbreakable: call MakeObjectBreakable first")
-        flags = world.flags.setdefault(thing.id, {})
-        if bool(flags.get(flag)) == value:
-            raise ActionFailed(f"{thing.id} already has {flag}={value}")
-        flags |= {flag: value, **({"fillLiquid": fillLiquid} if flag == "isFilledWithLiquid" else {})}
-
-    return change
+def _set_flag(flag: str, value: bool, world: World, fillLiquid: str | None = None, **asked: Any) -> None:
+    thing, _, _ = target_of(world, **asked)
+    if flag == "isFilledWithLiquid" and value and fillLiquid not in LIQUIDS:
+        raise ActionFailed(f"fillLiquid {fillLiquid!r} is not one of {', '.join(LIQUIDS)}")
+    need_property(thing, flag)
+    if flag == "isBroken" and thing.id in world.unbreakable:
+        raise ActionFailed(f"{thing.id} is unbreakable: call MakeObjectBreakable first")
+    flags = world.flags.setdefault(thing.id, {})
+    if bool(flags.get(flag)) == value:
+        raise ActionFailed(f"{thing.id} already has {flag}={value}")
+    flags |= {flag: value, **({"fillLiquid": fillLiquid} if flag == "isFilledWithLiquid" else {})}
 
 
 def need_property(thing: Thing, flag: str) -> None:
@@ -64,6 +61,8 @@ def _breakable(world: World, objectId: str) -> None:
 
 
 _ONLY_FLAG = "only the flag in metadata changes, not the shape; running machines do not change it"
+_ALL_AT_ONCE = "every object of the type changes at once, and no object is blocked; flags change only in metadata"
+_FILL, _FILLED = f"{AT}, string fillLiquid", "objectId fillLiquid | x y fillLiquid"
 _FLAG_ACTIONS = {
     "SliceObject": ("isSliced", True),
     "CookObject": ("isCooked", True),
@@ -76,22 +75,10 @@ _FLAG_ACTIONS = {
 
 ACTIONS = (
     *(
-        Action(name, _setter(flag, value=value), AT, WHICH, lacks=_ONLY_FLAG)
+        Action(name, partial(_set_flag, flag, value), AT, WHICH, lacks=_ONLY_FLAG)
         for name, (flag, value) in _FLAG_ACTIONS.items()
     ),
-    Action(
-        "FillObjectWithLiquid",
-        _setter("isFilledWithLiquid"),
-        f"{AT}, string fillLiquid",
-        "objectId fillLiquid | x y fillLiquid",
-        lacks=_ONLY_FLAG,
-    ),
-    Action(
-        "SetObjectStates",
-        _set_states,
-        "object SetObjectStates",
-        "SetObjectStates",
-        lacks="every object of the type changes at once, and no object is blocked; flags change only in metadata",
-    ),
+    Action("FillObjectWithLiquid", partial(_set_flag, "isFilledWithLiquid", True), _FILL, _FILLED, lacks=_ONLY_FLAG),
+    Action("SetObjectStates", _set_states, "object SetObjectStates", "SetObjectStates", lacks=_ALL_AT_ONCE),
     Action("MakeObjectBreakable", _breakable, "string objectId", "objectId"),
 )

@@ -5,7 +5,7 @@ import numpy as np
 from vigil.base.geometry import Vec3
 from vigil.scene.things import Thing
 from vigil.sim.core.views import directions_at
-from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation, null_reference
+from vigil.thor.base.errors import ActionFailed, invalid_operation, null_reference
 from vigil.thor.base.floors import AT_FLOOR_M
 from vigil.thor.base.sight import visibility_of
 from vigil.thor.base.world import World
@@ -62,15 +62,9 @@ def first_met(world: World, origin: Vec3, rays: np.ndarray) -> tuple[Thing | Non
     if not np.isfinite(distances[0]):
         return None, None
     point = Vec3(*(np.array(origin) + float(distances[0]) * rays[0]).tolist())
-    if indices[0] < 0:
-        return (floor_at(world, point) if point.y < AT_FLOOR_M else None), point
+    if indices[0] < 0:  # structure: only floors are objects
+        return (world.floors.get(world.editor.room_at(point) or "") if point.y < AT_FLOOR_M else None), point
     return list(world.editor.scene().things.values())[int(indices[0])], point
-
-
-def floor_at(world: World, point: Vec3) -> Thing | None:
-    """Return the floor under a point; None outside every room."""
-    room = world.editor.room_at(point)
-    return None if room is None else world.floors.get(room)
 
 
 def _at(world: World, x: float, y: float, *, forced: bool) -> tuple[Thing, Vec3]:
@@ -85,11 +79,3 @@ def _at(world: World, x: float, y: float, *, forced: bool) -> tuple[Thing, Vec3]
             "controller.reset(visibilityDistance=<new visibility distance>)."
         )
     return thing, point
-
-
-def of_type(world: World, object_type: str) -> Thing:
-    """Return the first thing of a category. Raises ActionFailed when the house does not have one."""
-    found = next((thing for thing in world.things() if thing.category == object_type), None)
-    if found is None:
-        raise bad_argument(f"No object of type {object_type} in the scene!")
-    return found
