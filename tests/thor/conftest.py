@@ -9,10 +9,9 @@ from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.thor.units import BODY_HEIGHT_M
-from vigil.thor.base.response import EngineResponse
 from vigil.thor.base.settings import Settings
 from vigil.thor.base.world import World
-from vigil.thor.engine import ThorEngine
+from vigil.thor.engine import EngineResponse, ThorEngine
 
 
 class Client:

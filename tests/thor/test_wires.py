@@ -18,7 +18,7 @@ from tests.support.waiting import HANGS_AFTER_S
 from vigil.cli import app
 from vigil.errors import SettingError
 from vigil.thor.base.images import Image
-from vigil.thor.base.response import EngineResponse
+from vigil.thor.engine import EngineResponse
 from vigil.thor.launch import thor_engine
 from vigil.thor.serve import main
 from vigil.thor.wire import fifo, wsgi

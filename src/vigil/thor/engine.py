@@ -1,6 +1,7 @@
 """The engine: it receives AI2-THOR's actions one at a time, and answers each with metadata and images."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from vigil.errors import SimulatorError, VigilError
@@ -11,12 +12,21 @@ from vigil.thor.base.agents import act_as
 from vigil.thor.base.errors import ActionFailed
 from vigil.thor.base.images import Image, Wanted, agent_images, camera_images
 from vigil.thor.base.metadata import agent_metadata, cameras
-from vigil.thor.base.response import EngineResponse
 from vigil.thor.base.world import World
 
 
+@dataclass(frozen=True, slots=True)
+class EngineResponse:
+    """The engine's answer to an action."""
+
+    metadata: dict[str, Any]
+    """All metadata. If `is_patch`, only those fields of the agent's metadata that changed."""
+    images: list[Image] = field(default_factory=list)
+    is_patch: bool = False
+
+
 class ThorEngine:
-    """A `Responder` that carries out actions in a world."""
+    """An engine that carries out actions in a world; the connections (pipes and HTTP) send it the client's actions."""
 
     def __init__(self, world: World) -> None:
         self._world = world

@@ -10,7 +10,7 @@ from contextlib import suppress
 from typing import Any, BinaryIO, cast
 
 from vigil.errors import SettingError
-from vigil.thor.base.response import EngineResponse, Responder
+from vigil.thor.engine import EngineResponse, ThorEngine
 
 HEADER = struct.Struct("!BI")
 METADATA, ACTION, METADATA_PATCH, END_OF_MESSAGE = 1, 2, 11, 255
@@ -35,7 +35,7 @@ class ClientGone(Exception):
     """The client closed its pipe, ended, or sent bytes that are not a message."""
 
 
-def serve(engine: Responder, environment: Mapping[str, str]) -> None:
+def serve(engine: ThorEngine, environment: Mapping[str, str]) -> None:
     """Answer actions until the client ends."""
     parent = os.getppid()
     pack = packer()

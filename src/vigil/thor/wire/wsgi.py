@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from http.client import HTTPConnection, HTTPException
 
-from vigil.thor.base.response import EngineResponse, Responder
+from vigil.thor.engine import EngineResponse, ThorEngine
 
 BOUNDARY = "vigil-thor-engine-boundary"
 PATH = "/train"
@@ -21,7 +21,7 @@ IMAGE_PARTS = {
 """(kind of image, whether it is from a third-party camera) -> name of the form's part with the image."""
 
 
-def serve(engine: Responder, environment: Mapping[str, str]) -> None:
+def serve(engine: ThorEngine, environment: Mapping[str, str]) -> None:
     """Answer actions until the client ends or sends an empty action."""
     connection = HTTPConnection(environment["AI2THOR_HOST"], int(environment["AI2THOR_PORT"]))
     token = environment.get("AI2THOR_CLIENT_TOKEN", "")
