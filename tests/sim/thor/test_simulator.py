@@ -11,7 +11,7 @@ from vigil.errors import EpisodeError, SettingError, SimulatorError
 from vigil.protocol.actions import InteractPixel, Look
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.sim import make_simulator
-from vigil.sim.conformance import handling, moving, privileged, seeing, single_drawers
+from vigil.sim.conformance import handling, moving, privileged, seeing
 from vigil.sim.conformance.harness import Harness
 from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.thor import start
@@ -90,7 +90,7 @@ def test_an_engine_that_fails_is_started_again_by_the_next_load():
     [
         moving.stops_at_a_wall,
         handling.picks_and_places_where_clicked,
-        single_drawers.open_one_by_one,
+        handling.open_one_by_one,
         handling.contents_move_along,
         seeing.applies_setups,
         privileged.sees_from_anywhere,

@@ -1,5 +1,7 @@
 """Harness of the conformance checks: a simulator in the reference house, with short calls to face and click objects."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from vigil.base.geometry import Pose, Vec3, floor_distance, yaw_towards
@@ -94,9 +96,24 @@ def expect_refused(effect: Effect, refusal: str | None) -> None:
     expect(effect.refusal == refusal, f"expected refusal {refusal}, found {effect}")
 
 
+def expect_error(kind: type[Exception], act: Callable[[], object], words: str = "") -> None:
+    """Raise AssertionError unless `act` raises an error of a kind, with `words` in its message."""
+    try:
+        found = act()
+    except kind as error:
+        expect(words in str(error), f"expected {words!r} in {str(error)!r}")
+        return
+    raise AssertionError(f"expected a {kind.__name__} {words!r}, found {found!r}")
+
+
 def opened(*object_ids: str, openness: float = 1.0) -> Setup:
     """Return a setup in which each of the objects has this openness."""
     return Setup(objects={object_id: ObjectSetup(openness=openness) for object_id in object_ids})
+
+
+def holding(object_id: str) -> Setup:
+    """Return a setup in which the agent holds an object."""
+    return Setup(held=object_id)
 
 
 def placed(object_id: str, x: float, y: float, z: float) -> Setup:

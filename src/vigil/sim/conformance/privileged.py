@@ -1,6 +1,5 @@
 """Conformance checks of the guarantees that `vigil.sim.privileged` gives to solvers and authoring."""
 
-from collections.abc import Callable
 from dataclasses import fields
 
 import numpy as np
@@ -9,7 +8,7 @@ from vigil.base.geometry import Pose, Vec3
 from vigil.errors import EpisodeError, SimulatorError
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
-from vigil.sim.conformance.harness import NOTHING, Harness, expect, expect_refused, opened
+from vigil.sim.conformance.harness import NOTHING, Harness, expect, expect_error, expect_refused, holding, opened
 from vigil.sim.conformance.reference_house import BEDROOM, DOOR, DRAWER, EAST, KITCHEN, PANE, WEST
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -65,7 +64,7 @@ def lists_pixels_in_the_frame(harness: Harness) -> None:
     expect(pixels.ndim == 2 and pixels.shape[1] == 2 and pixels.dtype.kind == "i", f"{pixels.shape} {pixels.dtype}")
     expect(bool(((pixels >= 0) & (pixels < [640, 480])).all()), "pixels outside of the frame")
     without = Setup(objects={"Apple|1": ObjectSetup(is_absent=True)})
-    cases = {"behind the agent": ("Fridge|1", NOTHING), "held": ("Apple|1", Setup(held="Apple|1")),
+    cases = {"behind the agent": ("Fridge|1", NOTHING), "held": ("Apple|1", holding("Apple|1")),
              "absent": ("Apple|1", without), "in a closed fridge": ("Lettuce|1", NOTHING)}  # fmt: skip
     for what, (object_id, setup) in cases.items():
         harness.stand(1.4, 3.2, WEST, setup=setup)
@@ -90,7 +89,7 @@ def sees_from_anywhere(harness: Harness) -> None:
         bool(sees(eye, beyond, PANE, through_glass=True).all()), "an object's own glass does not count as the object"
     )
     expect(not sees(eye, beyond, "FloorLamp|2").any(), "a ray that stops at glass went through")
-    harness.stand(THERE.position.x, THERE.position.z, setup=Setup(held="Apple|1"))
+    harness.stand(THERE.position.x, THERE.position.z, setup=holding("Apple|1"))
     expect(not sees(APPLE_FROM, points, "Apple|1").any(), "what is held is met by rays")
 
 
@@ -119,7 +118,7 @@ def may_show_what_it_shows(harness: Harness) -> None:
 
 def rolls_back(harness: Harness) -> None:
     """A rollback restores the world to the last bit, even if rollbacks are nested or an exception was raised."""
-    harness.face(5.2, 3.1, "Fridge|1", Setup(held="Mug|1"))
+    harness.face(5.2, 3.1, "Fridge|1", holding("Mug|1"))
     before = _answers(harness)
     with harness.simulator.rollback():
         expect_refused(harness.click("open_access", "Fridge|1"), None)
@@ -148,9 +147,9 @@ def moves_the_agent_temporarily(harness: Harness) -> None:
 
     Afterwards the world is the same as before.
     """
-    harness.stand(THERE.position.x, THERE.position.z, THERE.rotation, THERE.horizon, Setup(held="Mug|1"))
+    harness.stand(THERE.position.x, THERE.position.z, THERE.rotation, THERE.horizon, holding("Mug|1"))
     wanted = _answers(harness)
-    harness.stand(HERE.x, HERE.z, EAST, setup=Setup(held="Mug|1"))
+    harness.stand(HERE.x, HERE.z, EAST, setup=holding("Mug|1"))
     before = _answers(harness)
     with harness.simulator.at_pose(THERE):
         expect(
@@ -169,8 +168,8 @@ def refuses_unknown_ids(harness: Harness) -> None:
     """An id that the house does not have raises EpisodeError."""
     harness.stand(HERE.x, HERE.z)
     points = np.zeros((1, 3))
-    _raises(EpisodeError, lambda: harness.simulator.pixels_of("Aple|1"))
-    _raises(EpisodeError, lambda: harness.simulator.points_visible_from(HERE, points, "Aple|1"))
+    expect_error(EpisodeError, lambda: harness.simulator.pixels_of("Aple|1"))
+    expect_error(EpisodeError, lambda: harness.simulator.points_visible_from(HERE, points, "Aple|1"))
 
 
 def needs_a_house(harness: Harness) -> None:
@@ -188,7 +187,7 @@ def needs_a_house(harness: Harness) -> None:
             lambda: simulator.rollback().__enter__(),
             lambda: simulator.at_pose(THERE).__enter__(),
         ):
-            _raises(SimulatorError, ask)
+            expect_error(SimulatorError, ask)
     finally:
         simulator.load(harness.house)
     harness.stand(HERE.x, HERE.z)
@@ -198,25 +197,12 @@ def needs_a_house(harness: Harness) -> None:
 def _answers(harness: Harness) -> tuple[object, ...]:
     """Return the hidden state of everything in the world, and the answers to some privileged queries."""
     simulator = harness.simulator
-    things = tuple(_facts_of(thing) for thing in simulator.scene().things.values())
+    names = [each.name for each in fields(Thing) if each.name != "asset"]  # an asset is large and never changes
     return (
         simulator.world(simulator.object_ids()),
-        things,
+        [tuple(getattr(thing, name) for name in names) for thing in simulator.scene().things.values()],
         simulator.can_stand(HERE),
         simulator.can_stand(THERE.position),
         simulator.pixels_of("Fridge|1").tolist(),
         simulator.object_at(320, 240),
     )
-
-
-def _facts_of(thing: Thing) -> tuple[object, ...]:
-    """Return all fields of a thing except its asset, which is large and never changes."""
-    return tuple(getattr(thing, each.name) for each in fields(thing) if each.name != "asset")
-
-
-def _raises(kind: type[Exception], ask: Callable[[], object]) -> None:
-    try:
-        found = ask()
-    except kind:
-        return
-    raise AssertionError(f"expected a {kind.__name__}, found {found!r}")
