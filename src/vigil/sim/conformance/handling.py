@@ -13,17 +13,7 @@ from vigil.sim.conformance.harness import (
     opened,
     placed,
 )
-from vigil.sim.conformance.reference_house import (
-    DOOR,
-    DRAWER,
-    DRESSER,
-    LOWEST,
-    NORTH,
-    SIBLING,
-    SOUTH,
-    WATCH,
-    WEST,
-)
+from vigil.sim.conformance.reference_house import DOOR, DRAWER, DRESSER, LOWEST, NORTH, SIBLING, SOUTH, WATCH, WEST
 
 FREE_COUNTER = Vec3(3.65, 0.9225, 4.55)
 """A point on the counter where nothing lies."""

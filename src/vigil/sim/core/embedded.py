@@ -14,14 +14,7 @@ import numpy as np
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3, floor_distance, heading, wrap_deg
 from vigil.errors import EpisodeError, SimulatorError
-from vigil.protocol.actions import (
-    MAX_TURN_DEG,
-    Intent,
-    InteractPixel,
-    Look,
-    Navigate,
-    PhysicalAction,
-)
+from vigil.protocol.actions import MAX_TURN_DEG, Intent, InteractPixel, Look, Navigate, PhysicalAction
 from vigil.protocol.house import House
 from vigil.protocol.world import Effect, Setup, WorldState
 from vigil.scene.build import build_scene

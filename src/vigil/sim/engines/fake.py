@@ -267,12 +267,7 @@ class FakeEngine:
         return self._all
 
     def _meet(
-        self,
-        origin: Vec3,
-        rays: np.ndarray,
-        through_glass: bool,
-        only: str | None = None,
-        without: Sequence[str] = (),
+        self, origin: Vec3, rays: np.ndarray, through_glass: bool, only: str | None = None, without: Sequence[str] = ()
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the number (n,) of the box that each of rays (n, 3) meets first (-1: none), and the distance (n,)."""
         boxes, middle, radius = self._joined()

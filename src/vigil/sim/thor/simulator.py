@@ -15,13 +15,7 @@ import shapely
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.errors import SimulatorError
-from vigil.protocol.actions import (
-    MAX_TURN_DEG,
-    InteractPixel,
-    Look,
-    Navigate,
-    PhysicalAction,
-)
+from vigil.protocol.actions import MAX_TURN_DEG, InteractPixel, Look, Navigate, PhysicalAction
 from vigil.protocol.house import House
 from vigil.protocol.world import Effect, ObjectState, Setup, WorldState
 from vigil.scene.outlines import room_floor

@@ -24,10 +24,7 @@ OPEN_FROM = 1e-3
 THORS_HAND_M = (0.0, -0.16, 0.38)
 """Usual `localPosition` (m) of AI2-THOR's hand: to the right, up and ahead of the camera."""
 _NOWHERE = Vec3(0.0, 0.0, 0.0)
-_WITHOUT: dict[str, Any] = {
-    **dict.fromkeys(("isMoving", "obstructed"), False),
-    "controlledObjects": None,
-}
+_WITHOUT: dict[str, Any] = {**dict.fromkeys(("isMoving", "obstructed"), False), "controlledObjects": None}
 """Metadata fields for properties that objects never have in this engine. Every object has the same values in them."""
 _UNUSED: dict[str, Any] = {
     **dict.fromkeys(("flatSurfacesOnGrid", "distances", "normals", "isOpenableGrid", "segmentedObjectIds"), ()),

@@ -53,10 +53,7 @@ def properties(thing: Thing, scene: Scene, flags: dict[str, Any]) -> dict[str, A
         found |= {ability: thing.category in categories, flag: bool(flags.get(flag))}
     heat = _temperature(thing, scene)
     found |= {"temperature": heat, "ObjectTemperature": heat}
-    return found | {
-        "isHeatSource": thing.category in HEAT_SOURCES,
-        "isColdSource": thing.category in COLD_SOURCES,
-    }
+    return found | {"isHeatSource": thing.category in HEAT_SOURCES, "isColdSource": thing.category in COLD_SOURCES}
 
 
 def _temperature(thing: Thing, scene: Scene) -> str:

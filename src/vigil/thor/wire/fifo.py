@@ -39,10 +39,7 @@ def serve(engine: ThorEngine, environment: Mapping[str, str]) -> None:
     """Answer actions until the client ends."""
     parent = os.getppid()
     pack = packer()
-    with (
-        suppress(ClientGone, BrokenPipeError),
-        _opened(environment["AI2THOR_FIFO_SERVER_PIPE_PATH"], parent) as out,
-    ):
+    with suppress(ClientGone, BrokenPipeError), _opened(environment["AI2THOR_FIFO_SERVER_PIPE_PATH"], parent) as out:
         out.write(message(engine.first_response(), pack))
         out.flush()
         with open(environment["AI2THOR_FIFO_CLIENT_PIPE_PATH"], "rb") as incoming:

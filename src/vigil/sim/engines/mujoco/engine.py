@@ -59,13 +59,7 @@ class MujocoEngine:
     ) -> RayHits:
         """Cast rays along unit `directions` (n, 3), in THOR's frame (see `Engine.cast`)."""
         return rays.cast(
-            self._loaded,
-            origin,
-            directions,
-            through_glass=through_glass,
-            only=only,
-            without=without,
-            within_m=within_m,
+            self._loaded, origin, directions, through_glass=through_glass, only=only, without=without, within_m=within_m
         )
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:

@@ -24,12 +24,7 @@ def render_state(data: NativeData, groups: np.ndarray, materials: np.ndarray, la
     `groups` and `materials` have the group and the number of the material of each geom.
     """
     return RenderState(
-        data.geom_xpos,
-        data.geom_xmat.reshape(-1, 3, 3),
-        groups != HIDDEN,
-        groups == HELD,
-        materials,
-        lamps.strengths(),
+        data.geom_xpos, data.geom_xmat.reshape(-1, 3, 3), groups != HIDDEN, groups == HELD, materials, lamps.strengths()
     )
 
 
