@@ -17,7 +17,7 @@ from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import DRAWER, DRESSER, WATCH, reference_house
 from vigil.sim.core.click_target import target_kind
-from vigil.sim.core.handling import ClickHit, interact
+from vigil.sim.core.handling import interact
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.setup import apply_setup
 from vigil.sim.core.state import SceneState
@@ -126,9 +126,9 @@ def test_a_shut_container_takes_on_its_top_and_refuses_its_inside():
     state = state_of(dresser, watch)
     state.take(watch)
     front = Vec3(0.2, 0.8 * dresser.asset.size.y, dresser.asset.size.z / 2 - 0.03)
-    assert interact(state, "place", ClickHit(dresser, front)).refusal == "receptacle_closed"
+    assert interact(state, "place", dresser, front).refusal == "receptacle_closed"
     assert state.held == "Watch"
-    assert interact(state, "place", ClickHit(dresser, middle(dresser, inside=False))).refusal is None
+    assert interact(state, "place", dresser, middle(dresser, inside=False)).refusal is None
     assert (watch.parent, watch.surface) == ("Dresser", "top")
     assert containers_of(state.scene, watch) == []
 
@@ -142,7 +142,7 @@ def test_a_full_top_does_not_send_a_thing_inside():
     put(state, box, cabinet, top)
     assert box.parent == "Cabinet"
     state.take(statue)
-    interact(state, "place", ClickHit(cabinet, top))
+    interact(state, "place", cabinet, top)
     assert statue.surface in ("top", None)
 
 
@@ -172,7 +172,7 @@ def test_a_dish_takes_what_it_takes_wherever_it_lies_inside(category):
     egg = thing("Egg", Vec3(2, 0, -2))
     state, bowl = bowl_in(thing(category, openness=1.0), egg)
     state.take(egg)
-    assert interact(state, "place", ClickHit(bowl, middle(bowl, inside=True))).refusal is None
+    assert interact(state, "place", bowl, middle(bowl, inside=True)).refusal is None
     assert [each.id for each in containers_of(state.scene, egg)] == ["Bowl", category]
 
 
@@ -185,7 +185,7 @@ def test_a_dish_in_the_drawer_of_a_dresser_takes_too():
     state = SceneState(scene, Pose(position=Vec3(7.5, 0, 1.5), rotation=180.0), CollisionMap(scene))
     put(state, bowl, drawer, middle(drawer, inside=True))
     state.take(egg)
-    assert interact(state, "place", ClickHit(bowl, middle(bowl, inside=True))).refusal is None
+    assert interact(state, "place", bowl, middle(bowl, inside=True)).refusal is None
     assert [each.id for each in containers_of(scene, egg)] == ["Bowl", DRAWER, DRESSER]
 
 
@@ -194,7 +194,7 @@ def test_what_stands_out_of_the_hollow_has_no_room_on_a_dish_in_it(category, hel
     tall = thing(held, Vec3(2, 0, -2))
     state, bowl = bowl_in(thing(category, openness=1.0), tall)
     state.take(tall)
-    assert interact(state, "place", ClickHit(bowl, middle(bowl, inside=True))).refusal == "no_room"
+    assert interact(state, "place", bowl, middle(bowl, inside=True)).refusal == "no_room"
 
 
 @pytest.mark.parametrize(("dropped", "refusal"), [("Egg", None), ("Kettle", "no_room")])
@@ -202,7 +202,7 @@ def test_what_is_dropped_falls_onto_a_dish_in_a_basin(dropped, refusal):
     falling = thing(dropped, Vec3(2, 0, -2))
     state, _ = bowl_in(thing("Sink", Vec3(0, 0, 0.8)), falling)
     state.take(falling)
-    assert interact(state, "drop", ClickHit(None, None)).refusal == refusal
+    assert interact(state, "drop", None, None).refusal == refusal
     assert falling.parent == (None if refusal else "Bowl")
 
 

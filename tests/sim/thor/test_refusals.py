@@ -4,14 +4,15 @@ import logging
 
 import pytest
 
-from vigil.sim.thor.refusals import MESSAGES, UNKNOWN, Refusal, is_out_of_sight, refusal_of
+from vigil.sim.core.handling import InteractionResult
+from vigil.sim.thor.refusals import MESSAGES, UNKNOWN, is_out_of_sight, refusal_of
 from vigil.thor.actions.handling import REFUSALS
 
 
 @pytest.mark.parametrize("code", REFUSALS)
 def test_what_our_engine_says_is_understood(code):
     message = REFUSALS[code].format(thing="Fridge|1", blocker="Box|1", held="Apple")
-    assert refusal_of(message).code == code
+    assert refusal_of(message).refusal == code
 
 
 @pytest.mark.parametrize(
@@ -32,14 +33,14 @@ def test_what_was_in_the_way_is_named(message, blocker):
 
 def test_exceptions_with_traces_are_understood():
     thrown = "NullReferenceException: Target object not found within the specified visibility.. trace: at X.cs:12"
-    assert refusal_of(thrown).code == "nothing_hit"
+    assert refusal_of(thrown).refusal == "nothing_hit"
     assert is_out_of_sight(thrown)
     assert not is_out_of_sight("No valid positions to place object found")
 
 
 def test_what_is_unknown_is_told_and_taken_for_one_thing(caplog):
     with caplog.at_level(logging.WARNING):
-        assert refusal_of("The moon is in the way") == Refusal(UNKNOWN)
+        assert refusal_of("The moon is in the way") == InteractionResult(UNKNOWN)
     assert "The moon is in the way" in caplog.text
 
 

@@ -23,7 +23,7 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.cameras import CameraImage, CameraView, Layer
 from vigil.sim.core.agent_actions import horizon_after, object_state, walk
 from vigil.sim.core.engine import Engine
-from vigil.sim.core.handling import ClickHit, InteractionResult, apply_intent, interact, open_to
+from vigil.sim.core.handling import InteractionResult, apply_intent, interact, open_to
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.naming import pixel_of_named
 from vigil.sim.core.setup import apply_setup, blocked_start_error, thing_named
@@ -333,13 +333,13 @@ class EmbeddedSimulator:
         loaded = self._require_loaded()
         state = loaded.state
         if action.x is None or action.y is None or action.intent == "drop":
-            result = interact(state, action.intent, ClickHit(None, None))
+            result = interact(state, action.intent, None, None)
             return Effect(refusal=result.refusal, changed=result.changed)
         if not (0 <= action.x < WIDTH and 0 <= action.y < HEIGHT):
             return Effect(refusal="nothing_hit")
         thing, point = loaded.sight.click(state.agent, action.x, action.y)
         near = loaded.sight.ids_near_pixel(state.agent, action.x, action.y)
-        result = interact(state, action.intent, ClickHit(thing, point))
+        result = interact(state, action.intent, thing, point)
         return Effect(
             hit=thing.id if thing else None,
             hit_category=thing.category if thing else None,

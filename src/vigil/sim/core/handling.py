@@ -18,16 +18,6 @@ from vigil.sim.core.state import AGENT, SceneState
 
 
 @dataclass(frozen=True, slots=True)
-class ClickHit:
-    """What the ray of a click hits first."""
-
-    thing: Thing | None
-    """The thing that the ray met; None if it met nothing, or only structure without an id, such as a wall."""
-    point: Vec3 | None
-    """The point (m) at which the ray met something; None if it met nothing."""
-
-
-@dataclass(frozen=True, slots=True)
 class InteractionResult:
     """What an interaction did: the things that it changed, or why it was refused."""
 
@@ -39,15 +29,15 @@ class InteractionResult:
     """Sorted ids of the things that changed."""
 
 
-def interact(state: SceneState, intent: Intent, click: ClickHit) -> InteractionResult:
-    """Carry out or refuse one intent on the thing that a click hit."""
+def interact(state: SceneState, intent: Intent, thing: Thing | None, point: Vec3 | None) -> InteractionResult:
+    """Carry out or refuse one intent on the thing and the point (m) that a click's ray met first; see `Sight.click`."""
     if intent == "drop":
         return _drop(state)
-    if click.thing is None or click.point is None:
+    if thing is None or point is None:
         return InteractionResult("nothing_hit")
-    if intent != "ground" and not can_reach(state.agent.position, intent, body_box(click.thing), click.point):
+    if intent != "ground" and not can_reach(state.agent.position, intent, body_box(thing), point):
         return InteractionResult("too_far")
-    return apply_intent(state, intent, click.thing, click.point)
+    return apply_intent(state, intent, thing, point)
 
 
 def apply_intent(state: SceneState, intent: Intent, thing: Thing, point: Vec3) -> InteractionResult:

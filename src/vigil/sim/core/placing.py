@@ -336,17 +336,16 @@ def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) 
         on_floor = state.collision_map.is_inside(footprint) and not body.intersects(footprint)
         return FreeSpot(Vec3(x, state.agent.position.y - float(bulk.low[1]), z), yaw) if on_floor else None
     landings = [spot for thing in things.values() for spot in _landings_on(thing, bulk, x, z, yaw)]
-    for spot in sorted(landings, key=lambda each: -each.position.y):
-        rest, support = spot.position.y + float(bulk.low[1]), things[spot.parent or ""]
-        hollow = _container_ids(state, support)
-        is_clear = all(  # a solid that is around the place may rise above it
-            prism.top <= rest + TOUCH_M or (owner in hollow and prism.bottom < rest - TOUCH_M) for owner, prism in below
-        )
-        is_clear &= bool(_fits_in_hollows(state, bulk, np.array([spot.position]), np.array([yaw]), support).all())
-        if is_clear and not body.intersects(footprint):
-            return spot
+    if not landings:
         return None
-    return None
+    spot = max(landings, key=lambda each: each.position.y)
+    rest, support = spot.position.y + float(bulk.low[1]), things[spot.parent or ""]
+    hollow = _container_ids(state, support)
+    is_clear = all(  # a solid that is around the place may rise above it
+        prism.top <= rest + TOUCH_M or (owner in hollow and prism.bottom < rest - TOUCH_M) for owner, prism in below
+    )
+    is_clear &= bool(_fits_in_hollows(state, bulk, np.array([spot.position]), np.array([yaw]), support).all())
+    return spot if is_clear and not body.intersects(footprint) else None
 
 
 def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[FreeSpot]:

@@ -83,19 +83,33 @@ def things_named(setup: Setup, scene: Scene, house_name: str) -> list[tuple[Thin
     return [(scene.things[object_id], change) for object_id, change in setup.objects.items()]
 
 
+def changed_states(thing: Thing, change: ObjectSetup, *, can_open: bool) -> tuple[float | None, bool | None]:
+    """Return the openness and the switch state that a setup changes, each None if it stays. Raises EpisodeError."""
+    openness = None if change.openness == thing.openness else change.openness
+    if openness is not None and not can_open:
+        raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) has no part that opens; leave out its `openness`.")
+    is_toggled = None if change.is_toggled == thing.is_toggled else change.is_toggled
+    if is_toggled is not None and not thing.is_toggleable:
+        raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; leave out its `is_toggled`.")
+    return openness, is_toggled
+
+
+def carrier_of(thing: Thing, placement: Placement, scene: Scene, house_name: str) -> Thing | None:
+    """Return the parent of a thing that a setup places, if there is one. Raises EpisodeError."""
+    if thing.is_structure:
+        raise EpisodeError(f"Setup: {thing.id!r} is a door or window and cannot be placed elsewhere.")
+    if placement.parent is not None and placement.parent not in scene.things:
+        missing = unknown_object_message(placement.parent, scene, house_name)
+        raise EpisodeError(f"Setup: parent of {thing.id!r}: {missing}")
+    return None if placement.parent is None else scene.things[placement.parent]
+
+
 def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
-    if change.openness is not None and change.openness != thing.openness:
-        if not thing.asset.can_open:
-            raise EpisodeError(
-                f"Setup: {thing.id!r} ({thing.category}) has no part that opens; leave out its `openness`."
-            )
-        set_openness(state, thing, change.openness)
-    if change.is_toggled is not None and change.is_toggled != thing.is_toggled:
-        if not thing.is_toggleable:
-            raise EpisodeError(
-                f"Setup: {thing.id!r} ({thing.category}) cannot be switched; leave out its `is_toggled`."
-            )
-        thing.is_toggled = change.is_toggled
+    openness, is_toggled = changed_states(thing, change, can_open=thing.asset.can_open)
+    if openness is not None:
+        set_openness(state, thing, openness)
+    if is_toggled is not None:
+        thing.is_toggled = is_toggled
         state.mark_changed(thing)
     if change.is_broken:
         _break(state, thing)
@@ -143,21 +157,14 @@ def _check_carriers(state: SceneState, changed: list[Thing]) -> None:
 
 
 def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str) -> None:
-    if thing.is_structure:
-        raise EpisodeError(f"Setup: {thing.id!r} is a door or window and cannot be placed elsewhere.")
     if thing.is_drawer:
         raise EpisodeError(f"Setup: {thing.id!r} is a drawer of {thing.parent!r} and cannot be placed elsewhere.")
-    parent = None
-    if placement.parent is not None:
-        parent = state.scene.things.get(placement.parent)
-        if parent is None:
-            missing = unknown_object_message(placement.parent, state.scene, house_name)
-            raise EpisodeError(f"Setup: parent of {thing.id!r}: {missing}")
-        if parent is thing or thing in ancestors(state.scene, parent):
-            raise EpisodeError(
-                f"Setup: {thing.id!r} cannot rest on {parent.id!r}, because {parent.id!r} rests on {thing.id!r}. "
-                "Place it on something else."
-            )
+    parent = carrier_of(thing, placement, state.scene, house_name)
+    if parent is not None and thing in (parent, *ancestors(state.scene, parent)):
+        raise EpisodeError(
+            f"Setup: {thing.id!r} cannot rest on {parent.id!r}, because {parent.id!r} rests on {thing.id!r}. "
+            "Place it on something else."
+        )
     thing.parent, thing.surface, thing.parent_joint = placement.parent, None, None
     state.move(thing, placement.position, placement.rotation)
     if parent is not None:

@@ -97,8 +97,7 @@ def _attempt(session: EngineSession, act: Callable[[], ActionOutcome]) -> Intera
     before = _facts(session)
     outcome = act()
     if not outcome.is_done:
-        refusal = refusal_of(outcome.message)
-        return InteractionResult(refusal.code, refusal.blocked_by)
+        return refusal_of(outcome.message)
     session.wait_until_at_rest()
     after = _facts(session)
     changed = []

@@ -6,10 +6,10 @@ first row whose part occurs in a message is used. A message that fits no row is 
 
 import logging
 import re
-from dataclasses import dataclass
 
 from vigil.protocol.house import EXTERIOR
 from vigil.protocol.world import RefusalCode
+from vigil.sim.core.handling import InteractionResult
 
 UNKNOWN: RefusalCode = "blocked_by_object"
 """Refusal that is used for a message that fits no row."""
@@ -61,30 +61,21 @@ _BLOCKERS = (re.compile(r"collided with (.+)$"), re.compile(r"([^:]+?) is blocki
 _LOG = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, slots=True)
-class Refusal:
-    """The reason why an action was refused."""
-
-    code: RefusalCode
-    blocked_by: str | None = None
-    """THOR's name of what was in the way; None if it is not known."""
-
-
-def refusal_of(message: str) -> Refusal:
-    """Return the protocol's refusal that a message of THOR means."""
+def refusal_of(message: str) -> InteractionResult:
+    """Return the protocol's refusal that a message of THOR means, and THOR's name of what was in the way, if known."""
     code: RefusalCode | None = next((code for part, code in MESSAGES if part in message), None)
     if code is None:
         _LOG.warning("AI2-THOR refused an action for an unknown reason, taken for %s: %s", UNKNOWN, message)
-        return Refusal(UNKNOWN)
+        return InteractionResult(UNKNOWN)
     if "Scene bounds" in message:
-        return Refusal(code, EXTERIOR)
+        return InteractionResult(code, EXTERIOR)
     if code == "blocked_by_agent":
-        return Refusal(code, AGENT)
+        return InteractionResult(code, AGENT)
     if code not in ("path_blocked", "blocked_by_object"):
-        return Refusal(code)
+        return InteractionResult(code)
     words = message.partition(". trace")[0].strip()
     found = next(filter(None, (pattern.search(words) for pattern in _BLOCKERS)), None)
-    return Refusal(code, found[1].strip() if found else None)
+    return InteractionResult(code, found[1].strip() if found else None)
 
 
 def is_out_of_sight(message: str) -> bool:

@@ -14,7 +14,7 @@ from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.build import rest_on_surface
 from vigil.scene.supports import ancestors, contents
 from vigil.scene.things import Thing
-from vigil.sim.core.setup import check_can_be_held, things_named, unknown_object_message
+from vigil.sim.core.setup import carrier_of, changed_states, check_can_be_held, things_named
 from vigil.sim.thor.engine_session import EngineSession
 from vigil.sim.thor.scene_sync import ThorSnapshot
 from vigil.sim.thor.units import from_thor, teleport_arguments, to_thor
@@ -160,19 +160,11 @@ def _set_states(session: EngineSession, thing: Thing, change: ObjectSetup) -> No
             f"Setup: AI2-THOR cannot show the notice that {thing.id!r} ({thing.category}) is out of order. Play "
             "the episode in the embedded simulator, or leave out its `is_broken`."
         )
-    if change.openness is not None and change.openness != thing.openness:
-        if not thing.is_openable:
-            raise EpisodeError(
-                f"Setup: {thing.id!r} ({thing.category}) has no part that opens; leave out its `openness`."
-            )
-        _force(session, "OpenObject", objectId=thing.id, openness=change.openness, forceAction=True)
-    if change.is_toggled is not None and change.is_toggled != thing.is_toggled:
-        if not thing.is_toggleable:
-            raise EpisodeError(
-                f"Setup: {thing.id!r} ({thing.category}) cannot be switched; leave out its `is_toggled`."
-            )
-        action = "ToggleObjectOn" if change.is_toggled else "ToggleObjectOff"
-        _force(session, action, objectId=thing.id, forceAction=True)
+    openness, is_toggled = changed_states(thing, change, can_open=thing.is_openable)
+    if openness is not None:
+        _force(session, "OpenObject", objectId=thing.id, openness=openness, forceAction=True)
+    if is_toggled is not None:
+        _force(session, f"ToggleObject{'On' if is_toggled else 'Off'}", objectId=thing.id, forceAction=True)
 
 
 def _depth(setup: Setup, object_id: str) -> int:
@@ -189,17 +181,12 @@ def _put(session: EngineSession, thing: Thing, placement: Placement, house_name:
     surface is too far away.
     """
     scene_sync = session.scene_sync
-    if thing.is_structure:
-        raise EpisodeError(f"Setup: {thing.id!r} is a door or window and cannot be placed elsewhere.")
+    parent = carrier_of(thing, placement, scene_sync.scene, house_name)
     if not scene_sync.is_movable(thing):
         raise EpisodeError(f"Setup: AI2-THOR does not move {thing.id!r} ({thing.category}). Leave it where it is.")
     goal = copy.copy(thing)
     goal.position, goal.rotation = placement.position, placement.rotation
-    if placement.parent is not None:
-        parent = scene_sync.scene.things.get(placement.parent)
-        if parent is None:
-            missing = unknown_object_message(placement.parent, scene_sync.scene, house_name)
-            raise EpisodeError(f"Setup: parent of {thing.id!r}: {missing}")
+    if parent is not None:
         rest_on_surface(goal, parent)
     before = Vec3(*thing.position)
     carried = [(each, Vec3(*each.position)) for each in contents(scene_sync.scene, thing.id)]

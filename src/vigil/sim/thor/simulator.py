@@ -231,18 +231,15 @@ class ThorSimulator:
         """Move the body by a length (m; negative means backward), or refuse."""
         action = "MoveAhead" if length_m > 0.0 else "MoveBack"
         outcome = self._require_loaded().session.do(action, moveMagnitude=abs(length_m))
-        if outcome.is_done:
-            return InteractionResult()
-        refusal = refusal_of(outcome.message)
-        return InteractionResult(refusal.code, refusal.blocked_by)
+        return InteractionResult() if outcome.is_done else refusal_of(outcome.message)
 
     def _turn(self, action: Navigate) -> Effect:
         degrees, is_right = min(action.magnitude, MAX_TURN_DEG), action.mode == "turn_right"
         outcome = self._require_loaded().session.do("RotateRight" if is_right else "RotateLeft", degrees=degrees)
         is_capped = action.magnitude > MAX_TURN_DEG
         if not outcome.is_done:
-            refusal = refusal_of(outcome.message)
-            return Effect(refusal=refusal.code, blocked_by=refusal.blocked_by, capped=is_capped)
+            result = refusal_of(outcome.message)
+            return Effect(refusal=result.refusal, blocked_by=result.blocked_by, capped=is_capped)
         return Effect(turned_deg=degrees if is_right else -degrees, capped=is_capped)
 
     def _look(self, action: Look) -> Effect:
