@@ -5,7 +5,7 @@ Lengths are metres in a right-handed frame: x right, y forward, z up. A geom is 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -15,14 +15,9 @@ from vigil.scene.portals import Portals
 
 MAX_POINT_LIGHTS = 2
 """Greatest number of point lights that the shader can use."""
-
-
-class RayCaster(Protocol):
-    """Casts rays at triangles that do not move. Two threads may use it at once."""
-
-    def cast(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return the length (n,) float32 of rays from origins (n, 3) along unit directions; 100 m or more on a miss."""
-        ...
+CastRays = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Ray caster: returns the length (n,) float32 of rays from origins (n, 3) along unit directions (n, 3) to triangles
+that do not move; 100 m or more on a miss. Two threads may use it at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +81,7 @@ class RenderScene:
     portals: Portals
     static_occluders: np.ndarray
     """Geoms that block light: structure and the fixed parts of furniture, except glass and the objects on furniture."""
-    caster: Callable[[np.ndarray, np.ndarray], RayCaster]
+    caster: Callable[[np.ndarray, np.ndarray], CastRays]
     """Function that makes a ray caster from vertices (n, 3) and faces (m, 3)."""
     initial: RenderState
     """The state at the start, in which every thing counts as present, as not broken and as switched off."""

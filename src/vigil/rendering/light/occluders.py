@@ -3,7 +3,7 @@
 import numpy as np
 
 from vigil.rendering.geometry import Geometry
-from vigil.rendering.scene import RayCaster, RenderState
+from vigil.rendering.scene import CastRays, RenderState
 
 FAR_M = 100.0
 _SHORT_M = 1e-3
@@ -12,14 +12,14 @@ _SHORT_M = 1e-3
 class Occluders:
     """Triangles that block light."""
 
-    def __init__(self, caster: RayCaster) -> None:
-        self._caster = caster
+    def __init__(self, cast: CastRays) -> None:
+        self._cast = cast
 
     def distances(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Return the length (n,) in metres of rays from `origins` (n, 3) along unit directions; `FAR_M` for a miss."""
         if not len(origins):
             return np.zeros(0, np.float32)
-        met = self._caster.cast(np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32))
+        met = self._cast(np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32))
         return np.minimum(met, np.float32(FAR_M))
 
     def are_blocked(self, origins: np.ndarray, ends: np.ndarray) -> np.ndarray:

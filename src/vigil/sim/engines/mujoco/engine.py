@@ -42,7 +42,7 @@ class MujocoEngine:
 
     def update(self, scene: Scene, ids: set[str]) -> None:
         """Update the poses and states of the named things."""
-        model = self._loaded
+        model = self.model
         for thing_id in sorted(ids):
             model.place(scene.things[thing_id])
         model.update_kinematics()
@@ -59,7 +59,7 @@ class MujocoEngine:
     ) -> RayHits:
         """Cast rays along unit `directions` (n, 3), in THOR's frame (see `Engine.cast`)."""
         return rays.cast(
-            self._loaded, origin, directions, through_glass=through_glass, only=only, without=without, within_m=within_m
+            self.model, origin, directions, through_glass=through_glass, only=only, without=without, within_m=within_m
         )
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
@@ -90,16 +90,12 @@ class MujocoEngine:
     def camera(self) -> Camera:
         """The camera for the loaded scene. Raises SimulatorError without OpenGL."""
         if self._camera is None:
-            self._camera = Camera(self._loaded, self._quality)
+            self._camera = Camera(self.model, self._quality)
         return self._camera
 
     @property
     def model(self) -> CompiledModel:
-        """The loaded scene's model."""
-        return self._loaded
-
-    @property
-    def _loaded(self) -> CompiledModel:
+        """The loaded scene's model. Raises RuntimeError before the first `load`."""
         if self._model is None:
             raise RuntimeError("MujocoEngine: load a scene first")
         return self._model
@@ -108,8 +104,8 @@ class MujocoEngine:
         """Return the lights of objects for a picture. Also set the lamps of rooms by the visible light switches."""
         if self._scene is None:
             return []
-        light_sources.update_room_lamps(self._loaded, self._scene, looker, lens)
-        return light_sources.point_lights_of(self._loaded, self._scene, looker, lens, in_hand)
+        light_sources.update_room_lamps(self.model, self._scene, looker, lens)
+        return light_sources.point_lights_of(self.model, self._scene, looker, lens, in_hand)
 
     def _in_hand(self, held: str | None) -> list[Thing]:
         if self._scene is None or held is None:
