@@ -2,10 +2,10 @@
 
 from vigil.assets.database import AssetDatabase
 from vigil.sim import make_simulator
-from vigil.sim.privileged import PrivilegedQueries, PrivilegedSimulator, SupportsRollback
+from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
 
-PROTOCOLS = (Simulator, PrivilegedQueries, SupportsRollback)
+PROTOCOLS = (Simulator, PrivilegedSimulator)
 
 
 def members() -> set[str]:

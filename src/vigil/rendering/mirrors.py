@@ -1,5 +1,6 @@
 """Mirrors: the scene in front of a mirror is drawn by a camera behind it, and this picture is put onto the mirror."""
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -16,14 +17,9 @@ _FLAT = 0.99
 
 def mirrors_before(geometry: Geometry, state: RenderState, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
     """Return the mirrors among the geoms whose face the viewer sees, nearest first, at most `MAX_MIRRORS`."""
-    found = []
-    for geom in geoms.tolist():
-        if not geometry.scene.materials[state.materials[geom]].is_mirror:
-            continue
-        mirror = _mirror(geometry, state, geom, viewer)
-        if mirror is not None:
-            found.append(mirror)
-    return found[:MAX_MIRRORS]
+    shiny = (geom for geom in geoms.tolist() if geometry.scene.materials[state.materials[geom]].is_mirror)
+    found = (_mirror(geometry, state, geom, viewer) for geom in shiny)
+    return list(itertools.islice(filter(None, found), MAX_MIRRORS))
 
 
 def _mirror(geometry: Geometry, state: RenderState, geom: int, viewer: Viewer) -> Mirror | None:

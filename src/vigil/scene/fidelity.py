@@ -49,12 +49,7 @@ def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mis
         Mismatch(rule, thing.id, message)
         for thing in scene.things.values()
         for rule, message in (
-            *(
-                []
-                if thing.asset.category in MAKERS
-                else [("stand-in", f"{thing.category} has no maker: it is drawn as a plain box")]
-            ),
-            *(() if drawers_of(scene, thing) else _box(thing, asked.get(thing.id, thing.asset.size))),
+            *_shape(thing, None if drawers_of(scene, thing) else asked.get(thing.id, thing.asset.size)),
             *_gap(thing, scene),
             *_state(thing),
         )
@@ -64,16 +59,19 @@ def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mis
 def too_many_triangles(house: str, triangles: int, rooms: int) -> list[Mismatch]:
     """Return a mismatch when a house with this number of rooms is drawn with too many triangles; else an empty list."""
     most = MOST_TRIANGLES_ONE_ROOM if rooms == 1 else MOST_TRIANGLES
-    return (
-        [Mismatch("triangles", house, f"{triangles} triangles, at most {most} are allowed")] if triangles > most else []
-    )
+    found = Mismatch("triangles", house, f"{triangles} triangles, at most {most} are allowed")
+    return [found] if triangles > most else []
 
 
-def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
-    """Yield a mismatch if a thing's size differs from the size that the house asks for.
+def _shape(thing: Thing, asked: Vec3 | None) -> Iterator[tuple[str, str]]:
+    """Yield a mismatch if a thing is a stand-in, and one if its size differs from the size that the house asks for.
 
     The thing is measured both shut and open, because AI2-THOR measures laptops open. One of the two sizes must fit.
     """
+    if thing.asset.category not in MAKERS:
+        yield "stand-in", f"{thing.category} has no maker: it is drawn as a plain box"
+    if asked is None:
+        return
     want = np.array(asked)
     sizes = [_extent(thing.asset, openness) for openness in ((0.0, 1.0) if thing.asset.joints else (0.0,))]
     if not any((np.abs(size - want) <= BOX_SHARE * want + BOX_M).all() for size in sizes):

@@ -41,12 +41,13 @@ class Partitions:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._walls = [(panel.id, prism) for panel in scene.panels for prism in wall_prisms(panel)]
+        self.walls = [(panel.id, prism) for panel in scene.panels for prism in wall_prisms(panel)]
+        """(id, plane) of each part of a wall; the caller must not change the list."""
         self._answers: dict[tuple, str | None] = {}
 
     def now(self) -> list[tuple[str, Prism]]:
         """Return (id, plane) of every wall, every window, and every door that is shut now."""
-        planes = list(self._walls)
+        planes = list(self.walls)
         for thing in self._scene.things.values():
             if thing.is_structure and _fills_its_hole(thing):
                 half_x, half_y = thing.asset.size.x / 2, thing.asset.size.y / 2

@@ -170,9 +170,14 @@ def _hole_in(wall: Wall, opening: Opening, first: Wall) -> Hole:
 def _panel(wall: Wall, holes: tuple[Hole, ...], rooms: dict[str, shapely.Polygon]) -> WallPanel:
     start, end = wall.ends
     heights = [point.y for point in wall.polygon]
-    probe = _faced(start, end)[1]
+    direction, middle = _direction(start, end), (np.array(start) + np.array(end)) / 2
+    normal = np.array([direction[1], -direction[0]])
+    probe = shapely.Point(*(middle + PROBE_M * normal))
     faced = next((room for room, floor in rooms.items() if floor.contains(probe)), EXTERIOR)
     room_id = EXTERIOR if wall.is_exterior else wall.room_id or faced
+    # The normal is towards the panel's room or, if it has none, away from all rooms.
+    is_towards = rooms[room_id].contains(probe) if room_id in rooms else faced == EXTERIOR
+    x, z = normal if is_towards else -normal
     return WallPanel(
         id=wall.id,
         room_id=room_id,
@@ -180,24 +185,7 @@ def _panel(wall: Wall, holes: tuple[Hole, ...], rooms: dict[str, shapely.Polygon
         end=end,
         bottom=min(heights),
         height=max(heights) - min(heights),
-        normal=_normal(start, end, rooms.get(room_id), list(rooms.values())),
+        normal=(float(x), float(z)),
         material=MaterialRef.model_validate(wall.material.model_dump()),
         holes=tuple(sorted(holes, key=lambda hole: hole.left)),
     )
-
-
-def _normal(
-    start: tuple[float, float], end: tuple[float, float], room: shapely.Polygon | None, rooms: list[shapely.Polygon]
-) -> tuple[float, float]:
-    """Return the unit normal (x, z) of a panel: towards its room, or away from all rooms if `room` is None."""
-    normal, probe = _faced(start, end)
-    inward = room.contains(probe) if room is not None else not any(other.contains(probe) for other in rooms)
-    sign = 1.0 if inward else -1.0
-    return float(sign * normal[0]), float(sign * normal[1])
-
-
-def _faced(start: tuple[float, float], end: tuple[float, float]) -> tuple[np.ndarray, shapely.Point]:
-    """Return a wall's unit normal (2,) to the side that the order of its ends defines, and a point on this side."""
-    direction, middle = _direction(start, end), (np.array(start) + np.array(end)) / 2
-    normal = np.array([direction[1], -direction[0]])
-    return normal, shapely.Point(*(middle + PROBE_M * normal))

@@ -58,17 +58,9 @@ def _sample() -> Scene:
     room = RoomShape(
         "room", "Kitchen", corners, 2.5, MaterialRef(name="planks/oak"), None, Vec3(0.0, 2.4, 0.0), (1.0, 1.0, 1.0), 1.0
     )
+    plaster = MaterialRef(name="plaster/white")
     panels = [
-        WallPanel(
-            f"wall{number}",
-            "room",
-            tuple(start),
-            tuple(end),
-            0.0,
-            2.5,
-            tuple(-(start + end) / 4.0),
-            MaterialRef(name="plaster/white"),
-        )
+        WallPanel(f"wall{number}", "room", tuple(start), tuple(end), 0.0, 2.5, tuple(-(start + end) / 4.0), plaster)
         for number, (start, end) in enumerate(zip(corners, np.roll(corners, -1, axis=0), strict=True))
     ]
     table, apple = CATALOG["DiningTable"].typical_size, CATALOG["Apple"].typical_size

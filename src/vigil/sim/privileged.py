@@ -1,8 +1,8 @@
 """Privileged parts of a simulator backend: they are for solvers, validation and authoring, never for an agent.
 
-`PrivilegedQueries` answers questions about the house and about what is visible from any place. `SupportsRollback`
-undoes changes. Both concern the house in its present state, after `load` and `reset`. Before the first `load` and after
-`close`, every member raises SimulatorError. An id that the house does not have raises EpisodeError. No member draws a
+They answer questions about the house and about what is visible from any place, and undo changes. They concern the house
+in its present state, after `load` and `reset`. Before the first `load` and after `close`, every member raises
+SimulatorError. An id that the house does not have raises EpisodeError. No member draws a
 frame or changes later answers of `Simulator`.
 
 Places and lengths are in metres and angles in degrees, in the frame of `vigil.base.geometry` (x right, y up, z ahead).
@@ -21,8 +21,12 @@ from vigil.scene.things import Scene
 from vigil.sim.protocol import Simulator
 
 
-class PrivilegedQueries(Protocol):
-    """Questions about the objects in the house, where the agent's body fits, and what is visible from any place."""
+@runtime_checkable
+class PrivilegedSimulator(Simulator, Protocol):
+    """A simulator for solvers, validation, authoring and the conformance suite.
+
+    Every backend in `BACKENDS` is of this type.
+    """
 
     def object_ids(self) -> list[str]:
         """Return the sorted ids of all objects that are present, including held objects."""
@@ -72,10 +76,6 @@ class PrivilegedQueries(Protocol):
         visible pixel, the answer is True. Held and absent objects are not in the frame.
         """
 
-
-class SupportsRollback(Protocol):
-    """Contexts that undo all changes made inside them."""
-
     def rollback(self) -> AbstractContextManager[None]:
         """Return a context that undoes, when it ends (also by an exception), everything that was done inside it.
 
@@ -88,11 +88,3 @@ class SupportsRollback(Protocol):
 
         Whether the body fits there is not checked.
         """
-
-
-@runtime_checkable
-class PrivilegedSimulator(Simulator, PrivilegedQueries, SupportsRollback, Protocol):
-    """A simulator for solvers, validation, authoring and the conformance suite.
-
-    Every backend in `BACKENDS` is of this type.
-    """

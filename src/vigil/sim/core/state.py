@@ -8,7 +8,7 @@ import numpy as np
 
 from vigil.base.geometry import Pose, Vec3, heading
 from vigil.scene.geometry import Motion, Prism, euler_angles, place_of, prisms_of, rotation_matrix
-from vigil.scene.outlines import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, wall_prisms
+from vigil.scene.outlines import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M
 from vigil.scene.partitions import Partitions
 from vigil.scene.supports import contents
 from vigil.scene.things import Scene, Thing
@@ -50,14 +50,12 @@ class SceneState:
     """Ids of the things that may have changed since the last call of `flush`."""
     partitions: Partitions = field(init=False)
     _prisms: dict[str, list[Prism]] = field(default_factory=dict)
-    _walls: list[tuple[str, Prism]] = field(default_factory=list)
     _last_flushed: dict[str, tuple[Any, ...]] = field(init=False)
     """Id of a thing -> values of its `MUTABLE_FIELDS` at the last call of `flush`."""
 
     def __post_init__(self) -> None:
         self._last_flushed = dict(zip(self.scene.things, mutable_state_of(self.scene), strict=True))
         self.partitions = Partitions(self.scene)
-        self._walls = [(panel.id, prism) for panel in self.scene.panels for prism in wall_prisms(panel)]
 
     def mark_changed(self, thing: Thing) -> None:
         """Record that a thing's position or state has changed."""
@@ -85,7 +83,7 @@ class SceneState:
 
     def solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
         """Return (id, prism) of the walls, and of all present things that are neither held nor in `ignored`."""
-        return self.thing_solids(ignored) + self._walls
+        return self.thing_solids(ignored) + self.partitions.walls
 
     def thing_solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
         """Return (id, prism) of all present things that are neither held nor in `ignored`."""

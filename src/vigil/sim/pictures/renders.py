@@ -1,7 +1,5 @@
 """Pictures that no agent sees: one asset on a plain stage, or a whole house from above."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset
@@ -36,8 +34,7 @@ def render_asset(
     middle = frames.points(np.array([0.0, size[1] / 2, 0.0]))
     back = frames.points(_direction(yaw, pitch))
     distance = 1.25 * radius / np.sin(np.radians(STAGE_FOVY_DEG / 2))
-    view = _FreeCamera(middle + distance * back, back, STAGE_FOVY_DEG)
-    return _picture(scene, view, "default")
+    return _picture(scene, _looking_back(middle + distance * back, back, STAGE_FOVY_DEG), "default")
 
 
 def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
@@ -53,34 +50,23 @@ def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
     width = round(FRAME_HEIGHT * BIRD_MARGIN * extent[0] / (2 * half))
     back = frames.points(_direction(180.0, 82.0))
     eye = frames.points(np.array([x, height, z])) + back * half / np.tan(np.radians(BIRD_FOVY_DEG / 2))
-    return _picture(scene, _FreeCamera(eye, back, BIRD_FOVY_DEG, width), quality)
+    return _picture(scene, _looking_back(eye, back, BIRD_FOVY_DEG, width), quality)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _FreeCamera:
-    """A camera at any place, in MuJoCo's frame."""
-
-    eye: np.ndarray
-    back: np.ndarray
-    """Unit vector that points backward: from what the camera looks at to the camera."""
-    fovy_deg: float
-    width: int = FRAME_WIDTH
-
-    @property
-    def axes(self) -> np.ndarray:
-        """Return a matrix whose columns are the camera's axes right, up and backward."""
-        right = np.cross([0.0, 0.0, 1.0], self.back)
-        right /= np.linalg.norm(right)
-        return np.stack([right, np.cross(self.back, right), self.back], axis=1)
+def _looking_back(eye: np.ndarray, back: np.ndarray, fovy_deg: float, width: int = FRAME_WIDTH) -> Viewer:
+    """Return a camera; the unit vector `back` (MuJoCo's frame) points from what it looks at to the camera."""
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    return Viewer(eye, np.stack([right, np.cross(back, right), back], axis=1), fovy_deg, width, FRAME_HEIGHT)
 
 
-def _picture(scene: Scene, view: _FreeCamera, quality: Quality) -> np.ndarray:
+def _picture(scene: Scene, viewer: Viewer, quality: Quality) -> np.ndarray:
     model = build(scene)
     unwanted = [geom for geom, kind in enumerate(model.render_scene.structure_kinds) if kind in ("ceiling", "ground")]
     model.groups[unwanted] = HIDDEN
     camera = Camera(model, quality)
     try:
-        return camera.draw_from(Viewer(view.eye, view.axes, view.fovy_deg, view.width, FRAME_HEIGHT))
+        return camera.draw_from(viewer)
     finally:
         camera.close()
 

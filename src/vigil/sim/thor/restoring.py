@@ -112,16 +112,13 @@ def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str
 
 def _stack(snapshot: ThorSnapshot) -> set[str]:
     """Return the ids of the object in the hand and of everything that it carried, according to a snapshot."""
-    if snapshot.held is None:
-        return set()
-    stack = {snapshot.held}
-    while True:
-        more = {
-            name for name, entry in snapshot.objects.items() if stack & set(entry["parentReceptacles"] or ())
-        } - stack
-        if not more:
-            return stack
+    stack, carriers = (
+        {snapshot.held},
+        {name: each["parentReceptacles"] or () for name, each in snapshot.objects.items()},
+    )
+    while more := {name for name, below in carriers.items() if not stack.isdisjoint(below)} - stack:
         stack |= more
+    return {name for name in stack if name is not None}
 
 
 def _carriers(objects: dict[str, Any], name: str) -> int:

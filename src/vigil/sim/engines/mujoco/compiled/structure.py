@@ -94,10 +94,15 @@ def _distinct(values: np.ndarray, low: float, high: float) -> np.ndarray:
     return ordered[np.concatenate([[True], np.diff(ordered) > 1e-4])]
 
 
+def _course(panel: WallPanel) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return a panel's start (2,) on the floor plane, the unit vector (2,) along it, and its length (m)."""
+    start, way = np.array(panel.start), np.subtract(panel.end, panel.start)
+    length = float(np.linalg.norm(way))
+    return start, way / max(length, 1e-9), length
+
+
 def _wall(panel: WallPanel, heights: np.ndarray) -> Mesh:
-    start, end = np.array(panel.start), np.array(panel.end)
-    length = float(np.linalg.norm(end - start))
-    along = (end - start) / max(length, 1e-9)
+    start, along, length = _course(panel)
     first = float(start @ along)
     holes = [_behind_frame(panel, hole) for hole in panel.holes]
     edges = np.array([edge for hole in holes for edge in (hole.left, hole.right)], dtype=float)
@@ -174,21 +179,17 @@ def _ears(polygon: shapely.Polygon, height: float, normal: np.ndarray) -> Mesh:
 
 def _skirting(panel: WallPanel) -> list[Mesh]:
     """Return the skirting boards along the foot of a wall. Holes that reach down to the floor have no boards."""
-    start, end = np.array(panel.start), np.array(panel.end)
-    length = float(np.linalg.norm(end - start))
     gaps = sorted((hole.left, hole.right) for hole in panel.holes if hole.bottom < panel.bottom + SKIRTING_HEIGHT_M)
     stretches, at = [], 0.0
     for left, right in gaps:
         stretches.append((at, left))
         at = max(at, right)
-    stretches.append((at, length))
+    stretches.append((at, _course(panel)[2]))
     return [_board(panel, a, b) for a, b in stretches if b - a > 0.02]
 
 
 def _board(panel: WallPanel, left: float, right: float) -> Mesh:
-    start, end = np.array(panel.start), np.array(panel.end)
-    length = float(np.linalg.norm(end - start))
-    along, normal = (end - start) / length, np.array(panel.normal)
+    (start, along, _), normal = _course(panel), np.array(panel.normal)
     count = max(2, int(np.ceil((right - left) / CELL_M)) + 1)
     u = np.linspace(left, right, count)
     profile = [(SKIRTING_DEPTH_M, 0.0), (SKIRTING_DEPTH_M, SKIRTING_HEIGHT_M - 0.008), (0.0, SKIRTING_HEIGHT_M)]
