@@ -6,7 +6,7 @@ import pytest
 from tests.support.cabinet_scene import drawn_block
 from vigil.base.geometry import Vec3
 from vigil.rendering.geometry import BOARD_EDGE_M, geometry_of
-from vigil.rendering.light import irradiance, lightmap_atlas, occluders
+from vigil.rendering.light import irradiance, lightmap_atlas
 from vigil.rendering.light import lighting as lighting_module
 from vigil.rendering.light.irradiance import Samples
 from vigil.rendering.light.lighting import Lighting, mixed, shaded
@@ -22,10 +22,10 @@ from vigil.sim.engines.mujoco.compiled import casters, model_cache
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 
 
-def occluders_at(height: float) -> occluders.Occluders:
+def occluders_at(height: float) -> irradiance.Occluders:
     """Return the block with its middle at a height, as what stops light."""
     block = drawn_block()
-    return occluders.Occluders(casters.make_caster(block.vertices + np.array([0.0, 0.0, height]), block.faces))
+    return irradiance.Occluders(casters.make_caster(block.vertices + np.array([0.0, 0.0, height]), block.faces))
 
 
 def test_planes_lie_apart_and_keep_their_points() -> None:

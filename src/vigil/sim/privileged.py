@@ -2,8 +2,8 @@
 
 They answer questions about the house and about what is visible from any place, and undo changes. They concern the house
 in its present state, after `load` and `reset`. Before the first `load` and after `close`, every member raises
-SimulatorError. An id that the house does not have raises EpisodeError. No member draws a
-frame or changes later answers of `Simulator`.
+SimulatorError. An id that the house does not have raises EpisodeError. No member draws a frame or changes later answers
+of `Simulator`.
 
 Places and lengths are in metres and angles in degrees, in the frame of `vigil.base.geometry` (x right, y up, z ahead).
 Pixels are x (right) and y (down) from the top left corner of the frame, which has the size FRAME_WIDTH x FRAME_HEIGHT.

@@ -8,9 +8,9 @@ from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
 from vigil.errors import EpisodeError
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.sim import make_simulator
-from vigil.sim.cameras import CameraView, Layer
 from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.core.engine import CameraView, Layer
 from vigil.sim.core.views import project_to_view, rays_of
 
 START = Pose(position=Vec3(3.5, 0.0, 2.5), rotation=30.0, horizon=20.0)

@@ -12,9 +12,9 @@ from vigil.errors import EpisodeError
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.geometry import place_of
 from vigil.sim import make_simulator
-from vigil.sim.cameras import CameraView
 from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.core.engine import CameraView
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,7 @@ import numpy as np
 
 from vigil.rendering.geometry import Geometry, geometry_of
 from vigil.rendering.light import irradiance, lightmap_atlas
-from vigil.rendering.light.irradiance import Samples
-from vigil.rendering.light.occluders import Occluders, occluders_of
+from vigil.rendering.light.irradiance import Occluders, Samples, occluders_of
 from vigil.rendering.light.smoothing import move_inward, smooth_edges, smoothed
 from vigil.rendering.scene import RenderScene, RenderState
 

@@ -20,9 +20,8 @@ from vigil.protocol.world import Effect, Setup, WorldState
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import body_box
 from vigil.scene.things import Scene, Thing
-from vigil.sim.cameras import CameraImage, CameraView, Layer
 from vigil.sim.core.agent_actions import horizon_after, object_state, walk
-from vigil.sim.core.engine import Engine
+from vigil.sim.core.engine import CameraImage, CameraView, Engine, Layer
 from vigil.sim.core.handling import InteractionResult, apply_intent, interact, open_to
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.naming import pixel_of_named

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
-from vigil.sim.cameras import CameraView
+from vigil.sim.core.engine import CameraView
 from vigil.sim.core.sight import Lens, camera_axes
 
 

@@ -23,8 +23,7 @@ from vigil.scene.geometry import STILL, Motion, part_motion
 from vigil.scene.outlines import wall_prisms
 from vigil.scene.supports import is_shut
 from vigil.scene.things import Scene, Thing
-from vigil.sim.cameras import NOTHING, CameraImage, CameraView, Layer
-from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, RayHits
+from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, NOTHING, CameraImage, CameraView, Layer, RayHits
 from vigil.sim.core.sight import HEIGHT, WIDTH, directions
 from vigil.sim.core.views import rays_of
 

@@ -112,13 +112,11 @@ def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str
 
 def _stack(snapshot: ThorSnapshot) -> set[str]:
     """Return the ids of the object in the hand and of everything that it carried, according to a snapshot."""
-    stack, carriers = (
-        {snapshot.held},
-        {name: each["parentReceptacles"] or () for name, each in snapshot.objects.items()},
-    )
+    stack = set() if snapshot.held is None else {snapshot.held}
+    carriers = {name: entry["parentReceptacles"] or () for name, entry in snapshot.objects.items()}
     while more := {name for name, below in carriers.items() if not stack.isdisjoint(below)} - stack:
         stack |= more
-    return {name for name in stack if name is not None}
+    return stack
 
 
 def _carriers(objects: dict[str, Any], name: str) -> int:

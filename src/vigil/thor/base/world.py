@@ -10,8 +10,8 @@ from vigil.errors import EpisodeError
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
-from vigil.sim.cameras import CameraView
 from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.core.engine import CameraView
 from vigil.sim.thor.units import BODY_HEIGHT_M
 from vigil.thor.base.errors import bad_argument, invalid_operation
 from vigil.thor.base.settings import Settings

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.cabinet_scene import drawn_block
-from vigil.rendering.light import occluders
+from vigil.rendering.light import irradiance
 from vigil.sim.engines.mujoco.compiled import casters
 
 
@@ -16,8 +16,8 @@ def test_both_ray_casters_measure_the_same() -> None:
     ways = -origins + rng.normal(0.0, 0.3, (300, 3)).astype(np.float32)
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     first, second = (
-        np.minimum(caster(mesh.vertices, mesh.faces)(origins, ways), occluders.FAR_M)
+        np.minimum(caster(mesh.vertices, mesh.faces)(origins, ways), irradiance.FAR_M)
         for caster in (casters.embree_caster, casters.mujoco_caster)
     )
-    assert 50 < np.count_nonzero(first < occluders.FAR_M) < 300
+    assert 50 < np.count_nonzero(first < irradiance.FAR_M) < 300
     assert first == pytest.approx(second, abs=1e-4)

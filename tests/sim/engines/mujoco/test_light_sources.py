@@ -14,9 +14,9 @@ from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Scene, Thing
 from vigil.sim import make_simulator
-from vigil.sim.cameras import CameraView
 from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.core.engine import CameraView
 from vigil.sim.core.sight import AGENT_LENS
 from vigil.sim.engines.mujoco import light_sources
 from vigil.sim.engines.mujoco.engine import MujocoEngine

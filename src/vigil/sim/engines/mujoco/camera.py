@@ -22,7 +22,7 @@ from vigil.rendering.painter import Painter
 from vigil.rendering.scene import PointLight, RenderState
 from vigil.rendering.viewer import HeldGeoms, Viewer
 from vigil.scene.things import Thing
-from vigil.sim.cameras import NOTHING, STRUCTURES, CameraImage, CameraView, Layer
+from vigil.sim.core.engine import NOTHING, STRUCTURES, CameraImage, CameraView, Layer
 from vigil.sim.core.sight import FOCAL_PX
 from vigil.sim.core.views import pose_of, rolled
 from vigil.sim.engines.mujoco import held

@@ -9,8 +9,7 @@ from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.observation import Quality
 from vigil.rendering.scene import PointLight
 from vigil.scene.things import Scene, Thing
-from vigil.sim.cameras import CameraImage, CameraView, Layer
-from vigil.sim.core.engine import RayHits
+from vigil.sim.core.engine import CameraImage, CameraView, Layer, RayHits
 from vigil.sim.core.sight import AGENT_LENS, Lens
 from vigil.sim.core.views import lens_of, pose_of
 from vigil.sim.engines.mujoco import light_sources, rays

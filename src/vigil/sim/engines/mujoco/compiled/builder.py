@@ -2,17 +2,20 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from vigil.assets.kernel.asset import Mesh
+from vigil.assets.kernel.asset import Asset, Mesh, Part
 from vigil.assets.kernel.materials import Material, material
+from vigil.assets.kernel.meshes import merge
 from vigil.assets.kernel.textures import texture
+from vigil.assets.notice import notice_parts
+from vigil.base.caches import cached_while_alive
 from vigil.scene.things import Scene, Thing
+from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
 from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.binding import NativeBody, NativeData, NativeModel, mujoco
-from vigil.sim.engines.mujoco.compiled.pieces import MeshPiece, pieces_of
 from vigil.sim.engines.mujoco.compiled.structure import shells_of, tint_of
 
 STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
@@ -21,6 +24,40 @@ GROUPS = 6
 GROUND_M, LAWN_HALF_M = -0.02, 60.0
 """Height (m) of the ground outside, and half of the ground's side length (m)."""
 Tint = tuple[float, float, float] | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeshPiece:
+    """The parts of an asset that form one geom."""
+
+    mesh: Mesh
+    """The mesh in MuJoCo's frame."""
+    joint: str | None
+    material: str
+    material_on: str | None
+    shown: Literal["always", "on", "off", "broken"]
+    roles: int
+    is_glass: bool
+
+
+@cached_while_alive
+def pieces_of(asset: Asset) -> tuple[MeshPiece, ...]:
+    """Return the pieces of an asset and of its notice; parts with the same joint, material and role are one piece."""
+    groups: dict[tuple, list[Part]] = {}
+    for part in (*asset.parts, *notice_parts(asset)):
+        roles = BEARS_OPEN * part.bears_open + BEARS_TOGGLE * part.bears_toggle
+        key = part.joint, part.material, part.material_on, part.shown, roles, part.is_glass
+        groups.setdefault(key, []).append(part)
+    return tuple(
+        MeshPiece(
+            merge(
+                Mesh(frames.points(each.vertices), frames.faces(each.faces), frames.points(each.normals), each.uvs)
+                for each in (part.mesh for part in parts)
+            ),
+            *key,
+        )
+        for key, parts in groups.items()
+    )
 
 
 @dataclass(slots=True, eq=False)
