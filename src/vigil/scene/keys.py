@@ -9,32 +9,19 @@ from collections.abc import Iterator
 
 from pydantic import BaseModel
 
-from vigil.protocol.house import (
-    Ceiling,
-    Door,
-    House,
-    HouseDocument,
-    HouseObject,
-    Light,
-    MaterialRef,
-    Point,
-    ProceduralParameters,
-    Room,
-    Wall,
-    Window,
-)
+from vigil.protocol import house as documents
 
 SECTIONS: dict[str, type[BaseModel]] = {
-    "house": HouseDocument,
-    "rooms": Room,
-    "ceilings": Ceiling,
-    "walls": Wall,
-    "doors": Door,
-    "windows": Window,
-    "objects": HouseObject,
-    "proceduralParameters": ProceduralParameters,
-    "lights": Light,
-    "materials": MaterialRef,
+    "house": documents.HouseDocument,
+    "rooms": documents.Room,
+    "ceilings": documents.Ceiling,
+    "walls": documents.Wall,
+    "doors": documents.Door,
+    "windows": documents.Window,
+    "objects": documents.HouseObject,
+    "proceduralParameters": documents.ProceduralParameters,
+    "lights": documents.Light,
+    "materials": documents.MaterialRef,
 }
 """Model of each part of a house document; the keys of these parts are checked."""
 IGNORED: dict[str, frozenset[str]] = {
@@ -81,7 +68,7 @@ UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
 """Keys of each part that are reported: key -> (value without an effect, phrase that says what happens instead)."""
 
 
-def unsupported_keys(house: House) -> list[str]:
+def unsupported_keys(house: documents.House) -> list[str]:
     """Return a line for each key of a house that is unsupported or unknown."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for place, node in _nodes(house.document):
@@ -100,11 +87,11 @@ def _other_keys(node: BaseModel) -> Iterator[tuple[str, object]]:
     """Yield (key, value) for each undeclared key of a node and of its points and rotations (as `rotation.w`)."""
     yield from (node.model_extra or {}).items()
     for name, part in node:
-        if isinstance(part, Point):
+        if isinstance(part, documents.Point):
             yield from ((f"{name}.{key}", value) for key, value in (part.model_extra or {}).items())
 
 
-def _nodes(document: HouseDocument) -> Iterator[tuple[str, BaseModel]]:
+def _nodes(document: documents.HouseDocument) -> Iterator[tuple[str, BaseModel]]:
     """Yield (key of `SECTIONS`, node) for every part of a document."""
     parameters = document.procedural_parameters
     yield "house", document
@@ -127,5 +114,5 @@ def _nodes(document: HouseDocument) -> Iterator[tuple[str, BaseModel]]:
         stack.extend(reversed(node.children))
 
 
-def _materials(*materials: MaterialRef | None) -> Iterator[tuple[str, BaseModel]]:
+def _materials(*materials: documents.MaterialRef | None) -> Iterator[tuple[str, BaseModel]]:
     yield from (("materials", material) for material in materials if material is not None)

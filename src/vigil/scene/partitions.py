@@ -73,7 +73,7 @@ class Partitions:
     def _blocker(self, thing: Thing, path: list[float]) -> str | None:
         """Return what `blocker` returns, without a cache."""
         within = _reach_bounds(thing)
-        near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and _bounds_overlap(within, plane)]
+        near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and bounds_overlap(within, plane)]
         if not near:
             return None
         hulls = [_leaves(thing, openness) for openness in path]
@@ -100,7 +100,7 @@ class Partitions:
         is_hit = np.zeros(len(bottoms), dtype=bool)
         left, low, right, high = shapely.total_bounds(footprints)
         for _, plane in self.now():
-            if _bounds_overlap((left, low, right, high), plane):
+            if bounds_overlap((left, low, right, high), plane):
                 is_level = (plane.bottom < bottoms + height) & (plane.top > bottoms)
                 is_hit |= is_level & shapely.intersects(footprints, polygon_of(plane))
         return is_hit
@@ -168,6 +168,7 @@ def _reach_bounds(thing: Thing) -> tuple[float, float, float, float]:
     return x, z, right, back
 
 
-def _bounds_overlap(within: tuple[float, float, float, float], plane: Prism) -> bool:
+def bounds_overlap(within: tuple[float, ...], plane: Prism) -> bool:
+    """Return whether a prism's bounds overlap or touch other bounds (least x, least z, greatest x, greatest z)."""
     x0, z0, x1, z1 = plane.bounds
     return x0 <= within[2] and x1 >= within[0] and z0 <= within[3] and z1 >= within[1]

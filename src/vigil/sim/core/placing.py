@@ -17,6 +17,7 @@ from vigil.assets.kernel.asset import Surface
 from vigil.base.geometry import Vec3, heading, wrap_deg
 from vigil.scene.geometry import Motion, Prism, place_of, prisms_of
 from vigil.scene.outlines import polygon_of
+from vigil.scene.partitions import bounds_overlap
 from vigil.scene.supports import (
     TOUCH_M,
     containers_of,
@@ -283,13 +284,8 @@ def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iter
 
     `lows` and `highs` (n, 2) are the least and greatest x, z of each place.
     """
-    if not len(lows):
-        return
-    (left, front), (right, back) = lows.min(axis=0).tolist(), highs.max(axis=0).tolist()
-    for owner, prism in state.solids(set()):
-        x0, z0, x1, z1 = prism.bounds
-        if x0 <= right and x1 >= left and z0 <= back and z1 >= front:
-            yield owner, prism
+    within = (*lows.min(axis=0, initial=np.inf).tolist(), *highs.max(axis=0, initial=-np.inf).tolist())
+    yield from (each for each in state.solids(set()) if bounds_overlap(within, each[1]))
 
 
 def _is_separated(

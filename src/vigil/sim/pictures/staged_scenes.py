@@ -56,7 +56,8 @@ def staged_scene(subject: SceneSubject, rng: np.random.Generator) -> Scene:
     """Return a room with the subject in it; the subject's thing has the id `SUBJECT`."""
     thing = _subject(subject)
     things = [thing, *place(thing, rng), *companions(thing, rng)]
-    holes = [_hole_of(each) for each in things if each.is_structure]
+    boxes = [(each.position, each.asset.size) for each in things if each.is_structure]
+    holes = [Hole(at.x - size.x / 2, at.x + size.x / 2, at.y - size.y / 2, at.y + size.y / 2) for at, size in boxes]
     return _room(subject.category, holes, {each.id: each for each in things}, rng)
 
 
@@ -73,11 +74,6 @@ def _subject(subject: SceneSubject) -> Thing:
         is_toggled=subject.state == "on",
         is_structure=subject.category in OPENINGS,
     )
-
-
-def _hole_of(thing: Thing) -> Hole:
-    half, middle = thing.asset.size.x / 2, thing.position
-    return Hole(middle.x - half, middle.x + half, middle.y - thing.asset.size.y / 2, middle.y + thing.asset.size.y / 2)
 
 
 def _room(category: str, holes: Sequence[Hole], things: dict[str, Thing], rng: np.random.Generator) -> Scene:

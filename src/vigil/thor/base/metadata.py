@@ -24,12 +24,10 @@ OPEN_FROM = 1e-3
 THORS_HAND_M = (0.0, -0.16, 0.38)
 """Usual `localPosition` (m) of AI2-THOR's hand: to the right, up and ahead of the camera."""
 _NOWHERE = Vec3(0.0, 0.0, 0.0)
-_WITHOUT: dict[str, Any] = {**dict.fromkeys(("isMoving", "obstructed"), False), "controlledObjects": None}
-"""Metadata fields for properties that objects never have in this engine. Every object has the same values in them."""
 _UNUSED: dict[str, Any] = {
     **dict.fromkeys(("flatSurfacesOnGrid", "distances", "normals", "isOpenableGrid", "segmentedObjectIds"), ()),
     **dict.fromkeys(("objectIdsInBox", "actionStringsReturn", "actionFloatsReturn", "actionVector3sReturn"), ()),
-    **dict.fromkeys(("collidedObjects",), ()),
+    "collidedObjects": (),
     "colorBounds": None,
     "visibleRange": None,
     "actionIntReturn": 0,
@@ -45,12 +43,13 @@ _UNUSED: dict[str, Any] = {
 def agent_metadata(world: World) -> dict[str, Any]:
     """Return the agent's metadata, without the fields that depend on the last action."""
     width, height = world.settings.screen_width, world.settings.screen_height
+    note = world.notes[0] if world.notes else ""  # the other notes are only in the client's log
     ids_are_drawn = world.settings.render_instance_segmentation or world.settings.render_semantic_segmentation
     return {
         **{name: list(value) if value == () else value for name, value in _UNUSED.items()},
         "agentId": world.active,
         "sceneName": world.scene_name,
-        "vigil": {"house": world.house.name if world.house else None, "notes": len(world.notes), "note": _note(world)},
+        "vigil": {"house": world.house.name if world.house else None, "notes": len(world.notes), "note": note},
         "screenWidth": width,
         "screenHeight": height,
         "fov": world.settings.field_of_view,
@@ -61,11 +60,6 @@ def agent_metadata(world: World) -> dict[str, Any]:
         "objects": objects(world),
         **_agent(world),
     }
-
-
-def _note(world: World) -> str:
-    """Return the first note on the house. The other notes are only in the client's log."""
-    return world.notes[0] if world.notes else ""
 
 
 def _agent(world: World) -> dict[str, Any]:
@@ -149,7 +143,9 @@ def objects(world: World) -> list[dict[str, Any]]:
 
 def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: set[str | None]) -> dict[str, Any]:
     return {
-        **_WITHOUT,
+        "isMoving": False,
+        "obstructed": False,
+        "controlledObjects": None,
         "name": thing.id,
         "objectId": thing.id,
         "objectType": thing.category,

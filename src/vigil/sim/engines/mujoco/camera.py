@@ -69,12 +69,11 @@ _window: list[_Window] = []
 _cameras: "weakref.WeakSet[Camera]" = weakref.WeakSet()
 
 
-def _enter() -> _Window:
+def _enter() -> None:
     if not _window:
         _window.append(_Window())
         atexit.register(_close_window)
     _window[0].enter()
-    return _window[0]
 
 
 @contextmanager
