@@ -26,8 +26,8 @@ from vigil.sim import make_simulator
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.core.sight import HEIGHT, WIDTH
 from vigil.sim.protocol import Simulator
-from vigil.sim.thor.engine_client import Event
 from vigil.sim.thor.guarded_client import GuardedClient
+from vigil.sim.thor.segmented_frame import Event
 from vigil.sim.thor.simulator import ThorSimulator
 from vigil.sim.thor.start import INITIALIZE, engine_options, own_command
 from vigil.thor.base.settings import Settings

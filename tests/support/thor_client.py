@@ -21,7 +21,7 @@ RAISED = ("InvalidAction", "MissingArguments", "AmbiguousAction", "InvalidArgume
 
 
 class InProcess:
-    """A `vigil.sim.thor.engine_client.EngineClient`."""
+    """A `vigil.sim.thor.engine_session.EngineClient`."""
 
     def __init__(self, house: dict[str, Any], backend: str = "mujoco") -> None:
         editor = make_simulator(backend, assets=AssetDatabase.default(), quality="fast")

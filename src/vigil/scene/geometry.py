@@ -132,17 +132,13 @@ def part_motion(thing: Thing, joint_name: str | None, openness: float | None = N
     return place.after(joint_motion(joint, thing.openness if openness is None else openness))
 
 
-def prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
-    """Return the thing's solids in the house's frame.
-
-    If `openness` is None, use the thing's present openness. `along` is a further motion of the solids, e.g. of a
-    carrier that takes the thing along.
-    """
-    return _prisms(thing, thing.asset.solids, openness, along)
+def prisms_of(thing: Thing, openness: float | None = None) -> list[Prism]:
+    """Return the thing's solids in the house's frame; None stands for the thing's present openness."""
+    return _prisms(thing, thing.asset.solids, openness, STILL)
 
 
 def moving_prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
-    """Return only the solids that the thing's joints carry; the parameters are those of `prisms_of`."""
+    """Return only the solids that the thing's joints carry, after a further motion `along`, e.g. of its carrier."""
     return _prisms(thing, [solid for solid in thing.asset.solids if solid.joint], openness, along)
 
 

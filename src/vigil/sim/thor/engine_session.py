@@ -1,15 +1,14 @@
 """A session with AI2-THOR's engine: it sends actions, updates the scene, and requests frames only when needed."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from vigil.errors import SimulatorError
 from vigil.sim.core.sight import HEIGHT, WIDTH
-from vigil.sim.thor.engine_client import EngineClient, Event
 from vigil.sim.thor.scene_sync import SceneSync
-from vigil.sim.thor.segmented_frame import SegmentedFrame
+from vigil.sim.thor.segmented_frame import Event, SegmentedFrame
 
 REST_STEP_S = 0.02
 """Time step (s) of the physics while objects come to rest."""
@@ -18,6 +17,28 @@ REST_EACH_S = 0.1
 MAX_REST_STEPS = 50
 """Greatest number of requests while objects come to rest. The position that an object has after the last of these
 requests is recorded, even if it still moves."""
+
+
+class EngineClient(Protocol):
+    """A client of a started engine: `vigil.sim.thor.guarded_client.GuardedClient`; tests have one in their process."""
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the engine was closed or has failed."""
+        ...
+
+    def open(self, house: dict[str, Any]) -> None:
+        """Make the engine build a house, replacing any earlier one. Raises SimulatorError."""
+
+    def step(self, action: str, **arguments: Any) -> Event:
+        """Return the event after an action, even if the action was refused.
+
+        Raises SimulatorError; after that, the client cannot be used any more.
+        """
+        ...
+
+    def close(self) -> None:
+        """End the engine."""
 
 
 @dataclass(frozen=True, slots=True)

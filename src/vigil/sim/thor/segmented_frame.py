@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 
 from vigil.base.geometry import Pose, Vec3
 from vigil.sim.core.sight import HEIGHT, WIDTH, camera_axes, directions, pixels_near
-from vigil.sim.thor.engine_client import Event
 
 LISTED_PIXELS = 1600
 """Approximate limit on the pixels that are listed for one object; of a larger object, only some pixels are listed."""
@@ -17,6 +17,20 @@ _PIXELS = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), axis=-1)
 _LEVEL = Pose(position=Vec3(0.0, 0.0, 0.0), rotation=0.0)
 _ALONG = (directions(_LEVEL, _PIXELS.reshape(-1, 2)) @ camera_axes(_LEVEL)[2]).reshape(HEIGHT, WIDTH)
 """Cosine of the angle between each pixel's ray and the camera's axis."""
+
+
+class Event(Protocol):
+    """The client's answer to an action."""
+
+    metadata: Any
+    frame: np.ndarray | None
+    """Colours (height, width, 3) uint8; None when not requested."""
+    depth_frame: np.ndarray | None
+    """Depth (height, width) float32 in metres along the camera's axis; None when not requested."""
+    instance_segmentation_frame: np.ndarray | None
+    """Colour (height, width, 3 or 4) uint8 that stands for the object at each pixel; None when not requested."""
+    color_to_object_id: dict[tuple[int, ...], str]
+    """Colour in the segmentation -> id of its object."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,8 +26,7 @@ from vigil.sim.core.handling import InteractionResult
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.setup import blocked_start_error, thing_named
 from vigil.sim.core.sight import HEIGHT, WIDTH, ObjectVisibility
-from vigil.sim.thor.engine_client import EngineClient
-from vigil.sim.thor.engine_session import EngineSession
+from vigil.sim.thor.engine_session import EngineClient, EngineSession
 from vigil.sim.thor.interaction import ObjectClick, drop_in_thor, interact_in_thor, place_of_pixel
 from vigil.sim.thor.refusals import refusal_of
 from vigil.sim.thor.restoring import restore_snapshot, set_up, stand
