@@ -35,7 +35,7 @@ GROWTH = 16
 
 
 class TextureArray:
-    """Textures as layers of one array texture, of `SIDE` x `SIDE` pixels. The first layer is white, for materials without a texture."""
+    """Layers of `SIDE` x `SIDE` pixels in one array texture. The first is white, for materials without a texture."""
 
     def __init__(self) -> None:
         self._layers: dict[int, int] = {}
