@@ -23,9 +23,9 @@ from vigil.protocol.actions import Navigate
 from vigil.protocol.house import House
 from vigil.protocol.world import Setup
 from vigil.sim import make_simulator
-from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.core.sight import HEIGHT, WIDTH
 from vigil.sim.protocol import Simulator
+from vigil.sim.scene_editor import SceneEditor
 from vigil.sim.thor.guarded_client import GuardedClient
 from vigil.sim.thor.segmented_frame import Event
 from vigil.sim.thor.simulator import ThorSimulator
@@ -194,7 +194,7 @@ def engine_in(house: House, width: int = WIDTH, height: int = HEIGHT, **layers: 
 def bare_engine(width: int, height: int, **layers: bool) -> ThorEngine:
     """Return an engine without a house in this process; `layers` says what it draws in addition to colours."""
     editor = make_simulator("mujoco", assets=AssetDatabase.default())
-    assert isinstance(editor, EmbeddedSimulator)
+    assert isinstance(editor, SceneEditor)
     engine = ThorEngine(World(editor, Settings(screen_width=width, screen_height=height)))
     engine.respond({"action": "Initialize", **INITIALIZE, **dict.fromkeys(MASKS, False), **layers})
     return engine

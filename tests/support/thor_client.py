@@ -9,7 +9,7 @@ import numpy as np
 from vigil.assets.database import AssetDatabase
 from vigil.errors import SimulatorError
 from vigil.sim import make_simulator
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.scene_editor import SceneEditor
 from vigil.sim.thor.simulator import ThorSimulator
 from vigil.sim.thor.start import INITIALIZE
 from vigil.thor.base.settings import Settings
@@ -25,7 +25,7 @@ class InProcess:
 
     def __init__(self, house: dict[str, Any], backend: str = "mujoco") -> None:
         editor = make_simulator(backend, assets=AssetDatabase.default(), quality="fast")
-        assert isinstance(editor, EmbeddedSimulator)
+        assert isinstance(editor, SceneEditor)
         self.engine = ThorEngine(World(editor, Settings(screen_width=WIDTH, screen_height=HEIGHT)))
         self.editor, self.is_over = editor, False
         self.sent: list[dict[str, Any]] = []

@@ -7,7 +7,7 @@ import pytest
 from vigil.assets.database import AssetDatabase
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.scene_editor import SceneEditor
 from vigil.sim.thor.units import BODY_HEIGHT_M
 from vigil.thor.base.settings import Settings
 from vigil.thor.base.world import World
@@ -19,7 +19,7 @@ class Client:
 
     def __init__(self) -> None:
         editor = make_simulator("fake", assets=AssetDatabase.default())
-        assert isinstance(editor, EmbeddedSimulator)
+        assert isinstance(editor, SceneEditor)
         self.world = World(editor, Settings(screen_width=32, screen_height=24))
         self.engine = ThorEngine(self.world)
         self.last: EngineResponse = self.engine.first_response()

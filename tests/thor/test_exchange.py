@@ -6,7 +6,7 @@ from tests.support.thor_exchange import SIZE, STEPS, golden, kept
 from vigil.assets.database import AssetDatabase
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.scene_editor import SceneEditor
 from vigil.thor.base.settings import Settings
 from vigil.thor.base.world import World
 from vigil.thor.engine import ThorEngine
@@ -14,7 +14,7 @@ from vigil.thor.engine import ThorEngine
 
 def test_the_engine_answers_as_it_did_the_real_client():
     editor = make_simulator("fake", assets=AssetDatabase.default())
-    assert isinstance(editor, EmbeddedSimulator)
+    assert isinstance(editor, SceneEditor)
     engine = ThorEngine(World(editor, Settings(screen_width=SIZE["width"], screen_height=SIZE["height"])))
     metadata: dict[str, Any] = {}
     lines = golden()

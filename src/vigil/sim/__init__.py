@@ -42,7 +42,7 @@ BACKENDS: dict[str, Callable[[AssetDatabase, Quality], PrivilegedSimulator]] = {
 NAMELESS_BACKENDS = ("thor",)
 """Backends in which an agent cannot name the object that it acts on (`vigil.sim.protocol.NamesObjects`)."""
 EDITABLE_BACKENDS = ("mujoco", "fake")
-"""Backends whose scene can be edited (`vigil.sim.core.embedded`); the AI2-THOR-compatible engine can run on them."""
+"""Backends that implement `vigil.sim.scene_editor.SceneEditor`; the AI2-THOR-compatible engine can run on them."""
 
 
 def make_simulator(name: str, *, assets: AssetDatabase, quality: Quality = "default") -> PrivilegedSimulator:

@@ -10,7 +10,7 @@ from pathlib import Path
 from vigil.assets.database import AssetDatabase
 from vigil.errors import SettingError, VigilError
 from vigil.sim import EDITABLE_BACKENDS, make_simulator
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.scene_editor import SceneEditor
 from vigil.thor.base.settings import Settings
 from vigil.thor.base.world import World
 from vigil.thor.engine import ThorEngine
@@ -52,7 +52,7 @@ def return_large_blocks() -> None:
 
 def _world(given: argparse.Namespace, *, has_patches: bool) -> World:
     editor = make_simulator(given.backend, assets=AssetDatabase.from_file(given.assets), quality=given.quality)
-    if not isinstance(editor, EmbeddedSimulator):
+    if not isinstance(editor, SceneEditor):
         raise SettingError(f"Backend {given.backend!r} cannot serve AI2-THOR's client: its scene cannot be edited.")
     settings = Settings(screen_width=given.width, screen_height=given.height, render_image=not given.without_pictures)
     return World(editor, settings, serves_patches=has_patches, knows_sizes=given.assets is not None)

@@ -6,7 +6,7 @@ from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import House
 from vigil.sim import make_simulator
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.scene_editor import SceneEditor
 
 CORNERS = [(0.0, 0.0), (0.0, 5.0), (4.0, 5.0), (4.0, 0.0)]
 
@@ -14,7 +14,7 @@ CORNERS = [(0.0, 0.0), (0.0, 5.0), (4.0, 5.0), (4.0, 0.0)]
 def test_every_ray_along_an_axis_meets_the_room():
     """The eye and the rays lie in the planes in which the room's surfaces are cut into triangles."""
     editor = make_simulator("mujoco", assets=AssetDatabase.default())
-    assert isinstance(editor, EmbeddedSimulator)
+    assert isinstance(editor, SceneEditor)
     editor.load(House("room", {"rooms": [_room()], "walls": [_wall(number) for number in range(4)]}))
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     for eye in (Vec3(1.5, 1.5, 2.0), Vec3(1.0, 1.0, 1.0), Vec3(2.5, 0.5, 4.5), Vec3(2.25, 1.25, 1.75)):

@@ -13,8 +13,7 @@ from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.geometry import place_of
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
-from vigil.sim.core.embedded import EmbeddedSimulator
-from vigil.sim.core.engine import CameraView
+from vigil.sim.scene_editor import CameraView, SceneEditor
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +87,7 @@ def test_a_broken_machine_bears_a_notice_and_does_not_start(backend: str):
     start = house.start
     assert start is not None
     simulator.load(house)
-    assert isinstance(simulator, EmbeddedSimulator)
+    assert isinstance(simulator, SceneEditor)
     microwave = simulator.scene().things["Microwave|1"]
     spot = notice_centre(microwave.asset)
     assert spot is not None

@@ -1,7 +1,7 @@
 """The embedded simulator: motion, handling and visibility in a scene. Any engine can draw and cast rays for it.
 
-It implements every protocol of a simulator. A program such as the AI2-THOR-compatible engine (`vigil.thor`) can also
-edit its world at any time, and draw images from any camera. A frame is drawn only when it is requested.
+It implements `vigil.sim.scene_editor.SceneEditor`, which includes every other protocol of a simulator. A frame is drawn
+only when it is requested.
 """
 
 from collections.abc import Iterable, Iterator
@@ -21,13 +21,14 @@ from vigil.scene.build import build_scene
 from vigil.scene.geometry import body_box
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.agent_actions import horizon_after, object_state, walk
-from vigil.sim.core.engine import CameraImage, CameraView, Engine, Layer
+from vigil.sim.core.engine import Engine
 from vigil.sim.core.handling import InteractionResult, apply_intent, interact, open_to
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.naming import pixel_of_named
 from vigil.sim.core.setup import apply_setup, blocked_start_error, thing_named
 from vigil.sim.core.sight import HEIGHT, WIDTH, Sight
 from vigil.sim.core.state import MUTABLE_FIELDS, SceneState, mutable_state_of
+from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 OFF_SEAMS = np.array([6.1e-7, 5.3e-7, 5.9e-7])
 """Vector (3,) that is added to the direction of each ray of `meets`. Surfaces are cut into triangles along round
@@ -54,7 +55,7 @@ class _WorldSnapshot:
 
 
 class EmbeddedSimulator:
-    """A simulator that lets an engine draw and cast rays, and whose scene can be edited."""
+    """A simulator and `SceneEditor` that lets an engine draw and cast rays."""
 
     def __init__(self, engine: Engine, assets: AssetDatabase) -> None:
         self.name = engine.name
@@ -190,7 +191,7 @@ class EmbeddedSimulator:
             self.stand(pose)
             yield
 
-    # For programs that edit a scene.
+    # The rest of `SceneEditor`: for programs that edit a scene.
 
     def stand(self, pose: Pose) -> None:
         """Put the agent, with what it holds, at a pose. Whether the body fits there is not checked."""
@@ -200,10 +201,7 @@ class EmbeddedSimulator:
         self._flush()
 
     def apply_changes(self, setup: Setup) -> None:
-        """Apply a setup to the world as it is now. Doors, lids and drawers may then reach through walls and containers.
-
-        Raises EpisodeError; in that case nothing has changed.
-        """
+        """Apply a setup to the world as it is now. Raises EpisodeError; in that case nothing has changed."""
         loaded = self._require_loaded()
         before = self._snapshot()
         change = setup.objects.get(loaded.state.held or "")
@@ -217,18 +215,18 @@ class EmbeddedSimulator:
         self._flush()
 
     def restore_object(self, object_id: str) -> None:
-        """Put an object that was removed from the scene back where it was. Raises EpisodeError on an unknown id."""
+        """Put an object that was removed from the scene back where it was."""
         thing = self._thing(object_id)
         thing.is_present = True
         self._require_loaded().state.mark_changed(thing)
         self._flush()
 
     def apply_intent(self, intent: Intent, object_id: str, point: Vec3) -> Effect:
-        """Do what a click on a point of an object would do, at any distance. Raises EpisodeError on an unknown id."""
+        """Do what a click on a point of an object would do, at any distance."""
         return self._effect_of(apply_intent(self._require_loaded().state, intent, self._thing(object_id), point))
 
     def open_to(self, object_id: str, openness: float) -> Effect:
-        """Open or close an object to `openness` (0 to 1), or refuse. Raises EpisodeError on an unknown id."""
+        """Open or close an object to `openness` (0 to 1), or refuse."""
         return self._effect_of(open_to(self._require_loaded().state, self._thing(object_id), openness))
 
     def redecorate(self, house: House) -> None:
@@ -243,26 +241,16 @@ class EmbeddedSimulator:
         self._flush()
 
     def reachable(self, start: Vec3, step_m: float, yaw: float = 0.0) -> np.ndarray:
-        """Return the places (n, 2; x, z) that the body can reach on a grid through `start`, along grid edges.
-
-        The grid is turned by `yaw` (deg).
-        """
+        """Return the places (n, 2; x, z) that the body reaches on a grid through `start`, turned by `yaw` (deg)."""
         return self._require_loaded().state.collision_map.reachable(start, step_m, yaw)
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Return the id of what stops the body on the straight way from `start` to `end`; None if nothing does.
-
-        If only the edge of the rooms stops the body, return "exterior". An obstacle that the middle of the body is
-        already inside at `start` never stops the body.
-        """
+        """Return the id of what stops the body on the straight way from `start` to `end`; None if nothing does."""
         return self._require_loaded().state.collision_map.blocker(start, end, leaves_overlaps=True)
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Return two arrays (n,) for rays along unit directions (n, 3): what each ray meets first, and how far (m).
-
-        A thing is given by its index in the scene's order. The number -1 stands for structure (e.g. a wall) and for
-        nothing.
-        """
+        """Return two arrays (n,): for each ray, the index of the thing that it meets first (-1: none) and the distance
+        in metres."""
         self._require_loaded()
         turned = directions + OFF_SEAMS
         turned /= np.linalg.norm(turned, axis=1, keepdims=True)
@@ -270,7 +258,7 @@ class EmbeddedSimulator:
         return hits.things, hits.distances
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], *, with_hand: bool) -> CameraImage:
-        """Return the requested layers of a camera's image; `with_hand` draws the held object as the agent sees it."""
+        """Return the requested layers of a camera's image."""
         held = self._require_loaded().state.held
         return self._engine.render_view(view, layers, held if with_hand else None)
 

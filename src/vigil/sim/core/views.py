@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
-from vigil.sim.core.engine import CameraView
 from vigil.sim.core.sight import Lens, camera_axes
+from vigil.sim.scene_editor import CameraView
 
 
 def pose_of(view: CameraView) -> Pose:

@@ -23,9 +23,10 @@ from vigil.scene.geometry import STILL, Motion, part_motion
 from vigil.scene.outlines import wall_prisms
 from vigil.scene.supports import is_shut
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, NOTHING, CameraImage, CameraView, Layer, RayHits
+from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, RayHits
 from vigil.sim.core.sight import HEIGHT, WIDTH, directions
 from vigil.sim.core.views import rays_of
+from vigil.sim.scene_editor import NOTHING, CameraImage, CameraView, Layer
 
 CHUNK_RAYS = 400
 """Greatest number of rays that are tested together against the boxes."""

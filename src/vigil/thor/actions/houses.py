@@ -11,7 +11,7 @@ from vigil.errors import VigilError
 from vigil.protocol.house import House
 from vigil.protocol.world import Setup
 from vigil.scene.outlines import GRID_M, floor_of
-from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.scene_editor import SceneEditor
 from vigil.thor.actions.action import Action
 from vigil.thor.base.agents import place_agents
 from vigil.thor.base.errors import ActionFailed, bad_argument
@@ -92,7 +92,7 @@ def _check(house: House) -> None:
             raise ActionFailed(f"Exception creating house: the floors of {one} and {other} overlap")
 
 
-def _start(house: House, editor: EmbeddedSimulator) -> Pose:
+def _start(house: House, editor: SceneEditor) -> Pose:
     """Return the house's start; if it is missing or blocked, return the first free place. Raises ActionFailed."""
     own = house.start
     if own is not None and editor.can_stand(own.position):

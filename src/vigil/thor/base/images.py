@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from vigil.base.geometry import Vec3, heading
-from vigil.sim.core.engine import STRUCTURES, CameraImage, CameraView, Layer
 from vigil.sim.core.views import directions_at
+from vigil.sim.scene_editor import STRUCTURES, CameraImage, CameraView, Layer
 from vigil.thor.base.floors import rooms_at
 from vigil.thor.base.world import ThirdPartyCamera, World
 

@@ -13,8 +13,8 @@ from vigil.assets.kernel.asset import Asset
 from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.scene.geometry import part_boxes, part_motion
 from vigil.scene.things import Thing
-from vigil.sim.core.engine import CameraView
 from vigil.sim.core.views import project_to_view
+from vigil.sim.scene_editor import CameraView
 from vigil.thor.base.floors import points_of_floor
 from vigil.thor.base.world import World
 

@@ -10,8 +10,7 @@ from vigil.errors import EpisodeError
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
-from vigil.sim.core.embedded import EmbeddedSimulator
-from vigil.sim.core.engine import CameraView
+from vigil.sim.scene_editor import CameraView, SceneEditor
 from vigil.sim.thor.units import BODY_HEIGHT_M
 from vigil.thor.base.errors import bad_argument, invalid_operation
 from vigil.thor.base.settings import Settings
@@ -56,7 +55,7 @@ class Waiting:
 class World:
     """The state of the engine: the open house, the settings, and what the client's actions have changed."""
 
-    editor: EmbeddedSimulator
+    editor: SceneEditor
     settings: Settings = field(default_factory=Settings)
     has_house: bool = False
     house: House | None = None

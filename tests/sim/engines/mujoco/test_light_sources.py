@@ -16,10 +16,10 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.core.embedded import EmbeddedSimulator
-from vigil.sim.core.engine import CameraView
 from vigil.sim.core.sight import AGENT_LENS
 from vigil.sim.engines.mujoco import light_sources
 from vigil.sim.engines.mujoco.engine import MujocoEngine
+from vigil.sim.scene_editor import CameraView
 
 pytestmark = pytest.mark.usefixtures("drawing")
 AHEAD = Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0)

@@ -22,13 +22,13 @@ from vigil.rendering.painter import Painter
 from vigil.rendering.scene import PointLight, RenderState
 from vigil.rendering.viewer import HeldGeoms, Viewer
 from vigil.scene.things import Thing
-from vigil.sim.core.engine import NOTHING, STRUCTURES, CameraImage, CameraView, Layer
 from vigil.sim.core.sight import FOCAL_PX
 from vigil.sim.core.views import pose_of, rolled
 from vigil.sim.engines.mujoco import held
 from vigil.sim.engines.mujoco.compiled import frames, gl
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, GL, GLContext
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
+from vigil.sim.scene_editor import NOTHING, STRUCTURES, CameraImage, CameraView, Layer
 
 SAMPLES: dict[Quality, int] = {"default": 4, "fast": 0}
 """Number of samples for each pixel (antialiasing), by quality."""

@@ -9,7 +9,7 @@ from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.observation import Quality
 from vigil.rendering.scene import PointLight
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.engine import CameraImage, CameraView, Layer, RayHits
+from vigil.sim.core.engine import RayHits
 from vigil.sim.core.sight import AGENT_LENS, Lens
 from vigil.sim.core.views import lens_of, pose_of
 from vigil.sim.engines.mujoco import light_sources, rays
@@ -17,6 +17,7 @@ from vigil.sim.engines.mujoco.camera import Camera, gl_strings
 from vigil.sim.engines.mujoco.compiled import model_cache
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, mujoco
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
+from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 
 class MujocoEngine:
