@@ -299,7 +299,10 @@ def test_a_list_of_chores_earns_a_reward_for_each_right_claim() -> None:
     env = integration.load_environment(pack=pack, profile="itemised_report", workers=1, limit=1, claim_reward=0.5)
     (task,) = env.taskset
     chores = list_answers(Pack.load(pack).folder)[task.data.id].chores
-    claims = {str(number): "success" for number in range(1, len(chores) + 1)}
+    claims = {
+        str(number): "success" if chore.is_possible and chore.kind != "question" else chore.accepted[0]
+        for number, chore in enumerate(chores, start=1)
+    }
     arguments = {"status": "success", "summary": "", "claims": claims}
     trace = trace_of(env, saying(json.dumps({"skill_name": "report", "arguments": arguments})), task.data.id)
     rates = ListRates(**trace.info["list"])
