@@ -72,7 +72,6 @@ def test_lights_come_from_the_document_else_from_the_rooms_middle(data):
     data["proceduralParameters"]["lights"] = [{**light, "id": "sun", "type": "directional"}, light]
     kitchen, bedroom = rooms_of(House("lit", data))
     assert bedroom.light == (7.0, 2.4, 1.0)
-    assert bedroom.light_intensity == 0.5
     assert (kitchen.light.x, kitchen.light.z) == pytest.approx((3.0, 2.5))
     assert kitchen.height == bedroom.height == 2.5
 

@@ -15,7 +15,7 @@ def test_a_fridge_opens_when_it_is_near_and_in_view(client):
     assert client.get("Fridge|1")["isOpen"]
     assert client.get("Fridge|1")["openness"] == 1.0
     client.do("OpenObject", objectId="Fridge|1")  # again: no error in THOR
-    client.do("CloseObject", objectId="Fridge|1", forceAction=True)
+    client.do("CloseObject", objectId="Fridge|1", forceAction=True, openness=0.5)
     assert not client.get("Fridge|1")["isOpen"]
 
 

@@ -102,7 +102,6 @@ class RoomShape:
     light: Vec3
     """Position of the room's light."""
     light_rgb: tuple[float, float, float]
-    light_intensity: float
 
 
 @dataclass(slots=True, eq=False)

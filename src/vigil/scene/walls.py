@@ -118,9 +118,9 @@ def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomS
     light = _light_of(room, floor, lights)
     if light is None:
         inner = floor.representative_point() if not floor.contains(floor.centroid) else floor.centroid
-        place, rgb, intensity = Vec3(inner.x, height - LIGHT_DROP_M, inner.y), (1.0, 0.95, 0.9), 0.75
+        place, rgb = Vec3(inner.x, height - LIGHT_DROP_M, inner.y), (1.0, 0.95, 0.9)
     else:
-        place, rgb, intensity = light.position.vec, (light.rgb.r, light.rgb.g, light.rgb.b), light.intensity
+        place, rgb = light.position.vec, (light.rgb.r, light.rgb.g, light.rgb.b)
     return RoomShape(
         id=room.id,
         room_type=room.kind,
@@ -130,7 +130,6 @@ def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomS
         ceiling_material=next(iter(ceilings), document.procedural_parameters.ceiling_material),
         light=place,
         light_rgb=rgb,
-        light_intensity=intensity,
     )
 
 

@@ -88,5 +88,4 @@ def _floor(radius: float) -> RoomShape:
         ceiling_material=None,
         light=Vec3(0.0, reach, 0.0),
         light_rgb=(1.0, 1.0, 1.0),
-        light_intensity=1.0,
     )

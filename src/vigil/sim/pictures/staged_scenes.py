@@ -97,7 +97,6 @@ def _shape(name: str, kind: str, low: float, high: float, floor: MaterialRef) ->
         ceiling_material=None,
         light=Vec3(WIDTH_M / 2, HEIGHT_M - 0.2, low + 0.45 * (high - low)),
         light_rgb=(1.0, 0.97, 0.94),
-        light_intensity=1.0,
     )
 
 

@@ -72,7 +72,8 @@ def _open(world: World, openness: float = 1.0, moveMagnitude: float | None = Non
     _set_open(world, openness, **asked)
 
 
-def _close(world: World, **asked: Any) -> None:
+def _close(world: World, openness: float = 0.0, **asked: Any) -> None:
+    del openness  # AI2-THOR takes it, and closes the object nevertheless
     _set_open(world, 0.0, **asked)
 
 
