@@ -495,8 +495,8 @@ def test_rows_that_stand_are_sorted_by_episode_and_epoch():
         *(True, True, True),
         *(False, False),
     ]
-    assert table.is_done(("a", 1))
-    assert not table.is_done(("a", 2))
+    assert not table.accept(row())
+    assert table.accept(row(epoch=2))
 
 
 def test_the_files_of_a_run_keep_their_names():

@@ -7,7 +7,7 @@ view is along +z, at 90 along +x. Horizon is in degrees, positive when looking d
 import math
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict
+from vigil.base.models import FrozenModel
 
 EYE_HEIGHT_M = 1.576
 """Height (m) of the standing agent's camera above the floor."""
@@ -21,10 +21,8 @@ class Vec3(NamedTuple):
     z: float
 
 
-class Pose(BaseModel):
+class Pose(FrozenModel):
     """Position and viewing direction of the agent. `position` is on the floor: its y is the height of the floor."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     position: Vec3
     rotation: float
@@ -38,10 +36,8 @@ class Pose(BaseModel):
         return Vec3(x, y + EYE_HEIGHT_M, z)
 
 
-class Box(BaseModel):
+class Box(FrozenModel):
     """An upright box: `center`, full `size` along its local axes, and rotation by `yaw` (deg) about the vertical."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     center: Vec3
     size: Vec3

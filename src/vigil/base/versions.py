@@ -8,9 +8,10 @@ shapes or grammar change but the number does not.
 
 from typing import Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, Field
 
 from vigil import __version__
+from vigil.base.models import FrozenModel
 from vigil.errors import shorten
 
 RULES_VERSION = 3
@@ -38,10 +39,8 @@ UNVERSIONED = 1
 MAX_SCHEMA_CHARS = 40
 
 
-class PackVersions(BaseModel):
+class PackVersions(FrozenModel):
     """The versions that a pack depends on: those of the rules and of the shapes."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     rules: int = Field(default=UNVERSIONED, ge=1)
     shapes: int = Field(default=UNVERSIONED, ge=1)

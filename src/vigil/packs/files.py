@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from vigil.base.files import MIB, read_file
 from vigil.base.json_files import is_object, read_json
+from vigil.base.models import FrozenModel
 from vigil.base.versions import PackVersions, schema_mismatch
 from vigil.errors import EpisodeError, PackMismatch, first_error
 from vigil.protocol.families import Family
@@ -32,10 +33,8 @@ Change = Literal["wording", "start", "light"]
 """What is different in a perturbed pack."""
 
 
-class Perturbation(BaseModel):
+class Perturbation(FrozenModel):
     """The origin of a perturbed pack: its episodes have the ids of their originals."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     of: str
     """Name of the original pack."""
@@ -47,10 +46,8 @@ class Perturbation(BaseModel):
     """Reason -> number of episodes of the original that could not be perturbed."""
 
 
-class Manifest(BaseModel):
+class Manifest(FrozenModel):
     """The manifest of a pack: its name, versions, counts and the hashes of its files."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     schema_version: int = PACK_SCHEMA
     name: str = Field(pattern=NAME_PATTERN)

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from vigil.base.json_files import is_object
+from vigil.base.models import FrozenModel
 
 SkillName = Literal["navigate", "look", "interact_pixel", "interact_object", "report", "stop"]
 NavigateMode = Literal["forward", "backward", "turn_left", "turn_right"]
@@ -150,11 +151,7 @@ def skills_of(*, has_report: bool = True, has_pixels: bool = True) -> dict[Skill
     return dict(_INSTEAD[name] if replaced.get(name) else (name, arguments) for name, arguments in SKILLS.items())
 
 
-class _Action(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Navigate(_Action):
+class Navigate(FrozenModel):
     """Walk `magnitude` steps of 0.25 m, or turn `magnitude` degrees."""
 
     skill_name: Literal["navigate"] = "navigate"
@@ -162,7 +159,7 @@ class Navigate(_Action):
     magnitude: float = Field(gt=0)
 
 
-class Look(_Action):
+class Look(FrozenModel):
     """Change the camera's pitch by `magnitude` degrees."""
 
     skill_name: Literal["look"] = "look"
@@ -170,7 +167,7 @@ class Look(_Action):
     magnitude: float = Field(gt=0)
 
 
-class InteractPixel(_Action):
+class InteractPixel(FrozenModel):
     """Act on the object under pixel (x, y) of the current frame; `drop` needs no pixel.
 
     Under a profile without pixels, the agent names an `object`, and (x, y) is a pixel of the only object of this name
@@ -184,7 +181,7 @@ class InteractPixel(_Action):
     object: str | None = Field(default=None, exclude_if=lambda name: name is None)
 
 
-class Report(_Action):
+class Report(FrozenModel):
     """Close the episode with a status. If the agent wrote a word that is not in `STATUSES`, `raw_status` is this word.
 
     Under a profile with claims, `claims` maps the number of each chore to the claim about it. If a claimed word is not
@@ -203,7 +200,7 @@ class Report(_Action):
         return hash((self.status, self.summary, self.raw_status))
 
 
-class Stop(_Action):
+class Stop(FrozenModel):
     """End the episode, under a profile without reports."""
 
     skill_name: Literal["stop"] = "stop"
@@ -216,7 +213,7 @@ AnyAction = Annotated[Navigate | Look | InteractPixel | Report | Stop, Field(dis
 """An action of any profile; `Action` leaves out `stop`, which only profiles without reports have."""
 
 
-class InvalidAction(_Action):
+class InvalidAction(FrozenModel):
     """A reply that is not a valid action. It is recorded and uses up a step, but changes nothing in the world."""
 
     kind: Literal["protocol_failure", "malformed_action"]
@@ -226,7 +223,15 @@ class InvalidAction(_Action):
     would_parse_leniently: bool = False
 
 
-class ParsedReply(_Action):
+class ReplyFault(Exception):
+    """The reason why a text is not what was asked for. Functions that read an object's fields raise it."""
+
+    def __init__(self, kind: Literal["protocol_failure", "malformed_action"], reason: str, detail: str = "") -> None:
+        super().__init__(reason)
+        self.invalid = InvalidAction(kind=kind, reason=reason, detail=detail)
+
+
+class ParsedReply(FrozenModel):
     """A parsed reply: its action, and its other content, which is recorded verbatim but never scored."""
 
     action: AnyAction
@@ -235,14 +240,14 @@ class ParsedReply(_Action):
     ignored_keys: tuple[str, ...] = ()
 
 
-class Usage(_Action):
+class Usage(FrozenModel):
     """Numbers of tokens that one reply used."""
 
     input_tokens: int = 0
     output_tokens: int = 0
 
 
-class ReplyCut(_Action):
+class ReplyCut(FrozenModel):
     """Size and hash of a whole reply; recorded if the record stores only a part of the reply."""
 
     text_bytes: int
@@ -252,7 +257,7 @@ class ReplyCut(_Action):
     """SHA-256 of all bytes of the reply."""
 
 
-class Reply(_Action):
+class Reply(FrozenModel):
     """Return value of an agent's `act`: the raw text, with the facts that the provider sent with the text.
 
     `text` accepts any string or bytes. If it is not valid UTF-8, the invalid parts are replaced by U+FFFD, `is_utf8` is

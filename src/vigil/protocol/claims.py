@@ -8,7 +8,7 @@ import re
 from typing import Any, Final, get_args
 
 from vigil.base.json_files import is_object
-from vigil.protocol.actions import ChoreClaim, Report
+from vigil.protocol.actions import ChoreClaim, ReplyFault, Report
 
 ARGUMENT: Final = "claims"
 """Name of the argument of `report` that has the claims."""
@@ -28,32 +28,23 @@ _CLAIMS: dict[str, ChoreClaim] = {claim: claim for claim in get_args(ChoreClaim)
 _NUMBER = re.compile(r"[1-9][0-9]{0,2}")
 
 
-class ClaimFault(Exception):
-    """The reason, as a short code, why the argument `claims` of a report is not a valid JSON object of claims."""
-
-    def __init__(self, reason: str, detail: str) -> None:
-        super().__init__(reason)
-        self.reason = reason
-        self.detail = detail
-
-
 def with_claims(report: Report, given: dict[str, Any]) -> Report:
-    """Return `report` with its claims, which are read from `given`, the arguments in the reply. Raises ClaimFault."""
+    """Return `report` with its claims, which are read from `given`, the arguments in the reply. Raises ReplyFault."""
     if ARGUMENT not in given:
-        raise ClaimFault("missing_argument", ARGUMENT)
+        raise ReplyFault("malformed_action", "missing_argument", ARGUMENT)
     claims = given[ARGUMENT]
     if not is_object(claims):
-        raise ClaimFault("ill_typed", f"{ARGUMENT}: {type(claims).__name__}")
+        raise ReplyFault("malformed_action", "ill_typed", f"{ARGUMENT}: {type(claims).__name__}")
     found: dict[int, ChoreClaim] = {}
     raw: dict[int, str] = {}
     for key, value in claims.items():
         if not _NUMBER.fullmatch(key.strip()):
-            raise ClaimFault("not_a_chore", f"{ARGUMENT}: {ascii(key)[:80]}")
+            raise ReplyFault("malformed_action", "not_a_chore", f"{ARGUMENT}: {ascii(key)[:80]}")
         number = int(key)
         if number in found:
-            raise ClaimFault("duplicate_chore", f"{ARGUMENT}: {number}")
+            raise ReplyFault("malformed_action", "duplicate_chore", f"{ARGUMENT}: {number}")
         if not isinstance(value, str):
-            raise ClaimFault("ill_typed", f"{ARGUMENT}.{number}: {type(value).__name__}")
+            raise ReplyFault("malformed_action", "ill_typed", f"{ARGUMENT}.{number}: {type(value).__name__}")
         claim = _CLAIMS.get(value.strip().casefold())
         found[number] = claim or "invalid"
         if claim is None:

@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from vigil.base.geometry import Pose
+from vigil.base.models import FrozenModel
 from vigil.base.numbered_list import read_list
 from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG, Action
 from vigil.protocol.families import FAMILIES, Family
@@ -22,18 +23,14 @@ MAX_TURN_DEG = 360.0
 """Maximum rotation (deg) in an episode. A larger rotation is probably a typo and is refused."""
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class HouseRef(_Model):
+class HouseRef(FrozenModel):
     """Name of a house, with the SHA-256 of its canonical JSON, so that no other version of the house can be used."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")
     sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
 
 
-class Provenance(_Model):
+class Provenance(FrozenModel):
     """Origin of an episode, and the results of its validation and review."""
 
     author: str = ""
@@ -46,7 +43,7 @@ class Provenance(_Model):
     notes: str = ""
 
 
-class Episode(_Model):
+class Episode(FrozenModel):
     """One task in one house; everything except `instruction` is hidden from the agent."""
 
     id: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,199}$")
@@ -115,7 +112,7 @@ def _format_numbers(numbers: Sequence[float]) -> str:
     return ", ".join(f"{number:g}" for number in numbers)
 
 
-class Solution(_Model):
+class Solution(FrozenModel):
     """A recorded sequence of actions that solves an episode. The last action is the closing report."""
 
     episode_id: str

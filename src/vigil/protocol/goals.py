@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import Annotated, Literal, assert_never, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from vigil.base.geometry import floor_distance
+from vigil.base.models import FrozenModel
 from vigil.protocol.world import CLOSED_BELOW, OPEN_ABOVE, Effect, ObjectState, StateQuery, WorldState
 
 OBSERVABLE_PX = 40
@@ -28,10 +29,8 @@ MIN_CHORES, MAX_CHORES = 3, 10
 MAX_CHORE_PARTS = 4
 
 
-class Constraint(BaseModel):
+class Constraint(FrozenModel):
     """The additional condition that an episode of the family CR (constraint resolving) requires."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     kind: Literal["object_open", "object_closed", "object_on", "object_off", "object_moved", "object_released"]
     """The condition to be met. `object_moved` is met if the object is in the hand, or at least `distance_m` from its
@@ -49,9 +48,7 @@ class Constraint(BaseModel):
         return self
 
 
-class _Goal(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
+class _Goal(FrozenModel):
     object_id: str
     """Id of the target: the object that the goal is about."""
     constraint: Constraint | None = None
@@ -159,14 +156,12 @@ class AllOf(_Goal):
 ChorePart = Annotated[ObjectInState | ObjectAtReceptacle | ReportStatus, Field(discriminator="kind")]
 
 
-class Chore(BaseModel):
+class Chore(FrozenModel):
     """One chore of a list. The chore holds when each of its parts holds. Its number is its place in the list, from 1.
 
     A chore that asks for a state is a *question* and has one part, `report_status`. It holds if the agent replied to a
     frame that showed the state, and nobody has changed the state since the reset.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     parts: tuple[ChorePart, ...] = Field(min_length=1, max_length=MAX_CHORE_PARTS)
     """Conditions that must hold at the end. A conditional chore also has the condition that its other branch was not

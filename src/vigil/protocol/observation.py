@@ -6,7 +6,7 @@ These types must not contain hidden state. Source: `protocol.md` section 2.1.
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import BaseModel, ConfigDict
+from vigil.base.models import FrozenModel
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,19 +17,15 @@ Quality = Literal["default", "fast"]
 """Rendering quality: `default` has smooth edges and contact shadows; `fast` omits both and draws in half the time."""
 
 
-class Feedback(BaseModel):
+class Feedback(FrozenModel):
     """The two booleans about the last action in the action-feedback profile."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     too_far: bool
     path_blocked: bool
 
 
-class Cues(BaseModel):
+class Cues(FrozenModel):
     """Facts that some profiles show with a frame, in addition to feedback."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     remaining_steps: int | None = None
     """Number of replies that are left, including the reply to this frame."""

@@ -6,8 +6,9 @@ Source: `protocol.md` sections 2.1, 2.3 and 2.4; the paper's section on reproduc
 import re
 from typing import Literal, NamedTuple, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from vigil.base.models import FrozenModel
 from vigil.protocol.actions import Coordinates, ReplyPolicy
 from vigil.protocol.profiles.rows import EVERYTHING, PROFILE_NAMES, PROFILES, ProfileRow
 from vigil.protocol.prompt_file import check_template, variant_of
@@ -26,10 +27,8 @@ HISTORY_REPLY_CHARS = 4000
 JPEG_QUALITY = 90
 
 
-class Profile(BaseModel):
+class Profile(FrozenModel):
     """The condition under which an agent is evaluated. It is part of a run's identity."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str = BASELINE
     """Full name of the profile, as in its row of `vigil.protocol.profiles.rows`."""

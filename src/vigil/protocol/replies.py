@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Generic, Literal, TypeVar, cast
+from typing import Any, Generic, TypeVar, cast
 
 from vigil.base.json_files import is_object
 from vigil.base.json_text import JsonFault, decode
@@ -30,16 +30,17 @@ from vigil.protocol.actions import (
     Navigate,
     ParsedReply,
     Reply,
+    ReplyFault,
     ReplyPolicy,
     Report,
     Stop,
     skills_of,
 )
 from vigil.protocol.claims import ARGUMENT as CLAIMS_ARGUMENT
-from vigil.protocol.claims import ClaimFault, with_claims
+from vigil.protocol.claims import with_claims
 from vigil.protocol.finish_reasons import hit_token_limit
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.protocol.profile import Profile
+from vigil.protocol.profile import BASELINE, ITEMISED_REPORT, Profile
 from vigil.protocol.reasoning import is_unclosed, split_reasoning
 
 MAX_REPLY_BYTES = 64 * 1024
@@ -53,16 +54,6 @@ _REPLY_KEYS = ("skill_name", "arguments", "thought", "cognitive_state")
 _Read = TypeVar("_Read")
 
 
-class ReplyFault(Exception):
-    """The reason why a text is not what was asked for; functions that read an object's fields raise it."""
-
-    def __init__(self, kind: Literal["protocol_failure", "malformed_action"], reason: str, detail: str = "") -> None:
-        super().__init__(reason)
-        self.kind: Literal["protocol_failure", "malformed_action"] = kind
-        self.reason = reason
-        self.detail = detail
-
-
 @dataclass(frozen=True, slots=True)
 class _Form(Generic[_Read]):
     """The form of an answer, which is one JSON object: its required keys, and how its fields are read."""
@@ -71,16 +62,6 @@ class _Form(Generic[_Read]):
     """Keys that the object must have."""
     build: Callable[[dict[str, Any]], _Read]
     """Function that reads the object's fields. Raises ReplyFault."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Grammar:
-    """Facts about a profile that decide which texts are actions."""
-
-    coordinates: Coordinates
-    has_claims: bool = False
-    has_report: bool = True
-    has_pixels: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,10 +93,7 @@ def read_reply(reply: Reply, profile: Profile = _STANDARD) -> ReadReply:
     """Return the answer in a reply, and the action that the answer states. Facts from the provider (a rejection, the
     finish reason) can make the reply invalid."""
     answer = split_reasoning(reply.text)[0]
-    form = _action_form(
-        _Grammar(profile.coordinates, profile.has_claims, profile.row.has_report, profile.row.has_pixels)
-    )
-    return ReadReply(answer, _meaning(reply, answer, form, profile.reply_policy))
+    return ReadReply(answer, _meaning(reply, answer, _action_form(profile), profile.reply_policy))
 
 
 def read_object(
@@ -136,7 +114,7 @@ def _meaning(reply: Reply, answer: str, form: _Form[_Read], policy: ReplyPolicy)
     if not reply.is_utf8:
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
     if reply.cut is not None and reply.cut.answer_bytes > MAX_REPLY_BYTES:
-        return _invalid(_too_long(reply.cut.answer_bytes))
+        return _too_long(reply.cut.answer_bytes)
     parsed = _parse_answer(answer, form, policy)
     if isinstance(parsed, InvalidAction) and parsed.reason == "empty":
         parsed = parsed.model_copy(update={"detail": _describe_empty(reply)})
@@ -163,38 +141,31 @@ def parse_text(
         whole.encode("utf-8")  # the reasoning too: a string may hold lone surrogates, which UTF-8 cannot encode
     except UnicodeError:
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
-    return _parse_answer(split_reasoning(whole)[0], _action_form(_Grammar(coordinates, has_claims)), policy)
+    profile = Profile(name=ITEMISED_REPORT if has_claims else BASELINE, coordinates=coordinates)
+    return _parse_answer(split_reasoning(whole)[0], _action_form(profile), policy)
 
 
-def _action_form(grammar: _Grammar) -> _Form[ParsedReply]:
-    return _Form(("skill_name", "arguments"), partial(_action_of, grammar=grammar))
+def _action_form(profile: Profile) -> _Form[ParsedReply]:
+    return _Form(("skill_name", "arguments"), partial(_action_of, profile=profile))
 
 
 def _parse_answer(answer: str, form: _Form[_Read], policy: ReplyPolicy) -> _Read | InvalidAction:
     size, answer = len(answer.encode("utf-8")), answer.strip()
     if size > MAX_REPLY_BYTES:
-        return _invalid(_too_long(size))
+        return _too_long(size)
     try:
         return form.build(_only_object(answer, form.keys))
     except ReplyFault as fault:
-        loose = _parse_leniently(answer, form) if fault.kind == "protocol_failure" else None
+        loose = _parse_leniently(answer, form) if fault.invalid.kind == "protocol_failure" else None
         if loose is not None and policy == "lenient":
             return loose
         is_loose = loose is not None and not isinstance(loose, InvalidAction)
-        return _invalid(fault, would_parse_leniently=is_loose)
+        return fault.invalid.model_copy(update={"would_parse_leniently": is_loose})
 
 
-def _too_long(size: int) -> ReplyFault:
-    return ReplyFault("protocol_failure", "too_long", f"{size} bytes, more than {MAX_REPLY_BYTES}")
-
-
-def _invalid(fault: ReplyFault, *, would_parse_leniently: bool = False) -> InvalidAction:
-    return InvalidAction(
-        kind=fault.kind,
-        reason=fault.reason,
-        detail=fault.detail,
-        would_parse_leniently=would_parse_leniently,
-    )
+def _too_long(size: int) -> InvalidAction:
+    detail = f"{size} bytes, more than {MAX_REPLY_BYTES}"
+    return InvalidAction(kind="protocol_failure", reason="too_long", detail=detail)
 
 
 # --- from the text to the object --------------------------------------------------------------------------------------
@@ -243,7 +214,7 @@ def _parse_leniently(answer: str, form: _Form[_Read]) -> _Read | InvalidAction |
     try:
         return form.build(found[0])
     except ReplyFault as fault:
-        return _invalid(fault)
+        return fault.invalid
 
 
 def _objects_in(text: str, keys: tuple[str, ...]) -> list[dict[str, Any]]:
@@ -291,18 +262,18 @@ def _past_brace(text: str, start: int) -> int:
 # --- from the object to the action ------------------------------------------------------------------------------------
 
 
-def _action_of(fields: dict[str, Any], grammar: _Grammar) -> ParsedReply:
+def _action_of(fields: dict[str, Any], profile: Profile) -> ParsedReply:
     name, given = fields["skill_name"], fields["arguments"]
     skill = _fold(name) if isinstance(name, str) else None
-    skills = skills_of(has_report=grammar.has_report, has_pixels=grammar.has_pixels)
+    skills = skills_of(has_report=profile.row.has_report, has_pixels=profile.row.has_pixels)
     if skill not in skills:
         raise ReplyFault("malformed_action", "unknown_skill", _quoted(name))
     if not is_object(given):
         raise ReplyFault("malformed_action", "arguments_not_an_object", type(given).__name__)
-    action = _BUILDERS[skill](given, grammar.coordinates)
+    action = _BUILDERS[skill](given, profile.coordinates)
     wanted = {argument.name for argument in skills[skill]}
-    if grammar.has_claims and isinstance(action, Report):
-        action, wanted = _with_claims(action, given), {*wanted, CLAIMS_ARGUMENT}
+    if profile.has_claims and isinstance(action, Report):
+        action, wanted = with_claims(action, given), {*wanted, CLAIMS_ARGUMENT}
     if isinstance(action, InteractPixel) and action.intent == "drop":
         wanted = {"intent"}
     ignored = [key for key in fields if key not in _REPLY_KEYS]
@@ -360,24 +331,13 @@ def _report(given: dict[str, Any], _: Coordinates) -> Report:
     return Report(status="invalid", summary=summary, raw_status=raw)
 
 
-def _stop(_: dict[str, Any], __: Coordinates) -> Stop:
-    return Stop()
-
-
-def _with_claims(report: Report, given: dict[str, Any]) -> Report:
-    try:
-        return with_claims(report, given)
-    except ClaimFault as fault:
-        raise ReplyFault("malformed_action", fault.reason, fault.detail) from None
-
-
 _BUILDERS: dict[str, Callable[[dict[str, Any], Coordinates], AnyAction]] = {
     "navigate": _navigate,
     "look": _look,
     "interact_pixel": _interact,
     "interact_object": _interact_named,
     "report": _report,
-    "stop": _stop,
+    "stop": lambda _given, _coordinates: Stop(),
 }
 
 

@@ -5,9 +5,10 @@ None of these types may reach an agent (see the import rules in `tests/test_impo
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from vigil.base.geometry import Box, Pose, Vec3
+from vigil.base.models import FrozenModel
 
 StateQuery = Literal["is_open", "is_toggled"]
 """The two kinds of state that an object can have."""
@@ -36,11 +37,7 @@ RefusalCode = Literal[
 ]
 
 
-class _Fact(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class ObjectState(_Fact):
+class ObjectState(FrozenModel):
     """The hidden state of one object at a moment, with its pixels in the frame and its distances from the agent."""
 
     category: str
@@ -93,7 +90,7 @@ class ObjectState(_Fact):
         return self.open_px if state == "is_open" else self.toggle_px
 
 
-class WorldState(_Fact):
+class WorldState(FrozenModel):
     """The hidden world at a moment: the agent and the objects whose states were requested."""
 
     agent: Pose
@@ -101,7 +98,7 @@ class WorldState(_Fact):
     objects: dict[str, ObjectState] = Field(default_factory=dict)
 
 
-class Effect(_Fact):
+class Effect(FrozenModel):
     """The effect of one action in the simulator: what was hit, how far the agent moved, and what changed or was
     refused."""
 
@@ -129,7 +126,7 @@ class Effect(_Fact):
     """Whether the requested magnitude was above the limit (40 steps or 360 degrees) and was reduced to this limit."""
 
 
-class Placement(_Fact):
+class Placement(FrozenModel):
     """The place of an object before the start: the centre of its box, and its rotation (x, y, z; deg)."""
 
     position: Vec3
@@ -137,7 +134,7 @@ class Placement(_Fact):
     parent: str | None = None
 
 
-class ObjectSetup(_Fact):
+class ObjectSetup(FrozenModel):
     """Changes to one object before the start. A field that is None changes nothing."""
 
     openness: float | None = Field(default=None, ge=0.0, le=1.0)
@@ -149,7 +146,7 @@ class ObjectSetup(_Fact):
     """Whether the machine is broken: it does not start, and a notice on it says so. Omitted from files if False."""
 
 
-class Setup(_Fact):
+class Setup(FrozenModel):
     """Changes to a house before an episode starts: changed objects, and the object in the hand."""
 
     objects: dict[str, ObjectSetup] = Field(default_factory=dict)

@@ -8,8 +8,9 @@ import math
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from vigil.base.models import FrozenModel
 from vigil.errors import SettingError
 from vigil.protocol.actions import Usage
 
@@ -69,10 +70,8 @@ class RunTokens:
         self._effective[key] = tokens
 
 
-class Prices(BaseModel):
+class Prices(FrozenModel):
     """Prices of a million input tokens and of a million output tokens, in any currency."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     input: float = Field(ge=0)
     output: float = Field(ge=0)

@@ -8,10 +8,11 @@ place in the request. Source: `protocol.md` section 10; `docs/beliefs.md`.
 import hashlib
 from typing import Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from vigil.protocol.actions import STATUSES, InvalidAction, Reply, ReplyPolicy, Status
-from vigil.protocol.replies import ReplyFault, read_object
+from vigil.base.models import FrozenModel
+from vigil.protocol.actions import STATUSES, InvalidAction, Reply, ReplyFault, ReplyPolicy, Status
+from vigil.protocol.replies import read_object
 
 Framing = Literal["state", "doubt"]
 """How a probe asks: `state` asks whether the task is done; `doubt` first asks what could speak against this."""
@@ -66,10 +67,8 @@ QUESTIONS: dict[Framing, str] = {
 _KEYS = ("done", "report", "sure", "evidence")
 
 
-class ProbeAnswer(BaseModel):
+class ProbeAnswer(FrozenModel):
     """An answer to a probe. `sure` is about `done` or, in a state-recognition task, about the label `report`."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     done: bool
     report: Status

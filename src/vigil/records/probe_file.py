@@ -10,9 +10,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from vigil.base.json_lines import AppendFile, Line, dump_line, parse_line, read_lines
+from vigil.base.models import FrozenModel
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.records.costs import Tokens
 from vigil.records.probe import Framing, ProbeAnswer, question_sha256
@@ -34,10 +35,8 @@ class ProbeKey(NamedTuple):
     framing: Framing
 
 
-class ProbeRecord(BaseModel):
+class ProbeRecord(FrozenModel):
     """One probe. Exactly one of `answer`, `invalid` and `error` is set."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     schema_version: int = PROBE_SCHEMA
     run_sha256: str

@@ -7,9 +7,10 @@ serialization.
 
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from vigil.base.json_lines import append_line, dump_line, parse_line, read_lines
+from vigil.base.models import FrozenModel
 from vigil.records.record import EpisodeRecord
 
 REASONING_FILE = "reasoning.jsonl"
@@ -17,10 +18,8 @@ MAX_CHARS = 1024 * 1024
 """Maximum number of characters stored of a reply's reasoning. Of longer reasoning, only the end is stored."""
 
 
-class EpisodeReasoning(BaseModel):
+class EpisodeReasoning(FrozenModel):
     """One line of the file: the reasoning of the replies of one attempt at an episode."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     episode_id: str
     epoch: int = Field(ge=1)

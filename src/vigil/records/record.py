@@ -9,11 +9,12 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from vigil import __version__
 from vigil.base.files import read_file, resolve_inside
 from vigil.base.json_files import is_array, is_object, read_json
+from vigil.base.models import FrozenModel
 from vigil.base.versions import PackVersions, Versions, schema_mismatch
 from vigil.errors import MAX_PART_CHARS, RecordError, first_error, shorten
 from vigil.protocol.actions import AnyAction, InvalidAction, Reply
@@ -39,11 +40,7 @@ AgentKind = Literal["scripted", "privileged", "model", "exec", "human", "remote"
 Key = tuple[str, int]
 
 
-class _Record(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class StepRecord(_Record):
+class StepRecord(FrozenModel):
     """One step: a reply and its effect. Exactly one of `action` and `invalid` is set."""
 
     index: int = Field(ge=1)
@@ -70,14 +67,14 @@ class StepRecord(_Record):
         return self
 
 
-class ErrorFact(_Record):
+class ErrorFact(FrozenModel):
     """An infrastructure failure: where it happened, and its message."""
 
     boundary: Boundary
     message: str
 
 
-class ForkPoint(_Record):
+class ForkPoint(FrozenModel):
     """The recorded play that an episode continues. The first steps of the episode repeat those of the play."""
 
     run_id: str
@@ -89,7 +86,7 @@ class ForkPoint(_Record):
     """Number of recorded steps that were repeated before the agent's own first step."""
 
 
-class EpisodeRecord(_Record):
+class EpisodeRecord(FrozenModel):
     """What happened in one attempt at one episode, step by step, and how it ended."""
 
     schema_version: int = SCHEMA_VERSION
@@ -155,7 +152,7 @@ class EpisodeRecord(_Record):
         return (self.initial, *(step.world for step in self.steps))
 
 
-class Shard(_Record):
+class Shard(FrozenModel):
     """A part of a run that is played separately; `vigil.records.shards` selects its episodes."""
 
     index: int = Field(ge=1)
@@ -173,7 +170,7 @@ class Shard(_Record):
         return f"{self.index}/{self.of}"
 
 
-class ForkSource(_Record):
+class ForkSource(FrozenModel):
     """The run whose plays a run continues, and from which step."""
 
     run_id: str
@@ -185,7 +182,7 @@ class ForkSource(_Record):
     """Number of recorded steps that are repeated; `goal` for all steps up to the one that attained the goal."""
 
 
-class RunSpec(_Record):
+class RunSpec(FrozenModel):
     """The settings that identify a run. A run can only be resumed with the same settings."""
 
     agent: str
@@ -271,7 +268,7 @@ class RunSpec(_Record):
         return dict(_flatten("", self.model_dump(mode="json")))
 
 
-class ProviderFacts(_Record):
+class ProviderFacts(FrozenModel):
     """Facts from the answers of a model's provider, including the answers to the check before the run."""
 
     replies: int = 0
@@ -291,7 +288,7 @@ class ProviderFacts(_Record):
     """Name of an installed client library -> its version."""
 
 
-class Resumption(_Record):
+class Resumption(FrozenModel):
     """A later session of a run, begun when the run was resumed, and the circumstances under which the session's rows
     were written."""
 
@@ -310,7 +307,7 @@ class Resumption(_Record):
     """Hashes of the agent's files in this session, as in `RunSpec`. They may have changed since the first session."""
 
 
-class RunHeader(_Record):
+class RunHeader(FrozenModel):
     """Content of `run.json`: the settings of the run (`spec`), and the circumstances in which it was played."""
 
     schema_version: int = SCHEMA_VERSION
@@ -420,15 +417,11 @@ class RowResolver:
 
     def accept(self, record: EpisodeRecord) -> bool:
         """Read a row. Return whether it is now the row that counts for its key."""
-        if self.is_done(record.key):
+        if record.key in self._done:
             return False
         if record.end != "error":
             self._done.add(record.key)
         return True
-
-    def is_done(self, key: Key) -> bool:
-        """Return whether `key` already has a row without an error. No later row replaces this row."""
-        return key in self._done
 
 
 def effective_records(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:

@@ -15,8 +15,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
+from vigil.base.models import FrozenModel
 from vigil.errors import EpisodeError, PackMismatch
 from vigil.packs.pack import CHORE_ANSWERS, CHORES_SUITE, frozen_table, manifest_of
 from vigil.protocol.actions import Status
@@ -39,11 +40,7 @@ ChoreKind = Literal[
 CHORE_KINDS: tuple[ChoreKind, ...] = get_args(ChoreKind)
 
 
-class _Fact(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class ChoreAnswer(_Fact):
+class ChoreAnswer(FrozenModel):
     """The hidden facts about one chore, and the claims that close it correctly."""
 
     kind: ChoreKind
@@ -90,7 +87,7 @@ def list_kind(chores: int) -> str:
     return f"chores_{chores:02d}"
 
 
-class ListAnswer(_Fact):
+class ListAnswer(FrozenModel):
     """The answer of one list: how each of its chores is closed correctly. It is hidden from the player."""
 
     episode_id: str

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from vigil.base.exported import exported_by_modules
 from vigil.base.geometry import Pose, Vec3, distance
+from vigil.base.models import FrozenModel
 from vigil.errors import EpisodeError, PackMismatch
 from vigil.packs.pack import ANSWERS, frozen_table, manifest_of
 from vigil.protocol.actions import AnyAction, InteractPixel, Status
@@ -86,11 +87,7 @@ CONCEDED: tuple[Status, ...] = ("fail", "invalid")
 """Statuses that close an impossible episode correctly."""
 
 
-class _Fact(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Evidence(_Fact):
+class Evidence(FrozenModel):
     """An object that the agent must see to know that an episode is impossible."""
 
     object_id: str
@@ -103,7 +100,7 @@ class Evidence(_Fact):
     """Minimum number of pixels that the object must have in the frame."""
 
 
-class Certificate(_Fact):
+class Certificate(FrozenModel):
     """Result of an exhaustive search for a plan that reaches the goal."""
 
     removed: str
@@ -114,7 +111,7 @@ class Certificate(_Fact):
     """Reason, given by the search, why there is no plan; empty if there is a plan."""
 
 
-class ClosureAnswer(_Fact):
+class ClosureAnswer(FrozenModel):
     """The correct closing of one episode of the suite; hidden from the player."""
 
     episode_id: str

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from vigil.base.json_lines import dump_line, parse_line, read_lines
+from vigil.base.models import FrozenModel
 from vigil.base.versions import schema_validator
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.files import MANIFEST, PackFiles
@@ -32,10 +33,8 @@ FREE_PX, MIN_PX = 4000, 10
 difficult as a target of MIN_PX."""
 
 
-class LevelMeasures(BaseModel):
+class LevelMeasures(FrozenModel):
     """The figures of one episode from which its index of difficulty is computed."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     path_m: float = Field(ge=0)
     """Distance (m) walked in the recorded solution."""
@@ -88,10 +87,8 @@ COSTS: dict[str, LevelCost] = {
 """Name of a figure -> its contribution to the index. Doubling the path length adds about one point to the index."""
 
 
-class EpisodeLevel(BaseModel):
+class EpisodeLevel(FrozenModel):
     """The level, index and figures of one episode: a line of `levels.jsonl`."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     schema_version: Annotated[int, schema_validator(LEVELS_SCHEMA)] = LEVELS_SCHEMA
     episode_id: str

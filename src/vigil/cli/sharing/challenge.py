@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import typer
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import AwareDatetime, Field, TypeAdapter, ValidationError
 
 from vigil.base.files import read_file
+from vigil.base.models import FrozenModel
 from vigil.base.settings import check_settings
 from vigil.cli.making.options import Content, Drafting, Drawing, OutFolder
 from vigil.cli.pack_making import make_from
@@ -32,10 +33,8 @@ _Part = TypeVar("_Part", Content, Drawing, Drafting)
 ChallengeFile = Annotated[Path, typer.Argument(metavar="CHALLENGE", help="File of the challenge.")]
 
 
-class Challenge(BaseModel):
+class Challenge(FrozenModel):
     """The content of a challenge's file: how the pack is made, the hashes of seed and pack, and the deadline."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     schema_version: int = Field(default=1, ge=1, le=1)
     name: str = Field(pattern=NAME_PATTERN)
