@@ -60,7 +60,7 @@ Imports = Annotated[
         show_default=False,
     ),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON instead of as text.")]
+AsJson = Annotated[bool, Setting("Print the result as JSON instead of as text.", name="json")]
 OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Whether to open the page in a browser.")]
 WithPaper = Annotated[
     bool,
@@ -69,8 +69,7 @@ WithPaper = Annotated[
     ),
 ]
 Epoch = Annotated[
-    int,
-    typer.Option(min=1, help="Which play of the episode to use, if the run played it several times: 1 is the first."),
+    int, Setting("Which play of the episode to use, if the run played it several times: 1 is the first.", minimum=1)
 ]
 SeedFile = Annotated[
     Path | None,
@@ -82,8 +81,5 @@ SeedFile = Annotated[
 Reveal = Annotated[bool, typer.Option(REVEAL, help=REVEAL_HELP)]
 LevelsFile = Annotated[
     Path | None,
-    typer.Option(
-        help="File with the difficulty level of each episode, written by `vigil pack levels`.",
-        show_default="the pack's own",
-    ),
+    Setting("File with the difficulty level of each episode, written by `vigil pack levels`.", unset="the pack's own"),
 ]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from PIL import Image
 
+from vigil.base.settings import Setting
 from vigil.cli.arguments import AsJson
 from vigil.errors import SettingError, VigilError
 from vigil.runner.shared_settings import AssetFile, RenderQuality
@@ -29,23 +30,20 @@ PACKAGES = ("vigil-bench", "mujoco", "shapely", "numpy", "pydantic", "inspect-ai
 def doctor(
     out: Annotated[
         Path | None,
-        typer.Option(
-            help="PNG file to which the check writes the frame that it draws. If unset, the frame is not saved."
-        ),
+        Setting("PNG file to which the check writes the frame that it draws. If unset, the frame is not saved."),
     ] = None,
     backend: Annotated[
         Literal["mujoco", "thor"],
-        typer.Option(
-            help="Simulator to check. For mujoco, the check draws a frame; for thor, it says what AI2-THOR's engine "
+        Setting(
+            "Simulator to check. For mujoco, the check draws a frame; for thor, it says what AI2-THOR's engine "
             "needs on this machine, and whether AI2-THOR's client works with VIGIL's engine."
         ),
     ] = "mujoco",
     full: Annotated[
         bool,
-        typer.Option(
-            "--full",
-            help="Also play the conformance checks, which test whether the simulator behaves as the protocol "
-            "requires; for --backend thor only.",
+        Setting(
+            "Also play the conformance checks, which test whether the simulator behaves as the protocol "
+            "requires; for --backend thor only."
         ),
     ] = False,
     as_json: AsJson = False,
@@ -116,9 +114,7 @@ def thor_engine(
     context: typer.Context,
     backend: Annotated[
         str,
-        typer.Option(
-            help="Simulator that computes the world behind the engine: mujoco, or fake (coarse pictures, no OpenGL)."
-        ),
+        Setting("Simulator that computes the world behind the engine: mujoco, or fake (coarse pictures, no OpenGL)."),
     ] = "mujoco",
     assets: AssetFile = None,
     render_quality: RenderQuality = "default",

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vigil.authoring.drafting.procthor import FORM
+from vigil.base.settings import Setting
 from vigil.cli.arguments import HouseArgument, SeedFile
 from vigil.cli.progress import progress
 from vigil.cli.text import print_note
@@ -29,18 +30,16 @@ if TYPE_CHECKING:
 
 
 def generate_house(
-    out: Annotated[Path, typer.Option(help="House file to write (JSON).")],
+    out: Annotated[Path, Setting("House file to write (JSON).")],
     seed: Annotated[
         int | None,
-        typer.Option(
-            help="Random seed of the house; the same seed gives the same house. Give either this or --seed-file."
-        ),
+        Setting("Random seed of the house; the same seed gives the same house. Give either this or --seed-file."),
     ] = None,
     seed_file: SeedFile = None,
     spec: Annotated[
         str,
-        typer.Option(
-            "--rooms", "--spec", help="Number of rooms of the house, or the name of a house spec, e.g. kitchen."
+        Setting(
+            "Number of rooms of the house, or the name of a house spec, e.g. kitchen.", name="rooms", other_name="spec"
         ),
     ] = "1",
 ) -> None:
@@ -79,10 +78,7 @@ def check(
     ] = True,
     shapes: Annotated[
         bool,
-        typer.Option(
-            "--shapes",
-            help="Also check that every object of the scene has the shape, place and state that the house file gives.",
-        ),
+        Setting("Also check that every object of the scene has the shape, place and state that the house file gives."),
     ] = False,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print only the houses that cannot be loaded, and the totals.")
@@ -119,7 +115,7 @@ def check(
 
 def show(
     file: HouseArgument,
-    out: Annotated[Path, typer.Option(help="PNG file to which the picture is written.")],
+    out: Annotated[Path, Setting("PNG file to which the picture is written.")],
     assets: AssetFile = None,
 ) -> None:
     """On the plan, north (+z) is up. Doors show how far they are open. Dots are small objects; a ring marks the start.
@@ -144,23 +140,18 @@ def show(
 
 def sweep_houses(
     seeds: Annotated[
-        str,
-        typer.Option(help="Seeds from which houses are generated, as FIRST:END, e.g. 0:1000; END itself is not used."),
+        str, Setting("Seeds from which houses are generated, as FIRST:END, e.g. 0:1000; END itself is not used.")
     ] = "0:20",
     rooms: Annotated[
         str,
-        typer.Option(
-            help="Numbers of rooms, separated by commas. For each seed, one house of each of these sizes is generated."
-        ),
+        Setting("Numbers of rooms, separated by commas. For each seed, one house of each of these sizes is generated."),
     ] = "1,2,3,4,6,10",
     load: Annotated[
         bool, typer.Option(help="Whether to also build each house's scene and compile it in MuJoCo.")
     ] = True,
     min_count: Annotated[
         int,
-        typer.Option(
-            min=0, help="List each category of objects that occurs less often than this in all houses together."
-        ),
+        Setting("List each category of objects that occurs less often than this in all houses together.", minimum=0),
     ] = 0,
     workers: Workers = None,
 ) -> None:
@@ -214,22 +205,16 @@ def export(
     file: HouseArgument,
     out: Annotated[Path, typer.Argument(help="House file to write, for AI2-THOR (JSON).")],
     asset_database: Annotated[
-        Path, typer.Option(help="AI2-THOR's asset-database.json, from which an asset is chosen for each object.")
+        Path, Setting("AI2-THOR's asset-database.json, from which an asset is chosen for each object.")
     ],
     material_database: Annotated[
         Path | None,
-        typer.Option(
-            help=(
-                "AI2-THOR's material-database.json, from which materials are chosen. If unset, the materials do "
-                "not change."
-            )
+        Setting(
+            "AI2-THOR's material-database.json, from which materials are chosen. If unset, the materials do not change."
         ),
     ] = None,
     thor: Annotated[
-        bool,
-        typer.Option(
-            "--thor", help="Write the house for AI2-THOR. This option is required, because other formats do not exist."
-        ),
+        bool, Setting("Write the house for AI2-THOR. This option is required, because other formats do not exist.")
     ] = False,
 ) -> None:
     """Objects are left out, and listed, if the database does not have an asset of their type or the asset does not fit.

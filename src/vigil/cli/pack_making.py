@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vigil.base.settings import Setting
 from vigil.cli.making.options import Building, Common, Content, Drafting, Drawing, OutFolder, Proposing
 from vigil.cli.progress import progress
 from vigil.cli.text import print_note, print_notes
@@ -38,11 +39,9 @@ SECRET_RECIPE = (
 def propose(
     out: Annotated[
         Path,
-        typer.Option(
-            help=(
-                "File to which the valid drafts are written (JSONL). If the command was interrupted, give it again to "
-                "continue the file."
-            )
+        Setting(
+            "File to which the valid drafts are written (JSONL). If the command was interrupted, give it again to "
+            "continue the file."
         ),
     ],
     common: Common,
@@ -125,7 +124,7 @@ def _requested_sources(proposing: Proposing, specs: list[str], secret: int | Non
 
 
 def build(
-    out: Annotated[Path, typer.Option(help="Folder for the pack: new or empty.")], content: Content, building: Building
+    out: Annotated[Path, Setting("Folder for the pack: new or empty.")], content: Content, building: Building
 ) -> None:
     """Example: vigil pack build --drafts drafts.jsonl --reviews reviews.jsonl --per-family 10 --name mine --out mine"""
     from vigil.authoring.drafting.drafts import DraftsFile
@@ -224,7 +223,7 @@ def remake(
     out: OutFolder,
     houses: Annotated[
         list[str] | None,
-        typer.Option(help="File with the houses that the recipe names; not needed for houses from ProcTHOR-10K."),
+        Setting("File with the houses that the recipe names; not needed for houses from ProcTHOR-10K."),
     ] = None,
     workers: Workers = None,
     assets: AssetFile = None,

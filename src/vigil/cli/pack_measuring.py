@@ -14,6 +14,7 @@ import typer
 from rich.table import Table
 
 import vigil
+from vigil.base.settings import Setting
 from vigil.cli.arguments import AsJson, LevelsFile, PackArgument, Reveal, RunArguments
 from vigil.cli.progress import progress, read_runs_shown, run_progress
 from vigil.cli.text import console, print_notes
@@ -34,16 +35,13 @@ def baselines(
     pack: PackArgument,
     log_dir: Annotated[
         Path,
-        typer.Option(
-            help=(
-                "Folder in which the runs of the agents are recorded. If the command was interrupted, give it again "
-                "to continue these runs."
-            )
+        Setting(
+            "Folder in which the runs of the agents are recorded. If the command was interrupted, give it again "
+            "to continue these runs."
         ),
     ],
     card: Annotated[
-        bool,
-        typer.Option("--card", help="Also write the results into the pack's folder and into its card (README.md)."),
+        bool, Setting("Also write the results into the pack's folder and into its card (README.md).")
     ] = False,
     workers: Workers = None,
     assets: AssetFile = None,
@@ -123,9 +121,7 @@ def levels(
     pack: PackArgument,
     out: Annotated[
         Path | None,
-        typer.Option(
-            help="File to which the levels are written, one line per episode. If unset, they are only printed."
-        ),
+        Setting("File to which the levels are written, one line per episode. If unset, they are only printed."),
     ] = None,
     workers: Workers = None,
     assets: AssetFile = None,
@@ -176,10 +172,9 @@ def difficulty(
     levels: LevelsFile = None,
     of: Annotated[
         Literal["W", "B"],
-        typer.Option(
-            "--success",
-            help="What counts as success in an episode: W (the goal was reached) or B (it was also reported "
-            "correctly).",
+        Setting(
+            "What counts as success in an episode: W (the goal was reached) or B (it was also reported correctly).",
+            name="success",
         ),
     ] = "B",
     as_json: AsJson = False,
@@ -271,11 +266,9 @@ def _correlation_words(found: Correlation) -> str:
 
 def sheet(
     pack: PackArgument,
-    out: Annotated[Path, typer.Option(help="Folder to which the sheets are written, one picture per family.")],
-    count: Annotated[
-        int, typer.Option("--count", min=1, help="Number of episodes to show, drawn evenly from the families.")
-    ] = 80,
-    seed: Annotated[int, typer.Option(min=0, help="Random seed of the choice of episodes to show.")] = 0,
+    out: Annotated[Path, Setting("Folder to which the sheets are written, one picture per family.")],
+    count: Annotated[int, Setting("Number of episodes to show, drawn evenly from the families.", minimum=1)] = 80,
+    seed: Annotated[int, Setting("Random seed of the choice of episodes to show.", minimum=0)] = 0,
     assets: AssetFile = None,
     reveal: Reveal = False,
 ) -> None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
+from vigil.base.settings import Setting
 from vigil.cli.arguments import AsJson, PackArgument, Robust
 from vigil.cli.progress import progress
 from vigil.cli.text import console, print_notes
@@ -145,8 +146,8 @@ def verify(
     workers: Workers = None,
     log: Annotated[
         Path | None,
-        typer.Option(
-            help="File that records which episodes are already verified, so that the same command continues an "
+        Setting(
+            "File that records which episodes are already verified, so that the same command continues an "
             "interrupted check."
         ),
     ] = None,
@@ -196,12 +197,12 @@ def compare_back_ends(
     episode: EpisodeIds = (),
     limit: Annotated[
         int | None,
-        typer.Option(
-            min=1, help="Maximum number of episodes to compare, spread evenly over the families. All episodes if unset."
+        Setting(
+            "Maximum number of episodes to compare, spread evenly over the families. All episodes if unset.", minimum=1
         ),
     ] = None,
-    first: Annotated[str, typer.Option(help="First of the two simulators to compare.")] = "mujoco",
-    second: Annotated[str, typer.Option(help="Second of the two simulators to compare.")] = "thor",
+    first: Annotated[str, Setting("First of the two simulators to compare.")] = "mujoco",
+    second: Annotated[str, Setting("Second of the two simulators to compare.")] = "thor",
     assets: AssetFile = None,
     as_json: AsJson = False,
 ) -> None:
@@ -279,7 +280,7 @@ def diff(
         raise typer.Exit(1)
 
 
-def build_starter_pack(out: Annotated[Path, typer.Option(help="Folder for the pack: new or empty.")]) -> None:
+def build_starter_pack(out: Annotated[Path, Setting("Folder for the pack: new or empty.")]) -> None:
     """Example: vigil pack build-starter --out my_starter"""
     from vigil.assets.database import AssetDatabase
     from vigil.authoring.packing.starter import build_starter

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vigil.base.settings import Setting
 from vigil.cli.arguments import Imports, RunArgument
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.text import print_notes
@@ -35,11 +36,7 @@ Shards = Annotated[
 def run(
     settings: RunSettings,
     dry_run: Annotated[
-        bool,
-        typer.Option(
-            "--dry-run",
-            help="Do not play; print how many calls and tokens the run could need at least and at most.",
-        ),
+        bool, Setting("Do not play; print how many calls and tokens the run could need at least and at most.")
     ] = False,
     imports: Imports = None,
 ) -> None:
@@ -226,10 +223,7 @@ def probe(
     run: RunArgument,
     settings: FinishedProbeSettings,
     dry_run: Annotated[
-        bool,
-        typer.Option(
-            "--dry-run", help="Send nothing to the model; only print how many calls and tokens the probes would need."
-        ),
+        bool, Setting("Send nothing to the model; only print how many calls and tokens the probes would need.")
     ] = False,
 ) -> None:
     """Examples:

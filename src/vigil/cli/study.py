@@ -43,12 +43,9 @@ StudyPath = Annotated[
         show_default=f"{COPY} in this folder, else the study that was played last under runs/",
     ),
 ]
-Models = Annotated[
-    list[str] | None, typer.Option("--model", help="Name of a model: use only its runs; may be repeated.")
-]
+Models = Annotated[list[str] | None, Setting("Name of a model: use only its runs; may be repeated.", name="model")]
 Conditions = Annotated[
-    list[str] | None,
-    typer.Option("--condition", help="Name of a condition: use only the runs under it; may be repeated."),
+    list[str] | None, Setting("Name of a condition: use only the runs under it; may be repeated.", name="condition")
 ]
 
 
@@ -82,10 +79,9 @@ def run(
     condition: Conditions = None,
     dry_run: Annotated[
         bool,
-        typer.Option(
-            "--dry-run",
-            help="Do not play; print how many calls, tokens and hours the remaining plays need, and what they cost, at "
-            "least and at most.",
+        Setting(
+            "Do not play; print how many calls, tokens and hours the remaining plays need, and what they cost, at "
+            "least and at most."
         ),
     ] = False,
     imports: Imports = None,
@@ -134,16 +130,15 @@ def status(study: StudyPath = None, model: Models = None, condition: Conditions 
 def report(
     study: StudyPath = None,
     out: Annotated[
-        Path | None,
-        typer.Option(help="Folder to which the report is written.", show_default="report in the study's folder"),
+        Path | None, Setting("Folder to which the report is written.", unset="report in the study's folder")
     ] = None,
     pdf: Annotated[
         bool, typer.Option("--pdf/--no-pdf", help="Whether to make a PDF too, where a LaTeX program is installed.")
     ] = True,
     style: Annotated[
         Literal["report", "paper"],
-        typer.Option(
-            help="Style of the LaTeX and the PDF: report shows everything; paper shows only the paper's tables, in the "
+        Setting(
+            "Style of the LaTeX and the PDF: report shows everything; paper shows only the paper's tables, in the "
             "paper's form."
         ),
     ] = "report",

@@ -5,14 +5,12 @@ from typing import Annotated
 
 import typer
 
+from vigil.base.settings import Setting
 from vigil.cli.text import print_note
 from vigil.runner.shared_settings import AssetFile, RenderQuality
 
 Backend = Annotated[
-    str,
-    typer.Option(
-        help="Simulator that computes the world behind the engine: mujoco, or fake (coarse pictures, no OpenGL)."
-    ),
+    str, Setting("Simulator that computes the world behind the engine: mujoco, or fake (coarse pictures, no OpenGL).")
 ]
 Program = Annotated[Path, typer.Argument(help="Python program that uses ai2thor's Controller.", show_default=False)]
 

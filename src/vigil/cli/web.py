@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vigil.base.settings import Setting
 from vigil.cli.arguments import OpenBrowser
 from vigil.cli.text import print_notes
 from vigil.errors import SettingError
@@ -30,12 +31,12 @@ if TYPE_CHECKING:
 
 Host = Annotated[
     str,
-    typer.Option(
-        help="Address on which the pages are served. An address that other machines can reach (not "
+    Setting(
+        "Address on which the pages are served. An address that other machines can reach (not "
         "127.0.0.1 or localhost) needs --token."
     ),
 ]
-Port = Annotated[int, typer.Option(min=1, max=65535, help="Port on which the pages are served.")]
+Port = Annotated[int, Setting("Port on which the pages are served.", minimum=1, maximum=65535)]
 Token = Annotated[
     str,
     typer.Option(
@@ -63,8 +64,7 @@ def view(
         ),
     ] = None,
     pack: Annotated[
-        list[str] | None,
-        typer.Option(help="Pack whose houses and episodes are also shown, as folder or name; may be repeated."),
+        list[str] | None, Setting("Pack whose houses and episodes are also shown, as folder or name; may be repeated.")
     ] = None,
     assets: AssetFile = None,
     prices: PricesOption = None,
@@ -114,15 +114,13 @@ def play(
 
 
 def review(
-    reviewer: Annotated[str, typer.Option(help="Name of the reviewer, recorded with each verdict.")],
+    reviewer: Annotated[str, Setting("Name of the reviewer, recorded with each verdict.")],
     pack: PackName = "starter",
     drafts: Annotated[
-        Path | None, typer.Option(help="File with drafts to review instead of a pack, written by `vigil pack propose`.")
+        Path | None, Setting("File with drafts to review instead of a pack, written by `vigil pack propose`.")
     ] = None,
-    file: Annotated[Path, typer.Option(help="File to which the verdicts are added, one line each.")] = Path(
-        "reviews.jsonl"
-    ),
-    seed: Annotated[int, typer.Option(help="Random seed of the order in which episodes are shown.")] = 0,
+    file: Annotated[Path, Setting("File to which the verdicts are added, one line each.")] = Path("reviews.jsonl"),
+    seed: Annotated[int, Setting("Random seed of the order in which episodes are shown.")] = 0,
     assets: AssetFile = None,
     port: Port = 8379,
     host: Host = "127.0.0.1",

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
+from vigil.base.settings import Setting
 from vigil.cli.arguments import PackArgument
 from vigil.cli.progress import progress
 from vigil.cli.text import print_notes
@@ -16,10 +15,10 @@ from vigil.runner.shared_settings import AssetFile, Backend, Workers
 
 def perturb(
     pack: PackArgument,
-    change: Annotated[Change, typer.Option(help="What differs in the new pack.")],
-    out: Annotated[Path, typer.Option(help="Folder for the new pack: new or empty.")],
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the changes. Other seeds give other packs.")] = 0,
-    name: Annotated[str | None, typer.Option(help="Name of the new pack.", show_default="PACK_CHANGE_SEED")] = None,
+    change: Annotated[Change, Setting("What differs in the new pack.")],
+    out: Annotated[Path, Setting("Folder for the new pack: new or empty.")],
+    seed: Annotated[int, Setting("Seed of the changes. Other seeds give other packs.", minimum=0)] = 0,
+    name: Annotated[str | None, Setting("Name of the new pack.", unset="PACK_CHANGE_SEED")] = None,
     workers: Workers = None,
     assets: AssetFile = None,
     backend: Backend = "mujoco",

@@ -16,7 +16,7 @@ from pydantic import AwareDatetime, Field, TypeAdapter, ValidationError
 
 from vigil.base.files import read_file
 from vigil.base.models import FrozenModel
-from vigil.base.settings import check_settings
+from vigil.base.settings import Setting, check_settings
 from vigil.cli.making.options import Content, Drafting, Drawing, OutFolder
 from vigil.cli.pack_making import make_from
 from vigil.cli.text import print_note
@@ -91,7 +91,7 @@ def new(
     drawing: Drawing,
     drafting: Drafting,
     deadline: Annotated[
-        str, typer.Option(metavar="TIME", help="Time at which the seed may be revealed, e.g. 2027-03-01T12:00+00:00.")
+        str, Setting("Time at which the seed may be revealed, e.g. 2027-03-01T12:00+00:00.", metavar="TIME")
     ],
 ) -> None:
     """Example: vigil challenge new --name spring --seed-file seed.txt --deadline 2027-03-01 --out packs/spring
@@ -130,8 +130,8 @@ def new(
 
 def reveal(
     challenge: ChallengeFile,
-    seed_file: Annotated[Path, typer.Option(help="File with the secret seed of the challenge.")],
-    early: Annotated[bool, typer.Option("--early", help="Reveal the seed before the deadline.")] = False,
+    seed_file: Annotated[Path, Setting("File with the secret seed of the challenge.")],
+    early: Annotated[bool, Setting("Reveal the seed before the deadline.")] = False,
 ) -> None:
     """Example: vigil challenge reveal packs/spring.challenge.json --seed-file seed.txt"""
     found, seed = Challenge.read(challenge), read_seed(seed_file)

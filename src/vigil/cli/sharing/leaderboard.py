@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from pydantic import ValidationError
 
+from vigil.base.settings import Setting
 from vigil.cli.arguments import Reveal, RunArgument
 from vigil.cli.progress import progress
 from vigil.cli.text import print_notes
@@ -21,10 +22,9 @@ if TYPE_CHECKING:
 
 def submit(
     run: RunArgument,
-    out: Annotated[Path, typer.Option(help="Bundle to write, ending in .zip.")],
+    out: Annotated[Path, Setting("Bundle to write, ending in .zip.")],
     metadata: Annotated[
-        Path | None,
-        typer.Option(help="YAML file with what readers must know about the entry.", show_default="asked for here"),
+        Path | None, Setting("YAML file with what readers must know about the entry.", unset="asked for here")
     ] = None,
     pack: PackLocation = None,
     reveal: Reveal = False,
@@ -88,7 +88,7 @@ def build(
             help="Bundles of entries, in order of arrival. If two bundles are equal, the later one counts as a copy.",
         ),
     ],
-    out: Annotated[Path, typer.Option(help="Folder of the site: a new one, or a site to build again.")],
+    out: Annotated[Path, Setting("Folder of the site: a new one, or a site to build again.")],
     settings: BuildSettings,
 ) -> None:
     """Example: vigil leaderboard build bundles/*.zip --decisions decisions.yaml --out site"""

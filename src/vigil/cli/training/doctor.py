@@ -6,23 +6,22 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from vigil.base.settings import Setting
 from vigil.errors import InputError, SettingError
 from vigil.runner.shared_settings import Families
 
 
 def doctor(
     integration: Annotated[
-        Literal["trl", "gymnasium", "verifiers"],
-        typer.Option("--with", help="Training library whose integration is checked."),
+        Literal["trl", "gymnasium", "verifiers"], Setting("Training library whose integration is checked.", name="with")
     ],
-    pack: Annotated[str, typer.Option(help="Pack or stream with the episode to play, e.g. stream:7.")] = "starter",
+    pack: Annotated[str, Setting("Pack or stream with the episode to play, e.g. stream:7.")] = "starter",
     families: Families = (),
-    group: Annotated[int, typer.Option(min=2, help="Number of environments in the group that plays the episode.")] = 2,
+    group: Annotated[int, Setting("Number of environments in the group that plays the episode.", minimum=2)] = 2,
     processor: Annotated[
-        str | None,
-        typer.Option(help="Processor of the model to train: a folder, or a name on Hugging Face. Only with trl."),
+        str | None, Setting("Processor of the model to train: a folder, or a name on Hugging Face. Only with trl.")
     ] = None,
-    backend: Annotated[str, typer.Option(help="Simulator in which the episode is played.")] = "mujoco",
+    backend: Annotated[str, Setting("Simulator in which the episode is played.")] = "mujoco",
 ) -> None:
     """Example: vigil train doctor --with trl --pack stream:7 --processor Qwen/Qwen2.5-VL-3B-Instruct
 

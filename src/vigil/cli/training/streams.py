@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import typer
-
 from vigil.base.settings import Setting
 from vigil.cli.arguments import SeedFile
 from vigil.cli.progress import progress
@@ -36,25 +34,25 @@ Houses = Annotated[
 
 
 def stream(
-    count: Annotated[int, typer.Option(min=1, help="Number of episodes to write.")],
+    count: Annotated[int, Setting("Number of episodes to write.", minimum=1)],
     out: Annotated[
         Path,
-        typer.Option(
-            help="Folder for the episodes: new, empty, or with fewer episodes of the same stream, to which the "
+        Setting(
+            "Folder for the episodes: new, empty, or with fewer episodes of the same stream, to which the "
             "missing ones are then added."
         ),
     ],
     seed: Annotated[
         int | None,
-        typer.Option(
-            min=0, help="Seed of the stream; the same seed gives the same episodes. Give either this or --seed-file."
+        Setting(
+            "Seed of the stream; the same seed gives the same episodes. Give either this or --seed-file.", minimum=0
         ),
     ] = None,
     seed_file: SeedFile = None,
     families: Families = (),
     suite: Annotated[
         Literal["chores"] | None,
-        typer.Option(help="Write lists of chores with their answers instead of episodes of the families."),
+        Setting("Write lists of chores with their answers instead of episodes of the families."),
     ] = None,
     difficulties: Difficulties = (),
     houses: Houses = "0:",
