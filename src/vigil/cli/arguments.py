@@ -68,6 +68,9 @@ WithPaper = Annotated[
         "--paper/--no-paper", help="Whether to show the results published in the paper next to those of the runs."
     ),
 ]
+EngineBackend = Annotated[
+    str, Setting("Simulator that computes the world behind the engine: mujoco, or fake (coarse pictures, no OpenGL).")
+]
 Epoch = Annotated[
     int, Setting("Which play of the episode to use, if the run played it several times: 1 is the first.", minimum=1)
 ]

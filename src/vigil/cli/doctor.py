@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import platform
 import time
-from collections.abc import Mapping
 from contextlib import closing
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -15,7 +13,8 @@ import typer
 from PIL import Image
 
 from vigil.base.settings import Setting
-from vigil.cli.arguments import AsJson
+from vigil.cli.arguments import AsJson, EngineBackend
+from vigil.cli.text import print_facts
 from vigil.errors import SettingError, VigilError
 from vigil.runner.shared_settings import AssetFile, RenderQuality
 
@@ -54,7 +53,7 @@ def doctor(
 
     if backend == "thor":
         facts = _thor_checks() if full else _thor_facts()
-        _print_facts(facts, as_json)
+        print_facts(facts, as_json)
         if any(str(fact).startswith(FAILED) for fact in facts.values()):
             raise typer.Exit(1)
         return
@@ -65,29 +64,9 @@ def doctor(
     sandbox = {"sandbox": missing_for_sandbox() or "works (vigil run --sandbox)"}
     system = {"python": platform.python_version(), "system": platform.platform()}
     facts = {**system, **_versions(), **found, **_pack(), **sandbox}
-    _print_facts(facts, as_json)
+    print_facts(facts, as_json)
     if not found["ok"] or facts["starter_pack_fault"]:
         raise typer.Exit(1)
-
-
-def _print_facts(facts: Mapping[str, object], as_json: bool) -> None:
-    if as_json:
-        print(json.dumps(facts))
-    else:
-        for name, value in facts.items():
-            print(f"{name:20} {_as_text(value)}")
-
-
-def _as_text(value: object) -> str:
-    match value:
-        case None:
-            return "none"
-        case bool():
-            return "yes" if value else "no"
-        case float():
-            return f"{value:.3f}"
-        case _:
-            return str(value)
 
 
 def _versions() -> dict[str, str]:
@@ -112,10 +91,7 @@ def _pack() -> dict[str, str | None]:
 
 def thor_engine(
     context: typer.Context,
-    backend: Annotated[
-        str,
-        Setting("Simulator that computes the world behind the engine: mujoco, or fake (coarse pictures, no OpenGL)."),
-    ] = "mujoco",
+    backend: EngineBackend = "mujoco",
     assets: AssetFile = None,
     render_quality: RenderQuality = "default",
 ) -> None:

@@ -11,7 +11,7 @@ import typer
 
 from vigil.base.settings import Setting
 from vigil.cli.arguments import AsJson
-from vigil.cli.text import print_notes
+from vigil.cli.text import print_facts, print_notes
 from vigil.errors import SettingError
 from vigil.protocol.profile import COORDINATES_BY_MODEL
 from vigil.runner.models.providers import PROVIDERS
@@ -67,7 +67,7 @@ def models(
     vigil models --model qwen/qwen3-vl-plus
     """
     if model is not None:
-        _print_facts(model_facts(model, base_url, api_key_env), as_json)
+        print_facts(model_facts(model, base_url, api_key_env), as_json, width=14)
     elif base_url is not None or api_key_env is not None:
         raise SettingError("--base-url and --api-key-env are for one model: add --model.")
     elif as_json:
@@ -174,14 +174,6 @@ def switch_of(provider: Provider) -> str:
         return ""
     on, off = (flatten_fields(fields)[0] for fields in (provider.thinking.on, provider.thinking.off))
     return f"{on.removeprefix('extra_body.').replace('=', ' ')} / {off.partition('=')[2]}"
-
-
-def _print_facts(facts: dict[str, str], as_json: bool) -> None:
-    if as_json:
-        print(json.dumps(facts))
-        return
-    for name, value in facts.items():
-        print(f"{name:14} {value}")
 
 
 def _facts(name: str) -> dict[str, str]:

@@ -21,7 +21,7 @@ from vigil.runner.shared_settings import AssetFile, Workers
 if TYPE_CHECKING:
     from vigil.authoring.drafting.drafts import HouseOrigin
     from vigil.authoring.drafting.generation import GenerationSettings
-    from vigil.authoring.drafting.sources import HouseInFile, HouseSource
+    from vigil.authoring.drafting.sources import HouseSource
     from vigil.packs.pack import Pack
 
 SHORT_SEED = (
@@ -162,7 +162,7 @@ def make(out: OutFolder, content: Content, drawing: Drawing, drafting: Drafting)
 def make_from(out: Path, content: Content, drawing: Drawing, drafting: Drafting) -> Pack:
     """Make a pack, or continue to make it, and return it. Raises InputError."""
     from vigil.authoring.drafting.sources import draw_sample, houses_drawn_from, houses_from
-    from vigil.authoring.packing.recipes import recipe_of
+    from vigil.authoring.packing.recipes import origins_of, recipe_of
     from vigil.cli.making.pack import make_pack
     from vigil.packs.freeze import check_can_freeze
 
@@ -183,7 +183,10 @@ def make_from(out: Path, content: Content, drawing: Drawing, drafting: Drafting)
     check_can_freeze(out, content.name)
     most = drawing.most(content.per_family)
     offered = houses_from(drawing.houses, report=print_note)
-    origins = [] if content.reviews else _origins(offered)
+    origins: list[HouseOrigin] = []
+    if not content.reviews:
+        with progress("houses read") as show:
+            origins = origins_of(offered, lambda number: show(number, len(offered)))
     if offered:
         sources = draw_sample(offered, request.seed, most)
     else:
@@ -207,13 +210,6 @@ def _check_seed(content: Content, drawing: Drawing) -> None:
             "Give one of these options: --seed or --seed-file to generate houses, or --houses with files or a "
             "dataset of houses."
         )
-
-
-def _origins(offered: Sequence[HouseInFile]) -> list[HouseOrigin]:
-    from vigil.authoring.packing.recipes import origins_of
-
-    with progress("houses read") as show:
-        return origins_of(offered, lambda number: show(number, len(offered)))
 
 
 def remake(

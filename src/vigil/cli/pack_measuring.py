@@ -16,6 +16,7 @@ from rich.table import Table
 import vigil
 from vigil.base.settings import Setting
 from vigil.cli.arguments import AsJson, LevelsFile, PackArgument, Reveal, RunArguments
+from vigil.cli.packs import load_pack
 from vigil.cli.progress import progress, read_runs_shown, run_progress
 from vigil.cli.text import console, print_notes
 from vigil.errors import SettingError, SimulatorError
@@ -130,16 +131,12 @@ def levels(
 
     `vigil report` finds the file `levels.jsonl` in a pack's folder by itself. Give it any other file with --levels.
     """
-    from vigil.assets.database import AssetDatabase
     from vigil.authoring.packing.episode_measures import pack_levels
     from vigil.authoring.packing.verify import VerificationSettings
-    from vigil.packs.pack import Pack
     from vigil.runner.workers.pool import worker_count
     from vigil.scoring.levels import dump_levels
 
-    loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
-    print_notes(loaded.manifest.version_notes)
-    loaded.check_assets(database)
+    loaded, database = load_pack(pack, assets)
     settings = VerificationSettings(assets=database, workers=worker_count(workers))
     with progress("levels") as show:
         found = pack_levels(loaded, settings, show)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from collections import Counter
-from collections.abc import Iterable
 from contextlib import ExitStack, closing
 from dataclasses import asdict
 from pathlib import Path
@@ -24,9 +23,7 @@ from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Familie
 if TYPE_CHECKING:
     from vigil.assets.database import AssetDatabase
     from vigil.authoring.review.compare_backends import BackendComparison
-    from vigil.authoring.review.validate import Finding
     from vigil.packs.pack import Pack
-    from vigil.protocol.families import Family
 
 
 def list_packs(as_json: AsJson = False) -> None:
@@ -159,13 +156,16 @@ def verify(
     from vigil.authoring.packing.verify import VerificationSettings, verify_pack
     from vigil.runner.workers.pool import worker_count
 
-    loaded, database = _with_assets(pack, assets)
+    loaded, database = load_pack(pack, assets)
     with progress("verify") as show:
         settings = VerificationSettings(backend, database, worker_count(workers), robust)
         findings = verify_pack(loaded, settings, log, lambda done, of, faulty: show(done, of, f"{faulty} faulty"))
     for finding in findings:
         print(finding)
-    for (family, rule), count in sorted(_faulty_of(loaded, findings).items()):
+    family_of = {episode.id: episode.family for episode in loaded.episodes}
+    broken = {(found.episode_id, found.rule) for found in findings}
+    by_rule = Counter((family_of[name], rule) for name, rule in broken)
+    for (family, rule), count in sorted(by_rule.items()):
         print(f"{family}: {count} episodes break the rule {rule}")
     faulty = len({finding.episode_id for finding in findings})
     print(f"{len(loaded.episodes) - faulty} of {len(loaded.episodes)} episodes of pack {loaded.name!r} are valid")
@@ -173,8 +173,8 @@ def verify(
         raise typer.Exit(2)
 
 
-def _with_assets(pack: str, assets: Path | None) -> tuple[Pack, AssetDatabase]:
-    """Return a pack and its asset database. Raises PackMismatch if the pack was made with another database."""
+def load_pack(pack: str | Path, assets: Path | None) -> tuple[Pack, AssetDatabase]:
+    """Print the notes of a pack, and return it with its asset database. Raises PackMismatch."""
     from vigil.assets.database import AssetDatabase
     from vigil.packs.pack import Pack
 
@@ -182,13 +182,6 @@ def _with_assets(pack: str, assets: Path | None) -> tuple[Pack, AssetDatabase]:
     print_notes(loaded.manifest.version_notes)
     loaded.check_assets(database)
     return loaded, database
-
-
-def _faulty_of(pack: Pack, findings: Iterable[Finding]) -> Counter[tuple[Family, str]]:
-    """Return how many episodes of each family break each rule."""
-    family_of = {episode.id: episode.family for episode in pack.episodes}
-    broken = {(found.episode_id, found.rule) for found in findings}
-    return Counter((family_of[name], rule) for name, rule in broken)
 
 
 def compare_back_ends(
@@ -217,7 +210,7 @@ def compare_back_ends(
     from vigil.sim.thor.start import ENGINE_VARIABLE, OWN
 
     os.environ.setdefault(ENGINE_VARIABLE, OWN)
-    loaded, database = _with_assets(pack, assets)
+    loaded, database = load_pack(pack, assets)
     episodes = loaded.select(Selection(family, episode, limit))
     with ExitStack() as stack, progress("compare") as show:
         a, b = (stack.enter_context(closing(make_simulator(name, assets=database))) for name in (first, second))

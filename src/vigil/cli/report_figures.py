@@ -5,22 +5,32 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from vigil.analysis.measures.rows import Run
+from vigil.analysis.measures.study import Study
+from vigil.analysis.plots.diagrams import (
+    CONTRACT,
+    SKIPPED_WORDS,
+    FamilyExample,
+    limits,
+    pipeline_figure,
+    protocol_figure,
+)
+from vigil.analysis.plots.style import paper_width_in
+from vigil.analysis.plots.trajectory import AgentTrajectory, find_record, make_trajectory, trajectory_figure
+from vigil.analysis.tables.paper_captions import PRIVILEGED_MARK
+from vigil.analysis.tables.text import MARKS
 from vigil.errors import RecordError, SettingError, did_you_mean
+from vigil.packs.pack import Pack
 from vigil.packs.private import check_revealed, is_private
-
-if TYPE_CHECKING:
-    from vigil.analysis.measures.rows import Run
-    from vigil.analysis.measures.study import Study
-    from vigil.analysis.plots.trajectory import AgentTrajectory
-    from vigil.packs.pack import Pack
-    from vigil.protocol.episode import Episode
-    from vigil.protocol.families import Family
-    from vigil.protocol.observation import Observation
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, Family
+from vigil.protocol.observation import Observation
+from vigil.runner.workers.frames import first_frames, frames_of_record
+from vigil.scoring.saved_run import load_run_pack, pack_folder
 
 FrameSource = tuple[Path | None, bool]
 """Asset database with which frames are drawn, and whether frames of a private pack may be drawn."""
@@ -41,8 +51,6 @@ def framed_figures(
     found: Study, pack: str | Path | None, episodes: Sequence[str], diagram: bool, frames: FrameSource
 ) -> dict[str, CaptionedFigure]:
     """Return the figures that need frames, with their captions. Each shows all runs that played the episode."""
-    from vigil.scoring.saved_run import pack_folder
-
     drawn: dict[str, CaptionedFigure] = {}
     for number, episode_id in enumerate(episodes, start=1):
         having = _having(found.runs, episode_id)
@@ -63,8 +71,6 @@ def study_figures(found: Study, episodes: Sequence[str], frames: FrameSource) ->
 
     Without `episodes`, the trajectories are of one episode of SV and one of AI, each played by most of the main runs.
     """
-    from vigil.scoring.saved_run import pack_folder
-
     shown = [entry.run for entry in found.shown_runs() if entry.run.n]
     anchors = [run for run in shown if run.label is not None and run.label.is_anchor] or shown
     if not anchors:
@@ -86,8 +92,6 @@ def tracks_of(
     runs: Sequence[Run], pack: str | Path | None, episode_id: str, epoch: int, frames: FrameSource
 ) -> tuple[Episode, list[AgentTrajectory]]:
     """Return an episode and the trajectory of each run in it. Raises RecordError if packs differ in the episode."""
-    from vigil.scoring.saved_run import load_run_pack
-
     assets, reveals = frames
     loaded = [(run, load_run_pack(run.header, pack)) for run in runs]
     for _, found in loaded:
@@ -100,11 +104,6 @@ def tracks_of(
 
 def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
     """Return the diagram of the families, with first frames of episodes of a pack."""
-    from vigil.analysis.plots.diagrams import FamilyExample, protocol_figure
-    from vigil.packs.pack import Pack
-    from vigil.protocol.families import FAMILIES
-    from vigil.runner.workers.frames import first_frames
-
     assets, reveals = frames
     loaded = Pack.load(pack)
     check_revealed(loaded.name, is_private(loaded.manifest.meta), "A picture of its episodes", reveals=reveals)
@@ -151,9 +150,6 @@ def _having(runs: Sequence[Run], episode_id: str) -> list[Run]:
 
 
 def _captioned_protocol(pack: str | Path, frames: FrameSource) -> CaptionedFigure:
-    from vigil.analysis.plots.diagrams import CONTRACT
-    from vigil.analysis.plots.style import paper_width_in
-
     caption = (
         "The eight families in two tiers. Each has the first frame and the instruction of an example, and its limits "
         "on steps and on invalid replies."
@@ -168,10 +164,6 @@ def _of_episode(
 
     The names of runs of privileged agents have the mark that they have in tables.
     """
-    from vigil.analysis.plots.diagrams import SKIPPED_WORDS, limits, pipeline_figure
-    from vigil.analysis.plots.trajectory import trajectory_figure
-    from vigil.analysis.tables.text import MARKS
-
     episode, tracks = tracks_of(runs, pack, episode_id, 1, frames)
     privileged = [run.model.is_privileged for run in runs]
     tracks = [
@@ -215,8 +207,6 @@ def _states(one: AgentTrajectory) -> str:
 
 def _sight(privileged: Sequence[bool]) -> str:
     """Return the sentences of a caption that say which agents see what is called hidden."""
-    from vigil.analysis.tables.paper_captions import PRIVILEGED_MARK
-
     if not any(privileged):
         return "Agents never see the hidden state."
     return PRIVILEGED_MARK if all(privileged) else f"{PRIVILEGED_MARK} The others never see the hidden state."
@@ -236,9 +226,6 @@ def _common_episodes(runs: Sequence[Run]) -> list[str]:
 
 
 def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> AgentTrajectory:
-    from vigil.analysis.plots.trajectory import find_record, make_trajectory
-    from vigil.runner.workers.frames import frames_of_record
-
     record = find_record(run, pack.episodes, (episode.id, epoch))
     return make_trajectory(
         run.name, episode, record, frames_of_record(run.folder, run.header.spec, pack, record, assets)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from vigil.records.probe_file import ProbeTable
     from vigil.runner.plan import RunPlan
     from vigil.runner.probes.finished import FinishedProbing
-    from vigil.runner.progress import OnProgress, RunProgress
+    from vigil.runner.progress import RunProgress
     from vigil.runner.run import RunResult
     from vigil.runner.verify_run import Verification
 
@@ -61,8 +61,11 @@ def run(
         print(f"Coordinates: {plan.spec.profile.coordinates} ({why}).")
     if dry_run:
         _print_estimate(plan)
-    else:
-        _play(plan)
+        return
+    result = play_plan(plan)
+    _print_result(result, plan.pack.folder)
+    if not result.is_complete:
+        raise typer.Exit(1)
 
 
 def _play_remotely(settings: RunSettings, dry_run: bool) -> None:
@@ -120,25 +123,13 @@ def play_plan(plan: RunPlan) -> RunResult:
     from vigil.runner.run import play_run
 
     with run_progress(plan.spec.agent) as show:
-        return play_run(plan, on_progress=_with_warnings(show))
 
+        def show_with_warnings(where: RunProgress) -> None:
+            show(where)
+            if where.warning is not None:
+                print(f"WARNING: {where.warning}", file=sys.stderr, flush=True)
 
-def _play(plan: RunPlan) -> None:
-    result = play_plan(plan)
-    _print_result(result, plan.pack.folder)
-    if not result.is_complete:
-        raise typer.Exit(1)
-
-
-def _with_warnings(show: OnProgress) -> OnProgress:
-    """Return a function that calls `show` and also prints the warnings of a run on standard error."""
-
-    def tell(where: RunProgress) -> None:
-        show(where)
-        if where.warning is not None:
-            print(f"WARNING: {where.warning}", file=sys.stderr, flush=True)
-
-    return tell
+        return play_run(plan, on_progress=show_with_warnings)
 
 
 def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:

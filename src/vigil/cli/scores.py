@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vigil.cli.arguments import AsJson, RunArguments
-from vigil.cli.text import COLUMNS, percent_text, print_fitting, print_notes, with_interval
+from vigil.cli.text import COLUMNS, percent_text, print_fitting, print_notes, rate_text
 from vigil.runner.shared_settings import PackLocation
 
 if TYPE_CHECKING:
@@ -69,13 +69,7 @@ def score(
     if as_json:
         print(json.dumps({"schema_version": JSON_SCHEMA, "runs": [_as_json(run) for run in scored_runs]}))
         return
-    plain = [run for run in scored_runs if run.closure is None and run.chores is None]
-    if len(plain) == 1:
-        print_families(plain[0].name, plain[0].scores)
-    elif plain:
-        _print_comparison([(run.name, run.scores) for run in plain])
-    _print_closure([run for run in scored_runs if run.closure is not None])
-    _print_chores([run for run in scored_runs if run.chores is not None])
+    _print_scores(scored_runs)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,21 +90,17 @@ class _ScoredRun:
 
 def print_run(path: Path, pack: str | Path | None = None) -> None:
     """Print the scores of a run that was just played or merged: the measures of its suite, or else rates by family."""
-    run = _scored_run(path, pack)
-    if run.closure is not None:
-        _print_closure([run])
-    elif run.chores is not None:
-        _print_chores([run])
-    else:
-        print_families(run.name, run.scores)
+    _print_scores([_scored_run(path, pack)])
 
 
-def _print_closure(runs: list[_ScoredRun]) -> None:
-    if not runs:
-        return
-    for run in runs:
-        _warn(run.name, run.scores)
-    _print_closure_tables([replace(run.closure, name=run.name) for run in runs if run.closure is not None])
+def _print_scores(runs: list[_ScoredRun]) -> None:
+    plain = [run for run in runs if run.closure is None and run.chores is None]
+    if len(plain) == 1:
+        _print_families(plain[0].name, plain[0].scores)
+    elif plain:
+        _print_comparison([(run.name, run.scores) for run in plain])
+    _print_closure([run for run in runs if run.closure is not None])
+    _print_chores([run for run in runs if run.chores is not None])
 
 
 def _as_json(run: _ScoredRun) -> dict[str, Any]:
@@ -172,7 +162,7 @@ def run_label(header: RunHeader) -> str:
     return header.spec.agent + own_prompt + forked + header.spec.name_suffix
 
 
-def print_families(name: str, scores: RunScores) -> None:
+def _print_families(name: str, scores: RunScores) -> None:
     """Print one run's table, with a row per family."""
     from vigil.scoring.summary import summarise
 
@@ -233,8 +223,7 @@ def _table(title: Text | str, columns: Sequence[str], is_full: bool, no_wrap: bo
 
 def _cells(rates: dict, is_full: bool) -> list[str]:
     steps = "-" if rates["mean_steps"] is None else f"{rates['mean_steps']:.1f}"
-    with_intervals = ("W", "B") if is_full else ()
-    cells = [with_interval(rates, name) if name in with_intervals else percent_text(rates[name]) for name in COLUMNS]
+    cells = [rate_text(rates, name, is_full and name in ("W", "B")) for name in COLUMNS]
     return [rates["complete"], *cells, steps]
 
 
@@ -246,13 +235,14 @@ def _pair(rates: dict | None, is_full: bool) -> str:
     return f"{100 * rates['W']:.0f}/{100 * rates['B']:.0f}"
 
 
-def _print_closure_tables(runs: Sequence[ClosureRun]) -> None:
-    """Print the tables of the closure-stress suite: for one run a row per kind; for several runs a row per run."""
-    if len(runs) == 1:
-        print_fitting(lambda is_full: _kinds(runs[0], is_full))
-    else:
-        print_fitting(lambda is_full: _side_by_side(runs, is_full))
-    print(CLOSURE)
+def _print_closure(runs: list[_ScoredRun]) -> None:
+    """Print a table of the closure-stress suite: for one run a row per kind; for several runs a row per run."""
+    for run in runs:
+        _warn(run.name, run.scores)
+    found = [replace(run.closure, name=run.name) for run in runs if run.closure is not None]
+    if found:
+        print_fitting(lambda is_full: _kinds(found[0], is_full) if len(found) == 1 else _side_by_side(found, is_full))
+        print(CLOSURE)
 
 
 def _kinds(run: ClosureRun, is_full: bool) -> Table:
@@ -261,7 +251,7 @@ def _kinds(run: ClosureRun, is_full: bool) -> Table:
     for kind, rates in run.rates().items():
         if kind == "all":
             table.add_section()
-        cells = [with_interval(rates, name) if is_full else percent_text(rates[name]) for name in CLOSURE_RATES]
+        cells = [rate_text(rates, name, is_full) for name in CLOSURE_RATES]
         rest = [percent_text(rates[name]) for name in ("W", "false_success", "no_report")]
         table.add_row(kind, str(rates["episodes"]), *cells, *rest)
     return table
@@ -273,9 +263,7 @@ def _side_by_side(runs: Sequence[ClosureRun], is_full: bool) -> Table:
     title = Text("Closure stress: C by kind, %")
     table = _table(title, ("agent", "episodes", "all", "both twins", *kinds), is_full, no_wrap=is_full)
     for run, rates in rows:
-        cells = [
-            with_interval(rates["all"], name) if is_full else percent_text(rates["all"][name]) for name in CLOSURE_RATES
-        ]
+        cells = [rate_text(rates["all"], name, is_full) for name in CLOSURE_RATES]
         each = [percent_text(rates[kind]["C"]) if kind in rates else "-" for kind in kinds]
         table.add_row(Text(run.name), str(rates["all"]["episodes"]), *cells, *each)
     return table
@@ -293,10 +281,7 @@ def _print_chores(runs: list[_ScoredRun]) -> None:
         title = Text(f"Lists of chores, %{INTERVAL if is_full else ''}")
         table = _table(title, ("agent", "lists", "claims", *CHORES_RATES.values()), is_full, no_wrap=is_full)
         for name, scores in rows:
-            cells = [
-                with_interval(scores, rate) if is_full and rate in scores["intervals"] else percent_text(scores[rate])
-                for rate in CHORES_RATES
-            ]
+            cells = [rate_text(scores, rate, is_full) for rate in CHORES_RATES]
             table.add_row(Text(name), str(scores["episodes"]), str(scores["claims"]), *cells)
         return table
 

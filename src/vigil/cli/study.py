@@ -100,7 +100,10 @@ def run(
     if dry_run:
         _print_estimates(source, plans)
         return
-    _save_copy(source)
+    copy = source.study.place / COPY
+    copy.parent.mkdir(parents=True, exist_ok=True)
+    if copy.resolve() != source.text.path.resolve():
+        shutil.copyfile(source.text.path, copy)  # `vigil study report` finds it there
     complete = [_play(one, plan) for one, plan in plans]
     if not all(complete):
         print("Some runs are not complete; the same command continues them.", file=sys.stderr)
@@ -204,14 +207,6 @@ def _last_study() -> Path:
             f"Give the file of a study: this folder does not contain {COPY}, and no study was played under runs/."
         )
     return copies[-1]
-
-
-def _save_copy(source: "StudySource") -> None:
-    """Copy the study's file into the study's folder, so that `vigil study report` finds it."""
-    copy = source.study.place / COPY
-    copy.parent.mkdir(parents=True, exist_ok=True)
-    if copy.resolve() != source.text.path.resolve():
-        shutil.copyfile(source.text.path, copy)
 
 
 def _plan(run: "PlannedRun", **changed: object) -> "RunPlan":

@@ -1,7 +1,8 @@
 """Text for the terminal: tables, rates and lengths of time."""
 
+import json
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -33,6 +34,16 @@ def print_note(note: str) -> None:
     print_notes([note])
 
 
+def print_facts(facts: Mapping[str, object], as_json: bool, width: int = 20) -> None:
+    """Print facts, each on a line with its name in a column of `width` characters, or all as JSON."""
+    if as_json:
+        print(json.dumps(facts))
+        return
+    for name, value in facts.items():
+        words = {None: "none", True: "yes", False: "no"}.get(value) if isinstance(value, bool | None) else None
+        print(f"{name:{width}} {words or (f'{value:.3f}' if isinstance(value, float) else value)}")
+
+
 def print_fitting(build: "Callable[[bool], Table]") -> None:
     """Print the full table, `build(True)`, if it fits the terminal's width; otherwise the narrow `build(False)`."""
     from rich.measure import Measurement
@@ -48,11 +59,12 @@ def percent_text(rate: float | None) -> str:
     return "-" if rate is None else f"{100 * rate:.1f}"
 
 
-def with_interval(rates: dict, name: str) -> str:
-    """Return the rate `name` with its 95 % interval, as a text."""
-    if rates[name] is None:
-        return "-"
-    low, high = rates["intervals"][name]
+def rate_text(rates: dict, name: str, has_interval: bool) -> str:
+    """Return the rate `name` as a text, with its 95 % interval if this is asked for and known."""
+    interval = rates["intervals"].get(name) if has_interval else None
+    if interval is None:
+        return percent_text(rates[name])
+    low, high = interval
     return f"{percent_text(rates[name])} [{100 * low:.0f}, {100 * high:.0f}]"
 
 

@@ -5,17 +5,16 @@ from typing import Annotated
 
 import typer
 
-from vigil.base.settings import Setting
+from vigil.cli.arguments import EngineBackend
 from vigil.cli.text import print_note
 from vigil.runner.shared_settings import AssetFile, RenderQuality
 
-Backend = Annotated[
-    str, Setting("Simulator that computes the world behind the engine: mujoco, or fake (coarse pictures, no OpenGL).")
-]
 Program = Annotated[Path, typer.Argument(help="Python program that uses ai2thor's Controller.", show_default=False)]
 
 
-def install(backend: Backend = "mujoco", assets: AssetFile = None, render_quality: RenderQuality = "default") -> None:
+def install(
+    backend: EngineBackend = "mujoco", assets: AssetFile = None, render_quality: RenderQuality = "default"
+) -> None:
     """Example: vigil thor install
 
     After this, `Controller(platform="CloudRendering", scene=house)` starts VIGIL's engine and needs no network.
@@ -47,7 +46,7 @@ def uninstall() -> None:
 def run(
     context: typer.Context,
     program: Program,
-    backend: Backend = "mujoco",
+    backend: EngineBackend = "mujoco",
     assets: AssetFile = None,
     render_quality: RenderQuality = "default",
 ) -> None:

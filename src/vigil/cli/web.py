@@ -26,7 +26,6 @@ from vigil.web.play_settings import PlaySettings
 if TYPE_CHECKING:
     from fastapi import FastAPI
 
-    from vigil.web.review import ReviewSet
     from vigil.web.site import Address
 
 Host = Annotated[
@@ -131,30 +130,18 @@ def review(
     vigil review --pack starter --reviewer ada --file reviews.jsonl
     vigil review --drafts drafts.jsonl --reviewer ada
     """
-    from vigil.packs.pack import manifest_of
+    from vigil.cli.packs import load_pack
     from vigil.runner.workers.messages import RenderSettings
     from vigil.web.drawing import RenderService
     from vigil.web.review import ReviewSession, ReviewSet, make_review
     from vigil.web.site import Address
 
     address = Address(host, port, token)
-    if drafts is None:
-        print_notes(manifest_of(pack).version_notes)
-    review_set = _of_pack(pack, assets) if drafts is None else ReviewSet.of_drafts(drafts)
+    review_set = ReviewSet.of_pack(load_pack(pack, assets)[0]) if drafts is None else ReviewSet.of_drafts(drafts)
     session = ReviewSession(review_set, file, reviewer, seed, RenderSettings(asset_database=assets))
     with closing(listen(address)) as listener, closing(RenderService()) as render_service:
         print(f"Verdicts: {file}")
         serve(make_review(session, render_service, address), address, listener, open_browser)
-
-
-def _of_pack(pack: str | Path, assets: Path | None) -> ReviewSet:
-    from vigil.assets.database import AssetDatabase
-    from vigil.packs.pack import Pack
-    from vigil.web.review import ReviewSet
-
-    loaded = Pack.load(pack)
-    loaded.check_assets(AssetDatabase.from_file(assets))
-    return ReviewSet.of_pack(loaded)
 
 
 def listen(address: Address) -> socket.socket:

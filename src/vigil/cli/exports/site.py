@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from vigil.cli.text import print_notes
 from vigil.errors import RecordError, SettingError, did_you_mean
-
-if TYPE_CHECKING:
-    from vigil.records.record import Key
-    from vigil.web.drawing import RenderService
-    from vigil.web.export import FilmForm
-    from vigil.web.library import LibraryRun
+from vigil.records.record import Key
+from vigil.web.drawing import RenderService
+from vigil.web.export import FilmForm, episode_film, episode_page, export_site
+from vigil.web.library import Library, LibraryRun
 
 FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"}
 
@@ -26,10 +23,6 @@ def write_run_site(
 
     Raises RecordError, or SettingError if the pack is private and `reveals` is false.
     """
-    from vigil.web.drawing import RenderService
-    from vigil.web.export import export_site
-    from vigil.web.library import Library
-
     library = Library([folder], packs or ["starter"], assets)
     found = library.runs()
     if len(found) > 1:
@@ -51,8 +44,6 @@ def write_run_site(
 
 
 def _one_episode(run: LibraryRun, key: Key, suffix: str, render_service: RenderService, *, reveals: bool) -> bytes:
-    from vigil.web.export import episode_film, episode_page
-
     rows = run.table.rows if run.table else {}
     if key not in rows:
         hint = did_you_mean(key[0], [name for name, _ in rows])

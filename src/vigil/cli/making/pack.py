@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from vigil.authoring.closure.generation import FAMILY
+from vigil.authoring.drafting.drafts import DraftsFile, house_in
+from vigil.authoring.drafting.generation import FAMILY_GRAMMAR, GenerationProgress, GenerationSettings, generate_drafts
+from vigil.authoring.drafting.sources import HouseSource
+from vigil.authoring.packing.assemble import assemble
+from vigil.authoring.packing.episode_measures import measured_levels
+from vigil.authoring.packing.requests import PackRequest
+from vigil.authoring.packing.selection import Missing, TooFewDrafts, candidates
+from vigil.authoring.packing.suites import SUITES
+from vigil.authoring.packing.verify import VerificationSettings, VerificationTask, candidate_checker, house_batches
+from vigil.authoring.review.reviews import Review
 from vigil.cli.progress import ShowProgress, progress
+from vigil.packs.pack import Pack
 from vigil.packs.private import is_secret
-
-if TYPE_CHECKING:
-    from vigil.authoring.drafting.drafts import DraftsFile
-    from vigil.authoring.drafting.generation import GenerationProgress, GenerationSettings
-    from vigil.authoring.drafting.sources import HouseSource
-    from vigil.authoring.packing.requests import PackRequest
-    from vigil.authoring.packing.selection import Missing
-    from vigil.authoring.packing.verify import VerificationSettings
-    from vigil.authoring.review.reviews import Review
-    from vigil.packs.pack import Pack
-    from vigil.scoring.levels import EpisodeLevel
+from vigil.protocol.families import FAMILIES
+from vigil.scoring.levels import EpisodeLevel
 
 MIN_STEP, STEP_SHARE = 4, 4
 """Houses that are added at a time while a pack lacks episodes: 1 / STEP_SHARE of the number of houses used first, but
@@ -42,9 +44,6 @@ class PackFreezer:
 
         Drafts in `previous`, which is from an earlier version of the pack, are chosen first.
         """
-        from vigil.authoring.packing.assemble import assemble
-        from vigil.authoring.packing.verify import candidate_checker
-
         levels = self._measured_levels(files, previous) if self._request.levels else None
         with progress("checks") as show:
             check = candidate_checker(
@@ -63,11 +62,6 @@ class PackFreezer:
 
     def _measured_levels(self, files: Sequence[DraftsFile], previous: DraftsFile | None) -> Mapping[str, EpisodeLevel]:
         """Return the level of every candidate episode by id. Each is measured only once."""
-        from vigil.authoring.drafting.drafts import house_in
-        from vigil.authoring.packing.episode_measures import measured_levels
-        from vigil.authoring.packing.selection import candidates
-        from vigil.authoring.packing.verify import VerificationTask, house_batches
-
         pool = [each.task for each in candidates(files, self._reviews, previous)]
         request = self._request
         pool = [task for task in pool if task.group in request.quotas]
@@ -93,10 +87,6 @@ def make_pack(
     request; houses that were not needed do not change it. Raises TooFewDrafts when all houses are used and something is
     missing.
     """
-    from vigil.authoring.drafting.drafts import DraftsFile
-    from vigil.authoring.drafting.generation import generate_drafts
-    from vigil.authoring.packing.selection import TooFewDrafts
-
     out.parent.mkdir(parents=True, exist_ok=True)
     file = DraftsFile(out.with_name(f"{out.name}.drafts.jsonl"))
     freezer = PackFreezer(out, request, reviews, checks)
@@ -125,10 +115,6 @@ def drafting_settings(
     request: PackRequest, families: tuple[str, ...], checks: VerificationSettings
 ) -> GenerationSettings:
     """Return the settings for making drafts of some families, or of a suite, for a pack."""
-    from vigil.authoring.closure.generation import FAMILY
-    from vigil.authoring.drafting.generation import FAMILY_GRAMMAR, GenerationSettings
-    from vigil.authoring.packing.suites import SUITES
-
     return GenerationSettings(
         (FAMILY,) if request.suite else families,
         request.seed,
@@ -164,8 +150,6 @@ def progress_callback(
 
 def print_drafts(file: DraftsFile) -> None:
     """Print the number of drafts in a file, and the number of proposals that each rule rejected."""
-    from vigil.protocol.families import FAMILIES
-
     proposed = file.read()
     for family in FAMILIES:
         done = [row for row in proposed.done if row.family == family]

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from vigil.base.settings import Setting
 from vigil.cli.arguments import PackArgument
+from vigil.cli.packs import load_pack
 from vigil.cli.progress import progress
-from vigil.cli.text import print_notes
 from vigil.packs.files import Change
 from vigil.runner.shared_settings import AssetFile, Backend, Workers
 
@@ -33,15 +33,11 @@ def perturb(
 
     Each episode is certified again, and keeps the id of its original. Give `vigil report` the runs on both packs.
     """
-    from vigil.assets.database import AssetDatabase
     from vigil.authoring.packing.verify import VerificationSettings
     from vigil.authoring.perturbation.perturb import PerturbationSettings, perturb_pack
-    from vigil.packs.pack import Pack
     from vigil.runner.workers.pool import worker_count
 
-    loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
-    print_notes(loaded.manifest.version_notes)
-    loaded.check_assets(database)
+    loaded, database = load_pack(pack, assets)
     is_robust = bool(loaded.manifest.meta.get("is_robust"))
     checks = VerificationSettings(backend, database, worker_count(workers), is_robust)
     settings = PerturbationSettings(change, seed, loaded.manifest.suite, checks)
