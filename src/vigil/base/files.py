@@ -6,7 +6,6 @@ Other files are refused: reading a device or a pipe may never end, and a link ma
 import hashlib
 import os
 import stat
-from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
@@ -77,18 +76,12 @@ def resolve_inside(folder: Path, name: str, error: type[InputError]) -> Path:
     return path
 
 
-def outward_links(folder: Path) -> Iterator[Path]:
-    """Yield the links in a folder and its subfolders that lead out of the folder."""
+def refuse_outward_links(folder: Path, error: type[InputError]) -> None:
+    """Raise `error` if a link in a folder leads out of it: writing through such a link would change other folders."""
     for parent, folders, names in os.walk(folder):
         for entry in (Path(parent, name) for name in sorted([*folders, *names])):
             if entry.is_symlink() and not is_inside(entry, folder):
-                yield entry
-
-
-def refuse_outward_links(folder: Path, error: type[InputError]) -> None:
-    """Raise `error` if a link in a folder leads out of it: writing through such a link would change other folders."""
-    for link in outward_links(folder):
-        raise error(
-            f"{str(link)!r} is a link that leads out of {str(folder)!r}, so it is not followed. Replace the link "
-            "by the file that it leads to, or remove it."
-        )
+                raise error(
+                    f"{str(entry)!r} is a link that leads out of {str(folder)!r}, so it is not followed. Replace the "
+                    "link by the file that it leads to, or remove it."
+                )

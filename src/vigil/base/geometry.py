@@ -56,24 +56,15 @@ class Box(FrozenModel):
     def corners(self) -> list[Vec3]:
         """Return the eight corners, the four at the bottom first."""
         half_x, half_z = self.size.x / 2, self.size.z / 2
-        return [
-            self._out_of(local_x, y, local_z)
-            for y in (self.bottom, self.top)
-            for local_x, local_z in ((-half_x, -half_z), (half_x, -half_z), (half_x, half_z), (-half_x, half_z))
-        ]
+        local = ((-half_x, -half_z), (half_x, -half_z), (half_x, half_z), (-half_x, half_z))
+        turned = [rotate_floor(x, z, self.yaw) for x, z in local]
+        return [Vec3(self.center.x + x, y, self.center.z + z) for y in (self.bottom, self.top) for x, z in turned]
 
     def floor_distance(self, point: Vec3) -> float:
         """Return the floor-plane distance (m) from `point` to the nearest point of the box; 0 if it is inside."""
         dx, dz = point.x - self.center.x, point.z - self.center.z
         local_x, local_z = rotate_floor(dx, dz, -self.yaw)
-        return math.hypot(
-            max(abs(local_x) - self.size.x / 2, 0.0),
-            max(abs(local_z) - self.size.z / 2, 0.0),
-        )
-
-    def _out_of(self, local_x: float, y: float, local_z: float) -> Vec3:
-        x, z = rotate_floor(local_x, local_z, self.yaw)
-        return Vec3(self.center.x + x, y, self.center.z + z)
+        return math.hypot(max(abs(local_x) - self.size.x / 2, 0.0), max(abs(local_z) - self.size.z / 2, 0.0))
 
 
 def rotate_floor(x: Any, z: Any, yaw: float) -> tuple[Any, Any]:

@@ -54,18 +54,6 @@ class Lines:
     complete: tuple[Line, ...]
     partial_line: bytes
     """Bytes after the last complete line."""
-    start: int = 0
-    """Offset (bytes) in the file at which `complete` begins; lines before it were not read."""
-
-    @property
-    def end(self) -> int:
-        """Offset (bytes) of the end of the last complete line in the file; 0 if there is no complete line."""
-        return self.complete[-1].end if self.complete else self.start
-
-    @property
-    def lacks_newline(self) -> bool:
-        """Whether the last complete line ends without a newline."""
-        return bool(self.complete) and not self.complete[-1].data.endswith((b"\n", b"\r"))
 
 
 class LineReader:
@@ -107,13 +95,6 @@ class LineReader:
                 raise RecordError(
                     f"{self._place}: {fault}, the limit for a file of JSON lines. Is it a file of JSON lines?"
                 )
-
-
-def _read(file: BinaryIO, place: str, start: int) -> Lines:
-    """Return the lines of a file from the offset `start` (bytes), the beginning of a line."""
-    file.seek(start)
-    reader = LineReader(file, place, start=start)
-    return Lines(tuple(reader), reader.partial_line, start)
 
 
 def _start_of_unended_line(file: BinaryIO) -> int:
@@ -192,7 +173,10 @@ class AppendFile:
         self._file, self.made_folder = _open_locked(path, waits, makes_folder)
         try:
             with open(self._file.fileno(), "rb", closefd=False) as file:
-                self.lines = _read(file, repr(str(path)), 0 if reads_all else _start_of_unended_line(file))
+                start = 0 if reads_all else _start_of_unended_line(file)
+                file.seek(start)
+                self._reader = LineReader(file, repr(str(path)), start=start)
+                self.lines = Lines(tuple(self._reader), self._reader.partial_line)
         except RecordError:
             self._file.close()
             raise
@@ -209,9 +193,9 @@ class AppendFile:
             if self.lines.partial_line:
                 side = unused_side_path(self.path)
                 side.write_bytes(self.lines.partial_line)
-                self._file.truncate(self.lines.end)
+                self._file.truncate(self._reader.end)
                 self.partial_line_file = side
-            elif self.lines.lacks_newline:
+            elif self._reader.lacks_newline:
                 self._write(b"\n")
         except OSError as error:
             raise RecordError(
@@ -238,6 +222,7 @@ class AppendFile:
     def truncate(self, end: int) -> None:
         """Remove everything after the first `end` bytes of the file; `end` must be the end of a line."""
         self._file.truncate(end)
+        self._reader.lacks_newline &= end >= self._reader.end
         complete = tuple(line for line in self.lines.complete if line.end <= end)
         self.lines = Lines(complete, b"")
 

@@ -7,7 +7,7 @@ same bounds to values that come from Python.
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import MISSING, Field, dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -91,13 +91,10 @@ def declared_setting(name: str, annotation: Any, default: Any = MISSING) -> Decl
 def declared_settings(settings: type) -> Iterator[DeclaredSetting]:
     """Yield the settings that a dataclass declares, in order. The annotations of its fields must not be strings."""
     for field in fields(settings):
-        found = declared_setting(field.name, field.type, _default(field))
+        default = field.default if field.default_factory is MISSING else field.default_factory()
+        found = declared_setting(field.name, field.type, default)
         if found is not None:
             yield found
-
-
-def _default(field: Field[Any]) -> Any:
-    return field.default if field.default_factory is MISSING else field.default_factory()
 
 
 def check_settings(settings: object) -> None:
@@ -110,18 +107,15 @@ def check_settings(settings: object) -> None:
         if known and value not in known:
             hint = did_you_mean(str(value), known)
             raise SettingError(f"{one.display_name} is {value!r}.{hint} Choose one of: {', '.join(known)}.")
-        if isinstance(value, int | float):
-            _check_number(one, value)
-
-
-def _check_number(one: DeclaredSetting, value: float) -> None:
-    minimum, maximum = one.setting.minimum, one.setting.maximum
-    if not math.isfinite(value):
-        raise SettingError(f"{one.display_name} is {value}; it must be a finite number.")
-    if minimum is not None and value < minimum:
-        raise SettingError(f"{one.display_name} is {value}; it must be {minimum} or more.")
-    if maximum is not None and value > maximum:
-        raise SettingError(f"{one.display_name} is {value}; it must be {maximum} or less.")
+        if not isinstance(value, int | float):
+            continue
+        minimum, maximum = one.setting.minimum, one.setting.maximum
+        if not math.isfinite(value):
+            raise SettingError(f"{one.display_name} is {value}; it must be a finite number.")
+        if minimum is not None and value < minimum:
+            raise SettingError(f"{one.display_name} is {value}; it must be {minimum} or more.")
+        if maximum is not None and value > maximum:
+            raise SettingError(f"{one.display_name} is {value}; it must be {maximum} or less.")
 
 
 def choices(kind: Any) -> tuple[str, ...]:

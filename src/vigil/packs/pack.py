@@ -118,20 +118,22 @@ class Pack:
         Raises PackMismatch or HouseError.
         """
         name = episode.house.name
-        house = self._houses.pop(name, None) or self._house(name)
+        house = self._houses.pop(name, None)
+        if house is None:
+            file = f"{HOUSES}/{name}.json"
+            house = House.from_json(name, self._files.read(file), f"House file {str(self.folder / file)!r}")
         self._houses[name] = house
         for oldest in list(self._houses)[:-MAX_CACHED_HOUSES]:
             self._houses.pop(oldest, None)
         return house
 
-    def _house(self, name: str) -> House:
-        file = f"{HOUSES}/{name}.json"
-        return House.from_json(name, self._files.read(file), f"House file {str(self.folder / file)!r}")
-
     def check_assets(self, given: AssetSizes) -> None:
         """Raise PackMismatch if objects would have other sizes under `given` than when the pack was made."""
-        if self.asset_database_sha256 is None and given.sha256 is not None and not self._names_asset_of(given):
-            return  # a database changes nothing where no house has an asset of it
+        if self.asset_database_sha256 is None and given.sha256 is not None:
+            first = {episode.house.name: episode for episode in self.episodes}
+            nodes = (node for episode in first.values() for node, _ in self.house_of(episode).objects())
+            if not any(node.asset_id in given for node in nodes):
+                return  # a database changes nothing where no house has an asset of it
         fault = asset_mismatch(f"Pack {self.name!r}", self.asset_database_sha256, given.sha256)
         if fault is not None:
             raise PackMismatch(fault)
@@ -140,10 +142,6 @@ class Pack:
     def asset_database_sha256(self) -> str | None:
         """SHA-256 of the asset database with which the pack was made; None if it was made without an asset database."""
         return self.manifest.meta.get("asset_database_sha256")
-
-    def _names_asset_of(self, given: AssetSizes) -> bool:
-        first = {episode.house.name: episode for episode in self.episodes}
-        return any(node.asset_id in given for episode in first.values() for node, _ in self.house_of(episode).objects())
 
     def episode(self, episode_id: str) -> Episode:
         """Return the episode with that id. Raises SettingError, which suggests a similar id."""
@@ -249,7 +247,8 @@ def find_pack(path: str | Path) -> Path:
     names = packaged_names()
     if name in names:
         return PACKAGED / name
-    known = {alias: PACKAGED / each for each in names for alias in (*_aliases(PACKAGED / each), each)}
+    aliases = {each: manifest_of(PACKAGED / each).meta.get("aliases", ()) for each in names}
+    known = {alias: PACKAGED / each for each in names for alias in (*aliases[each], each)}
     found = name if name in known else newest_version(name, known)
     if found is not None:
         return known[found]
@@ -278,11 +277,6 @@ def manifest_of(path: str | Path) -> Manifest:
 def manifest_sha256(folder: Path) -> str:
     """Return the SHA-256 that identifies a pack. Raises PackMismatch if the folder does not have a manifest."""
     return PackFiles.of(folder).sha256
-
-
-def _aliases(folder: Path) -> list[str]:
-    """Return the aliases of a pack: other names under which it can be loaded."""
-    return list(manifest_of(folder).meta.get("aliases", ()))
 
 
 def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:

@@ -10,7 +10,7 @@ import json
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
-from vigil.protocol.actions import INTENTS, STATUSES, Argument, skills_of
+from vigil.protocol.actions import INTENTS, STATUSES, skills_of
 from vigil.protocol.claims import CLAIM_LINE, CLAIM_TABLE
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Cues, Feedback
 from vigil.protocol.profile import Profile
@@ -156,7 +156,10 @@ def _action_schema(row: ProfileRow) -> str:
     lines = [ACTIONS_HEADING, f"- {' | '.join(skills)}"]
     for skill, arguments in skills.items():
         lines.append(f"{skill}:")
-        lines += [_argument_line(argument) for argument in arguments] or [STOP_LINE]
+        for each in arguments:
+            need = "required unless intent is drop" if each.unless_drop else "required"
+            lines.append(f"- {each.name} ({each.type}, {need}): {each.description}")
+        lines += [] if arguments else [STOP_LINE]
     lines += [CLAIM_LINE] if row.has_claims else []
     lines.append("Table intents:")
     for intent, spec in INTENTS.items():
@@ -166,11 +169,6 @@ def _action_schema(row: ProfileRow) -> str:
         lines += [f"- {status}: {semantics}" for status, semantics in STATUSES.items()]
     lines += CLAIM_TABLE if row.has_claims else ()
     return "\n".join(lines)
-
-
-def _argument_line(argument: Argument) -> str:
-    need = "required unless intent is drop" if argument.unless_drop else "required"
-    return f"- {argument.name} ({argument.type}, {need}): {argument.description}"
 
 
 def _grounding_rules(profile: Profile) -> str:

@@ -6,7 +6,8 @@ and repeated attempts also used tokens, but these are not in any record.
 
 import math
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
+from operator import add
 
 from pydantic import Field
 
@@ -42,12 +43,7 @@ class Tokens:
         )
 
     def __add__(self, other: "Tokens") -> "Tokens":
-        return Tokens(
-            self.input + other.input,
-            self.output + other.output,
-            self.reported + other.reported,
-            self.unreported + other.unreported,
-        )
+        return Tokens(*map(add, astuple(self), astuple(other)))
 
     def __str__(self) -> str:
         return f"{self.input:,} input and {self.output:,} output tokens"

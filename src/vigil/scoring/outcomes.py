@@ -140,11 +140,6 @@ class Outcome:
         return self.progress_at_report is not None and self.progress_at_report <= TOLERANCE
 
 
-def expected_report(episode: Episode, record: EpisodeRecord) -> Status | None:
-    """Return the label that a report must have; None if the task is to reach a goal, not to report a state."""
-    return label_at_reset(episode.goal, record) if isinstance(episode.goal, ReportStatus) else None
-
-
 def report_matches(status: Status, expected: Status | None, holds: bool) -> bool:
     """Return whether a reported status agrees with the hidden world.
 
@@ -170,7 +165,7 @@ def score(episode: Episode, record: EpisodeRecord) -> Outcome:
         )
     goal = check(episode.goal, record)
     report = next((step.action for step in record.steps[-1:] if isinstance(step.action, Report)), None)
-    expected = expected_report(episode, record)
+    expected = label_at_reset(episode.goal, record) if isinstance(episode.goal, ReportStatus) else None
     matches = report is not None and report_matches(report.status, expected, goal.semantic)
     label = _label(record.end, matches, goal.semantic) if record.has_report else None
     is_closed = label == "B" and report is not None
