@@ -13,15 +13,13 @@ from typer.testing import CliRunner
 
 from vigil.base.settings import DeclaredSetting, declared_setting, declared_settings
 from vigil.cli import app
-from vigil.cli.verbs import HOUSES, LEADERBOARD, PACK, STUDY, VERBS, Verb, load
+from vigil.cli.verbs import VERBS, Group, Verb, load
 
 HEAVY = ("numpy", "mujoco", "matplotlib", "pandas", "inspect_ai", "fastapi")
+GROUPS = {name: each.verbs for name, each in VERBS.items() if isinstance(each, Group)}
 ALL = {
     **{name: verb for name, verb in VERBS.items() if isinstance(verb, Verb)},
-    **{f"houses {name}": verb for name, verb in HOUSES.items()},
-    **{f"pack {name}": verb for name, verb in PACK.items()},
-    **{f"study {name}": verb for name, verb in STUDY.items()},
-    **{f"leaderboard {name}": verb for name, verb in LEADERBOARD.items()},
+    **{f"{group} {name}": verb for group in GROUPS for name, verb in GROUPS[group].items()},
 }
 
 
@@ -79,7 +77,7 @@ def test_the_other_name_of_verify_is_not_listed() -> None:
     listed = CliRunner().invoke(app, ["pack", "--help"]).output
     assert "verify" in listed
     assert "validate " not in listed
-    assert PACK["validate"].place == PACK["verify"].place
+    assert GROUPS["pack"]["validate"].place == GROUPS["pack"]["verify"].place
 
 
 def settings_of(verb: Verb) -> Iterator[DeclaredSetting]:

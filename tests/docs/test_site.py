@@ -14,7 +14,7 @@ from scripts.docs_reference import EXTENDED, command_line, decisions, public_nam
 from scripts.markdown_pages import read
 from tests.support.doc_commands import ROOT
 from vigil import api
-from vigil.cli.verbs import HOUSES, PACK, VERBS, Verb
+from vigil.cli.verbs import VERBS, Group, Verb
 
 MENU = tomllib.loads(read(ROOT / "zensical.toml"))["project"]["nav"]
 
@@ -58,7 +58,13 @@ def test_the_page_of_import_vigil_has_every_name() -> None:
 def test_the_command_line_page_has_every_verb_and_option() -> None:
     page = command_line()
     verbs = [name for name, verb in VERBS.items() if isinstance(verb, Verb)]
-    groups = [*(f"houses {name}" for name in HOUSES), *(f"pack {name}" for name in PACK if not PACK[name].is_hidden)]
+    verbs_of = {name: each.verbs for name, each in VERBS.items() if isinstance(each, Group)}
+    groups = [
+        f"{group} {name}"
+        for group in ("houses", "pack")
+        for name, each in verbs_of[group].items()
+        if not each.is_hidden
+    ]
     for name in (*verbs, *groups):
         assert f"\n## vigil {name}\n" in page
     assert (
